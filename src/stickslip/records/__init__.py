@@ -1,0 +1,67 @@
+"""What passes between the stages: logs, estimates, and the errors on the way."""
+
+from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
+from stickslip.records.checks import finite_vector, non_negative, positive
+from stickslip.records.errors import (
+    EventBudgetError,
+    InputError,
+    MissingExtraError,
+    StickslipError,
+)
+from stickslip.records.estimate import (
+    PARAMETER_NAMES,
+    SCHEMA_VERSION,
+    Diagnostics,
+    FrictionEstimate,
+    ParameterEstimate,
+    Provenance,
+    Status,
+    Verdict,
+)
+from stickslip.records.identification import (
+    EnergyBalance,
+    EstimateEvolution,
+    FrictionCurve,
+    Identification,
+    Residuals,
+    Resimulation,
+)
+from stickslip.records.quantities import (
+    QUANTITIES,
+    AxisKind,
+    Quantity,
+    quantity_field,
+    unit_of,
+)
+
+__all__ = [
+    "GAP_RATIO",
+    "PARAMETER_NAMES",
+    "QUANTITIES",
+    "SCHEMA_VERSION",
+    "AxisKind",
+    "AxisLog",
+    "Diagnostics",
+    "EnergyBalance",
+    "EstimateEvolution",
+    "EventBudgetError",
+    "FrictionCurve",
+    "FrictionEstimate",
+    "Identification",
+    "InputError",
+    "LogSource",
+    "MissingExtraError",
+    "ParameterEstimate",
+    "Provenance",
+    "Quantity",
+    "Residuals",
+    "Resimulation",
+    "Status",
+    "StickslipError",
+    "Verdict",
+    "finite_vector",
+    "non_negative",
+    "positive",
+    "quantity_field",
+    "unit_of",
+]

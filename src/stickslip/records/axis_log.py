@@ -1,0 +1,183 @@
+"""A log of one motion axis: what was sent to it and what was measured."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from stickslip.records.checks import finite_vector
+from stickslip.records.errors import InputError
+from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+
+__all__ = ["GAP_RATIO", "AxisLog", "LogSource"]
+
+GAP_RATIO = 1.5
+"""A time step longer than this many sampling times is a gap and starts a new segment."""
+
+_MINIMUM_SAMPLES = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogSource:
+    """Where a log came from and what was assumed in reading it.
+
+    Attributes
+    ----------
+    files
+        Names of the files read.
+    sha256
+        Hash of their bytes, in that order.
+    assumptions
+        One sentence for everything that was inferred and not stated by the user.
+    """
+
+    files: tuple[str, ...]
+    sha256: str
+    assumptions: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisLog:
+    """One axis over time, validated, in SI units.
+
+    ``effort[k]`` is held from ``time[k]`` to ``time[k+1]`` (zero-order hold).
+
+    Attributes
+    ----------
+    name
+        What the axis is called.
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+    time
+        Time stamps, shape (n,), strictly increasing.
+    effort
+        Force or torque on the (first) mass, shape (n,).
+    measured_position
+        Position of the (first) mass, shape (n,).
+    measured_velocity
+        Its velocity, shape (n,), or None if it was not measured.
+    measured_load_position, measured_load_velocity
+        Position and velocity of the second mass of a flexible arm, shape (n,), or None.
+    source
+        Where the log came from, or None if it was made in memory.
+
+    Raises
+    ------
+    InputError
+        If lengths differ, a value is not finite, time does not increase, or there are fewer than
+        two samples.
+
+    Examples
+    --------
+    >>> log = AxisLog(name="stage", kind="linear", time=[0.0, 0.1, 0.2], effort=[1.0, 1.0, 0.0],
+    ...               measured_position=[0.0, 0.005, 0.02])
+    >>> round(log.sampling_time, 6), len(log)
+    (0.1, 3)
+    """
+
+    name: str
+    kind: AxisKind
+    time: Float[np.ndarray, " n"] = quantity_field("time")
+    effort: Float[np.ndarray, " n"] = quantity_field("effort")
+    measured_position: Float[np.ndarray, " n"] = quantity_field("position")
+    measured_velocity: Float[np.ndarray, " n"] | None = quantity_field("velocity", default=None)
+    measured_load_position: Float[np.ndarray, " n"] | None = quantity_field(
+        "position", default=None
+    )
+    measured_load_velocity: Float[np.ndarray, " n"] | None = quantity_field(
+        "velocity", default=None
+    )
+    source: LogSource | None = None
+
+    def __post_init__(self) -> None:
+        time = self._store("time", self.time)
+        if time.size < _MINIMUM_SAMPLES:
+            raise InputError(
+                f"the log has {time.size} sample(s), at least {_MINIMUM_SAMPLES} are needed",
+                remedy="record a longer log",
+            )
+        backward = np.flatnonzero(np.diff(time) <= 0)
+        if backward.size:
+            k = int(backward[0])
+            word = "repeats" if time[k + 1] == time[k] else "goes backwards"
+            raise InputError(
+                f"time {word} at sample {k + 1}: {time[k + 1]:.9g} s follows {time[k]:.9g} s",
+                remedy="sort the rows by time and drop duplicates",
+            )
+        for name in (
+            "effort",
+            "measured_position",
+            "measured_velocity",
+            "measured_load_position",
+            "measured_load_velocity",
+        ):
+            values = getattr(self, name)
+            if values is None:
+                continue
+            array = self._store(name, values)
+            if array.size != time.size:
+                raise InputError(
+                    f"{name} has {array.size} samples and time has {time.size}",
+                    remedy="every column of a log needs the same number of samples",
+                )
+
+    def _store(self, name: str, values: Any) -> Float[np.ndarray, " n"]:
+        quantity = self.__dataclass_fields__[name].metadata["quantity"]
+        array = finite_vector(name, values, quantity.unit(self.kind))
+        object.__setattr__(self, name, array)
+        return array
+
+    def __len__(self) -> int:
+        """Return the number of samples."""
+        return self.time.size
+
+    @cached_property
+    def sampling_time(self) -> float:
+        """Sampling time [s]: the mean step within the segments."""
+        steps = np.diff(self.time)
+        typical = float(np.median(steps))
+        return float(np.mean(steps[steps <= GAP_RATIO * typical]))
+
+    @cached_property
+    def timing_jitter(self) -> float:
+        """Largest deviation of a step within the segments, as a fraction of the sampling time."""
+        steps = np.diff(self.time)
+        inside = steps[steps <= GAP_RATIO * self.sampling_time]
+        return float(np.max(np.abs(inside - self.sampling_time)) / self.sampling_time)
+
+    @cached_property
+    def segment_starts(self) -> Int[np.ndarray, " segments"]:
+        """Index of the first sample of each segment; a log without gaps has one, at 0."""
+        gaps = np.flatnonzero(np.diff(self.time) > GAP_RATIO * self.sampling_time) + 1
+        return np.concatenate(([0], gaps))
+
+    def segments(self) -> Iterator["AxisLog"]:
+        """Yield the stretches between gaps, each as a log of its own; single samples are left out."""
+        bounds = [*self.segment_starts.tolist(), len(self)]
+        for start, stop in pairwise(bounds):
+            if stop - start >= _MINIMUM_SAMPLES:
+                yield self.part(start, stop)
+
+    def part(self, start: int, stop: int) -> "AxisLog":
+        """Return samples ``start`` to ``stop`` (exclusive) as a log of its own."""
+
+        def cut(values: Float[np.ndarray, " n"] | None) -> Any:
+            return None if values is None else values[start:stop]
+
+        return replace(
+            self,
+            time=cut(self.time),
+            effort=cut(self.effort),
+            measured_position=cut(self.measured_position),
+            measured_velocity=cut(self.measured_velocity),
+            measured_load_position=cut(self.measured_load_position),
+            measured_load_velocity=cut(self.measured_load_velocity),
+        )
+
+    def unit(self, quantity: str) -> str:
+        """Return the unit of a quantity on this axis, such as ``log.unit("velocity")``."""
+        return unit_of(quantity, self.kind)

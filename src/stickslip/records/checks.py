@@ -1,0 +1,53 @@
+"""Validation shared by the records: what is checked once is trusted afterwards."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records.errors import InputError
+
+__all__ = ["finite_vector", "non_negative", "positive"]
+
+
+def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
+    """Return a read-only copy of ``values`` as a vector of finite floats.
+
+    Raises
+    ------
+    InputError
+        If it is not one-dimensional, or if a value is not finite (its index is named).
+    """
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != 1:
+        raise InputError(
+            f"{name} has {array.ndim} dimensions, it must be a vector",
+            remedy="pass one value a sample",
+        )
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
+        raise InputError(
+            f"{name} is {array[bad[0]]} [{unit}] at sample {bad[0]} ({bad.size} of {array.size} "
+            "samples are not finite)",
+            remedy="remove or repair those samples; nothing is interpolated silently",
+        )
+    array.flags.writeable = False
+    return array
+
+
+def positive(name: str, value: float, unit: str) -> float:
+    """Return ``value`` if it is finite and above zero, else raise `InputError`."""
+    if not (np.isfinite(value) and value > 0):
+        raise InputError(
+            f"{name} is {value:g} {unit}, it must be positive", remedy=f"give the {name}"
+        )
+    return float(value)
+
+
+def non_negative(name: str, value: float, unit: str) -> float:
+    """Return ``value`` if it is finite and not below zero, else raise `InputError`."""
+    if not (np.isfinite(value) and value >= 0):
+        raise InputError(
+            f"{name} is {value:g} {unit}, it must not be negative", remedy=f"give the {name} or 0"
+        )
+    return float(value)

@@ -1,0 +1,304 @@
+"""The result of an estimator: values, intervals, and what they are worth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records.errors import InputError
+from stickslip.records.quantities import AxisKind
+
+__all__ = [
+    "PARAMETER_NAMES",
+    "SCHEMA_VERSION",
+    "Diagnostics",
+    "FrictionEstimate",
+    "ParameterEstimate",
+    "Provenance",
+    "Status",
+    "Verdict",
+]
+
+SCHEMA_VERSION = 1
+
+_DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
+
+PARAMETER_NAMES: tuple[str, ...] = (
+    "mass",
+    "inertia",
+    *(f"{name}{side}" for name in _DIRECTIONAL for side in ("", "_positive", "_negative")),
+    "offset",
+    "stribeck_velocity",
+)
+"""Every name a parameter of an estimate can have."""
+
+
+class Status(Enum):
+    """Whether an estimate can be trusted; the text names the reason and the remedy."""
+
+    OK = "ok"
+    NOT_IDENTIFIABLE = "not_identifiable"
+    INSUFFICIENT_EXCITATION = "insufficient_excitation"
+    UNPHYSICAL = "unphysical"
+    POOR_FIT = "poor_fit"
+
+    @property
+    def trusted(self) -> bool:
+        """Whether the values can be used."""
+        return self is Status.OK
+
+    @property
+    def text(self) -> str:
+        """One sentence: what it means and what to do."""
+        return _STATUS_TEXT[self]
+
+
+_STATUS_TEXT = {
+    Status.OK: "The parameters are identified.",
+    Status.NOT_IDENTIFIABLE: (
+        "This log cannot tell some parameters apart; record a motion that excites them, or give "
+        "the ones you know."
+    ),
+    Status.INSUFFICIENT_EXCITATION: (
+        "The axis hardly moves in this log; record a motion with several speeds and reversals."
+    ),
+    Status.UNPHYSICAL: (
+        "The best fit needs a negative mass or friction; check units, signs and the effort's scale."
+    ),
+    Status.POOR_FIT: (
+        "The model leaves most of the effort unexplained; check the columns, their units and "
+        "whether gravity or a spring acts on the axis."
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterEstimate:
+    """One parameter with its uncertainty.
+
+    Attributes
+    ----------
+    name
+        One of `PARAMETER_NAMES`.
+    value, std
+        Estimate and standard deviation, in ``unit``; None when the log cannot identify it.
+    ci95
+        95 % interval (low, high); None when the log cannot identify it.
+    unit
+        SI unit.
+    """
+
+    name: str
+    value: float | None
+    std: float | None
+    ci95: tuple[float, float] | None
+    unit: str
+
+    def __post_init__(self) -> None:
+        if self.name not in PARAMETER_NAMES:
+            raise InputError(
+                f"{self.name!r} is not a parameter name", remedy=f"use one of {PARAMETER_NAMES}"
+            )
+        absent = [part is None for part in (self.value, self.std, self.ci95)]
+        if any(absent) and not all(absent):
+            raise InputError(
+                f"{self.name} has a value without its uncertainty or the other way round",
+                remedy="give value, std and ci95, or none of them",
+            )
+
+    @property
+    def identified(self) -> bool:
+        """Whether the log determined this parameter."""
+        return self.value is not None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Verdict:
+    """What a log can say about one parameter, and why.
+
+    Attributes
+    ----------
+    parameter
+        One of `PARAMETER_NAMES`.
+    identifiable
+        Whether the log determines it.
+    reason
+        One sentence, such as "the axis moves one way only, so Coulomb friction and the offset force
+        cannot be told apart".
+    """
+
+    parameter: str
+    identifiable: bool
+    reason: str
+
+
+@dataclass(frozen=True, kw_only=True)
+class Diagnostics:
+    """What the result certifies about itself.
+
+    Attributes
+    ----------
+    relative_residual
+        Norm of the residual over norm of the fitted signal [-].
+    cross_validation_residual
+        The same on data left out of the fit [-], or None if the log is too short to leave any out.
+    condition_number
+        Of the regressor with columns scaled to unit norm [-].
+    residual_autocorrelation
+        First-lag autocorrelation of the residual the intervals are computed from [-].
+    effective_samples
+        Number of independent samples that the correlated residual is worth [-].
+    classical_std
+        Standard deviations under the assumption of white residuals, by parameter (for comparison
+        with the literature; too small when residuals are correlated).
+    samples
+        Number of samples used.
+    verdicts
+        One a parameter.
+    notes
+        Anything else a user should know, one sentence each.
+    """
+
+    relative_residual: float
+    cross_validation_residual: float | None
+    condition_number: float
+    residual_autocorrelation: float
+    effective_samples: float
+    classical_std: Mapping[str, float]
+    samples: int
+    verdicts: tuple[Verdict, ...]
+    notes: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "classical_std", MappingProxyType(dict(self.classical_std)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the diagnostics as plain JSON types."""
+        return {
+            "relative_residual": self.relative_residual,
+            "cross_validation_residual": self.cross_validation_residual,
+            "condition_number": self.condition_number,
+            "residual_autocorrelation": self.residual_autocorrelation,
+            "effective_samples": self.effective_samples,
+            "classical_std": dict(self.classical_std),
+            "samples": self.samples,
+            "verdicts": [
+                {"parameter": v.parameter, "identifiable": v.identifiable, "reason": v.reason}
+                for v in self.verdicts
+            ],
+            "notes": list(self.notes),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Provenance:
+    """What produced a result.
+
+    Attributes
+    ----------
+    stickslip_version
+        Version of this package.
+    files, input_sha256
+        Names and hash of the input; empty for a log made in memory.
+    options
+        Every option of the estimator, as plain values.
+    assumptions
+        What was inferred while reading the log.
+    """
+
+    stickslip_version: str
+    files: tuple[str, ...]
+    input_sha256: str
+    options: Mapping[str, Any]
+    assumptions: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "options", MappingProxyType(dict(self.options)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the provenance as plain JSON types."""
+        return {
+            "stickslip_version": self.stickslip_version,
+            "files": list(self.files),
+            "input_sha256": self.input_sha256,
+            "options": dict(self.options),
+            "assumptions": list(self.assumptions),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionEstimate:
+    """Friction parameters of one axis, as an estimator found them.
+
+    Attributes
+    ----------
+    estimator
+        Name of the estimator, such as ``"energy"``.
+    kind
+        ``"linear"`` or ``"rotary"``.
+    parameters
+        By name, in the order of the regressor.
+    covariance
+        Covariance of the identified parameters, shape (p, p), in their order.
+    status
+        Whether the result can be trusted.
+    diagnostics, provenance
+        What it certifies about itself and where it came from.
+    """
+
+    estimator: str
+    kind: AxisKind
+    parameters: Mapping[str, ParameterEstimate]
+    covariance: Float[np.ndarray, "p p"]
+    status: Status
+    diagnostics: Diagnostics
+    provenance: Provenance
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        covariance = np.array(self.covariance, dtype=np.float64)
+        covariance.flags.writeable = False
+        object.__setattr__(self, "covariance", covariance)
+
+    def value(self, name: str) -> float:
+        """Return one identified parameter's value.
+
+        Raises
+        ------
+        InputError
+            If the estimate does not hold it or the log could not identify it.
+        """
+        parameter = self.parameters.get(name)
+        if parameter is None or parameter.value is None:
+            held = [key for key, p in self.parameters.items() if p.identified]
+            raise InputError(
+                f"the estimate holds no value for {name!r}",
+                remedy=f"it identified {', '.join(held) or 'nothing'}",
+            )
+        return parameter.value
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the estimate in its JSON form (schema 1)."""
+        return {
+            "schema": SCHEMA_VERSION,
+            "estimator": self.estimator,
+            "kind": self.kind,
+            "parameters": {
+                name: {
+                    "value": p.value,
+                    "std": p.std,
+                    "ci95": None if p.ci95 is None else list(p.ci95),
+                    "unit": p.unit,
+                }
+                for name, p in self.parameters.items()
+            },
+            "covariance": self.covariance.tolist(),
+            "status": self.status.value,
+            "status_text": self.status.text,
+            "diagnostics": self.diagnostics.to_dict(),
+            "provenance": self.provenance.to_dict(),
+        }

@@ -1,0 +1,161 @@
+"""Everything the report of an identification draws, computed beforehand."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records.axis_log import AxisLog
+from stickslip.records.estimate import FrictionEstimate
+
+__all__ = [
+    "EnergyBalance",
+    "EstimateEvolution",
+    "FrictionCurve",
+    "Identification",
+    "Residuals",
+    "Resimulation",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionCurve:
+    """Friction force against velocity: what the log shows and what was fitted.
+
+    Attributes
+    ----------
+    velocity, friction
+        The data cloud, shape (n,): velocity [m/s or rad/s] and effort minus inertia force
+        [N or N m].
+    fitted_velocity, fitted_friction
+        The fitted law (with its offset), shape (p,); NaN separates the two directions.
+    band_low, band_high
+        95 % band of the law, shape (p,).
+    """
+
+    velocity: Float[np.ndarray, " n"]
+    friction: Float[np.ndarray, " n"]
+    fitted_velocity: Float[np.ndarray, " p"]
+    fitted_friction: Float[np.ndarray, " p"]
+    band_low: Float[np.ndarray, " p"]
+    band_high: Float[np.ndarray, " p"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnergyBalance:
+    """Energies [J] over time [s] (report Eqs. 3.1-3.9), shape (n,) each.
+
+    Attributes
+    ----------
+    time
+        Time stamps.
+    input, kinetic, potential
+        Input, kinetic and potential energy; potential is zero for a rigid axis.
+    measured_dissipation
+        Input minus kinetic minus potential energy.
+    explained_dissipation
+        What the fitted friction dissipates.
+    """
+
+    time: Float[np.ndarray, " n"]
+    input: Float[np.ndarray, " n"]
+    kinetic: Float[np.ndarray, " n"]
+    potential: Float[np.ndarray, " n"]
+    measured_dissipation: Float[np.ndarray, " n"]
+    explained_dissipation: Float[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimateEvolution:
+    """How the estimates settle as the log goes on.
+
+    Attributes
+    ----------
+    time
+        Time stamps [s], shape (n,).
+    values, stds
+        By parameter name, each of shape (n,), in the parameter's unit.
+    """
+
+    time: Float[np.ndarray, " n"]
+    values: Mapping[str, Float[np.ndarray, " n"]]
+    stds: Mapping[str, Float[np.ndarray, " n"]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+        object.__setattr__(self, "stds", MappingProxyType(dict(self.stds)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Residuals:
+    """What the fit leaves unexplained.
+
+    Attributes
+    ----------
+    quantity
+        Name of the residual's quantity, ``"effort"`` or ``"energy"``.
+    time, residual
+        Shape (n,); [s] and the quantity's unit.
+    lag, autocorrelation
+        Shape (l,); lag [s] and autocorrelation [-] of the residual.
+    white_bound
+        Half-width of the 95 % band within which a white residual's autocorrelation stays [-].
+    """
+
+    quantity: str
+    time: Float[np.ndarray, " n"]
+    residual: Float[np.ndarray, " n"]
+    lag: Float[np.ndarray, " l"]
+    autocorrelation: Float[np.ndarray, " l"]
+    white_bound: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Resimulation:
+    """The measured motion beside the motion of the identified model under the logged effort.
+
+    Attributes
+    ----------
+    time, measured_position, simulated_position, measured_velocity, simulated_velocity
+        Shape (n,), SI units; velocity is the measured one or the difference of positions.
+    horizon
+        Time [s] after which the simulation is started anew from the measurement.
+    fit
+        1 - norm(measured - simulated) / norm(measured - mean) of the position [-].
+    """
+
+    time: Float[np.ndarray, " n"]
+    measured_position: Float[np.ndarray, " n"]
+    simulated_position: Float[np.ndarray, " n"]
+    measured_velocity: Float[np.ndarray, " n"]
+    simulated_velocity: Float[np.ndarray, " n"]
+    horizon: float
+    fit: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Identification:
+    """An identified axis with all that its report shows.
+
+    Attributes
+    ----------
+    log
+        The input.
+    estimate
+        The result.
+    truth
+        True parameter values by name where the log was simulated, else None.
+    curve, energy, evolution, residuals, resimulation
+        What the report draws; None where the estimate is not good enough to make it.
+    """
+
+    log: AxisLog
+    estimate: FrictionEstimate
+    truth: Mapping[str, float] | None = None
+    curve: FrictionCurve | None = None
+    energy: EnergyBalance | None = None
+    evolution: EstimateEvolution | None = None
+    residuals: Residuals | None = None
+    resimulation: Resimulation | None = None

@@ -1,0 +1,78 @@
+"""Every physical quantity, its symbol and its unit, declared once.
+
+Records, docs, reports, the command line and exports read units from here. Inside the package all
+values are in these SI units; conversion happens at the edges only.
+"""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+__all__ = ["QUANTITIES", "AxisKind", "Quantity", "quantity_field", "unit_of"]
+
+AxisKind = Literal["linear", "rotary"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Quantity:
+    """A physical quantity of a motion axis.
+
+    Attributes
+    ----------
+    name
+        The field's standard term, in words.
+    symbol
+        The letter used in equations and figures.
+    linear, rotary
+        The SI unit on a linear and on a rotary axis.
+    """
+
+    name: str
+    symbol: str
+    linear: str
+    rotary: str
+
+    def unit(self, kind: AxisKind) -> str:
+        """Return the SI unit on an axis of the given kind."""
+        return self.linear if kind == "linear" else self.rotary
+
+
+def _quantity(name: str, symbol: str, linear: str, rotary: str) -> tuple[str, Quantity]:
+    key = name.replace(" ", "_")
+    return key, Quantity(name=name, symbol=symbol, linear=linear, rotary=rotary)
+
+
+QUANTITIES: dict[str, Quantity] = dict(
+    [
+        _quantity("time", "t", "s", "s"),
+        _quantity("sampling time", "T", "s", "s"),
+        _quantity("position", "x", "m", "rad"),
+        _quantity("velocity", "v", "m/s", "rad/s"),
+        _quantity("acceleration", "a", "m/s^2", "rad/s^2"),
+        _quantity("effort", "u", "N", "N m"),
+        _quantity("energy", "E", "J", "J"),
+        _quantity("mass", "m", "kg", "kg m^2"),
+        _quantity("inertia", "J", "kg", "kg m^2"),
+        _quantity("stiffness", "k", "N/m", "N m/rad"),
+        _quantity("coulomb friction", "f_c", "N", "N m"),
+        _quantity("static friction", "f_s", "N", "N m"),
+        _quantity("viscous friction", "c", "N s/m", "N m s/rad"),
+        _quantity("offset", "f_0", "N", "N m"),
+        _quantity("stribeck velocity", "v_s", "m/s", "rad/s"),
+    ]
+)
+
+
+def unit_of(name: str, kind: AxisKind) -> str:
+    """Return the SI unit of a quantity or of one of its ``_positive``/``_negative`` forms.
+
+    Examples
+    --------
+    >>> unit_of("viscous_friction_positive", "rotary")
+    'N m s/rad'
+    """
+    return QUANTITIES[name.removesuffix("_positive").removesuffix("_negative")].unit(kind)
+
+
+def quantity_field(name: str, **options: Any) -> Any:
+    """Declare a dataclass field that holds the named quantity, so that its unit can be read."""
+    return field(metadata={"quantity": QUANTITIES[name]}, **options)
