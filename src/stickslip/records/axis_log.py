@@ -156,7 +156,7 @@ class AxisLog:
         return np.concatenate(([0], gaps))
 
     def segments(self) -> Iterator["AxisLog"]:
-        """Yield the stretches between gaps, each as a log of its own; single samples are left out."""
+        """Yield the stretches between gaps, each as a log of its own (not single samples)."""
         bounds = [*self.segment_starts.tolist(), len(self)]
         for start, stop in pairwise(bounds):
             if stop - start >= _MINIMUM_SAMPLES:
