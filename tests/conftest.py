@@ -1,18 +1,45 @@
-"""Fixtures shared by all tests."""
+"""Fixtures shared by all tests, and run-time checks of array shapes while they run."""
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
+import jaxtyping
 import pytest
 
+_ROOT = Path(__file__).parents[1]
 _PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout"
+
+
+def _modules_without_kernels() -> list[str]:
+    """Name every module whose annotations can be checked at run time.
+
+    A kernel is handed to the compiler as it stands, so modules that hold kernels are left out, and
+    so are packages, whose names would take in all the modules below them.
+    """
+    source = _ROOT / "src"
+    return [
+        ".".join(path.relative_to(source).with_suffix("").parts)
+        for path in sorted(source.rglob("*.py"))
+        if path.name != "__init__.py" and "@compiled(" not in path.read_text()
+    ]
+
+
+jaxtyping.install_import_hook(_modules_without_kernels(), "beartype.beartype")
+
+
+@pytest.fixture
+def without_shape_checks() -> Iterator[None]:
+    """Let wrongly shaped arrays through to the code's own validation, as they are for a user."""
+    jaxtyping.config.update("jaxtyping_disable", True)
+    yield
+    jaxtyping.config.update("jaxtyping_disable", False)
 
 
 @pytest.fixture(scope="session")
 def benchmark_data() -> Callable[[str], Path]:
     """Return a function that finds a benchmark file or folder, or skips the test with a reason."""
-    roots = [Path(__file__).parents[2] / "shared" / "data"]
+    roots = [_ROOT.parent / "shared" / "data"]
     if "STICKSLIP_DATA" in os.environ:
         roots.insert(0, Path(os.environ["STICKSLIP_DATA"]))
 

@@ -1,0 +1,88 @@
+"""A log is validated when it is made, and stays as it was made."""
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.records import AxisLog, InputError
+
+EXACT_GRID = 1e-12
+"""Relative spread of time steps that decimal rounding of the stamps leaves."""
+
+
+def make_log(**changes: object) -> AxisLog:
+    columns: dict[str, object] = {
+        "name": "stage",
+        "kind": "linear",
+        "time": np.arange(5) * 0.01,
+        "effort": np.ones(5),
+        "measured_position": np.linspace(0.0, 1.0, 5) ** 2,
+    }
+    return AxisLog(**(columns | changes))  # pyright: ignore[reportArgumentType]
+
+
+def test_arrays_are_copied_in_and_cannot_be_written() -> None:
+    effort = np.ones(5)
+    log = make_log(effort=effort)
+    effort[0] = 7.0
+    assert log.effort[0] == 1.0
+    with pytest.raises(ValueError, match="read-only"):
+        log.effort[0] = 2.0
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize(
+    ("changes", "message"),
+    [
+        ({"time": np.array([0.0, 0.1, 0.1, 0.2, 0.3])}, r"time repeats at sample 2.*sort the rows"),
+        ({"time": np.array([0.0, 0.2, 0.1, 0.3, 0.4])}, r"time goes backwards at sample 2"),
+        ({"effort": np.array([0.0, np.nan, 1.0, 1.0, 1.0])}, r"effort is nan \[N\] at sample 1"),
+        ({"measured_position": np.full(5, np.inf)}, r"measured_position is inf \[m\] at sample 0"),
+        ({"effort": np.ones(4)}, r"effort has 4 samples and time has 5"),
+        ({"effort": np.ones((5, 1))}, r"effort has 2 dimensions"),
+        ({"time": np.array([0.0]), "effort": np.ones(1)}, r"1 sample\(s\), at least 2"),
+    ],
+)
+def test_bad_columns_are_refused_with_place_and_remedy(
+    changes: dict[str, object], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        make_log(**changes)
+
+
+def test_units_follow_the_kind_of_axis() -> None:
+    assert make_log(kind="linear").unit("viscous_friction") == "N s/m"
+    assert make_log(kind="rotary").unit("viscous_friction_negative") == "N m s/rad"
+    with pytest.raises(InputError, match=r"nan \[N m\]"):
+        make_log(kind="rotary", effort=np.full(5, np.nan))
+
+
+@given(
+    lengths=st.lists(st.integers(2, 6), min_size=1, max_size=4),
+    gap=st.floats(1.6, 50.0),
+    step=st.sampled_from([1e-3, 0.25, 2.0]),
+)
+def test_gaps_split_a_log_into_its_uniform_stretches(
+    lengths: list[int], gap: float, step: float
+) -> None:
+    times: list[float] = []
+    start = 0.0
+    for length in lengths:
+        times.extend(start + step * k for k in range(length))
+        start = times[-1] + gap * step
+    n = len(times)
+    single_steps = sum(length - 1 for length in lengths)
+    log = make_log(time=np.array(times), effort=np.ones(n), measured_position=np.arange(float(n)))
+    if single_steps <= len(lengths) - 1:
+        return  # more gaps than steps: which of the two is the sampling time is undecidable
+    assert [len(part) for part in log.segments()] == lengths
+    assert log.sampling_time == pytest.approx(step, rel=EXACT_GRID)
+    assert np.concatenate([part.measured_position for part in log.segments()]).tolist() == list(
+        range(n)
+    )
+
+
+def test_jitter_is_the_largest_deviation_from_the_sampling_time() -> None:
+    time = np.array([0.0, 1.0, 2.1, 3.0, 4.0])
+    assert make_log(time=time).timing_jitter == pytest.approx(0.1, rel=EXACT_GRID)

@@ -1,0 +1,81 @@
+"""The estimate's JSON form and its refusal of half results."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stickslip.records import (
+    PARAMETER_NAMES,
+    QUANTITIES,
+    Diagnostics,
+    FrictionEstimate,
+    InputError,
+    ParameterEstimate,
+    Provenance,
+    Status,
+    Verdict,
+    unit_of,
+)
+
+
+def make_estimate() -> FrictionEstimate:
+    return FrictionEstimate(
+        estimator="energy",
+        kind="linear",
+        parameters={
+            "mass": ParameterEstimate(name="mass", value=2.0, std=0.5, ci95=(1.0, 3.0), unit="kg"),
+            "offset": ParameterEstimate(name="offset", value=None, std=None, ci95=None, unit="N"),
+        },
+        covariance=np.array([[0.25]]),
+        status=Status.NOT_IDENTIFIABLE,
+        diagnostics=Diagnostics(
+            relative_residual=0.1,
+            cross_validation_residual=None,
+            condition_number=3.0,
+            residual_autocorrelation=0.0,
+            effective_samples=10.0,
+            classical_std={"mass": 0.4},
+            samples=10,
+            verdicts=(Verdict(parameter="offset", identifiable=False, reason="it does not move"),),
+        ),
+        provenance=Provenance(
+            stickslip_version="0", files=("a.csv",), input_sha256="00", options={"order": 4}
+        ),
+    )
+
+
+def test_json_form_has_the_promised_keys_and_survives_a_round_trip() -> None:
+    data = json.loads(json.dumps(make_estimate().to_dict(), allow_nan=False))
+    assert data["schema"] == 1
+    assert data["parameters"]["mass"] == {
+        "value": 2.0,
+        "std": 0.5,
+        "ci95": [1.0, 3.0],
+        "unit": "kg",
+    }
+    assert data["parameters"]["offset"]["value"] is None
+    assert data["status"] == "not_identifiable"
+    assert {"diagnostics", "provenance"} <= set(data)
+
+
+def test_a_parameter_the_log_cannot_identify_has_no_value_to_hand_out() -> None:
+    with pytest.raises(InputError, match="no value for 'offset'; it identified mass"):
+        make_estimate().value("offset")
+
+
+def test_a_value_without_its_uncertainty_is_refused() -> None:
+    with pytest.raises(InputError, match="value without its uncertainty"):
+        ParameterEstimate(name="mass", value=1.0, std=None, ci95=None, unit="kg")
+    with pytest.raises(InputError, match="not a parameter name"):
+        ParameterEstimate(name="weight", value=None, std=None, ci95=None, unit="kg")
+
+
+def test_every_parameter_has_a_unit_and_every_status_a_remedy() -> None:
+    for name in PARAMETER_NAMES:
+        assert unit_of(name, "linear")
+        assert unit_of(name, "rotary")
+    assert unit_of("viscous_friction", "linear") == QUANTITIES["viscous_friction"].linear
+    for status in Status:
+        assert status.text.endswith(".")
+        assert status.trusted == (status is Status.OK)
