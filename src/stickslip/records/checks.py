@@ -36,7 +36,22 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
 
 
 def positive(name: str, value: float, unit: str) -> float:
-    """Return ``value`` if it is finite and above zero, else raise `InputError`."""
+    """Check a quantity that must be positive.
+
+    Parameters
+    ----------
+    name
+        What it is called in the message.
+    value
+        Its value [``unit``].
+    unit
+        Its SI unit.
+
+    Raises
+    ------
+    InputError
+        If it is not finite and above zero.
+    """
     if not (np.isfinite(value) and value > 0):
         raise InputError(
             f"{name} is {value:g} {unit}, it must be positive", remedy=f"give the {name}"
@@ -45,7 +60,22 @@ def positive(name: str, value: float, unit: str) -> float:
 
 
 def non_negative(name: str, value: float, unit: str) -> float:
-    """Return ``value`` if it is finite and not below zero, else raise `InputError`."""
+    """Check a quantity that must not be negative.
+
+    Parameters
+    ----------
+    name
+        What it is called in the message.
+    value
+        Its value [``unit``].
+    unit
+        Its SI unit.
+
+    Raises
+    ------
+    InputError
+        If it is not finite or below zero.
+    """
     if not (np.isfinite(value) and value >= 0):
         raise InputError(
             f"{name} is {value:g} {unit}, it must not be negative", remedy=f"give the {name} or 0"

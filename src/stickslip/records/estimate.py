@@ -85,11 +85,12 @@ class ParameterEstimate:
     name
         One of `PARAMETER_NAMES`.
     value, std
-        Estimate and standard deviation, in ``unit``; None when the log cannot identify it.
+        Estimate and standard deviation [SI, named by ``unit``]; None when the log cannot identify
+        it.
     ci95
-        95 % interval (low, high); None when the log cannot identify it.
+        95 % interval (low, high) [same unit]; None when the log cannot identify it.
     unit
-        SI unit.
+        Name of the SI unit.
     """
 
     name: str
@@ -153,8 +154,8 @@ class Diagnostics:
     effective_samples
         Number of independent samples that the correlated residual is worth [-].
     classical_std
-        Standard deviations under the assumption of white residuals, by parameter (for comparison
-        with the literature; too small when residuals are correlated).
+        Standard deviations under the assumption of white residuals, by parameter [SI] (for
+        comparison with the literature; too small when residuals are correlated).
     samples
         Number of samples used.
     verdicts
@@ -243,7 +244,7 @@ class FrictionEstimate:
     parameters
         By name, in the order of the regressor.
     covariance
-        Covariance of the identified parameters, shape (p, p), in their order.
+        Covariance of the identified parameters, shape (p, p), in their order [SI].
     status
         Whether the result can be trusted.
     diagnostics, provenance

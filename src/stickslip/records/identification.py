@@ -30,9 +30,10 @@ class FrictionCurve:
         The data cloud, shape (n,): velocity [m/s or rad/s] and effort minus inertia force
         [N or N m].
     fitted_velocity, fitted_friction
-        The fitted law (with its offset), shape (p,); NaN separates the two directions.
+        The fitted law with its offset, shape (p,) [m/s or rad/s, N or N m]; NaN separates the two
+        directions.
     band_low, band_high
-        95 % band of the law, shape (p,).
+        95 % band of the law, shape (p,) [N or N m].
     """
 
     velocity: Float[np.ndarray, " n"]
@@ -50,13 +51,13 @@ class EnergyBalance:
     Attributes
     ----------
     time
-        Time stamps.
+        Time stamps [s].
     input, kinetic, potential
-        Input, kinetic and potential energy; potential is zero for a rigid axis.
+        Input, kinetic and potential energy [J]; potential is zero for a rigid axis.
     measured_dissipation
-        Input minus kinetic minus potential energy.
+        Input minus kinetic minus potential energy [J].
     explained_dissipation
-        What the fitted friction dissipates.
+        What the fitted friction and offset dissipate [J].
     """
 
     time: Float[np.ndarray, " n"]
@@ -76,7 +77,7 @@ class EstimateEvolution:
     time
         Time stamps [s], shape (n,).
     values, stds
-        By parameter name, each of shape (n,), in the parameter's unit.
+        By parameter name, each of shape (n,) [SI].
     """
 
     time: Float[np.ndarray, " n"]
@@ -119,7 +120,7 @@ class Resimulation:
     Attributes
     ----------
     time, measured_position, simulated_position, measured_velocity, simulated_velocity
-        Shape (n,), SI units; velocity is the measured one or the difference of positions.
+        Shape (n,) [SI]; velocity is the measured one or the difference of positions.
     horizon
         Time [s] after which the simulation is started anew from the measurement.
     fit
@@ -146,7 +147,7 @@ class Identification:
     estimate
         The result.
     truth
-        True parameter values by name where the log was simulated, else None.
+        True parameter values by name [SI] where the log was simulated, else None.
     curve, energy, evolution, residuals, resimulation
         What the report draws; None where the estimate is not good enough to make it.
     """

@@ -1,0 +1,58 @@
+"""Sphinx configuration; also writes the tables that are read from the code."""
+
+from pathlib import Path
+
+from stickslip import __version__
+from stickslip.records import PARAMETER_NAMES, QUANTITIES, Status
+
+project = "stickslip"
+author = "the stickslip developers"
+project_copyright = "2026, the stickslip developers"
+release = __version__
+
+extensions = [
+    "myst_parser",
+    "sphinx.ext.autodoc",
+    "sphinx.ext.mathjax",
+    "sphinx.ext.napoleon",
+    "sphinx_copybutton",
+]
+myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
+myst_heading_anchors = 3
+exclude_patterns = ["_build"]
+html_theme = "furo"
+html_title = "stickslip"
+napoleon_google_docstring = False
+napoleon_use_rtype = False
+napoleon_preprocess_types = False
+autodoc_member_order = "bysource"
+autodoc_typehints = "none"
+default_role = "code"
+
+
+def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
+    lines = ["| " + " | ".join(row) + " |" for row in (head, tuple("---" for _ in head), *rows)]
+    return "\n".join(lines) + "\n"
+
+
+def _write_tables() -> None:
+    folder = Path(__file__).parent / "_generated"
+    folder.mkdir(exist_ok=True)
+    quantities = [
+        (q.name, f"${q.symbol}$", q.linear, q.rotary)
+        for key, q in QUANTITIES.items()
+        if key != "inertia"
+    ]
+    (folder / "quantities.md").write_text(
+        _table(("quantity", "symbol", "linear axis", "rotary axis"), quantities)
+    )
+    (folder / "statuses.md").write_text(
+        _table(
+            ("status", "exit code", "meaning and remedy"),
+            [(f"`{s.value}`", "0" if s.trusted else "1", s.text) for s in Status],
+        )
+    )
+    (folder / "parameters.md").write_text("\n".join(f"- `{n}`" for n in PARAMETER_NAMES) + "\n")
+
+
+_write_tables()

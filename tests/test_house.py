@@ -1,0 +1,110 @@
+"""The house rules that a machine can check: documented units, file sizes, a light import."""
+
+import dataclasses
+import importlib
+import inspect
+import pkgutil
+import re
+import subprocess
+import sys
+from collections.abc import Iterator
+from pathlib import Path
+
+import pytest
+
+import stickslip
+
+ROOT = Path(__file__).parents[1]
+LARGEST_FILE = 600
+HEAVY = ("numba", "scipy", "plotly", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
+
+
+def public_objects() -> Iterator[tuple[str, object]]:
+    """Yield every class and function that a package exports, by its public name."""
+    seen: set[int] = set()
+    for info in pkgutil.iter_modules(stickslip.__path__, "stickslip."):
+        if not info.ispkg:
+            continue
+        package = importlib.import_module(info.name)
+        for name in package.__all__:
+            thing = getattr(package, name)
+            if (inspect.isclass(thing) or inspect.isroutine(thing)) and id(thing) not in seen:
+                seen.add(id(thing))
+                yield f"{info.name}.{name}", thing
+
+
+def numeric_arguments(thing: object) -> Iterator[tuple[str, bool]]:
+    """Yield each argument that holds numbers, and whether its unit is declared with its field."""
+    fields = getattr(thing, "__dataclass_fields__", {})
+    for name, parameter in inspect.signature(thing).parameters.items():  # type: ignore[arg-type]
+        annotation = str(parameter.annotation)
+        if re.search(r"\bfloat\b|Float\[", annotation):
+            yield name, name in fields and "quantity" in fields[name].metadata
+
+
+def entry(document: str, name: str) -> str | None:
+    """Return what a numpydoc docstring says of one argument, or None if it says nothing."""
+    lines = document.splitlines()
+    for k, line in enumerate(lines):
+        stripped = line.strip()
+        heads = [part.strip() for part in stripped.split(":")[0].split(",")]
+        if name in heads and k + 1 < len(lines):
+            indent = len(line) - len(line.lstrip())
+            body: list[str] = []
+            for following in lines[k + 1 :]:
+                if following.strip() and len(following) - len(following.lstrip()) <= indent:
+                    break
+                body.append(following)
+            if any(text.strip() for text in body):
+                return "\n".join([stripped, *body])
+    return None
+
+
+PUBLIC = list(public_objects())
+
+
+@pytest.mark.parametrize(("name", "thing"), PUBLIC, ids=[name for name, _ in PUBLIC])
+def test_public_names_are_documented_with_units(name: str, thing: object) -> None:
+    document = inspect.getdoc(thing) or ""
+    assert document, f"{name} has no docstring"
+    if isinstance(thing, type) and (
+        issubclass(thing, Exception) or not dataclasses.is_dataclass(thing)
+    ):
+        return
+    for argument, declared in numeric_arguments(thing):
+        text = entry(document, argument)
+        assert text is not None, f"{name} does not document {argument}"
+        assert declared or re.search(r"\[[^\]]+\]", text), f"{name}: {argument} has no [unit]"
+
+
+def test_no_file_outgrows_its_reader() -> None:
+    long = {
+        str(path.relative_to(ROOT)): lines
+        for folder in ("src", "tests", "benchmarks", "examples", "docs")
+        for path in (ROOT / folder).rglob("*.py")
+        if (lines := len(path.read_text().splitlines())) > LARGEST_FILE
+    }
+    assert not long, f"split these files (over {LARGEST_FILE} lines): {long}"
+
+
+@pytest.mark.parametrize("module", ["stickslip", "stickslip.cli"])
+def test_importing_a_front_loads_nothing_heavy(module: str) -> None:
+    code = f"import sys, {module}; print(*[m for m in {HEAVY!r} if m in sys.modules])"
+    loaded = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert loaded == []
+
+
+def test_the_readme_example_runs(tmp_path: Path) -> None:
+    blocks = re.findall(r"```python\n(.*?)```", (ROOT / "README.md").read_text(), flags=re.DOTALL)
+    assert blocks, "the README shows no Python example"
+    for block in blocks:
+        subprocess.run([sys.executable, "-W", "error", "-c", block], check=True, cwd=tmp_path)
+
+
+@pytest.mark.parametrize(
+    "script", sorted((ROOT / "examples").glob("[0-9]*.py")), ids=lambda path: path.name
+)
+def test_every_example_runs(script: Path, tmp_path: Path) -> None:
+    subprocess.run([sys.executable, "-W", "error", str(script)], check=True, cwd=tmp_path)
