@@ -33,6 +33,7 @@ from stickslip.records.quantities import (
     quantity_field,
     unit_of,
 )
+from stickslip.records.wording import parameter_label, rounded, rounded_interval, unit_text
 
 __all__ = [
     "GAP_RATIO",
@@ -61,7 +62,11 @@ __all__ = [
     "Verdict",
     "finite_vector",
     "non_negative",
+    "parameter_label",
     "positive",
     "quantity_field",
+    "rounded",
+    "rounded_interval",
     "unit_of",
+    "unit_text",
 ]

@@ -1,0 +1,116 @@
+"""Files are written whole or not at all, and a place that cannot be written is found beforehand.
+
+A leaf beside the packages: the report, the log writer and the jobs all write files.
+"""
+
+import contextlib
+import os
+import secrets
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import TextIO
+
+from stickslip.records import InputError
+
+__all__ = ["check_output", "whole_file"]
+
+
+def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the output") -> None:
+    """Check that a file can be written at ``path``, before any work is done for it.
+
+    Nothing is left behind: the check makes a file of another name in the same folder and removes
+    it.
+
+    Parameters
+    ----------
+    path
+        Where the file shall go.
+    inputs
+        Files that must not be overwritten, as they are read to make it.
+    what
+        What the file is called in the message, such as ``"--json"``.
+
+    Raises
+    ------
+    InputError
+        If ``path`` is a folder, is one of the inputs, or lies where nothing can be written.
+    """
+    if path.is_dir():
+        raise InputError(
+            f"{what} names a folder", where=str(path), remedy="name a file inside that folder"
+        )
+    if path.exists() and not path.is_file():
+        # A terminal, a pipe or /dev/null: opened as it stands, nothing to replace.
+        return
+    for taken in inputs:
+        if path.exists() and taken.exists() and path.samefile(taken):
+            raise InputError(
+                f"{what} would overwrite the log it is made from",
+                where=str(path),
+                remedy="choose another file name",
+            )
+    folder = path.parent
+    if not folder.is_dir():
+        raise InputError(
+            f"{what} cannot be written, the folder {str(folder)!r} does not exist",
+            where=str(path),
+            remedy="make the folder first or choose another place",
+        )
+    try:
+        trial = _sibling(path)
+        with trial.open("x"):
+            pass
+        trial.unlink()
+        if path.exists() and not os.access(path, os.W_OK):
+            raise PermissionError(13, "the file is write-protected")
+    except OSError as error:
+        raise _unwritable(path, error, what) from error
+
+
+@contextlib.contextmanager
+def whole_file(path: Path, *, what: str = "the output") -> Iterator[TextIO]:
+    """Open a UTF-8 text file that appears under its name only once it is complete.
+
+    Parameters
+    ----------
+    path
+        Where the file shall go; an existing file is replaced.
+    what
+        What the file is called in the message.
+
+    Raises
+    ------
+    InputError
+        If it cannot be written there.
+    """
+    if path.exists() and not path.is_file() and not path.is_dir():
+        with path.open("w", encoding="utf-8") as stream:
+            yield stream
+        return
+    partial = _sibling(path)
+    try:
+        stream = partial.open("x", encoding="utf-8", newline="")
+    except OSError as error:
+        raise _unwritable(path, error, what) from error
+    try:
+        with stream:
+            yield stream
+        partial.replace(path)
+    except OSError as error:
+        raise _unwritable(path, error, what) from error
+    finally:
+        partial.unlink(missing_ok=True)
+
+
+def _sibling(path: Path) -> Path:
+    """Name a hidden file in the same folder, so that renaming it is one step of the file system."""
+    return path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}.part")
+
+
+def _unwritable(path: Path, error: OSError, what: str) -> InputError:
+    reason = error.strerror or type(error).__name__
+    return InputError(
+        f"{what} cannot be written ({reason})",
+        where=str(path),
+        remedy="choose a place you may write to, with room on it",
+    )

@@ -1,0 +1,88 @@
+"""How values, units and parameter names are put before a reader, in tables, pages and terminals."""
+
+import math
+
+from stickslip.records.quantities import QUANTITIES
+
+__all__ = ["parameter_label", "rounded", "rounded_interval", "unit_text"]
+
+_DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
+_MOST_DECIMALS = 15
+
+
+def parameter_label(name: str) -> str:
+    """Return the field's term for a parameter.
+
+    Examples
+    --------
+    >>> parameter_label("coulomb_friction_positive")
+    'Coulomb friction, forward'
+    """
+    for suffix, words in _DIRECTIONS.items():
+        if name.endswith(suffix):
+            return parameter_label(name.removesuffix(suffix)) + words
+    term = QUANTITIES[name].name.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    return term[0].upper() + term[1:]
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit as it is printed.
+
+    Examples
+    --------
+    >>> unit_text("kg m^2")
+    'kg m²'
+    """
+    return unit.replace("^2", "²")
+
+
+def _decimals(uncertainty: float) -> int | None:
+    """Return how many decimals show two digits of an uncertainty; None if it has no digits."""
+    if not (math.isfinite(uncertainty) and uncertainty > 0):
+        return None
+    decimals = 1 - math.floor(math.log10(uncertainty))
+    return decimals if abs(decimals) <= _MOST_DECIMALS else None
+
+
+def _fixed(value: float, decimals: int | None) -> str:
+    if decimals is None or abs(value) >= 10.0**_MOST_DECIMALS:
+        return f"{value:.6g}"
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text.removeprefix("-") if float(text) == 0 else text
+
+
+def rounded(value: float, uncertainty: float) -> str:
+    """Return a value with the digits that its uncertainty leaves meaningful.
+
+    Parameters
+    ----------
+    value
+        The value [any unit].
+    uncertainty
+        Its standard deviation [same unit]; two of its digits are kept.
+
+    Examples
+    --------
+    >>> rounded(95.108877, 0.1085), rounded(203503.4, 1146.0)
+    ('95.11', '203500')
+    """
+    return _fixed(value, _decimals(uncertainty))
+
+
+def rounded_interval(low: float, high: float, uncertainty: float) -> str:
+    """Return an interval, rounded as `rounded` does.
+
+    Parameters
+    ----------
+    low, high
+        Its ends [any unit].
+    uncertainty
+        The standard deviation [same unit].
+
+    Examples
+    --------
+    >>> rounded_interval(-3.2518, -3.0778, 0.0444)
+    '-3.252 to -3.078'
+    """
+    decimals = _decimals(uncertainty)
+    return f"{_fixed(low, decimals)} to {_fixed(high, decimals)}"
