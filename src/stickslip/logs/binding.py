@@ -1,0 +1,184 @@
+"""What each channel of an axis is computed from, and the unit that comes out in."""
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+
+from stickslip.logs.discovery import find_column
+from stickslip.logs.expressions import Expression, column_expression, parse_expression, quoted
+from stickslip.logs.schema import CHANNELS, AxisSchema
+from stickslip.logs.table import Table
+from stickslip.logs.units import kind_of_unit, quantity_of
+from stickslip.records import AxisKind, InputError, unit_of
+
+__all__ = ["Bound", "axis_kind", "bind"]
+
+_NEEDED = ("position", "effort")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bound:
+    """One channel of an axis, bound to columns.
+
+    Attributes
+    ----------
+    channel
+        Its name.
+    expression
+        What it is computed from.
+    unit
+        The unit that comes out in; None: not stated anywhere.
+    note
+        What was inferred; empty if everything was stated.
+    """
+
+    channel: str
+    expression: Expression
+    unit: str | None
+    note: str
+
+
+def bind(table: Table, schema: AxisSchema, where: str) -> dict[str, Bound]:
+    """Bind the channels of an axis to columns.
+
+    What the schema states is taken. The needed channels that it does not state are looked for, and
+    the others too if it states neither position nor effort.
+
+    Raises
+    ------
+    InputError
+        If a stated column is not there, or a needed one is neither stated nor found.
+    """
+    sampled = schema.sampling_time is not None or schema.sampling_frequency is not None
+    open_ended = schema.position is None and schema.effort is None
+    bound: dict[str, Bound] = {}
+    for channel in CHANNELS:
+        text = getattr(schema, channel)
+        if text is not None:
+            expression = _stated(table, channel, text, where)
+            bound[channel] = _with_unit(table, schema, channel, expression, found=False)
+            continue
+        needed = channel in _NEEDED or (channel == "time" and not sampled)
+        if not needed and (channel == "time" or not open_ended):
+            continue
+        name = find_column(table, channel)
+        if name is not None:
+            expression = column_expression(name)
+            bound[channel] = _with_unit(table, schema, channel, expression, found=True)
+        elif needed:
+            raise _not_found(table, channel)
+    return bound
+
+
+def _not_found(table: Table, channel: str) -> InputError:
+    also = " or give sampling_time or sampling_frequency" if channel == "time" else ""
+    return InputError(
+        f"no column is obviously the {channel}; the columns are: {', '.join(table.headers)}",
+        where=table.label,
+        remedy=f'say which it is, such as {channel} = "{next(iter(table.headers))}" in a schema'
+        + also,
+    )
+
+
+def _stated(table: Table, channel: str, text: str, where: str) -> Expression:
+    """Return the expression of a channel, over names as the table has them."""
+    name = table.find(text)
+    if name is not None and name in table.headers:
+        return column_expression(name)
+    if not set(text) & set("+-*/()'\"`"):
+        if name is None:
+            raise table.missing(text.strip(), channel)
+    try:
+        expression = parse_expression(text)
+    except InputError as error:
+        if " " in text or "-" in text:
+            error = InputError(
+                f"{error.what}, nor is it a column", where=error.where, remedy=error.remedy
+            )
+        raise error.at(f"{where}, {channel}") from None
+    found = {name: table.find(name) for name in expression.names}
+    for name, column in found.items():
+        if column is None:
+            raise table.missing(name, f"{channel} = {text!r}")
+    if not any(column in table.headers for column in found.values()):
+        raise InputError(
+            f"{text!r} has no column in it, only numbers",
+            where=f"{where}, {channel}",
+            remedy="name a column",
+        )
+    columns = {name: str(column) for name, column in found.items()}
+    return Expression(
+        text=text,
+        names=tuple(dict.fromkeys(columns.values())),
+        evaluate=lambda values: expression.evaluate(
+            {name: values[column] for name, column in columns.items()}
+        ),
+    )
+
+
+def _with_unit(
+    table: Table, schema: AxisSchema, channel: str, expression: Expression, *, found: bool
+) -> Bound:
+    unit = schema.units.get(channel)
+    is_column = len(expression.names) == 1 and expression.text in expression.names
+    origin = ""
+    if unit is None:
+        header_units = {name: table.units[name] for name in expression.names if name in table.units}
+        if is_column:
+            unit = header_units.get(expression.names[0])
+            origin = f"its unit {unit} is from the file" if unit else ""
+        else:
+            for name, header in header_units.items():
+                _refuse_unclear(channel, expression, name, header, table.label)
+    subject = channel.replace("_", " ")
+    note = f"{subject} is read from column {expression.names[0]!r}" if found else ""
+    if origin:
+        note = f"{note}; {origin}" if note else f"{subject}: {origin}"
+    return Bound(channel=channel, expression=expression, unit=unit, note=note)
+
+
+def _refuse_unclear(channel: str, expression: Expression, name: str, unit: str, label: str) -> None:
+    """Refuse to guess whether numbers in an expression turn a column's unit into SI units."""
+    try:
+        kind = kind_of_unit(channel, unit)
+    except InputError:
+        return  # another quantity, such as volts: the expression makes an SI value of it
+    si = unit_of(quantity_of(channel), kind or "linear")
+    if unit != si:
+        raise InputError(
+            f"{channel} = {expression.text!r} uses column {name!r} in {unit}, and whether it comes "
+            f"out in {unit} or {si} cannot be told",
+            where=label,
+            remedy=f'say so in [units], such as {channel} = "{unit}"',
+        )
+
+
+def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tuple[AxisKind, str]:
+    """Return the kind of the axis, and a sentence if it was told from units.
+
+    Raises
+    ------
+    InputError
+        If nothing tells the kind, or if units contradict one another.
+    """
+    if stated is not None:
+        return stated, ""
+    told: dict[AxisKind, Bound] = {}
+    for each in bound:
+        kind = kind_of_unit(each.channel, each.unit) if each.unit else None
+        if kind is not None:
+            told.setdefault(kind, each)
+    reasons = [f"{each.channel.replace('_', ' ')} is in {each.unit}" for each in told.values()]
+    if len(told) > 1:
+        raise InputError(
+            f"{' and '.join(reasons)}, which do not go together on one axis",
+            where=label,
+            remedy='correct the units, or state kind = "linear" or kind = "rotary"',
+        )
+    if not told:
+        raise InputError(
+            "whether the axis is linear or rotary cannot be told: no units are given",
+            where=label,
+            remedy='state kind = "linear" or kind = "rotary", or units in the header or schema',
+        )
+    kind = next(iter(told))
+    return kind, f"the axis is taken as {kind} because {reasons[0]}"

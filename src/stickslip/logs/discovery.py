@@ -1,0 +1,87 @@
+"""Obvious columns: found by their names when nobody has said which is which."""
+
+import re
+from collections.abc import Iterable
+from types import MappingProxyType
+
+from stickslip.logs.table import Table
+from stickslip.records import InputError
+
+__all__ = ["find_column"]
+
+_WORDS = MappingProxyType(
+    {
+        "time": {"t", "time", "timestamp", "timestamps", "elapsed", "clock", "seconds"},
+        "position": {"position", "pos", "x", "q", "angle", "theta", "displacement", "qm"},
+        "velocity": {"velocity", "vel", "v", "dq", "qd", "qdot", "dx", "xdot", "speed", "omega"},
+        "effort": {"effort", "force", "torque", "tau", "f", "current", "cur", "i", "iq"},
+    }
+)
+"""What a column's name comes down to, by channel."""
+
+_QUALIFIERS = frozenset({"measured", "meas", "actual", "act", "motor", "joint", "axis", "stage"})
+"""Words that leave a name's meaning as it is."""
+
+_COMMANDED = frozenset({"commanded", "command", "cmd", "applied", "drive", "input"})
+"""Words that leave the meaning of an effort as it is; a commanded position is not a measured one."""
+
+_CURRENTS = frozenset({"current", "cur", "i", "iq"})
+
+
+def find_column(table: Table, channel: str) -> str | None:
+    """Return the one column that is obviously the channel, or None.
+
+    Raises
+    ------
+    InputError
+        If several columns could be it, or if the only one is a motor current without a unit.
+    """
+    load = channel.startswith("load_")
+    words = _WORDS[channel.removeprefix("load_")]
+    extra = _COMMANDED if channel == "effort" else frozenset[str]()
+    found = [
+        name
+        for name in table.headers
+        if _core(_words_of(name, table), load=load, ignored=_QUALIFIERS | extra) in words
+    ]
+    if len(found) > 1:
+        raise InputError(
+            f"columns {_listed(found)} could each be the {channel.replace('_', ' ')}",
+            where=table.label,
+            remedy=f'say which, such as {channel} = "{found[0]}" in a schema',
+        )
+    if (
+        found
+        and found[0] not in table.units
+        and not _CURRENTS.isdisjoint(_words_of(found[0], table))
+    ):
+        raise InputError(
+            f"column {found[0]!r} seems to be a motor current, not a force or a torque",
+            where=table.label,
+            remedy=f'give its constant in a schema, such as effort = "1.2 * {found[0]}"',
+        )
+    return found[0] if found else None
+
+
+def _words_of(name: str, table: Table) -> list[str]:
+    """Split a name into lower-case words, without the unit that may end it."""
+    name = name.rpartition(":")[2]
+    unit = table.units.get(name, "")
+    if unit and table.headers[name].strip() == name:
+        name = name.removesuffix(f"_{unit}")
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    return [word for word in re.split(r"[^a-z0-9]+", spaced.lower()) if word]
+
+
+def _core(words: list[str], *, load: bool, ignored: Iterable[str]) -> str:
+    """Return what is left of a name without its qualifiers; empty unless load is as wanted."""
+    if ("load" in words) != load:
+        return ""
+    left = [word for word in words if word not in {*ignored, "load"}]
+    if not left and words == ["current"]:
+        return "current"
+    return "".join(left)
+
+
+def _listed(names: list[str]) -> str:
+    return f"{', '.join(map(repr, names[:-1]))} and {names[-1]!r}"

@@ -1,0 +1,221 @@
+"""Linear expressions over columns, such as ``35.15 * vir + 0.2``: read, never evaluated as code."""
+
+import re
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.records import InputError
+
+__all__ = ["Expression", "Value", "column_expression", "parse_expression", "quoted"]
+
+Value = float | np.ndarray
+"""What a name stands for: a constant of the file, or a column of shape (n,)."""
+
+_DEEPEST = 50
+"""Parentheses and signs nested deeper than this are refused, well before the stack ends."""
+
+_TOKEN = re.compile(
+    r"""\s*(?:
+        (?P<number>(?:\d+(?:\.\d*)?|\.\d+)(?:[eE][+-]?\d+)?(?![\w.]))
+      | (?P<name>[^\W\d][\w.]*(?::[^\W\d][\w.]*)?)
+      | (?P<quoted>'[^']*'|"[^"]*"|`[^`]*`)
+      | (?P<operator>[-+*/()])
+    )""",
+    re.VERBOSE,
+)
+
+_REMEDY = (
+    'write a column, or sums of columns times numbers such as "2.5 * current + 0.1"; names with '
+    "spaces or other characters go in single quotes"
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Expression:
+    """A linear expression that has been read.
+
+    Attributes
+    ----------
+    text
+        The expression as written.
+    names
+        The names it uses, each once, in order.
+    evaluate
+        Takes the value of each name, returns the value of the whole.
+    """
+
+    text: str
+    names: tuple[str, ...]
+    evaluate: Callable[[Mapping[str, Value]], Value]
+
+    @property
+    def is_column(self) -> bool:
+        """Whether it is one column as it stands, with nothing computed."""
+        return self.text.strip() in {*self.names, *(quoted(name) for name in self.names)}
+
+
+def quoted(name: str) -> str:
+    """Return a name as it can be written in an expression.
+
+    Examples
+    --------
+    >>> quoted("tau"), quoted("motor angle")
+    ('tau', "'motor angle'")
+    """
+    match = _TOKEN.match(name)
+    if match and match["name"] == name:
+        return name
+    return f"'{name}'" if "'" not in name else f'"{name}"'
+
+
+def column_expression(name: str) -> Expression:
+    """Return the expression that is the named column as it stands."""
+    return Expression(text=name, names=(name,), evaluate=lambda values: values[name])
+
+
+def parse_expression(text: str) -> Expression:
+    """Read a linear expression.
+
+    Numbers, names, quoted names, ``+ - * /`` and parentheses are understood. A product may have
+    one column at most and a divisor none, which is what makes it linear.
+
+    Raises
+    ------
+    InputError
+        If the text is not such an expression; that a product has two columns shows only when it is
+        evaluated, since a name may stand for a constant of the file.
+
+    Examples
+    --------
+    >>> expression = parse_expression("2 * (a - 'b c') / 4")
+    >>> expression.names
+    ('a', 'b c')
+    >>> expression.evaluate({"a": np.array([3.0, 4.0]), "b c": 1.0})
+    array([1. , 1.5])
+    """
+    parser = _Parser(text)
+    evaluate = parser.whole()
+    return Expression(text=text, names=tuple(dict.fromkeys(parser.names)), evaluate=evaluate)
+
+
+_Node = Callable[[Mapping[str, Value]], Value]
+
+
+class _Parser:
+    """Recursive descent: a sum of products of signed factors."""
+
+    def __init__(self, text: str) -> None:
+        self._text = text
+        self._tokens = list(_tokens(text))
+        self._next = 0
+        self._depth = 0
+        self.names: list[str] = []
+
+    def whole(self) -> _Node:
+        node = self._sum()
+        if self._next < len(self._tokens):
+            raise self._unexpected()
+        return node
+
+    def _take(self, *wanted: str) -> str | None:
+        """Move past the next operator if it is one of those wanted."""
+        if self._next < len(self._tokens) and self._tokens[self._next] in [
+            ("operator", operator) for operator in wanted
+        ]:
+            self._next += 1
+            return self._tokens[self._next - 1][1]
+        return None
+
+    def _sum(self) -> _Node:
+        node = self._product()
+        while operator := self._take("+", "-"):
+            node = _join(self._text, operator, node, self._product())
+        return node
+
+    def _product(self) -> _Node:
+        node = self._factor()
+        while operator := self._take("*", "/"):
+            node = _join(self._text, operator, node, self._factor())
+        return node
+
+    def _factor(self) -> _Node:
+        self._depth += 1
+        if self._depth > _DEEPEST:
+            raise InputError(
+                f"the expression is nested more than {_DEEPEST} deep", remedy="write it simpler"
+            )
+        try:
+            return self._signed_factor()
+        finally:
+            self._depth -= 1
+
+    def _signed_factor(self) -> _Node:
+        if sign := self._take("+", "-"):
+            inner = self._factor()
+            return inner if sign == "+" else lambda values: -inner(values)
+        if self._take("("):
+            inner = self._sum()
+            if not self._take(")"):
+                raise self._unexpected()
+            return inner
+        if self._next >= len(self._tokens) or self._tokens[self._next][0] == "operator":
+            raise self._unexpected()
+        kind, text = self._tokens[self._next]
+        self._next += 1
+        if kind == "number":
+            number = float(text)
+            return lambda _: number
+        self.names.append(text)
+        return lambda values: values[text]
+
+    def _unexpected(self) -> InputError:
+        if self._next < len(self._tokens):
+            found = f"unexpected {self._tokens[self._next][1]!r}"
+        else:
+            found = "something is missing at the end"
+        return InputError(f"{self._text!r} is not a linear expression: {found}", remedy=_REMEDY)
+
+
+def _tokens(text: str) -> Iterator[tuple[str, str]]:
+    position = 0
+    end = len(text.rstrip())
+    while position < end:
+        match = _TOKEN.match(text, position)
+        if match is None:
+            raise InputError(
+                f"{text!r} is not a linear expression: cannot read {text[position:end].strip()!r}",
+                remedy=_REMEDY,
+            )
+        kind = str(match.lastgroup)
+        word = match[kind]
+        yield ("name", word[1:-1]) if kind == "quoted" else (kind, word)
+        position = match.end()
+
+
+def _join(text: str, operator: str, left: _Node, right: _Node) -> _Node:
+    """Return the node that applies the operator, and refuses what would not be linear."""
+
+    def evaluate(values: Mapping[str, Value]) -> Value:
+        a, b = left(values), right(values)
+        if operator == "+":
+            return a + b
+        if operator == "-":
+            return a - b
+        if operator == "*":
+            if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+                raise InputError(
+                    f"{text!r} multiplies two columns, which is not linear",
+                    remedy="multiply a column by numbers only, or compute it before logging",
+                )
+            return a * b
+        if isinstance(b, np.ndarray) or b == 0:
+            what = "a column" if isinstance(b, np.ndarray) else "zero"
+            raise InputError(
+                f"{text!r} divides by {what}",
+                remedy="divide by a number other than zero, or compute it before logging",
+            )
+        return a / b
+
+    return evaluate

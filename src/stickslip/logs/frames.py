@@ -1,0 +1,79 @@
+"""Data frames of any library that narwhals knows: pandas, polars, pyarrow and more."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from stickslip.logs.table import Column, Table, name_columns
+from stickslip.records import InputError
+
+__all__ = ["table_of_frame"]
+
+
+def table_of_frame(frame: Any, label: str) -> Table:
+    """Return a data frame as a table.
+
+    Dates and durations become seconds; dates count from the first.
+
+    Raises
+    ------
+    InputError
+        If it is no data frame, or has no rows.
+    """
+    import narwhals as nw
+
+    try:
+        data = nw.from_native(frame)
+    except TypeError:
+        raise InputError(
+            f"a {type(frame).__name__} is no data frame",
+            where=label,
+            remedy="pass a pandas, polars or pyarrow table, or use read_log for a file",
+        ) from None
+    if isinstance(data, nw.LazyFrame):
+        data = data.collect()
+    titles = [str(title) for title in data.columns]
+    headers, units = name_columns(titles)
+    positions = dict(
+        zip(headers, [k for k, title in enumerate(titles) if title.strip()], strict=True)
+    )
+    units |= {
+        name: "s"
+        for name, position in positions.items()
+        if isinstance(data[:, position].dtype, nw.Datetime | nw.Duration)
+    }
+
+    def load(names: Sequence[str]) -> dict[str, Column]:
+        return {name: _numbers(data[:, positions[name]], name, label) for name in names}
+
+    return Table(
+        label=label,
+        headers=headers,
+        units=units,
+        load=load,
+        place=lambda sample: f"row {sample} (counted from 0)",
+    )
+
+
+def _numbers(series: Any, name: str, label: str) -> Column:
+    import narwhals as nw
+
+    if isinstance(series.dtype, nw.Datetime):
+        series = series - series.min()
+    if isinstance(series.dtype, nw.Duration):
+        return series.dt.total_nanoseconds().cast(nw.Float64).to_numpy() * 1e-9
+    if not (series.dtype.is_numeric() or isinstance(series.dtype, nw.Boolean)):
+        raise InputError(
+            f"column {name!r} holds {series.dtype}, not numbers",
+            where=label,
+            remedy="convert the column to numbers",
+        )
+    empty = np.flatnonzero(series.is_null().to_numpy())
+    if empty.size:
+        raise InputError(
+            f"column {name!r} is empty there ({empty.size} of {len(series)} samples)",
+            where=f"{label}, row {empty[0]} (counted from 0)",
+            remedy="remove or repair those samples; nothing is interpolated silently",
+        )
+    return np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)

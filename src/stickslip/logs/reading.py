@@ -1,0 +1,337 @@
+"""From a file to an `AxisLog`: what is what, in which unit, and whether it makes sense."""
+
+import hashlib
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+
+from stickslip.logs.binding import Bound, axis_kind, bind
+from stickslip.logs.expressions import Value
+from stickslip.logs.frames import table_of_frame
+from stickslip.logs.matlab import read_matlab
+from stickslip.logs.npz import read_npz
+from stickslip.logs.parquet import read_parquet
+from stickslip.logs.schema import AxisSchema, LogSchema, read_schema
+from stickslip.logs.table import Column, Table, combined
+from stickslip.logs.text import read_text
+from stickslip.logs.units import quantity_of, scale_to_si
+from stickslip.records import AxisKind, AxisLog, InputError, LogSource, unit_of
+
+__all__ = ["log_from_frame", "read_log"]
+
+_READERS: Mapping[str, Callable[[Path], Table]] = MappingProxyType(
+    {
+        **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".log"), read_text),
+        **dict.fromkeys((".parquet", ".pq"), read_parquet),
+        ".mat": read_matlab,
+        ".npz": read_npz,
+    }
+)
+
+_NOTICEABLE_JITTER = 1e-6
+"""Time steps that deviate by less than this fraction are rounded numbers, not worth a sentence."""
+
+
+def read_log(
+    path: str | Path, schema: str | Path | LogSchema | None = None, axis: str | int | None = None
+) -> AxisLog:
+    """Read one axis from a log file, or from a folder of files.
+
+    Text (CSV and its relatives), Parquet, MATLAB (version 5 to 7.3) and NPZ files are told by
+    their endings.
+
+    Parameters
+    ----------
+    path
+        The file; or a folder, with a schema that names its files.
+    schema
+        What is what: a `LogSchema`, or the path of a TOML file with one. Without it obvious columns
+        are found.
+    axis
+        Which axis, if the schema has several.
+
+    Returns
+    -------
+    The log in SI units. Its ``source.assumptions`` tells everything that was inferred.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read or makes no sense; file, row and column are named.
+    MissingExtraError
+        If the format needs a library that is not installed.
+
+    Examples
+    --------
+    >>> from tempfile import TemporaryDirectory
+    >>> with TemporaryDirectory() as folder:
+    ...     file = Path(folder, "stage.csv")
+    ...     _ = file.write_text("time [s],pos [mm],force [N]\\n0,0,1\\n0.5,0.1,1\\n1,0.4,1\\n")
+    ...     log = read_log(file)
+    >>> log.kind, log.sampling_time, log.measured_position[-1].item()
+    ('linear', 0.5, 0.0004)
+    >>> log.source.assumptions[-1]
+    'the axis is taken as linear because position is in mm'
+    """
+    path = Path(path)
+    whole, where = _given_schema(schema)
+    chosen = _for_axis(whole, axis, where)
+    try:
+        files = _files(path, whole.files, where)
+        tables = {short: _table(file) for short, file in files.items()}
+        source = LogSource(
+            files=tuple(file.name for file in files.values()),
+            sha256=_hash_of_files(list(files.values())),
+        )
+    except OSError as error:
+        raise InputError(
+            f"the log cannot be read ({error.strerror or error})",
+            where=str(path),
+            remedy="check that the file can be read",
+        ) from error
+    table = combined(tables, path.name) if whole.files else tables[""]
+    return _axis_log(table, chosen, where, source, default_name=path.stem)
+
+
+def log_from_frame(
+    frame: Any, schema: str | Path | LogSchema | None = None, axis: str | int | None = None
+) -> AxisLog:
+    """Take one axis from a data frame: pandas, polars, pyarrow or any other that narwhals knows.
+
+    Parameters
+    ----------
+    frame
+        The data frame.
+    schema, axis
+        As for `read_log`.
+
+    Returns
+    -------
+    The log in SI units.
+
+    Raises
+    ------
+    InputError
+        If the frame cannot be used; row and column are named.
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> frame = pd.DataFrame({"t": [0.0, 0.1, 0.2], "q": [0.0, 0.1, 0.3], "tau": [1.0, 1.0, 0.0]})
+    >>> log = log_from_frame(frame, LogSchema(kind="rotary"))
+    >>> log.unit("effort"), log.effort.tolist()
+    ('N m', [1.0, 1.0, 0.0])
+    """
+    whole, where = _given_schema(schema)
+    chosen = _for_axis(whole, axis, where)
+    if whole.files:
+        raise InputError(
+            "the schema names files, and a data frame has none",
+            where=where,
+            remedy="leave [files] out",
+        )
+    label = "data frame"
+    table = table_of_frame(frame, label)
+    return _axis_log(table, chosen, where, None, default_name=label)
+
+
+def _given_schema(schema: str | Path | LogSchema | None) -> tuple[LogSchema, str]:
+    """Return the schema, empty if none is given, and what to call it in messages."""
+    if schema is None:
+        return LogSchema(), ""
+    if isinstance(schema, LogSchema):
+        return schema, "schema"
+    return read_schema(schema), Path(schema).name
+
+
+def _for_axis(schema: LogSchema, axis: str | int | None, where: str) -> AxisSchema:
+    try:
+        return schema.for_axis(axis)
+    except InputError as error:
+        raise error.at(where) if where else error from None
+
+
+def _files(path: Path, named: Mapping[str, str], where: str) -> dict[str, Path]:
+    """Return the files of a log by their short names; a log of one file has it under no name."""
+    if not path.exists():
+        raise InputError(
+            "there is no such file or folder", where=str(path), remedy="check the path"
+        )
+    if not path.is_dir():
+        if named:
+            raise InputError(
+                f"the schema {where} names files in a folder, and this is one file",
+                where=str(path),
+                remedy="give the folder, or leave [files] out of the schema",
+            )
+        return {"": path}
+    if not named:
+        raise InputError(
+            "this is a folder" + (f" and the schema {where} names no files" if where else ""),
+            where=str(path),
+            remedy="give a file, or a schema whose table [files] names the folder's files",
+        )
+    files = {short: path / name for short, name in named.items()}
+    for short, file in files.items():
+        if not file.is_file():
+            raise InputError(
+                f"there is no file {named[short]!r} in the folder",
+                where=str(path),
+                remedy=f"correct {short!r} under [files] in the schema",
+            )
+    return files
+
+
+def _table(path: Path) -> Table:
+    reader = _READERS.get(path.suffix.lower())
+    if reader is None:
+        known = ", ".join(_READERS)
+        raise InputError(
+            f"the format {path.suffix or 'of a name without an ending'} is unknown",
+            where=str(path),
+            remedy=f"convert the log to one of: {known}",
+        )
+    if path.stat().st_size == 0:
+        raise InputError("the file is empty", where=str(path), remedy="record or copy it again")
+    return reader(path)
+
+
+def _hash_of_files(files: Sequence[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open("rb") as stream:
+            while block := stream.read(1 << 20):
+                digest.update(block)
+    return digest.hexdigest()
+
+
+def _axis_log(
+    table: Table, schema: AxisSchema, where: str, source: LogSource | None, default_name: str
+) -> AxisLog:
+    bound = bind(table, schema, where or "schema")
+    try:
+        kind, told = axis_kind(bound.values(), schema.kind, table.label)
+        channels, notes = _channels(table, bound, kind)
+    except InputError as error:
+        raise error if error.where else error.at(table.label) from None
+    time = channels.pop("time", None)
+    samples = channels["position"].size
+    if time is None:
+        step = schema.sampling_time or 0.0
+        time = (
+            np.arange(samples) / schema.sampling_frequency
+            if schema.sampling_frequency
+            else (np.arange(samples) * step)
+        )
+    log = _validated(table, schema.name or default_name, kind, time, channels)
+    _check_motion(log, bound, table.label)
+    source = source or _source_in_memory(table, time, channels)
+    assumptions = (*table.notes, *notes, *([told] if told else []), *_timing(log, table))
+    return replace(log, source=replace(source, assumptions=assumptions))
+
+
+def _channels(
+    table: Table, bound: Mapping[str, Bound], kind: AxisKind
+) -> tuple[dict[str, Column], list[str]]:
+    """Return each channel in SI units, and what had to be assumed about it."""
+    names = [name for each in bound.values() for name in each.expression.names]
+    columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    for name, column in columns.items():
+        _check_finite(table, name, column)
+    values: dict[str, Value] = {**table.constants, **columns}
+    channels: dict[str, Column] = {}
+    notes: list[str] = []
+    for channel, each in bound.items():
+        result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
+        note = each.note
+        if each.unit is None:
+            si = unit_of(quantity_of(channel), kind)
+            taken = f"no unit is given, so it is taken in {si}"
+            note = f"{note}; {taken}" if note else f"{channel.replace('_', ' ')}: {taken}"
+        else:
+            factor = scale_to_si(channel, each.unit, kind)
+            result = result if factor == 1.0 else result * factor
+        if note:
+            notes.append(note)
+        channels[channel] = result
+    return channels, notes
+
+
+def _check_finite(table: Table, name: str, column: Column) -> None:
+    bad = np.flatnonzero(~np.isfinite(column))
+    if bad.size:
+        raise InputError(
+            f"column {name!r} is {column[bad[0]]} ({bad.size} of {column.size} samples are not "
+            "finite)",
+            where=f"{table.label}, {table.place(int(bad[0]))}",
+            remedy="remove or repair those samples; nothing is interpolated silently",
+        )
+
+
+def _validated(
+    table: Table, name: str, kind: AxisKind, time: Column, channels: Mapping[str, Column]
+) -> AxisLog:
+    try:
+        return AxisLog(
+            name=name,
+            kind=kind,
+            time=time,
+            effort=channels["effort"],
+            measured_position=channels["position"],
+            measured_velocity=channels.get("velocity"),
+            measured_load_position=channels.get("load_position"),
+            measured_load_velocity=channels.get("load_velocity"),
+        )
+    except InputError as error:
+        backward = np.flatnonzero(np.diff(time) <= 0)
+        place = f", {table.place(int(backward[0]) + 1)}" if backward.size else ""
+        raise error.at(table.label + place) from None
+
+
+def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
+    """Refuse a recording in which nothing happens: most often the wrong column."""
+    position = log.measured_position
+    if np.ptp(position) == 0:
+        raise InputError(
+            f"the position ({bound['position'].expression.text}) is {position[0]:g} "
+            f"{log.unit('position')} in all {len(log)} samples",
+            where=label,
+            remedy="name the column that moves, or record the axis in motion",
+        )
+    if not log.effort.any():
+        raise InputError(
+            f"the effort ({bound['effort'].expression.text}) is zero in all {len(log)} samples",
+            where=label,
+            remedy="name the column of the force or torque, or record it",
+        )
+
+
+def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]) -> LogSource:
+    digest = hashlib.sha256(np.ascontiguousarray(time).tobytes())
+    for column in channels.values():
+        digest.update(np.ascontiguousarray(column).tobytes())
+    return LogSource(files=(table.label,), sha256=digest.hexdigest())
+
+
+def _timing(log: AxisLog, table: Table) -> list[str]:
+    """Return sentences on what the time stamps show: jitter and gaps."""
+    notes: list[str] = []
+    if log.timing_jitter > _NOTICEABLE_JITTER:
+        notes.append(
+            f"steps of the time stamps deviate by up to {100 * log.timing_jitter:.2g} % from the "
+            f"sampling time of {log.sampling_time:.6g} s"
+        )
+    starts = log.segment_starts
+    if starts.size > 1:
+        first = int(starts[1])
+        gap = log.time[first] - log.time[first - 1]
+        count = "1 gap splits" if starts.size == 2 else f"{starts.size - 1} gaps split"
+        notes.append(
+            f"{count} the log into {starts.size} segments; the first is {gap:.6g} s long, before "
+            f"{table.place(first)}"
+        )
+    return notes

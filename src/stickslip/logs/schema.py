@@ -1,0 +1,241 @@
+"""What says which column of a log is what: made in Python, from flags, or from a TOML file."""
+
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field, fields
+from difflib import get_close_matches
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any, ClassVar
+
+from stickslip.records import AxisKind, InputError, positive
+
+__all__ = ["CHANNELS", "AxisSchema", "LogSchema", "nearest", "read_schema"]
+
+CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
+"""What a column of a log can be; each is also the name of a quantity (without ``load_``)."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisSchema:
+    """Which columns make one axis.
+
+    Every channel is a column's name, or a linear expression over columns such as
+    ``"35.15 * vir"`` or ``"'motor angle' / 32"``. A single number stored in the file, as MATLAB
+    and NPZ files have them, can stand in an expression under its name.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``; None: told from the units.
+    name
+        What to call the axis; None: the file's name.
+    time
+        Time stamps.
+    sampling_time
+        Sampling time [s] of a log without time stamps.
+    sampling_frequency
+        Sampling frequency [Hz] of a log without time stamps.
+    position, velocity, effort
+        Of the axis, or of the first mass of a flexible arm.
+    load_position, load_velocity
+        Of the second mass of a flexible arm.
+    units
+        By channel, the unit that its column or expression comes out in, such as ``"mm"``. A
+        channel not named here has the unit in the column's header, or else the SI unit.
+
+    Raises
+    ------
+    InputError
+        If a key of ``units`` is no channel, or if the sampling is stated twice or is not positive.
+    """
+
+    kind: AxisKind | None = None
+    name: str | None = None
+    time: str | None = None
+    sampling_time: float | None = None
+    sampling_frequency: float | None = None
+    position: str | None = None
+    velocity: str | None = None
+    effort: str | None = None
+    load_position: str | None = None
+    load_velocity: str | None = None
+    units: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    # Unknown keys of a TOML file are refused.
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+        for key in self.units:
+            if key not in CHANNELS:
+                raise _unknown_key(key, CHANNELS).at("[units]")
+        given = [
+            key
+            for key in ("time", "sampling_time", "sampling_frequency")
+            if getattr(self, key) is not None
+        ]
+        if len(given) > 1:
+            raise InputError(
+                f"{' and '.join(given)} are both given",
+                remedy="keep the one that says how the log was sampled",
+            )
+        if self.sampling_time is not None:
+            positive("sampling time", self.sampling_time, "s")
+        if self.sampling_frequency is not None:
+            positive("sampling frequency", self.sampling_frequency, "Hz")
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogSchema(AxisSchema):
+    """Which columns of a log make an axis, or which make each of several axes.
+
+    Attributes
+    ----------
+    files
+        For a log that is a folder: a short name for each of its files. The columns of a file are
+        then written ``short:column``.
+    axes
+        For a log of several axes, what differs from axis to axis, by the axis' name. What is
+        stated outside of them holds for all.
+
+    Raises
+    ------
+    InputError
+        As `AxisSchema` does.
+
+    Examples
+    --------
+    >>> schema = LogSchema(kind="linear", position="encoder", effort="35.15 * drive",
+    ...                    units={"position": "mm"})
+    >>> schema.effort
+    '35.15 * drive'
+    """
+
+    files: Mapping[str, str] = field(default_factory=dict[str, str])
+    axes: Mapping[str, AxisSchema] = field(default_factory=dict[str, AxisSchema])
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "files", MappingProxyType(dict(self.files)))
+        object.__setattr__(self, "axes", MappingProxyType(dict(self.axes)))
+        super().__post_init__()
+
+    def for_axis(self, axis: str | int | None) -> AxisSchema:
+        """Return what holds for one axis.
+
+        Raises
+        ------
+        InputError
+            If there is no such axis, or if there are several and none was chosen.
+        """
+        listed = ", ".join(self.axes)
+        if axis is None:
+            if len(self.axes) > 1:
+                raise InputError(
+                    f"the log has {len(self.axes)} axes ({listed}) and none was chosen",
+                    remedy=f"choose one, as in --axis {next(iter(self.axes))}",
+                )
+            chosen = next(iter(self.axes), None)
+        else:
+            chosen = str(axis)
+            if not self.axes:
+                raise InputError(
+                    f"axis {chosen!r} was chosen and the schema has no axes",
+                    remedy=f"leave the choice out, or write a table [axes.{chosen}] in the schema",
+                )
+            if chosen not in self.axes:
+                raise InputError(f"there is no axis {chosen!r}", remedy=f"choose one of: {listed}")
+        own = AxisSchema() if chosen is None else self.axes[chosen]
+        merged = {
+            each.name: value
+            if (value := getattr(own, each.name)) is not None
+            else getattr(self, each.name)
+            for each in fields(AxisSchema)
+        }
+        merged["units"] = {**self.units, **own.units}
+        if own.time is not None or own.sampling_time is not None or own.sampling_frequency:
+            for key in ("time", "sampling_time", "sampling_frequency"):
+                merged[key] = getattr(own, key)
+        if chosen is not None and own.name is None:
+            merged["name"] = f"{self.name} axis {chosen}" if self.name else f"axis {chosen}"
+        return AxisSchema(**merged)
+
+
+def read_schema(path: str | Path) -> LogSchema:
+    """Read a schema from a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file; its keys are the attributes of `LogSchema`.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, is not TOML, has an unknown key (near names are suggested) or a
+        value of the wrong kind.
+    """
+    path = Path(path)
+    try:
+        document = tomllib.loads(path.read_bytes().decode())
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such schema file", where=str(path), remedy="check the path"
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"the schema cannot be read ({error.strerror})",
+            where=str(path),
+            remedy="give the path of a readable TOML file",
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"the schema is not TOML ({error})",
+            where=str(path),
+            remedy='write lines such as position = "encoder"; text goes in quotes',
+        ) from error
+    return _schema_from(document, str(path))
+
+
+def _schema_from(document: Mapping[str, Any], where: str) -> LogSchema:
+    from pydantic import TypeAdapter, ValidationError
+
+    try:
+        return TypeAdapter(LogSchema).validate_python(document)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        keys = [str(key) for key in fault["loc"]]
+        own = fault.get("ctx", {}).get("error")
+        if isinstance(own, InputError):
+            raise own.at(_place(where, keys)) from None
+        if fault["type"] in {"unexpected_keyword_argument", "extra_forbidden"}:
+            inner = len(keys) > 1 and keys[0] == "axes"
+            known = [each.name for each in fields(AxisSchema if inner else LogSchema)]
+            raise _unknown_key(keys[-1], known).at(_place(where, keys[:-1])) from None
+        raise InputError(
+            f"{keys[-1]} is {fault['input']!r}: {fault['msg'][0].lower()}{fault['msg'][1:]}",
+            where=_place(where, keys[:-1]),
+            remedy="see the examples of schemas in the documentation",
+        ) from None
+
+
+def _place(where: str, tables: list[str]) -> str:
+    return f"{where}, [{'.'.join(tables)}]" if tables else where
+
+
+def _unknown_key(key: str, known: Iterable[str]) -> InputError:
+    known = tuple(known)
+    near = nearest(key, known)
+    return InputError(
+        f"unknown key {key!r}",
+        remedy=f"did you mean {near}?" if near else f"the keys are: {', '.join(known)}",
+    )
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the known names that look like the given one, quoted; empty if there is none."""
+    by_plain: dict[str, str] = {}
+    for each in known:
+        by_plain.setdefault(each.casefold(), each)
+    near = get_close_matches(name.casefold(), by_plain, n=3, cutoff=0.6)
+    return " or ".join(repr(by_plain[each]) for each in near)

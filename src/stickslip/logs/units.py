@@ -1,0 +1,174 @@
+"""Units at the edge: what a log is in, turned into SI once and for all."""
+
+import re
+import tokenize
+from functools import cache
+from types import MappingProxyType
+from typing import Any
+
+from stickslip.records import AxisKind, InputError, unit_of
+
+__all__ = ["header_unit", "is_unit", "kind_of_unit", "quantity_of", "scale_to_si"]
+
+_SPELLINGS = MappingProxyType(
+    {
+        "Nm": "N*m",
+        "mNm": "mN*m",
+        "kNm": "kN*m",
+        "cNm": "cN*m",
+        "°": "deg",
+        "°/s": "deg/s",
+        "sec": "s",
+        "msec": "ms",
+        "rad_s": "rad/s",
+        "deg_s": "deg/s",
+        "mm_s": "mm/s",
+        "m_s": "m/s",
+        "RPM": "rpm",
+        "1/min": "rpm",
+        "rev/min": "rpm",
+        '"': "inch",
+        "A": "ampere",
+    }
+)
+"""Common ways to write a unit that the unit library reads otherwise or not at all."""
+
+_REPLACED = (("·", "*"), ("²", "^2"), ("°", "deg"), ("N.m", "N*m"), ("N-m", "N*m"), ("N m", "N*m"))
+_UNIT_CHARACTERS = re.compile(r"[\w%/*^. ()-]+")
+_PARSER_FAULTS = (ValueError, TypeError, AttributeError, AssertionError, tokenize.TokenError)
+"""What the unit library's parser raises, beside its own errors, on text that is no unit."""
+
+_KNOWN = re.compile(
+    r"(?:[numµμk]?(?:m|s|N|Nm|A|V)|cm|in|inch|min|h|sec|msec|deg|°|m?rad|rev|turns?|rpm|RPM|counts?|"
+    r"N[ .*·]m|lbf|%|-|1)"
+    r"(?:/(?:m?s|min|sec)(?:\^?2|²)?)?"
+)
+_BRACKETED = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\))")
+_SUFFIXED = re.compile(
+    r".*[a-z0-9]_(?P<unit>ms|us|ns|sec|mm|um|deg|rad|Nm|rpm|rad_s|deg_s|mm_s|m_s)"
+)
+
+
+def header_unit(header: str) -> tuple[str, str | None]:
+    """Split a column's header into its name and the unit in it.
+
+    A unit stands in brackets, or at the end of the name where it cannot be mistaken.
+
+    Examples
+    --------
+    >>> header_unit("position [mm]"), header_unit("vel (rad/s)"), header_unit("time_ms")
+    (('position', 'mm'), ('vel', 'rad/s'), ('time_ms', 'ms'))
+    >>> header_unit("torque")
+    ('torque', None)
+    """
+    header = header.strip()
+    if match := _BRACKETED.fullmatch(header):
+        square = match["square"]
+        unit = (square if square is not None else match["round"]).strip()
+        if square is not None or is_unit(unit):
+            return match["name"], unit or None
+    if match := _SUFFIXED.fullmatch(header):
+        return header, match["unit"]
+    return header, None
+
+
+def is_unit(text: str) -> bool:
+    """Return whether a text is one of the units that logs of motion axes come in."""
+    return _KNOWN.fullmatch(text.strip().strip("[]()").strip()) is not None
+
+
+def quantity_of(channel: str) -> str:
+    """Return the quantity that a channel of a log holds."""
+    return channel.removeprefix("load_")
+
+
+def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
+    """Return the kind of axis on which a channel has such a unit, None where that says nothing.
+
+    Raises
+    ------
+    InputError
+        If the channel cannot have that unit on any axis, or if there is no such unit.
+    """
+    if channel == "time":
+        return None
+    kinds: tuple[AxisKind, ...] = ("linear", "rotary")
+    for kind in kinds:
+        if _factor(unit, unit_of(quantity_of(channel), kind)) is not None:
+            return kind
+    raise _wrong_unit(channel, unit, [unit_of(quantity_of(channel), kind) for kind in kinds])
+
+
+def scale_to_si(channel: str, unit: str, kind: AxisKind) -> float:
+    """Return what a channel in the given unit is multiplied by to be in SI units.
+
+    Raises
+    ------
+    InputError
+        If the unit is not of the channel's dimension; both are named.
+
+    Examples
+    --------
+    >>> scale_to_si("position", "mm", "linear")
+    0.001
+    """
+    target = unit_of(quantity_of(channel), kind)
+    factor = _factor(unit, target)
+    if factor is None:
+        raise _wrong_unit(channel, unit, [target])
+    return factor
+
+
+def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
+    wanted = " or ".join(targets)
+    if channel == "effort" and _factor(unit, "ampere") is not None:
+        return InputError(
+            f"effort is in {unit}, which is a current and not {wanted}",
+            remedy='multiply it by the motor\'s constant, such as effort = "1.2 * current"',
+        )
+    return InputError(
+        f"{channel.replace('_', ' ')} is in {unit}, which is not a unit like {wanted}",
+        remedy=f"correct the unit (header, [units] or flag), or scale the column to {wanted}",
+    )
+
+
+@cache
+def _factor(unit: str, target: str) -> float | None:
+    """Return how many targets one unit is, or None if they measure different things.
+
+    An angle is told from a bare number, so a position in percent is not taken for radians.
+    """
+    if unit == target:
+        return 1.0
+    registry = _registry()
+    here = registry.Quantity(1.0, _parsed(unit)).to_root_units()
+    there = registry.Quantity(1.0, _parsed(target)).to_root_units()
+    return float(here.magnitude / there.magnitude) if here.units == there.units else None
+
+
+def _parsed(unit: str) -> Any:
+    """Return the unit library's form of a unit, however it was spelled."""
+    import pint
+
+    spelled = _SPELLINGS.get(unit.strip(), unit.strip())
+    for written, meant in _REPLACED:
+        spelled = spelled.replace(written, meant)
+    if not _UNIT_CHARACTERS.fullmatch(spelled):
+        raise _unknown_unit(unit)
+    try:
+        return _registry().Unit(spelled)
+    except (*_PARSER_FAULTS, pint.errors.PintError) as error:
+        raise _unknown_unit(unit) from error
+
+
+def _unknown_unit(unit: str) -> InputError:
+    return InputError(
+        f"{unit!r} is not a unit", remedy="write units such as mm, rad/s, N m, deg or ms"
+    )
+
+
+@cache
+def _registry() -> Any:
+    import pint
+
+    return pint.UnitRegistry(cache_folder=None)
