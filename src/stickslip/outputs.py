@@ -6,7 +6,7 @@ A leaf beside the packages: the report, the log writer and the jobs all write fi
 import contextlib
 import os
 import secrets
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import TextIO
 
@@ -68,7 +68,7 @@ def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the ou
 
 
 @contextlib.contextmanager
-def whole_file(path: Path, *, what: str = "the output") -> Iterator[TextIO]:
+def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     """Open a UTF-8 text file that appears under its name only once it is complete.
 
     Parameters

@@ -1,0 +1,181 @@
+"""The page: figures, tables and words put together into one file that needs nothing else."""
+
+import html
+import json
+from collections.abc import Iterable, Mapping
+from importlib.resources import files
+from pathlib import Path
+from typing import Any
+
+from stickslip.outputs import check_output, whole_file
+from stickslip.records import Identification
+from stickslip.report import tables
+from stickslip.report.drawing import Plot, key
+from stickslip.report.figures import (
+    balance_plot,
+    curve_plot,
+    evolution_plots,
+    residual_plots,
+    resimulation_plot,
+)
+
+__all__ = ["write_report"]
+
+_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; base-uri 'none'; form-action 'none'"
+)
+"""Content security policy: the browser itself refuses to fetch anything for this page."""
+
+_NOT_DRAWN = "Not drawn, as the estimate is not good enough for it: "
+
+
+def write_report(identification: Identification, path: Path | str) -> Path:
+    """Write an identification as one HTML page that works offline, on paper and on a small screen.
+
+    The page holds everything it needs (about 5 MB, nearly all of it the drawing library) and
+    fetches nothing. It appears under its name only once it is complete.
+
+    Parameters
+    ----------
+    identification
+        What to show; nothing is computed from it but the drawing.
+    path
+        The HTML file to write; an existing one is replaced.
+
+    Returns
+    -------
+    The path written.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    """
+    target = Path(path)
+    check_output(target, what="the report")
+    with whole_file(target, what="the report") as stream:
+        stream.writelines(_page(identification))
+    return target
+
+
+def _page(identification: Identification) -> Iterable[str]:
+    from plotly.offline import get_plotlyjs
+
+    every = _sections(identification)
+    sections = [(anchor, name, lead, drawn) for anchor, name, lead, drawn in every if drawn]
+    missing = [name for _, name, _, drawn in every if not drawn]
+    plots = [plot for _, _, _, drawn in sections for plot in drawn]
+    title = html.escape(identification.log.name)
+    yield (
+        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
+        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
+        f"<title>Friction of {title}</title>\n<style>\n{_template('page.css')}</style>\n"
+        "</head>\n<body>\n"
+    )
+    yield tables.header(identification)
+    yield _contents([(anchor, name) for anchor, name, _, _ in sections])
+    yield "<main>\n"
+    yield _section("parameters", "Parameters", tables.parameters(identification))
+    for anchor, name, lead, drawn in sections:
+        yield _section(anchor, name, _figures(anchor, lead, drawn))
+    if missing:
+        yield f'<p class="missing">{_NOT_DRAWN}{", ".join(missing).lower()}.</p>\n'
+    yield _section("provenance", "Notes and provenance", tables.provenance(identification))
+    yield "</main>\n"
+    yield tables.footer(identification)
+    yield (
+        "<noscript><p>The figures are drawn by a script inside this file; allow scripts to see "
+        "them. The tables need none.</p></noscript>\n"
+    )
+    yield f'<script type="application/json" id="plots">{_drawings(plots)}</script>\n'
+    yield f"<script>{get_plotlyjs()}</script>\n"
+    yield f"<script>{_template('page.js')}</script>\n</body>\n</html>\n"
+
+
+_Section = tuple[str, str, str, list[Plot] | None]
+
+
+def _sections(identification: Identification) -> list[_Section]:
+    """Return the sections with figures: anchor, heading, lead and drawings, None if not drawn."""
+    found = identification
+    return [
+        (
+            "friction",
+            "Friction curve",
+            "",
+            None if found.curve is None else [curve_plot(found.curve, found)],
+        ),
+        (
+            "energy",
+            "Energy balance",
+            "",
+            None if found.energy is None else [balance_plot(found.energy, found)],
+        ),
+        (
+            "evolution",
+            "Evolution",
+            "How each estimate settles as the log goes on, with its 95 % interval. A level that "
+            "is reached and kept speaks for a law that fits the whole log; one that keeps "
+            "drifting means that friction changes, or that the law lacks something. The axis is "
+            "scaled to the settled part, the first guesses may lie outside.",
+            None
+            if found.evolution is None
+            else evolution_plots(found.evolution, found.estimate, found.truth),
+        ),
+        (
+            "residuals",
+            "Residuals",
+            "",
+            None if found.residuals is None else residual_plots(found.residuals, found),
+        ),
+        (
+            "motion",
+            "Motion, measured and re-simulated",
+            "",
+            None if found.resimulation is None else [resimulation_plot(found.resimulation, found)],
+        ),
+    ]
+
+
+def _contents(sections: list[tuple[str, str]]) -> str:
+    listed = [("parameters", "Parameters"), *sections, ("provenance", "Provenance")]
+    items = "".join(f'<li><a href="#{anchor}">{name}</a></li>' for anchor, name in listed)
+    return f'<nav class="contents" aria-label="Contents"><ul>{items}</ul></nav>\n'
+
+
+def _section(anchor: str, name: str, body: str) -> str:
+    return f'<section id="{anchor}">\n<h2>{name}</h2>\n{body}</section>\n'
+
+
+def _figures(anchor: str, lead: str, drawn: list[Plot]) -> str:
+    opening = f'<p class="lead">{lead}</p>\n' if lead else ""
+    if anchor != "evolution":
+        return opening + "".join(_figure(plot, key(plot.traces)) for plot in drawn)
+    shared = key([trace for plot in drawn for trace in plot.traces])
+    body = "".join(_figure(plot, "") for plot in drawn)
+    return f'{opening}{shared}<div class="grid">\n{body}</div>\n'
+
+
+def _figure(plot: Plot, its_key: str) -> str:
+    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>" if plot.caption else ""
+    heading = f"<h3>{plot.heading}</h3>" if plot.heading else ""
+    return (
+        f'<figure>{heading}{its_key}<div class="plot" id="{plot.anchor}" role="img" '
+        f'aria-label="{html.escape(plot.alternative)}" style="height:{plot.height}px"></div>'
+        f"{caption}</figure>\n"
+    )
+
+
+def _drawings(plots: Iterable[Plot]) -> str:
+    """Return the drawings as JSON that no text in it can end early."""
+    data: Mapping[str, Any] = {
+        plot.anchor: {"data": plot.traces, "layout": plot.layout} for plot in plots
+    }
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")
+
+
+def _template(name: str) -> str:
+    return files("stickslip.report").joinpath("template", name).read_text(encoding="utf-8")
