@@ -1,0 +1,161 @@
+"""From measured positions to smooth motion: zero-phase filters, differences, noise, rests."""
+
+from dataclasses import dataclass
+from math import comb
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import signal
+
+from stickslip.records import InputError
+
+__all__ = [
+    "REST_NOISE",
+    "REST_PERIODS",
+    "REST_SPEED",
+    "LowPass",
+    "central_difference",
+    "decimate",
+    "decimated_start",
+    "default_cutoff",
+    "noise_level",
+    "rests",
+]
+
+LARGEST_CUTOFF = 100.0
+"""Cutoff frequency [Hz] published for the EMPS benchmark; drives act below it."""
+
+SAMPLES_PER_PERIOD = 10.0
+"""At least so many samples in a period of the cutoff: central differences are accurate there."""
+
+REST_SPEED = 0.005
+"""Speed below which the axis may be at rest, as a fraction of the largest speed in the log."""
+
+REST_NOISE = 3.0
+"""The same in standard deviations of the speed's noise."""
+
+REST_PERIODS = 2.0
+"""Least duration of a rest in periods of the cutoff: a reversal passes through low speed faster."""
+
+_NOISE_DIFFERENCE = 6  # order of the difference that leaves noise and removes smooth motion
+_NOISE_QUANTILE = 0.8  # the largest fifth of the differences are jumps, not noise
+_FREQUENCIES = 4096  # for integrals over the spectrum
+_NOISE_QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
+
+DECIMATION_ORDER = 8
+DECIMATION_RIPPLE = 0.05  # dB
+DECIMATION_PASSBAND = 0.8
+
+
+@dataclass(frozen=True, kw_only=True)
+class LowPass:
+    """A Butterworth low-pass run forwards and backwards, so that it does not delay.
+
+    Attributes
+    ----------
+    order
+        Of one pass.
+    cutoff
+        -3 dB frequency of one pass [Hz].
+    """
+
+    order: int
+    cutoff: float
+
+    def apply(
+        self, values: Float[np.ndarray, " n"], sampling_time: float
+    ) -> Float[np.ndarray, " n"]:
+        """Return the filtered values (ends extended by odd reflection over 3 orders)."""
+        b, a = self._coefficients(sampling_time)
+        pad = min(3 * self.order, values.size - 1)
+        return np.asarray(signal.filtfilt(b, a, values, padlen=pad), dtype=np.float64)
+
+    def noise_gain(self, sampling_time: float, *, derivatives: int, decimation: int = 1) -> float:
+        """Return the rms of unit noise filtered, differenced and decimated [1/s^derivatives]."""
+        b, a = self._coefficients(sampling_time)
+        angle, response = signal.freqz(b, a, worN=_FREQUENCIES)
+        gain = np.abs(response) ** 4 * (np.sin(angle) / sampling_time) ** (2 * derivatives)
+        if decimation > 1:
+            _, response = signal.freqz(*_decimation_filter(decimation), worN=_FREQUENCIES)
+            gain = gain * np.abs(response) ** 4
+        return float(np.sqrt(np.mean(gain)))
+
+    def _coefficients(
+        self, sampling_time: float
+    ) -> tuple[Float[np.ndarray, " c"], Float[np.ndarray, " c"]]:
+        nyquist = 0.5 / sampling_time
+        if not 0 < self.cutoff < nyquist:
+            raise InputError(
+                f"the cutoff frequency is {self.cutoff:g} Hz, it must be between 0 and half the "
+                f"sampling rate, {nyquist:g} Hz",
+                remedy="choose a lower cutoff",
+            )
+        b, a = signal.butter(self.order, self.cutoff / nyquist)
+        return np.asarray(b), np.asarray(a)
+
+
+def default_cutoff(sampling_time: float) -> float:
+    """Return the cutoff frequency [Hz] for a sampling time: a tenth of the rate, at most 100 Hz."""
+    return min(LARGEST_CUTOFF, 1.0 / (SAMPLES_PER_PERIOD * sampling_time))
+
+
+def central_difference(
+    values: Float[np.ndarray, " n"], sampling_time: float
+) -> Float[np.ndarray, " n"]:
+    """Return the derivative by central differences, one-sided at both ends."""
+    return np.asarray(np.gradient(values, sampling_time), dtype=np.float64)
+
+
+def decimate(columns: Float[np.ndarray, "n p"], factor: int) -> Float[np.ndarray, "m p"]:
+    """Low-pass each column without delay and keep every ``factor``-th sample, the last included.
+
+    Chebyshev I of order 8 with 0.05 dB ripple at 0.8 of the new Nyquist frequency, forwards and
+    backwards: the same filter on every column of a regression keeps it valid (parallel decimation).
+    """
+    if factor == 1:
+        return columns
+    b, a = _decimation_filter(factor)
+    pad = min(3 * DECIMATION_ORDER, columns.shape[0] - 1)
+    filtered = np.asarray(signal.filtfilt(b, a, columns, axis=0, padlen=pad), dtype=np.float64)
+    return filtered[decimated_start(columns.shape[0], factor) :: factor]
+
+
+def _decimation_filter(factor: int) -> tuple[Float[np.ndarray, " c"], Float[np.ndarray, " c"]]:
+    b, a = signal.cheby1(DECIMATION_ORDER, DECIMATION_RIPPLE, DECIMATION_PASSBAND / factor)
+    return np.asarray(b), np.asarray(a)
+
+
+def decimated_start(samples: int, factor: int) -> int:
+    """Return the index of the first sample that `decimate` keeps."""
+    return (samples - 1) % factor
+
+
+def noise_level(values: Float[np.ndarray, " n"]) -> float:
+    """Return the standard deviation of the white noise on a smooth signal, in the signal's unit.
+
+    The sixth difference removes motion that is smooth over seven samples and multiplies the
+    variance of white noise by the central binomial coefficient C(12, 6); its 80 % quantile ignores
+    the jumps that a switched force leaves.
+    """
+    if values.size <= _NOISE_DIFFERENCE:
+        return 0.0
+    difference = np.abs(np.diff(values, _NOISE_DIFFERENCE))
+    scale = np.sqrt(comb(2 * _NOISE_DIFFERENCE, _NOISE_DIFFERENCE))
+    quantile = float(np.quantile(difference, _NOISE_QUANTILE))
+    return quantile / (_NOISE_QUANTILE_NORMAL * float(scale))
+
+
+def rests(
+    velocity: Float[np.ndarray, " n"], threshold: float, least_samples: int
+) -> Bool[np.ndarray, " n"]:
+    """Mark the samples of stretches in which the speed stays below a threshold long enough.
+
+    A reversal passes through low speeds too, but quickly; a rest lasts.
+    """
+    slow = np.abs(velocity) < threshold
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], slow, [False]))))
+    marks = np.zeros(velocity.size, dtype=bool)
+    for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True):
+        if stop - start >= least_samples:
+            marks[start:stop] = True
+    return marks
