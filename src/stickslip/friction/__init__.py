@@ -1,0 +1,6 @@
+"""Friction laws: one file each."""
+
+from stickslip.friction.coulomb_viscous import CoulombViscousFriction
+from stickslip.friction.law import FrictionLaw
+
+__all__ = ["CoulombViscousFriction", "FrictionLaw"]

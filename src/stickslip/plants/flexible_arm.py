@@ -1,0 +1,69 @@
+"""A flexible axis: two masses, a spring, and friction on the driven mass."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from jaxtyping import Float
+from numpy import ndarray
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.records import AxisKind, positive, quantity_field, unit_of
+
+__all__ = ["FlexibleArm"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlexibleArm:
+    """Two masses joined by a spring; effort and friction act on the first.
+
+    Report part A Eqs. 2.1-2.3 with a stick rule: a resting first mass stays while effort less
+    offset less spring force is within the static friction. The second mass has no friction. Its
+    state is ``(position, velocity, load_position, load_velocity)``.
+
+    Attributes
+    ----------
+    mass_1, mass_2
+        Driven mass and load [kg], or inertias [kg m^2] of a rotary axis.
+    stiffness
+        Of the spring [N/m or N m/rad].
+    friction
+        The friction law of the driven mass.
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+
+    Raises
+    ------
+    InputError
+        If a mass or the stiffness is not positive and finite.
+
+    Examples
+    --------
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
+    >>> FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law).kind
+    'linear'
+    """
+
+    mass_1: float = quantity_field("mass")
+    mass_2: float = quantity_field("mass")
+    stiffness: float = quantity_field("stiffness")
+    friction: CoulombViscousFriction
+    kind: AxisKind = "linear"
+
+    def __post_init__(self) -> None:
+        for name, quantity in (("mass_1", "mass"), ("mass_2", "mass"), ("stiffness", "stiffness")):
+            value = positive(name, getattr(self, name), unit_of(quantity, self.kind))
+            object.__setattr__(self, name, value)
+
+    def kinetic_energy(
+        self, velocity: Float[ndarray, " n"], load_velocity: Float[ndarray, " n"]
+    ) -> Float[ndarray, " n"]:
+        """Return the kinetic energy [J] of both masses (report Eq. 3.8 with its squares)."""
+        energy: Any = 0.5 * self.mass_1 * velocity**2 + 0.5 * self.mass_2 * load_velocity**2
+        return energy
+
+    def potential_energy(
+        self, position: Float[ndarray, " n"], load_position: Float[ndarray, " n"]
+    ) -> Float[ndarray, " n"]:
+        """Return the energy [J] in the spring (report Eq. 3.7)."""
+        energy: Any = 0.5 * self.stiffness * (position - load_position) ** 2
+        return energy

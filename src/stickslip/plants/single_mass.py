@@ -1,0 +1,53 @@
+"""A rigid axis: one mass or inertia with friction."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from jaxtyping import Float
+from numpy import ndarray
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.records import AxisKind, positive, quantity_field, unit_of
+
+__all__ = ["SingleMass"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingleMass:
+    """One mass (or inertia) moved by an effort against friction (report part B Eq. 1).
+
+    ``mass * acceleration = effort - offset - friction(velocity)``; at rest it stays while the
+    effort less the offset is within the static friction. Its state is ``(position, velocity)``.
+
+    Attributes
+    ----------
+    mass
+        Moving mass [kg], or inertia [kg m^2] of a rotary axis.
+    friction
+        The friction law.
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+
+    Raises
+    ------
+    InputError
+        If the mass is not positive and finite.
+
+    Examples
+    --------
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=700.0)
+    >>> SingleMass(mass=150.0, friction=law).mass
+    150.0
+    """
+
+    mass: float = quantity_field("mass")
+    friction: CoulombViscousFriction
+    kind: AxisKind = "linear"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", positive("mass", self.mass, unit_of("mass", self.kind)))
+
+    def kinetic_energy(self, velocity: Float[ndarray, " n"]) -> Float[ndarray, " n"]:
+        """Return the kinetic energy [J] at each velocity [m/s or rad/s]."""
+        energy: Any = 0.5 * self.mass * velocity**2
+        return energy

@@ -1,0 +1,129 @@
+"""From a plant and a sampling time to the numbers its compiled kernel works with."""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.records import InputError, positive
+from stickslip.simulation import arm_kernel as arm
+from stickslip.simulation.single_mass_kernel import mass_model
+from stickslip.simulation.transition import arm_increment
+
+__all__ = ["EVENT_BUDGET", "initial_kernel_state", "kernel_model"]
+
+EVENT_BUDGET = 10_000
+"""Events allowed in one sample."""
+
+
+def kernel_model(
+    plant: Plant, sampling_time: float, event_budget: int = EVENT_BUDGET
+) -> Float[np.ndarray, " p"]:
+    """Return the vector of numbers that the plant's kernel works with.
+
+    Raises
+    ------
+    InputError
+        If the sampling time is not positive or the friction law is not one that can be
+        propagated exactly.
+    """
+    T = positive("sampling time", sampling_time, "s")
+    law = plant.friction
+    if not isinstance(law, CoulombViscousFriction):
+        raise InputError(
+            f"the friction law {type(law).__name__} cannot be propagated exactly",
+            remedy="use CoulombViscousFriction",
+        )
+    if isinstance(plant, SingleMass):
+        return mass_model(
+            plant.mass,
+            law.coulomb_friction_negative,
+            law.coulomb_friction_positive,
+            law.static_friction_negative,
+            law.static_friction_positive,
+            law.viscous_friction_negative,
+            law.viscous_friction_positive,
+            law.offset,
+            T,
+        )
+    return _arm_model(plant, law, T, event_budget)
+
+
+def _arm_model(
+    plant: FlexibleArm, law: CoulombViscousFriction, T: float, event_budget: int
+) -> Float[np.ndarray, " p"]:
+    m1, m2, ks = plant.mass_1, plant.mass_2, plant.stiffness
+    cs = (law.viscous_friction_negative, 0.0, law.viscous_friction_positive)
+    model = np.zeros(arm.MODEL_SIZE)
+    for mode, c in zip((-1, 0, 1), cs, strict=True):
+        high, low = arm_increment(m1, m2, ks, c, T, slipping=mode != 0)
+        place = 16 * (mode + 1)
+        model[place : place + 16] = high.ravel()
+        model[place + arm.LOW_PART : place + arm.LOW_PART + 16] = low.ravel()
+    c = max(cs)
+    root_m1, root_m2, root_ks = math.sqrt(m1), math.sqrt(m2), math.sqrt(ks)
+    omega = math.sqrt(ks / m2)
+    # |v1| <= R/sqrt(m1), |v2| <= R/sqrt(m2), ks |d| <= sqrt(ks) R bound
+    # v1'' = (-c v1' - ks (v1 - v2))/m1 with v1' = (F - c v1 - ks d)/m1
+    bend = (c / m1) * (c / root_m1 + root_ks) / m1 + ks / m1 * (1.0 / root_m1 + 1.0 / root_m2)
+    fc_n, fc_p = law.coulomb_friction_negative, law.coulomb_friction_positive
+    model[arm.TIME] = T
+    model[arm.M1], model[arm.M2], model[arm.KS] = m1, m2, ks
+    model[arm.FC_N], model[arm.FC_P] = fc_n, fc_p
+    model[arm.FS_N] = law.static_friction_negative
+    model[arm.FS_P] = law.static_friction_positive
+    model[arm.C_N], model[arm.C_P] = cs[0], cs[2]
+    model[arm.OFFSET] = law.offset
+    model[arm.OMEGA] = omega
+    model[arm.NORM] = math.sqrt(ks / m1 + ks / m2) + c / m1
+    model[arm.GROWTH] = T / root_m1
+    model[arm.BOUND_R] = bend * T * T / 8
+    model[arm.BOUND_U] = c / m1**2 * T * T / 8
+    model[arm.SAG] = root_ks * (omega * T) ** 2 / 8
+    model[arm.FC_MAX] = max(fc_n, fc_p)
+    model[arm.BUDGET] = event_budget
+    model[arm.ROOT_M1], model[arm.ROOT_KS] = root_m1, root_ks
+    return model
+
+
+def initial_kernel_state(
+    plant: Plant, initial_state: tuple[float, ...] | None
+) -> tuple[float, ...]:
+    """Return the kernel's state for a plant's state; at rest at 0 if None.
+
+    Parameters
+    ----------
+    plant
+        Decides the state's length.
+    initial_state
+        ``(position, velocity)``, of the arm ``(position, velocity, load_position,
+        load_velocity)``, in SI units.
+
+    Raises
+    ------
+    InputError
+        If the length is wrong or a value is not finite.
+    """
+    names = ("position", "velocity", "load_position", "load_velocity")
+    names = names[:2] if isinstance(plant, SingleMass) else names
+    values = (0.0,) * len(names) if initial_state is None else tuple(map(float, initial_state))
+    if len(values) != len(names):
+        raise InputError(
+            f"the initial state has {len(values)} values, the plant's has {len(names)}",
+            remedy=f"give ({', '.join(names)})",
+        )
+    for name, value in zip(names, values, strict=True):
+        if not math.isfinite(value):
+            raise InputError(f"initial {name} is {value}", remedy="give a finite value")
+    x, v = values[:2]
+    mode = float(np.sign(v))
+    if isinstance(plant, SingleMass):
+        return x, v, 0.0, 0.0, mode
+    x2, v2 = values[2:]
+    # x1 - x2 exactly, as a double and what it rounds away
+    d = x - x2
+    b = d - x
+    low = (x - (d - b)) + (-x2 - b)
+    return x, v, d, v2, 0.0, 0.0, low, 0.0, mode

@@ -1,0 +1,76 @@
+"""The truth of a simulated run. No estimator or controller can reach it."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int8
+
+from stickslip.records import AxisKind, quantity_field
+
+__all__ = ["SimulatedMotion"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedMotion:
+    """What a simulated plant really did, at every sample and at every event between them.
+
+    ``commanded_effort[k]`` is held from ``time[k]`` to ``time[k+1]``.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+    sampling_time
+        [s].
+    time
+        Sample instants, shape (n+1,).
+    commanded_effort
+        Shape (n,).
+    position, velocity
+        Of the (first) mass, shape (n+1,).
+    load_position, load_velocity
+        Of the second mass of a flexible arm, shape (n+1,), or None.
+    stuck
+        Whether the (first) mass rests at each sample instant, before the effort of the sample that
+        begins there acts, shape (n+1,).
+    event_time
+        When the (first) mass came to rest, broke away or reversed [s], shape (e,).
+    event_mode
+        What it did from then on: -1 and +1 slip in that direction, 0 rest; shape (e,).
+    grazing
+        Samples, shape (n,), in which the outcome of an event was too close to call: the velocity
+        or the force touched its limit to 1e-10 of its scale, with static friction above Coulomb
+        friction, where the motion depends on it discontinuously.
+    """
+
+    kind: AxisKind
+    sampling_time: float = quantity_field("sampling_time")
+    time: Float[np.ndarray, " n+1"] = quantity_field("time")
+    commanded_effort: Float[np.ndarray, " n"] = quantity_field("effort")
+    position: Float[np.ndarray, " n+1"] = quantity_field("position")
+    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
+    load_position: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
+    load_velocity: Float[np.ndarray, " n+1"] | None = quantity_field("velocity", default=None)
+    stuck: Bool[np.ndarray, " n+1"]
+    event_time: Float[np.ndarray, " e"] = quantity_field("time")
+    event_mode: Int8[np.ndarray, " e"]
+    grazing: Bool[np.ndarray, " n"]
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                # A view, so that the one who made the array can still write it; this record cannot
+                view = value.view()
+                view.flags.writeable = False
+                object.__setattr__(self, name, view)
+
+    @property
+    def event_count(self) -> int:
+        """How often the (first) mass came to rest, broke away or reversed."""
+        return self.event_time.size
+
+    @property
+    def any_grazing(self) -> bool:
+        """Whether the outcome of any event was too close to call."""
+        return bool(self.grazing.any())

@@ -1,0 +1,124 @@
+"""One trajectory of a plant under a commanded effort."""
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from stickslip.plants import Plant, SingleMass
+from stickslip.records import EventBudgetError, InputError, finite_vector, unit_of
+from stickslip.simulation.arm_kernel import arm_run
+from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
+from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.single_mass_kernel import mass_run
+
+__all__ = ["budget_error", "simulate"]
+
+
+def budget_error(time: float, event_budget: int, trajectory: int | None = None) -> EventBudgetError:
+    """Return the error for a sample with more events than allowed."""
+    whose = "" if trajectory is None else f" of trajectory {trajectory}"
+    return EventBudgetError(
+        f"more than {event_budget} events in the sample at {time:.9g} s{whose}; "
+        "shorten the sampling time, or raise event_budget if the axis really sticks so often"
+    )
+
+
+def simulate(
+    plant: Plant,
+    commanded_effort: ArrayLike,
+    *,
+    sampling_time: float,
+    initial_state: tuple[float, ...] | None = None,
+    event_budget: int = EVENT_BUDGET,
+) -> SimulatedMotion:
+    """Propagate a plant exactly under an effort that is held over each sample.
+
+    The solution between events is exact to rounding; every stick, slip and reversal is found,
+    also those that come in pairs inside one sample.
+
+    Parameters
+    ----------
+    plant
+        `SingleMass` or `FlexibleArm`.
+    commanded_effort
+        Effort held over each sample [N or N m], shape (n,).
+    sampling_time
+        [s].
+    initial_state
+        ``(position, velocity)``, of the arm ``(position, velocity, load_position,
+        load_velocity)``; at rest at 0 if None.
+    event_budget
+        Events allowed in one sample.
+
+    Returns
+    -------
+    The motion at n+1 samples and at the events between them.
+
+    Raises
+    ------
+    InputError
+        If an argument is not finite, or out of its range.
+    EventBudgetError
+        If a sample holds more events than allowed.
+
+    Examples
+    --------
+    >>> from stickslip.friction import CoulombViscousFriction
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0)
+    >>> plant = SingleMass(mass=150.0, friction=law)
+    >>> motion = simulate(plant, [300.0, 0.0, 0.0, 0.0], sampling_time=0.01)
+    >>> round(float(motion.position[-1]), 9), motion.event_mode.tolist()
+    (0.0002, [1, 0])
+    """
+    effort = finite_vector("commanded effort", commanded_effort, unit_of("effort", plant.kind))
+    if event_budget < 1:
+        raise InputError(
+            f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
+        )
+    model = kernel_model(plant, sampling_time, event_budget)
+    state = initial_kernel_state(plant, initial_state)
+    n = effort.size
+    load_position = load_velocity = None
+    capacity = 2 * n + 64
+    while True:
+        position, velocity = np.empty(n + 1), np.empty(n + 1)
+        stuck = np.empty(n + 1, dtype=np.bool_)
+        grazing = np.zeros(n, dtype=np.bool_)
+        event_time, event_mode = np.empty(capacity), np.empty(capacity, dtype=np.int8)
+        if isinstance(plant, SingleMass):
+            _, count = mass_run(
+                model, state, effort, position, velocity, stuck, grazing, event_time, event_mode
+            )
+        else:
+            load_position, load_velocity = np.empty(n + 1), np.empty(n + 1)
+            _, count, failed = arm_run(
+                model,
+                state,
+                effort,
+                position,
+                velocity,
+                load_position,
+                load_velocity,
+                stuck,
+                grazing,
+                event_time,
+                event_mode,
+            )
+            if failed >= 0:
+                raise budget_error(failed * sampling_time, event_budget)
+        if count <= capacity:
+            break
+        capacity = count  # more events than twice the samples: once more, with room for them
+    return SimulatedMotion(
+        kind=plant.kind,
+        sampling_time=float(sampling_time),
+        time=np.arange(n + 1) * float(sampling_time),
+        commanded_effort=effort,
+        position=position,
+        velocity=velocity,
+        load_position=load_position,
+        load_velocity=load_velocity,
+        stuck=stuck,
+        event_time=event_time[:count].copy(),
+        event_mode=event_mode[:count].copy(),
+        grazing=grazing,
+    )

@@ -1,0 +1,295 @@
+"""Exact propagation of a single mass under a held input, event by event.
+
+Report part B Eq. 1. While slipping in direction s, m v' = F - c v with the held force
+F = U - s fc (U is the effort less the offset), so that v is monotone within a sample: the sign at
+its end tells whether there was a zero, and the zero is known in closed form. At a zero the mass
+rests if |U| <= fs, else it slips the way of U; it cannot come to a second zero within the sample.
+
+All increments are relative to the state, and every expression keeps its relative accuracy as
+c T/m goes to 0, where cancellation would spoil the textbook forms.
+"""
+
+import math
+
+import numpy as np
+
+from stickslip.compiled import compiled
+
+__all__ = ["GRAZING", "MODEL_SIZE", "mass_batch", "mass_model", "mass_run", "mass_step"]
+
+TIME, MASS, FC_N, FC_P, FS_N, FS_P, C_N, C_P, OFFSET = 0, 1, 2, 3, 4, 5, 6, 7, 8
+# Increments over a whole sample, for the negative and then the positive direction:
+# dv = DECAY v + GAIN F, dx = TRAVEL v + SHIFT F
+DECAY, GAIN, TRAVEL, SHIFT = 9, 10, 11, 12
+POSITIVE = 4  # from the negative direction's places to the positive direction's
+MODEL_SIZE = 17
+
+GRAZING = 1
+GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
+
+_SERIES_TERMS = 22  # of phi2 at |z| < 1: 1/24! = 2e-24
+_ATANH_TERMS = 36  # at z < 1, where w = z/(2 + z) < 1/3: 3^-34 = 6e-17
+
+
+@compiled(inline=True)
+def _phi1(z):
+    """(e^z - 1)/z."""
+    return math.expm1(z) / z if z != 0.0 else 1.0
+
+
+@compiled(inline=True)
+def _phi2(z):
+    """(e^z - 1 - z)/z^2."""
+    if abs(z) > 1.0:
+        return (math.expm1(z) - z) / (z * z)
+    total = 0.0
+    for k in range(_SERIES_TERMS, 1, -1):
+        total = (total + 1.0) * z / (k + 1)
+    return 0.5 * (1.0 + total)
+
+
+@compiled(inline=True)
+def _stopping_time(z):
+    """log(1 + z)/z."""
+    return math.log1p(z) / z if z != 0.0 else 1.0
+
+
+@compiled(inline=True)
+def _stopping_distance(z):
+    """(z - log(1 + z))/z^2, for z >= 0.
+
+    With w = z/(2 + z) it is (1 - w)^2/4 * 2 sum_{k>=2} w^(k-2) (1 - [k odd]/k).
+    """
+    if z > 1.0:
+        return (z - math.log1p(z)) / (z * z)
+    w = z / (2.0 + z)
+    total = 0.0
+    for k in range(_ATANH_TERMS, 1, -1):
+        total = total * w + (1.0 if k % 2 == 0 else 1.0 - 1.0 / k)
+    return 0.5 * (1.0 - w) * (1.0 - w) * total
+
+
+@compiled(inline=True)
+def _accumulate(high, low, increment):
+    """Add to a double-double value; a zero increment leaves it bitwise the same."""
+    t = increment + low
+    s = high + t
+    b = s - high
+    return s, (high - (s - b)) + (t - b)
+
+
+@compiled()
+def mass_model(m, fc_n, fc_p, fs_n, fs_p, c_n, c_p, offset, T):
+    """Return the vector of numbers the kernels of this file work with."""
+    model = np.zeros(MODEL_SIZE)
+    model[TIME], model[MASS], model[OFFSET] = T, m, offset
+    model[FC_N], model[FC_P], model[FS_N], model[FS_P] = fc_n, fc_p, fs_n, fs_p
+    model[C_N], model[C_P] = c_n, c_p
+    for side in range(2):
+        z = -model[C_N + side] * T / m
+        place = side * POSITIVE
+        model[DECAY + place] = math.expm1(z)
+        model[GAIN + place] = T / m * _phi1(z)
+        model[TRAVEL + place] = T * _phi1(z)
+        model[SHIFT + place] = T * T / m * _phi2(z)
+    return model
+
+
+@compiled()
+def _events(model, event_time, event_mode, count, t0, mode, U, x, v, xl, vl):
+    """Propagate over one sample in which the mass starts to move, stops or reverses.
+
+    ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
+    as there is room. Returns the state, the mode, the new count and the flags.
+    """
+    T, m = model[TIME], model[MASS]
+    rem = T
+    flags = 0
+    arrived = mode != 0
+    if mode != 0:
+        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+        c = model[C_P] if mode > 0 else model[C_N]
+        if mode * F >= 0.0:
+            # No zero: viscous friction has brought the velocity below the rounding of the increment
+            E = POSITIVE if mode > 0 else 0
+            x, xl = _accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
+            v, vl = v * math.exp(-c * T / m) + model[GAIN + E] * F, 0.0
+            return x, v, xl, vl, (mode if v != 0.0 else 0), count, flags
+        z = -c * v / F
+        rem = max(T + m * v / F * _stopping_time(z), 0.0)
+        x, xl = _accumulate(x, xl, -m * v * v / F * _stopping_distance(z))
+        v, vl = 0.0, 0.0
+        if rem < GRAZING_TOLERANCE * T and (model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]):
+            flags = GRAZING
+        mode = 0
+    if rem > 0.0:
+        if model[FS_P] < U:
+            mode = 1
+        elif -model[FS_N] > U:
+            mode = -1
+    if arrived or mode != 0:
+        if count < event_time.size:
+            event_time[count] = t0 + (T - rem)
+            event_mode[count] = mode
+        count += 1
+    if mode != 0:
+        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+        z = -(model[C_P] if mode > 0 else model[C_N]) * rem / m
+        x, xl = _accumulate(x, xl, rem * rem / m * _phi2(z) * F)
+        v, vl = rem / m * _phi1(z) * F, 0.0
+    return x, v, xl, vl, mode, count, flags
+
+
+@compiled(inline=True)
+def _slip(model, E, F, x, v, xl, vl):
+    """Propagate over a whole sample in one direction."""
+    nx, nxl = _accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
+    nv, nvl = _accumulate(v, vl, model[DECAY + E] * v + model[GAIN + E] * F)
+    return nx, nv, nxl, nvl
+
+
+@compiled()
+def mass_step(model, state, effort):
+    """Propagate one sample under a held effort; pure.
+
+    Parameters
+    ----------
+    model
+        Vector of `MODEL_SIZE` numbers.
+    state
+        (x, v, their low parts, mode), five floats.
+    effort
+        Held over the sample.
+
+    Returns
+    -------
+    state, output
+        The state at the end and (x, v).
+    """
+    x, v, xl, vl, mode_float = state
+    U = effort - model[OFFSET]
+    mode = int(mode_float)
+    nx, nv, nxl, nvl = x, v, xl, vl
+    if mode == 0:
+        ok = -model[FS_N] <= U <= model[FS_P]
+    else:
+        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+        nx, nv, nxl, nvl = _slip(model, POSITIVE if mode > 0 else 0, F, x, v, xl, vl)
+        ok = mode * nv > 0.0
+    if not ok:
+        nx, nv, nxl, nvl, mode, _, _ = _events(
+            model, np.empty(0), np.empty(0, dtype=np.int8), 0, 0.0, mode, U, x, v, xl, vl
+        )
+    return (nx, nv, nxl, nvl, float(mode)), (nx, nv)
+
+
+@compiled()
+def mass_run(model, state, effort, position, velocity, stuck, grazing, event_time, event_mode):
+    """Propagate one trajectory and store every sample.
+
+    Parameters
+    ----------
+    model, state
+        As in `mass_step`.
+    effort
+        Shape (n,).
+    position, velocity, stuck
+        Outputs, shape (n + 1,).
+    grazing
+        Output, shape (n,), zero on entry: samples with an event too close to call.
+    event_time, event_mode
+        Outputs: the events as far as there is room.
+
+    Returns
+    -------
+    state, count
+        The last state and the number of events.
+    """
+    x, v, xl, vl, mode_float = state
+    mode = int(mode_float)
+    n = effort.size
+    T, offset = model[TIME], model[OFFSET]
+    sudden = model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]
+    count = 0
+    position[0], velocity[0], stuck[0] = x, v, mode == 0
+    k = 0
+    while k < n:
+        if mode == 0:
+            while k < n and -model[FS_N] <= effort[k] - offset <= model[FS_P]:
+                k += 1
+                position[k], velocity[k], stuck[k] = x, v, True
+        else:
+            s = float(mode)
+            E = POSITIVE if mode > 0 else 0
+            fc = model[FC_P] if mode > 0 else -model[FC_N]
+            while k < n:
+                nx, nv, nxl, nvl = _slip(model, E, (effort[k] - offset) - fc, x, v, xl, vl)
+                if not s * nv > 0.0:
+                    break
+                if sudden and s * nv < GRAZING_TOLERANCE * (s * v):
+                    grazing[k] = True
+                x, v, xl, vl = nx, nv, nxl, nvl
+                k += 1
+                position[k], velocity[k], stuck[k] = x, v, False
+        if k < n:
+            x, v, xl, vl, mode, count, flags = _events(
+                model, event_time, event_mode, count, k * T, mode, effort[k] - offset, x, v, xl, vl
+            )
+            if flags:
+                grazing[k] = True
+            k += 1
+            position[k], velocity[k], stuck[k] = x, v, mode == 0
+    return (x, v, xl, vl, float(mode)), count
+
+
+@compiled()
+def mass_batch(models, states, efforts, every, out, first, last):
+    """Propagate trajectories ``first`` to ``last`` (exclusive), storing some of their samples.
+
+    Parameters
+    ----------
+    models
+        Shape (1 or batch, MODEL_SIZE).
+    states
+        Shape (batch, 5); replaced by the last states.
+    efforts
+        Shape (1 or batch, n).
+    every
+        Store the state after every so many samples; 0 to store none.
+    out
+        Output, shape (batch, n // every, 2): position and velocity.
+    first, last
+        The trajectories to propagate.
+    """
+    n = efforts.shape[1]
+    no_time = np.empty(0)
+    no_mode = np.empty(0, dtype=np.int8)
+    for b in range(first, last):
+        model = models[b if models.shape[0] > 1 else 0]
+        effort = efforts[b if efforts.shape[0] > 1 else 0]
+        x, v, xl, vl = states[b, 0], states[b, 1], states[b, 2], states[b, 3]
+        mode = int(states[b, 4])
+        due = every
+        row = 0
+        offset = model[OFFSET]
+        for k in range(n):
+            U = effort[k] - offset
+            nx, nv, nxl, nvl = x, v, xl, vl
+            if mode == 0:
+                ok = -model[FS_N] <= U <= model[FS_P]
+            else:
+                F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+                nx, nv, nxl, nvl = _slip(model, POSITIVE if mode > 0 else 0, F, x, v, xl, vl)
+                ok = mode * nv > 0.0
+            if not ok:
+                nx, nv, nxl, nvl, mode, _, _ = _events(
+                    model, no_time, no_mode, 0, 0.0, mode, U, x, v, xl, vl
+                )
+            x, v, xl, vl = nx, nv, nxl, nvl
+            due -= 1
+            if due == 0:
+                out[b, row, 0], out[b, row, 1] = x, v
+                row += 1
+                due = every
+        states[b, 0], states[b, 1], states[b, 2], states[b, 3] = x, v, xl, vl
+        states[b, 4] = mode

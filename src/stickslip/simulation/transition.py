@@ -1,0 +1,154 @@
+"""Transition matrices of linear plants under a held input, in double-double precision.
+
+A sampled simulation applies the same matrix at every sample, so that its rounding error is not
+averaged away but adds up. The matrices are therefore computed with about 31 digits and handed on
+as the sum of two doubles. The increment exp(M T) - I is what is stored: its error is relative to
+the small change in a sample and not to the state.
+
+Double-double arithmetic: T. J. Dekker, "A floating-point technique for extending the available
+precision", Numer. Math. 18 (1971), pp. 224-242.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+
+__all__ = ["arm_transition"]
+
+_SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting constant
+_TERMS = 24  # of the exponential series at norm 1/4: 0.25^25/25! is below 1e-40
+_SERIES_NORM = 0.25
+
+
+@compiled(inline=True)
+def _two_sum(a, b):
+    s = a + b
+    t = s - a
+    return s, (a - (s - t)) + (b - t)
+
+
+@compiled(inline=True)
+def _two_product(a, b):
+    p = a * b
+    t = _SPLIT * a
+    ah = t - (t - a)
+    al = a - ah
+    t = _SPLIT * b
+    bh = t - (t - b)
+    bl = b - bh
+    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
+
+
+@compiled(inline=True)
+def _add(ah, al, bh, bl):
+    s, e = _two_sum(ah, bh)
+    t, f = _two_sum(al, bl)
+    s, e = _two_sum(s, e + t)
+    return _two_sum(s, e + f)
+
+
+@compiled(inline=True)
+def _multiply(ah, al, bh, bl):
+    p, e = _two_product(ah, bh)
+    return _two_sum(p, e + (ah * bl + al * bh))
+
+
+@compiled(inline=True)
+def _divide(ah, al, b):
+    """Return (ah + al) / b."""
+    q1 = ah / b
+    ph, pl = _two_product(q1, b)
+    rh, rl = _add(ah, al, -ph, -pl)
+    q2 = rh / b
+    ph, pl = _two_product(q2, b)
+    rh, rl = _add(rh, rl, -ph, -pl)
+    sh, sl = _two_sum(q1, q2)
+    return _two_sum(sh, sl + rh / b)
+
+
+@compiled()
+def _matrix_product(ah, al, bh, bl, ch, cl):
+    """C = A B for square double-double matrices."""
+    n = ah.shape[0]
+    for i in range(n):
+        for j in range(n):
+            sh, sl = 0.0, 0.0
+            for k in range(n):
+                if ah[i, k] != 0.0 and bh[k, j] != 0.0:
+                    ph, pl = _multiply(ah[i, k], al[i, k], bh[k, j], bl[k, j])
+                    sh, sl = _add(sh, sl, ph, pl)
+            ch[i, j] = sh
+            cl[i, j] = sl
+
+
+@compiled()
+def arm_transition(m1, m2, ks, c, T, slipping):
+    """Return exp(M T) - I of the arm as a double-double matrix.
+
+    The state is z = (x1, v1, d, v2, F) with the held force F = u - s fc and d = x1 - x2:
+    x1' = v1, v1' = (F - c v1 - ks d)/m1, d' = v1 - v2, v2' = ks d/m2, F' = 0
+    (report part A Eqs. 2.1-2.3 while the first mass slips). While it rests only the second moves.
+
+    Returns
+    -------
+    high, low
+        Shape (5, 5) each; their sum is accurate to about 1e-30.
+    """
+    n = 5
+    mh = np.zeros((n, n))
+    ml = np.zeros((n, n))
+    norm = (np.sqrt(ks / m1 + ks / m2) + c / m1) * T
+    halvings = 0
+    step = T
+    while norm > _SERIES_NORM:
+        norm *= 0.5
+        step *= 0.5
+        halvings += 1
+    h, l = _two_product(ks, step)  # noqa: E741 (high and low part)
+    mh[2, 3] = -step
+    mh[3, 2], ml[3, 2] = _divide(h, l, m2)
+    if slipping:
+        mh[0, 1] = step
+        mh[2, 1] = step
+        mh[1, 2], ml[1, 2] = _divide(-h, -l, m1)
+        h, l = _two_product(c, step)  # noqa: E741
+        mh[1, 1], ml[1, 1] = _divide(-h, -l, m1)
+        mh[1, 4], ml[1, 4] = _divide(step, 0.0, m1)
+    # Horner's scheme for E = M (I + M/2 (I + M/3 (...))), in increments: E <- M/k + (M/k) E
+    eh = np.zeros((n, n))
+    el = np.zeros((n, n))
+    ph = np.zeros((n, n))
+    pl = np.zeros((n, n))
+    for k in range(_TERMS, 0, -1):
+        _matrix_product(mh, ml, eh, el, ph, pl)
+        for i in range(n):
+            for j in range(n):
+                h, l = _add(mh[i, j], ml[i, j], ph[i, j], pl[i, j])  # noqa: E741
+                eh[i, j], el[i, j] = _divide(h, l, float(k))
+    # exp(2M) - I = 2E + E E
+    for _ in range(halvings):
+        _matrix_product(eh, el, eh, el, ph, pl)
+        for i in range(n):
+            for j in range(n):
+                eh[i, j], el[i, j] = _add(2.0 * eh[i, j], 2.0 * el[i, j], ph[i, j], pl[i, j])
+    return eh, el
+
+
+def arm_increment(
+    mass_1: float,
+    mass_2: float,
+    stiffness: float,
+    viscous_friction: float,
+    sampling_time: float,
+    *,
+    slipping: bool,
+) -> Float[np.ndarray, "2 4 4"]:
+    """Return the increments of (x1, v1, d, v2) over a sample in terms of (v1, d, v2, F).
+
+    Returns
+    -------
+    The high and the low part of the matrix, stacked.
+    """
+    high, low = arm_transition(mass_1, mass_2, stiffness, viscous_friction, sampling_time, slipping)
+    return np.stack([high[:4, 1:], low[:4, 1:]])
