@@ -26,19 +26,24 @@ from stickslip.compiled import compiled
 
 __all__ = ["BUDGET_EXCEEDED", "GRAZING", "MODEL_SIZE", "arm_run", "arm_step"]
 
-# Places in the model vector. The first 96 hold, for mode -1, 0, +1, the 4 x 4 increments of
-# (x1, v1, d, v2) in terms of (v1, d, v2, F), their high parts and then their low parts.
-LOW_PART = 48
-TIME, M1, M2, KS = 96, 97, 98, 99
-FC_N, FC_P, FS_N, FS_P, C_N, C_P, OFFSET = 100, 101, 102, 103, 104, 105, 106
-OMEGA = 107  # sqrt(ks/m2), of the second mass while the first rests
-NORM = 108  # bound of the system matrix while slipping [1/s]
-GROWTH = 109  # T / sqrt(m1): how fast sqrt(2 E) can grow with the effort
-BOUND_R, BOUND_U = 110, 111  # M2 T^2/8 = BOUND_R R + BOUND_U (|U| + max fc), R = sqrt(2 E)
-SAG = 112  # sqrt(ks) (omega T)^2/8: how far the force on a resting mass can bulge, times R
-FC_MAX, BUDGET = 113, 114
-ROOT_M1, ROOT_KS = 115, 116
-MODEL_SIZE = 117
+# Places in the model vector. The first hold, for mode -1, 0, +1, the 5 x 4 increments of
+# (x1, v1, d, v2, x2) in terms of (v1, d, v2, F), their high parts and then their low parts.
+BLOCK_SIZE = 20
+LOW_PART = 3 * BLOCK_SIZE
+FIRST = 2 * LOW_PART
+TIME, M1, M2, KS = FIRST, FIRST + 1, FIRST + 2, FIRST + 3
+FC_N, FC_P, FS_N, FS_P = FIRST + 4, FIRST + 5, FIRST + 6, FIRST + 7
+C_N, C_P, OFFSET = FIRST + 8, FIRST + 9, FIRST + 10
+OMEGA = FIRST + 11  # sqrt(ks/m2), of the second mass while the first rests
+NORM = FIRST + 12  # bound of the system matrix while slipping [1/s]
+GROWTH = FIRST + 13  # T / sqrt(m1): how fast sqrt(2 E) can grow with the effort
+# M2 T^2/8 = BOUND_R R + BOUND_U (|U| + max fc), R = sqrt(2 E)
+BOUND_R, BOUND_U = FIRST + 14, FIRST + 15
+SAG = FIRST + 16  # sqrt(ks) (omega T)^2/8: how far the force on a resting mass can bulge, times R
+FC_MAX, BUDGET = FIRST + 17, FIRST + 18
+ROOT_M1, ROOT_KS = FIRST + 19, FIRST + 20
+FINE = FIRST + 21  # 1 if the low parts of the increments matter while slipping, else 0
+MODEL_SIZE = FIRST + 22
 
 GRAZING, BUDGET_EXCEEDED = 1, 2
 
@@ -91,25 +96,41 @@ def _stick_margin(model, R, u_max):
 
 
 @compiled(inline=True)
-def _transition(model, mode, U, x, v, d, w, xl, vl, dl, wl):
-    """Propagate over a whole sample in one mode."""
-    E = 16 * (mode + 1)
-    L = E + LOW_PART
-    F = U - model[FC_P] if mode > 0 else (U + model[FC_N] if mode < 0 else 0.0)
+def _slip(model, E, F, x, v, d, w, z, xl, vl, dl, wl, zl):
+    """Propagate over a whole sample of slip."""
     m = model
     dx = _row(m[E], m[E + 1], m[E + 2], m[E + 3], v, d, w, F)
-    dx += _row(m[L], m[L + 1], m[L + 2], m[L + 3], v, d, w, F)
     dv = _row(m[E + 4], m[E + 5], m[E + 6], m[E + 7], v, d, w, F)
-    dv += _row(m[L + 4], m[L + 5], m[L + 6], m[L + 7], v, d, w, F)
     dd = _row(m[E + 8], m[E + 9], m[E + 10], m[E + 11], v, d, w, F)
-    dd += _row(m[L + 8], m[L + 9], m[L + 10], m[L + 11], v, d, w, F)
     dw = _row(m[E + 12], m[E + 13], m[E + 14], m[E + 15], v, d, w, F)
-    dw += _row(m[L + 12], m[L + 13], m[L + 14], m[L + 15], v, d, w, F)
+    dz = _row(m[E + 16], m[E + 17], m[E + 18], m[E + 19], v, d, w, F)
+    if m[FINE] != 0.0:
+        L = E + LOW_PART
+        dx += _row(m[L], m[L + 1], m[L + 2], m[L + 3], v, d, w, F)
+        dv += _row(m[L + 4], m[L + 5], m[L + 6], m[L + 7], v, d, w, F)
+        dd += _row(m[L + 8], m[L + 9], m[L + 10], m[L + 11], v, d, w, F)
+        dw += _row(m[L + 12], m[L + 13], m[L + 14], m[L + 15], v, d, w, F)
+        dz += _row(m[L + 16], m[L + 17], m[L + 18], m[L + 19], v, d, w, F)
     x, xl = _accumulate(x, xl, dx)
     v, vl = _accumulate(v, vl, dv)
     d, dl = _accumulate(d, dl, dd)
     w, wl = _accumulate(w, wl, dw)
-    return x, v, d, w, xl, vl, dl, wl
+    z, zl = _accumulate(z, zl, dz)
+    return x, v, d, w, z, xl, vl, dl, wl, zl
+
+
+@compiled(inline=True)
+def _rest(model, d, w, z, dl, wl, zl):
+    """Propagate over a whole sample of rest: only the second mass moves."""
+    m = model
+    E = BLOCK_SIZE
+    L = BLOCK_SIZE + LOW_PART
+    dd = (m[E + 9] * d + m[E + 10] * w) + (m[L + 9] * d + m[L + 10] * w)
+    dw = (m[E + 13] * d + m[E + 14] * w) + (m[L + 13] * d + m[L + 14] * w)
+    d, dl = _accumulate(d, dl, dd)
+    w, wl = _accumulate(w, wl, dw)
+    z, zl = _accumulate(z, zl, -dd)
+    return d, w, z, dl, wl, zl
 
 
 @compiled()
@@ -226,7 +247,9 @@ def _breakaway_angle(psi0, d_star, A, side):
 
 
 @compiled()
-def _events(model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w, xl, vl, dl, wl):
+def _events(
+    model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w, z, xl, vl, dl, wl, zl
+):
     """Propagate over one sample through every event in it.
 
     ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
@@ -237,7 +260,7 @@ def _events(model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w,
     fc_n, fc_p, fs_n, fs_p = model[FC_N], model[FC_P], model[FS_N], model[FS_P]
     sudden = fs_n > fc_n or fs_p > fc_p  # only then is the flow discontinuous at a graze
     v_scale = (_energy_root(model, v, d, w) + model[GROWTH] * abs(U)) / model[ROOT_M1]
-    x0, v0, d0, w0, xl0, vl0, dl0, wl0 = x, v, d, w, xl, vl, dl, wl
+    x0, v0, d0, w0, z0, xl0, vl0, dl0, wl0, zl0 = x, v, d, w, z, xl, vl, dl, wl, zl
     if v == 0.0:
         mode = 0
     mode0 = mode
@@ -278,6 +301,7 @@ def _events(model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w,
                         g = fs_p - fc_p if side > 0 else fc_n - fs_n
                         if g == 0.0:
                             deflate = 2
+                        z, zl = _accumulate(z, zl, -((d_star - d) - dl))
                         w = side * omega * math.sqrt((A - d_star) * (A + d_star))
                         d, dl, wl = d_star, 0.0, 0.0
                         rem -= turn / omega
@@ -311,6 +335,7 @@ def _events(model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w,
                 dw = omega * (sin1 * d) + cos1 * w
                 d, dl = _accumulate(d, dl, dd)
                 w, wl = _accumulate(w, wl, dw)
+                z, zl = _accumulate(z, zl, -dd)
                 break
         # slip: Taylor polynomials in tau = t/h
         c = model[C_P] if mode > 0 else model[C_N]
@@ -340,16 +365,19 @@ def _events(model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w,
         tau = min(root, 1.0)
         # increments over the (part of the) sub-step
         dx, dv, dd, dw = 0.0, 0.0, 0.0, 0.0
-        slope, bend = 0.0, 0.0
+        dz, slope, bend = 0.0, 0.0, 0.0
         for k in range(n, 0, -1):
             dx = dx * tau + q[k] / (k + 1)
             dv = dv * tau + q[k]
             dd = dd * tau + pd[k]
             dw = dw * tau + pw[k]
+            dz = dz * tau + pw[k] / (k + 1)
             slope = slope * tau + k * q[k]
             bend = bend * tau + k * (k - 1) * q[k]
         dx = (dx * tau + q[0]) * tau * h
+        dz = (dz * tau + pw[0]) * tau * h
         x, xl = _accumulate(x, xl, dx)
+        z, zl = _accumulate(z, zl, dz)
         d, dl = _accumulate(d, dl, dd * tau)
         w, wl = _accumulate(w, wl, dw * tau)
         if root > 1.0:
@@ -377,15 +405,19 @@ def _events(model, work, event_time, event_mode, count, t0, mode, U, x, v, d, w,
             break
         deflate = 0
     if events == 0:
-        x, v, d, w, xl, vl, dl, wl = _transition(
-            model, mode0, U, x0, v0, d0, w0, xl0, vl0, dl0, wl0
-        )
+        x, v, d, w, z, xl, vl, dl, wl, zl = x0, v0, d0, w0, z0, xl0, vl0, dl0, wl0, zl0
         mode = mode0
-        if mode * v < 0.0:
-            v, vl = 0.0, 0.0
-        if v == 0.0:
-            mode = 0
-    return x, v, d, w, xl, vl, dl, wl, mode, count, flags
+        if mode == 0:
+            d, w, z, dl, wl, zl = _rest(model, d, w, z, dl, wl, zl)
+        else:
+            F = U - fc_p if mode > 0 else U + fc_n
+            x, v, d, w, z, xl, vl, dl, wl, zl = _slip(
+                model, BLOCK_SIZE * (mode + 1), F, x, v, d, w, z, xl, vl, dl, wl, zl
+            )
+            if mode * v <= 0.0:
+                v, vl = 0.0, 0.0
+                mode = 0
+    return x, v, d, w, z, xl, vl, dl, wl, zl, mode, count, flags
 
 
 @compiled()
@@ -397,35 +429,38 @@ def arm_step(model, state, effort):
     model
         Vector of `MODEL_SIZE` numbers.
     state
-        (x1, v1, d, v2, their four low parts, mode), nine floats.
+        (x1, v1, d, v2, x2, their five low parts, mode), eleven floats.
     effort
         Held over the sample.
 
     Returns
     -------
     state, output
-        The state at the end and (x1, v1, x2, v2).
+        The state at the end and (x1, v1, x2, v2). The mode is NaN if the event budget was exceeded.
     """
-    x, v, d, w, xl, vl, dl, wl, mode_float = state
+    x, v, d, w, z, xl, vl, dl, wl, zl, mode_float = state
     U = effort - model[OFFSET]
     mode = int(mode_float)
-    nx, nv, nd, nw, nxl, nvl, ndl, nwl = _transition(model, mode, U, x, v, d, w, xl, vl, dl, wl)
     R = _energy_root(model, v, d, w) + model[GROWTH] * abs(U)
+    nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl = x, v, d, w, z, xl, vl, dl, wl, zl
     if mode == 0:
+        nd, nw, nz, ndl, nwl, nzl = _rest(model, d, w, z, dl, wl, zl)
         margin = _stick_margin(model, R, abs(U))
         high, low = model[FS_P] - margin, margin - model[FS_N]
         ok = low <= U - model[KS] * d <= high and low <= U - model[KS] * nd <= high
     else:
+        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+        nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl = _slip(
+            model, BLOCK_SIZE * (mode + 1), F, x, v, d, w, z, xl, vl, dl, wl, zl
+        )
         threshold = _slip_threshold(model, R, abs(U))
         ok = mode * v > threshold and mode * nv > threshold
     if not ok:
-        nothing_t = np.empty(0)
-        nothing_m = np.empty(0, dtype=np.int8)
-        nx, nv, nd, nw, nxl, nvl, ndl, nwl, mode, _, flags = _events(
+        nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl, mode, _, flags = _events(
             model,
             np.empty(WORK_SIZE),
-            nothing_t,
-            nothing_m,
+            np.empty(0),
+            np.empty(0, dtype=np.int8),
             0,
             0.0,
             mode,
@@ -434,19 +469,15 @@ def arm_step(model, state, effort):
             v,
             d,
             w,
+            z,
             xl,
             vl,
             dl,
             wl,
+            zl,
         )
-        if flags & BUDGET_EXCEEDED:
-            mode_float = np.nan
-        else:
-            mode_float = float(mode)
-    return (
-        (nx, nv, nd, nw, nxl, nvl, ndl, nwl, mode_float),
-        (nx, nv, (nx - nd) + (nxl - ndl), nw),
-    )
+        mode_float = np.nan if flags & BUDGET_EXCEEDED else float(mode)
+    return (nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl, mode_float), (nx, nv, nz, nw)
 
 
 @compiled()
@@ -471,13 +502,13 @@ def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, ev
     state, count, failed
         The last state, the number of events, and the sample that exceeded the event budget or -1.
     """
-    x, v, d, w, xl, vl, dl, wl, mode_float = state
+    x, v, d, w, z, xl, vl, dl, wl, zl, mode_float = state
     mode = int(mode_float)
     n = effort.size
     T, offset, ks = model[TIME], model[OFFSET], model[KS]
     work = np.empty(WORK_SIZE)
     count = 0
-    x1[0], v1[0], x2[0], v2[0], stuck[0] = x, v, (x - d) + (xl - dl), w, mode == 0
+    x1[0], v1[0], x2[0], v2[0], stuck[0] = x, v, z, w, mode == 0
     k = 0
     while k < n:
         stop = min(k + BLOCK, n)
@@ -493,29 +524,29 @@ def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, ev
             if mode == 0:
                 while k < stop:
                     U = effort[k] - offset
-                    nx, nv, nd, nw, nxl, nvl, ndl, nwl = _transition(
-                        model, 0, U, x, v, d, w, xl, vl, dl, wl
-                    )
+                    nd, nw, nz, ndl, nwl, nzl = _rest(model, d, w, z, dl, wl, zl)
                     if not (low <= U - ks * d <= high and low <= U - ks * nd <= high):
                         break
-                    d, w, dl, wl = nd, nw, ndl, nwl
+                    d, w, z, dl, wl, zl = nd, nw, nz, ndl, nwl, nzl
                     k += 1
-                    x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, (x - d) + (xl - dl), w, True
+                    x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, z, w, True
             else:
                 s = float(mode)
+                E = BLOCK_SIZE * (mode + 1)
+                fc = model[FC_P] if mode > 0 else -model[FC_N]
                 clear = s * v > threshold
                 while clear and k < stop:
-                    U = effort[k] - offset
-                    nx, nv, nd, nw, nxl, nvl, ndl, nwl = _transition(
-                        model, mode, U, x, v, d, w, xl, vl, dl, wl
+                    F = (effort[k] - offset) - fc
+                    nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl = _slip(
+                        model, E, F, x, v, d, w, z, xl, vl, dl, wl, zl
                     )
                     if not s * nv > threshold:
                         break
-                    x, v, d, w, xl, vl, dl, wl = nx, nv, nd, nw, nxl, nvl, ndl, nwl
+                    x, v, d, w, z, xl, vl, dl, wl, zl = nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl
                     k += 1
-                    x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, (x - d) + (xl - dl), w, False
+                    x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, z, w, False
             if k < stop:
-                x, v, d, w, xl, vl, dl, wl, mode, count, flags = _events(
+                x, v, d, w, z, xl, vl, dl, wl, zl, mode, count, flags = _events(
                     model,
                     work,
                     event_time,
@@ -528,15 +559,17 @@ def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, ev
                     v,
                     d,
                     w,
+                    z,
                     xl,
                     vl,
                     dl,
                     wl,
+                    zl,
                 )
                 if flags:
                     grazing[k] = flags & GRAZING
                     if flags & BUDGET_EXCEEDED:
-                        return (x, v, d, w, xl, vl, dl, wl, float(mode)), count, k
+                        return (x, v, d, w, z, xl, vl, dl, wl, zl, float(mode)), count, k
                 k += 1
-                x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, (x - d) + (xl - dl), w, mode == 0
-    return (x, v, d, w, xl, vl, dl, wl, float(mode)), count, -1
+                x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, z, w, mode == 0
+    return (x, v, d, w, z, xl, vl, dl, wl, zl, float(mode)), count, -1

@@ -17,6 +17,9 @@ __all__ = ["EVENT_BUDGET", "initial_kernel_state", "kernel_model"]
 EVENT_BUDGET = 10_000
 """Events allowed in one sample."""
 
+_SHORT = 0.1
+"""Radians a sample up to which increments rounded to doubles are exact enough while slipping."""
+
 
 def kernel_model(
     plant: Plant, sampling_time: float, event_budget: int = EVENT_BUDGET
@@ -59,9 +62,10 @@ def _arm_model(
     model = np.zeros(arm.MODEL_SIZE)
     for mode, c in zip((-1, 0, 1), cs, strict=True):
         high, low = arm_increment(m1, m2, ks, c, T, slipping=mode != 0)
-        place = 16 * (mode + 1)
-        model[place : place + 16] = high.ravel()
-        model[place + arm.LOW_PART : place + arm.LOW_PART + 16] = low.ravel()
+        place = arm.BLOCK_SIZE * (mode + 1)
+        model[place : place + arm.BLOCK_SIZE] = high.ravel()
+        place += arm.LOW_PART
+        model[place : place + arm.BLOCK_SIZE] = low.ravel()
     c = max(cs)
     root_m1, root_m2, root_ks = math.sqrt(m1), math.sqrt(m2), math.sqrt(ks)
     omega = math.sqrt(ks / m2)
@@ -83,6 +87,8 @@ def _arm_model(
     model[arm.BOUND_U] = c / m1**2 * T * T / 8
     model[arm.SAG] = root_ks * (omega * T) ** 2 / 8
     model[arm.FC_MAX] = max(fc_n, fc_p)
+    # What the low parts add in n samples is n eps/2 of NORM T: nothing where samples are short
+    model[arm.FINE] = model[arm.NORM] * T > _SHORT
     model[arm.BUDGET] = event_budget
     model[arm.ROOT_M1], model[arm.ROOT_KS] = root_m1, root_ks
     return model
@@ -126,4 +132,4 @@ def initial_kernel_state(
     d = x - x2
     b = d - x
     low = (x - (d - b)) + (-x2 - b)
-    return x, v, d, v2, 0.0, 0.0, low, 0.0, mode
+    return x, v, d, v2, x2, 0.0, 0.0, low, 0.0, 0.0, mode

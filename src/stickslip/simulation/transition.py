@@ -86,16 +86,16 @@ def _matrix_product(ah, al, bh, bl, ch, cl):
 def arm_transition(m1, m2, ks, c, T, slipping):
     """Return exp(M T) - I of the arm as a double-double matrix.
 
-    The state is z = (x1, v1, d, v2, F) with the held force F = u - s fc and d = x1 - x2:
-    x1' = v1, v1' = (F - c v1 - ks d)/m1, d' = v1 - v2, v2' = ks d/m2, F' = 0
+    The state is (x1, v1, d, v2, x2, F) with the held force F = u - s fc and d = x1 - x2:
+    x1' = v1, v1' = (F - c v1 - ks d)/m1, d' = v1 - v2, v2' = ks d/m2, x2' = v2, F' = 0
     (report part A Eqs. 2.1-2.3 while the first mass slips). While it rests only the second moves.
 
     Returns
     -------
     high, low
-        Shape (5, 5) each; their sum is accurate to about 1e-30.
+        Shape (6, 6) each; their sum is accurate to about 1e-30.
     """
-    n = 5
+    n = 6
     mh = np.zeros((n, n))
     ml = np.zeros((n, n))
     norm = (np.sqrt(ks / m1 + ks / m2) + c / m1) * T
@@ -107,6 +107,7 @@ def arm_transition(m1, m2, ks, c, T, slipping):
         halvings += 1
     h, l = _two_product(ks, step)  # noqa: E741 (high and low part)
     mh[2, 3] = -step
+    mh[4, 3] = step
     mh[3, 2], ml[3, 2] = _divide(h, l, m2)
     if slipping:
         mh[0, 1] = step
@@ -114,7 +115,7 @@ def arm_transition(m1, m2, ks, c, T, slipping):
         mh[1, 2], ml[1, 2] = _divide(-h, -l, m1)
         h, l = _two_product(c, step)  # noqa: E741
         mh[1, 1], ml[1, 1] = _divide(-h, -l, m1)
-        mh[1, 4], ml[1, 4] = _divide(step, 0.0, m1)
+        mh[1, 5], ml[1, 5] = _divide(step, 0.0, m1)
     # Horner's scheme for E = M (I + M/2 (I + M/3 (...))), in increments: E <- M/k + (M/k) E
     eh = np.zeros((n, n))
     el = np.zeros((n, n))
@@ -143,12 +144,12 @@ def arm_increment(
     sampling_time: float,
     *,
     slipping: bool,
-) -> Float[np.ndarray, "2 4 4"]:
-    """Return the increments of (x1, v1, d, v2) over a sample in terms of (v1, d, v2, F).
+) -> Float[np.ndarray, "2 5 4"]:
+    """Return the increments of (x1, v1, d, v2, x2) over a sample in terms of (v1, d, v2, F).
 
     Returns
     -------
     The high and the low part of the matrix, stacked.
     """
     high, low = arm_transition(mass_1, mass_2, stiffness, viscous_friction, sampling_time, slipping)
-    return np.stack([high[:4, 1:], low[:4, 1:]])
+    return np.stack([high[:5, [1, 2, 3, 5]], low[:5, [1, 2, 3, 5]]])
