@@ -1,10 +1,10 @@
 """What each channel of an axis is computed from, and the unit that comes out in."""
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from stickslip.logs.discovery import find_column
-from stickslip.logs.expressions import Expression, column_expression, parse_expression, quoted
+from stickslip.logs.expressions import Expression, column_expression, parse_expression
 from stickslip.logs.schema import CHANNELS, AxisSchema
 from stickslip.logs.table import Table
 from stickslip.logs.units import kind_of_unit, quantity_of
@@ -84,9 +84,8 @@ def _stated(table: Table, channel: str, text: str, where: str) -> Expression:
     name = table.find(text)
     if name is not None and name in table.headers:
         return column_expression(name)
-    if not set(text) & set("+-*/()'\"`"):
-        if name is None:
-            raise table.missing(text.strip(), channel)
+    if name is None and set(text).isdisjoint("+-*/()'\"`"):
+        raise table.missing(text.strip(), channel)
     try:
         expression = parse_expression(text)
     except InputError as error:
@@ -112,6 +111,7 @@ def _stated(table: Table, channel: str, text: str, where: str) -> Expression:
         evaluate=lambda values: expression.evaluate(
             {name: values[column] for name, column in columns.items()}
         ),
+        is_column=expression.is_column,
     )
 
 
@@ -119,11 +119,10 @@ def _with_unit(
     table: Table, schema: AxisSchema, channel: str, expression: Expression, *, found: bool
 ) -> Bound:
     unit = schema.units.get(channel)
-    is_column = len(expression.names) == 1 and expression.text in expression.names
     origin = ""
     if unit is None:
         header_units = {name: table.units[name] for name in expression.names if name in table.units}
-        if is_column:
+        if expression.is_column:
             unit = header_units.get(expression.names[0])
             origin = f"its unit {unit} is from the file" if unit else ""
         else:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable
 from types import MappingProxyType
 
+from stickslip.logs.expressions import quoted
 from stickslip.logs.table import Table
 from stickslip.records import InputError
 
@@ -23,7 +24,7 @@ _QUALIFIERS = frozenset({"measured", "meas", "actual", "act", "motor", "joint", 
 """Words that leave a name's meaning as it is."""
 
 _COMMANDED = frozenset({"commanded", "command", "cmd", "applied", "drive", "input"})
-"""Words that leave the meaning of an effort as it is; a commanded position is not a measured one."""
+"""Words that leave the meaning of an effort as it is; a commanded position is not measured."""
 
 _CURRENTS = frozenset({"current", "cur", "i", "iq"})
 
@@ -58,7 +59,7 @@ def find_column(table: Table, channel: str) -> str | None:
         raise InputError(
             f"column {found[0]!r} seems to be a motor current, not a force or a torque",
             where=table.label,
-            remedy=f'give its constant in a schema, such as effort = "1.2 * {found[0]}"',
+            remedy=f'give its constant in a schema, such as effort = "1.2 * {quoted(found[0])}"',
         )
     return found[0] if found else None
 

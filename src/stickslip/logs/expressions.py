@@ -44,16 +44,14 @@ class Expression:
         The names it uses, each once, in order.
     evaluate
         Takes the value of each name, returns the value of the whole.
+    is_column
+        Whether it is one name as it stands, with nothing computed.
     """
 
     text: str
     names: tuple[str, ...]
     evaluate: Callable[[Mapping[str, Value]], Value]
-
-    @property
-    def is_column(self) -> bool:
-        """Whether it is one column as it stands, with nothing computed."""
-        return self.text.strip() in {*self.names, *(quoted(name) for name in self.names)}
+    is_column: bool
 
 
 def quoted(name: str) -> str:
@@ -72,7 +70,9 @@ def quoted(name: str) -> str:
 
 def column_expression(name: str) -> Expression:
     """Return the expression that is the named column as it stands."""
-    return Expression(text=name, names=(name,), evaluate=lambda values: values[name])
+    return Expression(
+        text=name, names=(name,), evaluate=lambda values: values[name], is_column=True
+    )
 
 
 def parse_expression(text: str) -> Expression:
@@ -97,7 +97,12 @@ def parse_expression(text: str) -> Expression:
     """
     parser = _Parser(text)
     evaluate = parser.whole()
-    return Expression(text=text, names=tuple(dict.fromkeys(parser.names)), evaluate=evaluate)
+    return Expression(
+        text=text,
+        names=tuple(dict.fromkeys(parser.names)),
+        evaluate=evaluate,
+        is_column=parser.is_name,
+    )
 
 
 _Node = Callable[[Mapping[str, Value]], Value]
@@ -112,6 +117,10 @@ class _Parser:
         self._next = 0
         self._depth = 0
         self.names: list[str] = []
+
+    @property
+    def is_name(self) -> bool:
+        return [kind for kind, _ in self._tokens] == ["name"]
 
     def whole(self) -> _Node:
         node = self._sum()

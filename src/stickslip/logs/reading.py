@@ -67,10 +67,12 @@ def read_log(
 
     Examples
     --------
+    >>> import os
     >>> from tempfile import TemporaryDirectory
     >>> with TemporaryDirectory() as folder:
     ...     file = Path(folder, "stage.csv")
-    ...     _ = file.write_text("time [s],pos [mm],force [N]\\n0,0,1\\n0.5,0.1,1\\n1,0.4,1\\n")
+    ...     rows = ["time [s],pos [mm],force [N]", "0.0,0.0,1", "0.5,0.1,1", "1.0,0.4,1"]
+    ...     _ = file.write_text(os.linesep.join(rows))
     ...     log = read_log(file)
     >>> log.kind, log.sampling_time, log.measured_position[-1].item()
     ('linear', 0.5, 0.0004)

@@ -1,0 +1,123 @@
+"""Public data sets: found on this machine, or fetched and checked."""
+
+import hashlib
+import logging
+import os
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType
+
+from stickslip.records import InputError
+
+__all__ = ["find_benchmark"]
+
+_logger = logging.getLogger("stickslip")
+
+_PLACE = "STICKSLIP_DATA"
+"""The environment variable that names a folder with data sets."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Benchmark:
+    """A public data set.
+
+    Attributes
+    ----------
+    address
+        Where its files are published, up to the file's name.
+    files
+        By file name, the sha256 of its bytes.
+    """
+
+    address: str
+    files: Mapping[str, str]
+
+
+_BENCHMARKS: Mapping[str, _Benchmark] = MappingProxyType(
+    {
+        # Janot, Gautier, Brunot (2019), "Data set and reference models of EMPS".
+        "emps": _Benchmark(
+            address="https://raw.githubusercontent.com/wmkouw/NSI-EMPS/"
+            "d1137b8cc8a5ec3d75fe69c5d531075f7f6f616a/data/",
+            files=MappingProxyType(
+                {
+                    "DATA_EMPS.mat": (
+                        "6cf6814ae14618795da0101aae2bb97ff0c6351b0501b5492751b02b07facf7e"
+                    ),
+                    "DATA_EMPS_PULSES.mat": (
+                        "0eab75bb1f6b16228ee78791343a88bf9bfd9a51036ac9807d7b5fc11c0e1704"
+                    ),
+                }
+            ),
+        ),
+    }
+)
+
+
+def find_benchmark(name: str) -> Path:
+    """Return the folder with a public data set's files, fetching them if they are not here.
+
+    Looked for in the folder named by the environment variable ``STICKSLIP_DATA``, in a subfolder
+    of the data set's name; then in the user's cache, to which they are fetched otherwise. Whatever
+    is found or fetched must have the published sha256.
+
+    Parameters
+    ----------
+    name
+        ``"emps"``: the Electro-Mechanical Positioning System, ``DATA_EMPS.mat`` and
+        ``DATA_EMPS_PULSES.mat``.
+
+    Raises
+    ------
+    InputError
+        If there is no such data set, if a file found is another one, or if it cannot be fetched.
+    """
+    if name not in _BENCHMARKS:
+        raise InputError(
+            f"there is no data set {name!r}", remedy=f"choose one of: {', '.join(_BENCHMARKS)}"
+        )
+    benchmark = _BENCHMARKS[name]
+    if place := os.environ.get(_PLACE):
+        folder = Path(place) / name
+        if all((folder / file).is_file() for file in benchmark.files):
+            for file, digest in benchmark.files.items():
+                _check(folder / file, digest)
+            return folder
+    return _fetched(name, benchmark)
+
+
+def _check(path: Path, digest: str) -> None:
+    found = hashlib.sha256(path.read_bytes()).hexdigest()
+    if found != digest:
+        raise InputError(
+            f"the file is not the published one: its sha256 is {found}, not {digest}",
+            where=str(path),
+            remedy="remove it, or copy it again",
+        )
+
+
+def _fetched(name: str, benchmark: _Benchmark) -> Path:
+    """Return the cached files' folder, having fetched the files that are not in it as published."""
+    import pooch
+
+    folder = Path(pooch.os_cache("stickslip")) / name
+    pooch.get_logger().setLevel("WARNING")  # what is fetched is said here
+    for file, digest in benchmark.files.items():
+        address = benchmark.address + file
+        if not (folder / file).is_file():
+            _logger.warning("fetching %s", address)
+        try:
+            pooch.retrieve(address, known_hash=f"sha256:{digest}", fname=file, path=folder)
+        except (OSError, ValueError) as error:  # no network or no such page; another file's hash
+            reason = (
+                "is not the published one"
+                if isinstance(error, ValueError)
+                else (f"cannot be fetched from {address}")
+            )
+            raise InputError(
+                f"{file} {reason} ({type(error).__name__})",
+                remedy=f"put it by hand into {folder}, or into a folder {name!r} inside the folder "
+                f"that the environment variable {_PLACE} names",
+            ) from error
+    return folder
