@@ -70,12 +70,11 @@ def bind(table: Table, schema: AxisSchema, where: str) -> dict[str, Bound]:
 
 
 def _not_found(table: Table, channel: str) -> InputError:
-    also = " or give sampling_time or sampling_frequency" if channel == "time" else ""
+    also = ", or give sampling_time or sampling_frequency" if channel == "time" else ""
     return InputError(
         f"no column is obviously the {channel}; the columns are: {', '.join(table.headers)}",
         where=table.label,
-        remedy=f'say which it is, such as {channel} = "{next(iter(table.headers))}" in a schema'
-        + also,
+        remedy=f'say which it is in a schema, as in {channel} = "NAME"{also}',
     )
 
 
@@ -124,7 +123,7 @@ def _with_unit(
         header_units = {name: table.units[name] for name in expression.names if name in table.units}
         if expression.is_column:
             unit = header_units.get(expression.names[0])
-            origin = f"its unit {unit} is from the file" if unit else ""
+            origin = f"its unit {unit} is stated in the file" if unit else ""
         else:
             for name, header in header_units.items():
                 _refuse_unclear(channel, expression, name, header, table.label)

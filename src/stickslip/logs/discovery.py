@@ -6,6 +6,7 @@ from types import MappingProxyType
 
 from stickslip.logs.expressions import quoted
 from stickslip.logs.table import Table
+from stickslip.logs.units import header_unit
 from stickslip.records import InputError
 
 __all__ = ["find_column"]
@@ -66,11 +67,9 @@ def find_column(table: Table, channel: str) -> str | None:
 
 def _words_of(name: str, table: Table) -> list[str]:
     """Split a name into lower-case words, without the unit that may end it."""
-    name = name.rpartition(":")[2]
-    unit = table.units.get(name, "")
-    if unit and table.headers[name].strip() == name:
-        name = name.removesuffix(f"_{unit}")
-    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", name)
+    title, unit = header_unit(table.headers[name].rpartition(":")[2])
+    title = title.removesuffix(f"_{unit}")
+    spaced = re.sub(r"(?<=[a-z])(?=[A-Z])", " ", title)
     return [word for word in re.split(r"[^a-z0-9]+", spaced.lower()) if word]
 
 

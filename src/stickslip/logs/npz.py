@@ -42,7 +42,7 @@ def read_npz(path: Path) -> Table:
             }
     except (AttributeError, TypeError, *_DAMAGED) as error:
         raise InputError(
-            f"the file is no NPZ archive of plain arrays, or is cut short ({error})",
+            "the file is no NPZ archive of plain arrays, or is cut short or damaged",
             where=path.name,
             remedy="save it again with numpy.savez",
         ) from error

@@ -1,12 +1,13 @@
 """What says which column of a log is what: made in Python, from flags, or from a TOML file."""
 
+import json
 import tomllib
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, get_args
 
 from stickslip.records import AxisKind, InputError, positive
 
@@ -14,6 +15,9 @@ __all__ = ["CHANNELS", "AxisSchema", "LogSchema", "nearest", "read_schema"]
 
 CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
 """What a column of a log can be; each is also the name of a quantity (without ``load_``)."""
+
+_SAMPLING = ("time", "sampling_time", "sampling_frequency")
+"""The ways to say when samples were taken, of which a log has one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -70,11 +74,12 @@ class AxisSchema:
         for key in self.units:
             if key not in CHANNELS:
                 raise _unknown_key(key, CHANNELS).at("[units]")
-        given = [
-            key
-            for key in ("time", "sampling_time", "sampling_frequency")
-            if getattr(self, key) is not None
-        ]
+        if self.kind not in {None, *get_args(AxisKind)}:
+            raise InputError(
+                f"the kind of axis is {self.kind!r}",
+                remedy=f"state one of: {', '.join(get_args(AxisKind))}",
+            )
+        given = [key for key in _SAMPLING if getattr(self, key) is not None]
         if len(given) > 1:
             raise InputError(
                 f"{' and '.join(given)} are both given",
@@ -145,20 +150,25 @@ class LogSchema(AxisSchema):
                 )
             if chosen not in self.axes:
                 raise InputError(f"there is no axis {chosen!r}", remedy=f"choose one of: {listed}")
-        own = AxisSchema() if chosen is None else self.axes[chosen]
-        merged = {
-            each.name: value
-            if (value := getattr(own, each.name)) is not None
-            else getattr(self, each.name)
-            for each in fields(AxisSchema)
-        }
-        merged["units"] = {**self.units, **own.units}
-        if own.time is not None or own.sampling_time is not None or own.sampling_frequency:
-            for key in ("time", "sampling_time", "sampling_frequency"):
-                merged[key] = getattr(own, key)
-        if chosen is not None and own.name is None:
-            merged["name"] = f"{self.name} axis {chosen}" if self.name else f"axis {chosen}"
-        return AxisSchema(**merged)
+        if chosen is None:
+            return AxisSchema(**_merged(self, AxisSchema()))
+        own = self.axes[chosen]
+        name = own.name or (f"{self.name} axis {chosen}" if self.name else f"axis {chosen}")
+        return replace(AxisSchema(**_merged(self, own)), name=name)
+
+
+def _merged(base: AxisSchema, own: AxisSchema) -> dict[str, Any]:
+    """Return what two schemas state together; where both state something, the second holds."""
+    merged = {
+        each.name: getattr(base, each.name)
+        if getattr(own, each.name) is None
+        else getattr(own, each.name)
+        for each in fields(AxisSchema)
+    }
+    merged["units"] = {**base.units, **own.units}
+    if any(getattr(own, key) is not None for key in _SAMPLING):
+        merged |= {key: getattr(own, key) for key in _SAMPLING}
+    return merged
 
 
 def read_schema(path: str | Path) -> LogSchema:
@@ -201,7 +211,9 @@ def _schema_from(document: Mapping[str, Any], where: str) -> LogSchema:
     from pydantic import TypeAdapter, ValidationError
 
     try:
-        return TypeAdapter(LogSchema).validate_python(document)
+        # As JSON, so that types are taken strictly: no numbers in quotes, no true for 1.
+        text = json.dumps(document, default=str)
+        return TypeAdapter(LogSchema).validate_json(text, strict=True)
     except ValidationError as error:
         fault = error.errors()[0]
         keys = [str(key) for key in fault["loc"]]

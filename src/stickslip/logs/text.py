@@ -83,8 +83,10 @@ def _encoding(path: Path) -> str:
 def _rows(text: _Text, layout: Layout) -> Iterator[tuple[int, str]]:
     """Yield each row with its number as an editor counts it."""
     for number, line in enumerate(text.lines(), 1):
-        if number > layout.first_row and line.strip() and not line.lstrip().startswith(COMMENTS):
-            yield number, line
+        if number > layout.first_row and not line.lstrip().startswith(COMMENTS):
+            row = line if '"' in line else line.partition("#")[0]  # without a remark behind it
+            if row.strip():
+                yield number, row
 
 
 def _fast(text: _Text, layout: Layout) -> np.ndarray | None:
