@@ -106,7 +106,7 @@ def balance_plot(energy: EnergyBalance, identification: Identification) -> Plot:
     ]
     if np.any(energy.potential):
         upper.append(
-            line(energy.time, energy.potential, name="potential", colour=PINK, dash="dot", width=2)
+            line(energy.time, energy.potential, name="potential", colour=PINK, dash="dot", width=2.0)
         )
     lower = [
         line(
@@ -114,7 +114,7 @@ def balance_plot(energy: EnergyBalance, identification: Identification) -> Plot:
             energy.measured_dissipation,
             name="dissipated, measured",
             colour=PALE,
-            width=5,
+            width=5.0,
             row=2,
         ),
         line(
@@ -277,7 +277,7 @@ def resimulation_plot(resimulation: Resimulation, identification: Identification
         (2, resimulation.measured_velocity, resimulation.simulated_velocity),
     ):
         pair = (
-            line(time, measured, name="measured", colour=PALE, width=4, row=row),
+            line(time, measured, name="measured", colour=PALE, width=4.0, row=row),
             line(time, simulated, name="identified model", colour=BLUE, width=1.4, row=row),
         )
         traces.extend(pair)

@@ -1,0 +1,288 @@
+"""The page holds everything it shows, fetches nothing, and lets no text out of its place."""
+
+import html.parser
+import json
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip.records import Identification, InputError
+from stickslip.report import write_report
+
+FIGURES = (
+    "curve-plot",
+    "energy-plot",
+    "evolution-mass",
+    "evolution-coulomb-friction",
+    "evolution-viscous-friction",
+    "evolution-offset",
+    "residual-plot",
+    "correlation-plot",
+    "motion-plot",
+)
+ADDRESSES = (
+    "src",
+    "href",
+    "action",
+    "data",
+    "poster",
+    "srcset",
+    "background",
+    "cite",
+    "formaction",
+)
+MOST_BYTES = 8_000_000  # the drawing library alone is 4.8 MB
+MOST_POINTS = 6100  # a closed band of 2 x 2000 points, or a cloud of 3000, with room
+
+
+class Page(html.parser.HTMLParser):
+    """What a page holds: tags with attributes, visible text, anchors and inlined data."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__()
+        self.tags: list[tuple[str, dict[str, str]]] = []
+        self.text = ""
+        self.styles = ""
+        self.data = ""
+        self._inside = ""
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
+        given = {key: value or "" for key, value in attrs}
+        self.tags.append((tag, given))
+        self._inside = "plots" if given.get("id") == "plots" else tag
+
+    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002 - the base class' signature
+        self._inside = ""
+
+    def handle_data(self, data: str) -> None:
+        if self._inside == "plots":
+            self.data += data
+        elif self._inside == "style":
+            self.styles += data
+        elif self._inside != "script":
+            self.text += data
+
+    def identifiers(self) -> list[str]:
+        return [given["id"] for _, given in self.tags if "id" in given]
+
+    def plots(self) -> dict[str, Any]:
+        return json.loads(self.data)
+
+
+def page_of(identification: Identification, folder: Path) -> Page:
+    return Page(write_report(identification, folder / "report.html").read_text())
+
+
+def test_every_figure_is_on_the_page_with_data_words_and_caption(
+    identification: Identification, tmp_path: Path
+) -> None:
+    page = page_of(identification, tmp_path)
+    plots = page.plots()
+    assert tuple(plots) == FIGURES
+    for anchor, plot in plots.items():
+        assert all(len(trace["x"]) == len(trace["y"]) > 1 for trace in plot["data"]), anchor
+    drawn = {given["id"]: given for tag, given in page.tags if given.get("class") == "plot"}
+    assert set(drawn) == set(FIGURES)
+    assert all(len(given["aria-label"]) > 20 for given in drawn.values())
+
+
+def test_axes_are_labelled_with_the_units_of_the_axis_kind(
+    identification: Identification, tmp_path: Path
+) -> None:
+    plots = page_of(identification, tmp_path).plots()
+    assert plots["curve-plot"]["layout"]["xaxis"]["title"]["text"] == "velocity <i>v</i> [m/s]"
+    log = replace(identification.log, kind="rotary")
+    estimate = replace(identification.estimate, kind="rotary")
+    plots = page_of(replace(identification, log=log, estimate=estimate), tmp_path).plots()
+    for plot in plots.values():
+        for key, axis in plot["layout"].items():
+            if key.startswith(("xaxis", "yaxis")):
+                assert re.search(
+                    r"\[(rad|rad/s|N m|N m s/rad|kg m²|J|s|-)\]$", axis["title"]["text"]
+                )
+
+
+def test_nothing_is_fetched(identification: Identification, tmp_path: Path) -> None:
+    page = page_of(identification, tmp_path)
+    for tag, given in page.tags:
+        assert tag not in {"link", "iframe", "object", "embed", "base", "img"}
+        for name in ADDRESSES:
+            assert given.get(name, "#").startswith("#"), (tag, given)
+        assert "url(" not in given.get("style", "")
+        assert not any(name.startswith("on") for name in given), "inline handlers"
+    assert "url(" not in page.styles
+    assert "@import" not in page.styles
+    policy = next(g["content"] for t, g in page.tags if "http-equiv" in g)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+
+
+def test_every_link_of_the_page_leads_somewhere_on_it(
+    identification: Identification, tmp_path: Path
+) -> None:
+    page = page_of(identification, tmp_path)
+    names = page.identifiers()
+    assert len(names) == len(set(names))
+    links = [given["href"] for tag, given in page.tags if tag == "a"]
+    assert len(links) == 7
+    assert {link.removeprefix("#") for link in links} <= set(names)
+
+
+def test_names_cannot_become_part_of_the_page(
+    make: Callable[..., Identification], tmp_path: Path
+) -> None:
+    nasty = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+    good = make(name=nasty)
+    estimate = replace(
+        good.estimate,
+        diagnostics=replace(good.estimate.diagnostics, notes=(nasty,)),
+        provenance=replace(
+            good.estimate.provenance,
+            files=(nasty,),
+            assumptions=(nasty,),
+            options={nasty: nasty},
+        ),
+    )
+    page = page_of(replace(good, estimate=estimate), tmp_path)
+    assert page.text.count(nasty) == 7  # title, heading, note, file, assumption, option and value
+    assert not [tag for tag, _ in page.tags if tag == "img"]
+    assert sum(tag == "script" for tag, _ in page.tags) == 3
+
+
+def test_the_table_shows_values_intervals_truth_and_verdicts(
+    identification: Identification, tmp_path: Path
+) -> None:
+    text = page_of(identification, tmp_path).text
+    for words in ("Mass m", "2.005", "1.981 to 2.028", "kg", "(+0.24%)", "✓ identified"):
+        assert words in text
+    assert "−0.1984" in text
+
+
+def test_without_truth_no_true_value_is_claimed(
+    make: Callable[..., Identification], tmp_path: Path
+) -> None:
+    page = page_of(make(with_truth=False), tmp_path)
+    assert "true value" not in page.text.lower()
+    assert all(
+        trace["name"] != "true value" for plot in page.plots().values() for trace in plot["data"]
+    )
+
+
+def test_an_estimate_that_failed_says_so_first_and_draws_nothing(
+    doubtful: Identification, tmp_path: Path
+) -> None:
+    page = page_of(doubtful, tmp_path)
+    assert page.plots() == {}
+    assert page.text.index("Not enough motion") < page.text.index("Parameters")
+    assert page.text.count("✗ not identified: the axis does not move <at all>") == 4
+    assert "Not drawn" in page.text
+
+
+def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
+    make: Callable[..., Identification], tmp_path: Path
+) -> None:
+    large = make(samples=300_000)
+    path = write_report(large, tmp_path / "large.html")
+    assert path.stat().st_size < MOST_BYTES
+    page = Page(path.read_text())
+    plots = page.plots()
+    for plot in plots.values():
+        assert all(len(trace["x"]) <= MOST_POINTS for trace in plot["data"])
+    assert large.residuals is not None
+    drawn = plots["residual-plot"]["data"][0]["y"]
+    assert max(drawn) == pytest.approx(large.residuals.residual.max(), rel=1e-6)
+    assert min(drawn) == pytest.approx(large.residuals.residual.min(), rel=1e-6)
+    assert "of 300000 points is drawn" in page.text
+
+
+def test_nan_in_a_figure_becomes_a_gap(identification: Identification, tmp_path: Path) -> None:
+    assert identification.evolution is not None
+    values = {key: each.copy() for key, each in identification.evolution.values.items()}
+    values["mass"][:100] = np.nan
+    evolution = replace(identification.evolution, values=values)
+    plots = page_of(replace(identification, evolution=evolution), tmp_path).plots()
+    estimate = next(t for t in plots["evolution-mass"]["data"] if t["name"] == "estimate")
+    assert estimate["y"][:100] == [None] * 100
+    assert None not in estimate["y"][100:]
+
+
+def test_the_same_identification_gives_the_same_page(
+    identification: Identification, tmp_path: Path
+) -> None:
+    first = write_report(identification, tmp_path / "a.html").read_bytes()
+    assert write_report(identification, tmp_path / "b.html").read_bytes() == first
+
+
+@pytest.mark.parametrize("place", ["missing/report.html", ""])
+def test_a_page_that_cannot_be_written_leaves_nothing(
+    place: str, identification: Identification, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=r"; (make the folder|name a file)"):
+        write_report(identification, tmp_path / place)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_page_leaves_the_old_one(
+    identification: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "report.html"
+    target.write_text("old")
+    monkeypatch.setattr("stickslip.report.tables.footer", _interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(identification, target)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    assert target.read_text() == "old"
+
+
+def _interrupt(_: Identification) -> str:
+    raise KeyboardInterrupt
+
+
+@pytest.fixture(scope="session")
+def browser() -> str:
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
+        pytest.skip("no Chromium on this machine to render the page with")
+    return found
+
+
+def test_a_browser_draws_every_figure_without_a_complaint(
+    browser: str, identification: Identification, tmp_path: Path
+) -> None:
+    page = write_report(identification, tmp_path / "report.html")
+    outcome = subprocess.run(
+        [
+            browser,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--enable-logging=stderr",
+            "--virtual-time-budget=5000",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            "--dump-dom",
+            page.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    complaints = [line for line in outcome.stderr.splitlines() if ":CONSOLE" in line]
+    assert complaints == []
+    drawn = re.findall(r'class="plot js-plotly-plot" id="([\w-]+)"', outcome.stdout)
+    assert sorted(drawn) == sorted(FIGURES)
+    assert outcome.stdout.count('class="main-svg"') >= len(FIGURES)
