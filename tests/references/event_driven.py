@@ -2,6 +2,9 @@
 
 Written to be read and to be right, not to be fast. Between events the motion is a sum of
 exponentials and a polynomial in time (`exact_plants.Curve`), written down from the eigenvalues of
+the plant. Events are found by bisecting what is left of the sample until bounds prove each piece to
+hold no zero or exactly one (`first_zero`); a zero is then polished to the working precision.
+Nothing is shared with the package under test.
 
 Friction on the (first) mass, with w = effort - offset - spring force:
 
@@ -107,6 +110,8 @@ class Run:
     "touch" where the velocity touches zero without crossing it."""
     times: list[mpf] = field(default_factory=list)
     """Time [s] of each event."""
+    places: list[mpf] = field(default_factory=list)
+    """Position of the (first) mass at each event."""
 
     def count(self, *kinds: str) -> int:
         """Count the events of these kinds."""
@@ -150,16 +155,22 @@ def simulate(
         return run
 
 
-def _recorder(run: Run, k: int, duration: mpf) -> Callable[[str, mpf], None]:
-    def record(kind: str, left: mpf) -> None:
+def _recorder(run: Run, k: int, duration: mpf) -> Callable[[str, mpf, State], None]:
+    def record(kind: str, left: mpf, state: State) -> None:
         run.events.append((k, kind))
         run.times.append((k + 1) * duration - left)
+        run.places.append(state[0])
 
     return record
 
 
 def _advance(
-    plant: Plant, state: State, s: int, effort: mpf, left: mpf, record: Callable[[str, mpf], None]
+    plant: Plant,
+    state: State,
+    s: int,
+    effort: mpf,
+    left: mpf,
+    record: Callable[[str, mpf, State], None],
 ) -> tuple[State, int]:
     """Carry the state over one sample, event by event."""
     before = "start"
@@ -169,7 +180,7 @@ def _advance(
         if s == 0:
             s = _leaves(plant, state, effort, left)
             if s != 0:
-                record(before, left)
+                record(before, left, state)
         if s == 0:
             state, left = _stick(plant, state, effort, left)
             before = "breakaway"
@@ -179,10 +190,10 @@ def _advance(
             touching = stopped == "touch"
             was, s = s, 0
             if touching:
-                record("touch", left)
+                record("touch", left, state)
             if left > 0 and not touching:
                 s = _leaves(plant, state, effort, left)
-            record("reversal" if s == -was else "stick", left)
+            record("reversal" if s == -was else "stick", left, state)
             before = "breakaway"
     message = f"more than {_MAXIMUM_EVENTS} events in one sample"
     raise ArithmeticError(message)

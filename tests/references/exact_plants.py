@@ -166,10 +166,10 @@ class FlexibleArm:
         key = (s, mp.prec)
         if key not in self._modes:
             m1, m2, k = mpf(self.mass_1), mpf(self.mass_2), mpf(self.stiffness)
-            cubic = [m1 * m2, c * m2, k * (m1 + m2), c * k]
+            cubic = [c * k, k * (m1 + m2), c * m2, m1 * m2]
             rates = [
                 mpc(min(mp.re(rate), mpf(0)), mp.im(rate))
-                for rate in mp.polyroots(cubic, maxsteps=2000, extraprec=2 * mp.prec)
+                for rate in mp.polyroots(cubic, asc=True, maxsteps=2000, extraprec=2 * mp.prec)
             ]
             shape = [(m2 * rate**2 + k) / k for rate in rates]
             at_start = mp.matrix(

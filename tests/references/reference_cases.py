@@ -6,10 +6,9 @@ are. Efforts are stored as runs (value, number of samples).
 
 import json
 from collections.abc import Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from itertools import groupby
 from pathlib import Path
-from typing import Any
 
 FOLDER = Path(__file__).parent
 STORED_DIGITS = 30
@@ -31,7 +30,7 @@ class Case:
     sampling_time: float
     initial_state: tuple[float, ...]
     effort_runs: tuple[tuple[float, int], ...]
-    kept: int = 16
+    kept: int = 12
     """About how many states are stored."""
     exact_tie: bool = False
     """The case rests on an exact equality, which any perturbation breaks."""
@@ -67,7 +66,6 @@ class StoredRun:
     """Largest magnitudes over all samples and both masses."""
     amplification: float | None
     """How many times a relative error in the efforts and masses shows in the states."""
-    extra: dict[str, Any] = field(default_factory=dict)
 
 
 def runs_of(effort: Iterable[float]) -> tuple[tuple[float, int], ...]:
@@ -82,7 +80,7 @@ def write(path: Path, command: str, runs: Iterable[StoredRun]) -> None:
         record = asdict(run)
         record["states"] = [[str(k), *state] for k, state in run.states.items()]
         record["at_rest"] = "".join("01"[flag] for flag in run.at_rest.values())
-        lines.append(json.dumps(record))
+        lines.append(json.dumps(record, separators=(",", ":")))
     head = json.dumps({"schema": 1, "command": command, "digits": STORED_DIGITS})[:-1]
     path.write_text(head + ', "runs": [\n' + ",\n".join(lines) + "\n]}\n")
 
@@ -96,9 +94,7 @@ def read(name: str) -> list[StoredRun]:
             case[key] = tuple(case[key])
         case["effort_runs"] = tuple((value, count) for value, count in case["effort_runs"])
         states = {int(k): tuple(state) for k, *state in record["states"]}
-        at_rest = {
-            k: flag == "1" for k, flag in zip(states, record["at_rest"], strict=True)
-        }
+        at_rest = {k: flag == "1" for k, flag in zip(states, record["at_rest"], strict=True)}
         runs.append(
             StoredRun(**{**record, "case": Case(**case), "states": states, "at_rest": at_rest})
         )
