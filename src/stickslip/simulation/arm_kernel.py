@@ -68,11 +68,14 @@ def _row(e0, e1, e2, e3, v, d, w, F):
 
 @compiled(inline=True)
 def _accumulate(high, low, increment):
-    """Add to a double-double value; a zero increment leaves it bitwise the same."""
+    """Add to a double-double value; a zero increment leaves it bitwise the same.
+
+    Dekker's fast two-sum: where the increment is the larger one, what it misses is within the
+    increment's own rounding.
+    """
     t = increment + low
     s = high + t
-    b = s - high
-    return s, (high - (s - b)) + (t - b)
+    return s, t - (s - high)
 
 
 @compiled(inline=True)
@@ -96,21 +99,46 @@ def _stick_margin(model, R, u_max):
 
 
 @compiled(inline=True)
-def _slip(model, E, F, x, v, d, w, z, xl, vl, dl, wl, zl):
+def _increments(model, mode):
+    """Return the increments of one mode, high and low parts, as scalars.
+
+    Loops keep scalars in registers; an array handed to an inlined function costs its reference
+    count at every sample.
+    """
+    E = BLOCK_SIZE * (mode + 1)
+    L = E + LOW_PART
+    return (
+        (
+            model[E + 0], model[E + 1], model[E + 2], model[E + 3],
+            model[E + 4], model[E + 5], model[E + 6], model[E + 7],
+            model[E + 8], model[E + 9], model[E + 10], model[E + 11],
+            model[E + 12], model[E + 13], model[E + 14], model[E + 15],
+            model[E + 16], model[E + 17], model[E + 18], model[E + 19],
+        ),
+        (
+            model[L + 0], model[L + 1], model[L + 2], model[L + 3],
+            model[L + 4], model[L + 5], model[L + 6], model[L + 7],
+            model[L + 8], model[L + 9], model[L + 10], model[L + 11],
+            model[L + 12], model[L + 13], model[L + 14], model[L + 15],
+            model[L + 16], model[L + 17], model[L + 18], model[L + 19],
+        ),
+    )  # fmt: skip
+
+
+@compiled(inline=True)
+def _slip(c, low, fine, F, x, v, d, w, z, xl, vl, dl, wl, zl):
     """Propagate over a whole sample of slip."""
-    m = model
-    dx = _row(m[E], m[E + 1], m[E + 2], m[E + 3], v, d, w, F)
-    dv = _row(m[E + 4], m[E + 5], m[E + 6], m[E + 7], v, d, w, F)
-    dd = _row(m[E + 8], m[E + 9], m[E + 10], m[E + 11], v, d, w, F)
-    dw = _row(m[E + 12], m[E + 13], m[E + 14], m[E + 15], v, d, w, F)
-    dz = _row(m[E + 16], m[E + 17], m[E + 18], m[E + 19], v, d, w, F)
-    if m[FINE] != 0.0:
-        L = E + LOW_PART
-        dx += _row(m[L], m[L + 1], m[L + 2], m[L + 3], v, d, w, F)
-        dv += _row(m[L + 4], m[L + 5], m[L + 6], m[L + 7], v, d, w, F)
-        dd += _row(m[L + 8], m[L + 9], m[L + 10], m[L + 11], v, d, w, F)
-        dw += _row(m[L + 12], m[L + 13], m[L + 14], m[L + 15], v, d, w, F)
-        dz += _row(m[L + 16], m[L + 17], m[L + 18], m[L + 19], v, d, w, F)
+    dx = _row(c[0], c[1], c[2], c[3], v, d, w, F)
+    dv = _row(c[4], c[5], c[6], c[7], v, d, w, F)
+    dd = _row(c[8], c[9], c[10], c[11], v, d, w, F)
+    dw = _row(c[12], c[13], c[14], c[15], v, d, w, F)
+    dz = _row(c[16], c[17], c[18], c[19], v, d, w, F)
+    if fine:
+        dx += _row(low[0], low[1], low[2], low[3], v, d, w, F)
+        dv += _row(low[4], low[5], low[6], low[7], v, d, w, F)
+        dd += _row(low[8], low[9], low[10], low[11], v, d, w, F)
+        dw += _row(low[12], low[13], low[14], low[15], v, d, w, F)
+        dz += _row(low[16], low[17], low[18], low[19], v, d, w, F)
     x, xl = _accumulate(x, xl, dx)
     v, vl = _accumulate(v, vl, dv)
     d, dl = _accumulate(d, dl, dd)
@@ -120,13 +148,10 @@ def _slip(model, E, F, x, v, d, w, z, xl, vl, dl, wl, zl):
 
 
 @compiled(inline=True)
-def _rest(model, d, w, z, dl, wl, zl):
+def _rest(c, low, d, w, z, dl, wl, zl):
     """Propagate over a whole sample of rest: only the second mass moves."""
-    m = model
-    E = BLOCK_SIZE
-    L = BLOCK_SIZE + LOW_PART
-    dd = (m[E + 9] * d + m[E + 10] * w) + (m[L + 9] * d + m[L + 10] * w)
-    dw = (m[E + 13] * d + m[E + 14] * w) + (m[L + 13] * d + m[L + 14] * w)
+    dd = (c[9] * d + c[10] * w) + (low[9] * d + low[10] * w)
+    dw = (c[13] * d + c[14] * w) + (low[13] * d + low[14] * w)
     d, dl = _accumulate(d, dl, dd)
     w, wl = _accumulate(w, wl, dw)
     z, zl = _accumulate(z, zl, -dd)
@@ -338,7 +363,7 @@ def _events(
                 z, zl = _accumulate(z, zl, -dd)
                 break
         # slip: Taylor polynomials in tau = t/h
-        c = model[C_P] if mode > 0 else model[C_N]
+        viscous = model[C_P] if mode > 0 else model[C_N]
         h = min(rem, 1.0 / model[NORM])
         reach = h * model[NORM]
         n = 0
@@ -353,14 +378,14 @@ def _events(
         q = work[0]
         pd, pw = work[1], work[2]
         q[0], pd[0], pw[0] = av, ad, aw
-        a = h * ((g - c * av) / m1)
+        a = h * ((g - viscous * av) / m1)
         for k in range(1, n + 1):
             r = h / (k + 1)
             ad_new = h / k * (av - aw)
             aw = h / k * (ks * ad / m2)
             av, ad = a, ad_new
             q[k], pd[k], pw[k] = av, ad, aw
-            a = -r * ((c * av + ks * ad) / m1)
+            a = -r * ((viscous * av + ks * ad) / m1)
         root, dip = _first_root(q[deflate:], n - deflate, float(mode), work)
         tau = min(root, 1.0)
         # increments over the (part of the) sub-step
@@ -407,12 +432,13 @@ def _events(
     if events == 0:
         x, v, d, w, z, xl, vl, dl, wl, zl = x0, v0, d0, w0, z0, xl0, vl0, dl0, wl0, zl0
         mode = mode0
+        c, low = _increments(model, mode)
         if mode == 0:
-            d, w, z, dl, wl, zl = _rest(model, d, w, z, dl, wl, zl)
+            d, w, z, dl, wl, zl = _rest(c, low, d, w, z, dl, wl, zl)
         else:
             F = U - fc_p if mode > 0 else U + fc_n
             x, v, d, w, z, xl, vl, dl, wl, zl = _slip(
-                model, BLOCK_SIZE * (mode + 1), F, x, v, d, w, z, xl, vl, dl, wl, zl
+                c, low, model[FINE] != 0.0, F, x, v, d, w, z, xl, vl, dl, wl, zl
             )
             if mode * v <= 0.0:
                 v, vl = 0.0, 0.0
@@ -443,15 +469,16 @@ def arm_step(model, state, effort):
     mode = int(mode_float)
     R = _energy_root(model, v, d, w) + model[GROWTH] * abs(U)
     nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl = x, v, d, w, z, xl, vl, dl, wl, zl
+    c, low = _increments(model, mode)
     if mode == 0:
-        nd, nw, nz, ndl, nwl, nzl = _rest(model, d, w, z, dl, wl, zl)
+        nd, nw, nz, ndl, nwl, nzl = _rest(c, low, d, w, z, dl, wl, zl)
         margin = _stick_margin(model, R, abs(U))
-        high, low = model[FS_P] - margin, margin - model[FS_N]
-        ok = low <= U - model[KS] * d <= high and low <= U - model[KS] * nd <= high
+        w_max, w_min = model[FS_P] - margin, margin - model[FS_N]
+        ok = w_min <= U - model[KS] * d <= w_max and w_min <= U - model[KS] * nd <= w_max
     else:
         F = U - model[FC_P] if mode > 0 else U + model[FC_N]
         nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl = _slip(
-            model, BLOCK_SIZE * (mode + 1), F, x, v, d, w, z, xl, vl, dl, wl, zl
+            c, low, model[FINE] != 0.0, F, x, v, d, w, z, xl, vl, dl, wl, zl
         )
         threshold = _slip_threshold(model, R, abs(U))
         ok = mode * v > threshold and mode * nv > threshold
@@ -481,7 +508,7 @@ def arm_step(model, state, effort):
 
 
 @compiled()
-def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, event_mode):
+def arm_run(model, state, effort, x1, v1, x2, v2, grazing, event_time, event_mode):
     """Propagate one trajectory and store every sample.
 
     Parameters
@@ -490,7 +517,7 @@ def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, ev
         As in `arm_step`.
     effort
         Shape (n,).
-    x1, v1, x2, v2, stuck
+    x1, v1, x2, v2
         Outputs, shape (n + 1,).
     grazing
         Output, shape (n,), zero on entry: samples with an event too close to call.
@@ -504,47 +531,49 @@ def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, ev
     """
     x, v, d, w, z, xl, vl, dl, wl, zl, mode_float = state
     mode = int(mode_float)
-    n = effort.size
+    n = np.uint64(effort.size)  # unsigned: no index counts from the end
     T, offset, ks = model[TIME], model[OFFSET], model[KS]
+    fine = model[FINE] != 0.0
     work = np.empty(WORK_SIZE)
     count = 0
-    x1[0], v1[0], x2[0], v2[0], stuck[0] = x, v, z, w, mode == 0
-    k = 0
+    x1[0], v1[0], x2[0], v2[0] = x, v, z, w
+    k = np.uint64(0)
     while k < n:
-        stop = min(k + BLOCK, n)
+        stop = min(k + np.uint64(BLOCK), n)
         u_max = 0.0
         for j in range(k, stop):
             u_max = max(u_max, abs(effort[j] - offset))
         R = _energy_root(model, v, d, w) + (stop - k) * model[GROWTH] * u_max
         threshold = _slip_threshold(model, R, u_max)
         margin = _stick_margin(model, R, u_max)
-        high, low = model[FS_P] - margin, margin - model[FS_N]
+        w_max, w_min = model[FS_P] - margin, margin - model[FS_N]
         while k < stop:
             # one stretch in one mode
             if mode == 0:
+                c, low = _increments(model, 0)
                 while k < stop:
                     U = effort[k] - offset
-                    nd, nw, nz, ndl, nwl, nzl = _rest(model, d, w, z, dl, wl, zl)
-                    if not (low <= U - ks * d <= high and low <= U - ks * nd <= high):
+                    nd, nw, nz, ndl, nwl, nzl = _rest(c, low, d, w, z, dl, wl, zl)
+                    if not (w_min <= U - ks * d <= w_max and w_min <= U - ks * nd <= w_max):
                         break
                     d, w, z, dl, wl, zl = nd, nw, nz, ndl, nwl, nzl
-                    k += 1
-                    x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, z, w, True
+                    k += np.uint64(1)
+                    x1[k], v1[k], x2[k], v2[k] = x, v, z, w
             else:
                 s = float(mode)
-                E = BLOCK_SIZE * (mode + 1)
                 fc = model[FC_P] if mode > 0 else -model[FC_N]
+                c, low = _increments(model, mode)
                 clear = s * v > threshold
                 while clear and k < stop:
                     F = (effort[k] - offset) - fc
                     nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl = _slip(
-                        model, E, F, x, v, d, w, z, xl, vl, dl, wl, zl
+                        c, low, fine, F, x, v, d, w, z, xl, vl, dl, wl, zl
                     )
                     if not s * nv > threshold:
                         break
                     x, v, d, w, z, xl, vl, dl, wl, zl = nx, nv, nd, nw, nz, nxl, nvl, ndl, nwl, nzl
-                    k += 1
-                    x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, z, w, False
+                    k += np.uint64(1)
+                    x1[k], v1[k], x2[k], v2[k] = x, v, z, w
             if k < stop:
                 x, v, d, w, z, xl, vl, dl, wl, zl, mode, count, flags = _events(
                     model,
@@ -569,7 +598,7 @@ def arm_run(model, state, effort, x1, v1, x2, v2, stuck, grazing, event_time, ev
                 if flags:
                     grazing[k] = flags & GRAZING
                     if flags & BUDGET_EXCEEDED:
-                        return (x, v, d, w, z, xl, vl, dl, wl, zl, float(mode)), count, k
-                k += 1
-                x1[k], v1[k], x2[k], v2[k], stuck[k] = x, v, z, w, mode == 0
+                        return (x, v, d, w, z, xl, vl, dl, wl, zl, float(mode)), count, np.int64(k)
+                k += np.uint64(1)
+                x1[k], v1[k], x2[k], v2[k] = x, v, z, w
     return (x, v, d, w, z, xl, vl, dl, wl, zl, float(mode)), count, -1

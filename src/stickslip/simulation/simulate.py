@@ -81,12 +81,11 @@ def simulate(
     capacity = 2 * n + 64
     while True:
         position, velocity = np.empty(n + 1), np.empty(n + 1)
-        stuck = np.empty(n + 1, dtype=np.bool_)
         grazing = np.zeros(n, dtype=np.bool_)
         event_time, event_mode = np.empty(capacity), np.empty(capacity, dtype=np.int8)
         if isinstance(plant, SingleMass):
             _, count = mass_run(
-                model, state, effort, position, velocity, stuck, grazing, event_time, event_mode
+                model, state, effort, position, velocity, grazing, event_time, event_mode
             )
         else:
             load_position, load_velocity = np.empty(n + 1), np.empty(n + 1)
@@ -98,7 +97,6 @@ def simulate(
                 velocity,
                 load_position,
                 load_velocity,
-                stuck,
                 grazing,
                 event_time,
                 event_mode,
@@ -117,7 +115,7 @@ def simulate(
         velocity=velocity,
         load_position=load_position,
         load_velocity=load_velocity,
-        stuck=stuck,
+        stuck=velocity == 0.0,
         event_time=event_time[:count].copy(),
         event_mode=event_mode[:count].copy(),
         grazing=grazing,

@@ -184,7 +184,7 @@ def mass_step(model, state, effort):
 
 
 @compiled()
-def mass_run(model, state, effort, position, velocity, stuck, grazing, event_time, event_mode):
+def mass_run(model, state, effort, position, velocity, grazing, event_time, event_mode):
     """Propagate one trajectory and store every sample.
 
     Parameters
@@ -193,7 +193,7 @@ def mass_run(model, state, effort, position, velocity, stuck, grazing, event_tim
         As in `mass_step`.
     effort
         Shape (n,).
-    position, velocity, stuck
+    position, velocity
         Outputs, shape (n + 1,).
     grazing
         Output, shape (n,), zero on entry: samples with an event too close to call.
@@ -207,17 +207,17 @@ def mass_run(model, state, effort, position, velocity, stuck, grazing, event_tim
     """
     x, v, xl, vl, mode_float = state
     mode = int(mode_float)
-    n = effort.size
+    n = np.uint64(effort.size)  # unsigned: no index counts from the end
     T, offset = model[TIME], model[OFFSET]
     sudden = model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]
     count = 0
-    position[0], velocity[0], stuck[0] = x, v, mode == 0
-    k = 0
+    position[0], velocity[0] = x, v
+    k = np.uint64(0)
     while k < n:
         if mode == 0:
             while k < n and -model[FS_N] <= effort[k] - offset <= model[FS_P]:
-                k += 1
-                position[k], velocity[k], stuck[k] = x, v, True
+                k += np.uint64(1)
+                position[k], velocity[k] = x, v
         else:
             s = float(mode)
             E = POSITIVE if mode > 0 else 0
@@ -229,16 +229,16 @@ def mass_run(model, state, effort, position, velocity, stuck, grazing, event_tim
                 if sudden and s * nv < GRAZING_TOLERANCE * (s * v):
                     grazing[k] = True
                 x, v, xl, vl = nx, nv, nxl, nvl
-                k += 1
-                position[k], velocity[k], stuck[k] = x, v, False
+                k += np.uint64(1)
+                position[k], velocity[k] = x, v
         if k < n:
             x, v, xl, vl, mode, count, flags = _events(
                 model, event_time, event_mode, count, k * T, mode, effort[k] - offset, x, v, xl, vl
             )
             if flags:
                 grazing[k] = True
-            k += 1
-            position[k], velocity[k], stuck[k] = x, v, mode == 0
+            k += np.uint64(1)
+            position[k], velocity[k] = x, v
     return (x, v, xl, vl, float(mode)), count
 
 
