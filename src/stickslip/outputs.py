@@ -35,6 +35,13 @@ def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the ou
     InputError
         If ``path`` is a folder, is one of the inputs, or lies where nothing can be written.
     """
+    try:
+        _check(path, inputs, what)
+    except OSError as error:
+        raise _unwritable(path, error, what) from error
+
+
+def _check(path: Path, inputs: Iterable[Path], what: str) -> None:
     if path.is_dir():
         raise InputError(
             f"{what} names a folder", where=str(path), remedy="name a file inside that folder"
@@ -45,26 +52,22 @@ def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the ou
     for taken in inputs:
         if path.exists() and taken.exists() and path.samefile(taken):
             raise InputError(
-                f"{what} would overwrite the log it is made from",
+                f"{what} would overwrite what it is made from",
                 where=str(path),
                 remedy="choose another file name",
             )
-    folder = path.parent
-    if not folder.is_dir():
+    if not path.parent.is_dir():
         raise InputError(
-            f"{what} cannot be written, the folder {str(folder)!r} does not exist",
+            f"{what} cannot be written, the folder {str(path.parent)!r} does not exist",
             where=str(path),
             remedy="make the folder first or choose another place",
         )
-    try:
-        trial = _sibling(path)
-        with trial.open("x"):
-            pass
-        trial.unlink()
-        if path.exists() and not os.access(path, os.W_OK):
-            raise PermissionError(13, "the file is write-protected")
-    except OSError as error:
-        raise _unwritable(path, error, what) from error
+    if path.exists() and not os.access(path, os.W_OK):
+        raise PermissionError(13, "the file is write-protected")
+    trial = _sibling(path)
+    with trial.open("x"):
+        pass
+    trial.unlink()
 
 
 @contextlib.contextmanager
@@ -83,28 +86,23 @@ def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     InputError
         If it cannot be written there.
     """
-    if path.exists() and not path.is_file() and not path.is_dir():
-        with path.open("w", encoding="utf-8") as stream:
-            yield stream
-        return
-    partial = _sibling(path)
+    replaceable = path.is_file() or not path.exists()
+    written = _sibling(path) if replaceable else path
     try:
-        stream = partial.open("x", encoding="utf-8", newline="")
-    except OSError as error:
-        raise _unwritable(path, error, what) from error
-    try:
-        with stream:
+        with written.open("x" if replaceable else "w", encoding="utf-8", newline="") as stream:
             yield stream
-        partial.replace(path)
+        if replaceable:
+            written.replace(path)
     except OSError as error:
         raise _unwritable(path, error, what) from error
     finally:
-        partial.unlink(missing_ok=True)
+        if replaceable:
+            written.unlink(missing_ok=True)
 
 
 def _sibling(path: Path) -> Path:
     """Name a hidden file in the same folder, so that renaming it is one step of the file system."""
-    return path.with_name(f".{path.name[:100]}.{secrets.token_hex(4)}.part")
+    return path.with_name(f".{path.name[:50]}.{secrets.token_hex(4)}.part")
 
 
 def _unwritable(path: Path, error: OSError, what: str) -> InputError:

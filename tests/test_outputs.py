@@ -1,0 +1,91 @@
+"""Files appear whole or not at all, and what cannot be written is found beforehand."""
+
+import os
+from pathlib import Path
+
+import pytest
+
+from stickslip.outputs import check_output, whole_file
+from stickslip.records import InputError
+
+
+def test_a_file_appears_under_its_name_only_when_complete(tmp_path: Path) -> None:
+    target = tmp_path / "result.json"
+    with whole_file(target) as stream:
+        stream.write("half")
+        assert not target.exists()
+        stream.write(" and half")
+    assert target.read_text() == "half and half"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
+    target = tmp_path / "result.json"
+    target.write_text("old")
+
+    def fail_half_way() -> None:
+        with whole_file(target) as stream:
+            stream.write("half")
+            raise ZeroDivisionError
+
+    with pytest.raises(ZeroDivisionError):
+        fail_half_way()
+    assert target.read_text() == "old"
+    assert list(tmp_path.iterdir()) == [target]
+
+
+def test_the_check_leaves_no_trace(tmp_path: Path) -> None:
+    check_output(tmp_path / "result.json")
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_long_name_still_has_room_for_its_partial_file(tmp_path: Path) -> None:
+    target = tmp_path / ("x" * 250 + ".json")
+    check_output(target)
+    with whole_file(target) as stream:
+        stream.write("1")
+    assert target.read_text() == "1"
+
+
+@pytest.mark.parametrize(
+    ("place", "problem"),
+    [
+        ("", "names a folder"),
+        ("missing/result.json", "does not exist"),
+        ("file/result.json", "does not exist"),
+        ("x" * 300, "cannot be written"),
+    ],
+)
+def test_places_where_nothing_can_be_written(place: str, problem: str, tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    with pytest.raises(InputError, match=problem):
+        check_output(tmp_path / place)
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+@pytest.mark.skipif(os.geteuid() == 0, reason="the superuser may write anywhere")
+def test_protected_folders_and_files_are_refused(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    (tmp_path / "file").chmod(0o444)
+    with pytest.raises(InputError, match="write-protected"):
+        check_output(tmp_path / "file")
+    tmp_path.chmod(0o555)
+    with pytest.raises(InputError, match="Permission denied"):
+        check_output(tmp_path / "other")
+
+
+def test_an_input_is_not_overwritten_under_any_name(tmp_path: Path) -> None:
+    log = tmp_path / "log.csv"
+    log.write_text("1")
+    (tmp_path / "alias.csv").symlink_to(log)
+    for name in ("log.csv", "alias.csv", "../" + tmp_path.name + "/log.csv"):
+        with pytest.raises(InputError, match="overwrite what it is made from"):
+            check_output(tmp_path / name, inputs=[log])
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+def test_a_full_disk_is_said_so() -> None:
+    full = Path("/dev/full")
+    check_output(full)
+    with pytest.raises(InputError, match="No space left"), whole_file(full) as stream:
+        stream.write("x")
