@@ -62,6 +62,6 @@ def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_f
         units=units,
         constants=constants,
         load=load,
-        place=lambda sample: f"index {sample + counts_from}",
+        place=lambda name, sample: f"{label}, {name} at index {sample + counts_from}",
         notes=tuple(notes),
     )

@@ -1,6 +1,6 @@
 """Data frames of any library that narwhals knows: pandas, polars, pyarrow and more."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -27,7 +27,7 @@ def table_of_frame(frame: Any, label: str) -> Table:
         data = nw.from_native(frame)
     except TypeError:
         raise InputError(
-            f"a {type(frame).__name__} is no data frame",
+            f"an object of type {type(frame).__name__} is no data frame",
             where=label,
             remedy="pass a pandas, polars or pyarrow table, or use read_log for a file",
         ) from None
@@ -35,6 +35,10 @@ def table_of_frame(frame: Any, label: str) -> Table:
         data = data.collect()
     titles = [str(title) for title in data.columns]
     headers, units = name_columns(titles)
+    if not headers:
+        raise InputError(
+            "there are no columns", where=label, remedy="pass time, position and effort as columns"
+        )
     positions = dict(
         zip(headers, [k for k, title in enumerate(titles) if title.strip()], strict=True)
     )
@@ -44,19 +48,22 @@ def table_of_frame(frame: Any, label: str) -> Table:
         if isinstance(data[:, position].dtype, nw.Datetime | nw.Duration)
     }
 
+    def place(_: str, sample: int) -> str:
+        return f"{label}, row {sample} (counted from 0)"
+
     def load(names: Sequence[str]) -> dict[str, Column]:
-        return {name: _numbers(data[:, positions[name]], name, label) for name in names}
+        return {name: _numbers(data[:, positions[name]], name, place) for name in names}
 
     return Table(
         label=label,
         headers=headers,
         units=units,
         load=load,
-        place=lambda sample: f"row {sample} (counted from 0)",
+        place=place,
     )
 
 
-def _numbers(series: Any, name: str, label: str) -> Column:
+def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column:
     import narwhals as nw
 
     if isinstance(series.dtype, nw.Datetime):
@@ -66,14 +73,14 @@ def _numbers(series: Any, name: str, label: str) -> Column:
     if not (series.dtype.is_numeric() or isinstance(series.dtype, nw.Boolean)):
         raise InputError(
             f"column {name!r} holds {series.dtype}, not numbers",
-            where=label,
+            where=place(name, 0),
             remedy="convert the column to numbers",
         )
     empty = np.flatnonzero(series.is_null().to_numpy())
     if empty.size:
         raise InputError(
             f"column {name!r} is empty there ({empty.size} of {len(series)} samples)",
-            where=f"{label}, row {empty[0]} (counted from 0)",
+            where=place(name, int(empty[0])),
             remedy="remove or repair those samples; nothing is interpolated silently",
         )
     return np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)

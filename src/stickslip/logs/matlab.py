@@ -64,7 +64,10 @@ def read_matlab(path: Path) -> Table:
 def _version_5(path: Path) -> Iterator[tuple[str, np.ndarray]]:
     import scipy.io
 
-    variables: Mapping[str, Any] = scipy.io.loadmat(str(path), simplify_cells=True)
+    try:
+        variables: Mapping[str, Any] = scipy.io.loadmat(str(path), simplify_cells=True)
+    except scipy.io.matlab.MatReadError as error:
+        raise EOFError(str(error)) from error
     yield from _flat({k: v for k, v in variables.items() if not k.startswith("__")})
 
 

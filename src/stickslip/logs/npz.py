@@ -34,7 +34,7 @@ def read_npz(path: Path) -> Table:
         If the file is damaged, holds Python objects, or has no numeric arrays.
     """
     try:
-        with np.load(path, allow_pickle=False) as archive:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
             variables = {
                 name: array
                 for name in archive.files

@@ -42,7 +42,8 @@ def read_parquet(path: Path) -> Table:
     def load(names: Sequence[str]) -> dict[str, Column]:
         headers = [layout.headers[name] for name in names]
         try:
-            content = pq.read_table(path, columns=headers)
+            with pq.ParquetFile(path, page_checksum_verification=True) as file:
+                content = file.read(columns=headers)
         except (pa.ArrowException, OSError, ValueError) as error:
             raise damaged from error
         return dict(table_of_frame(content, path.name).load(names))

@@ -16,7 +16,7 @@ from stickslip.logs.matlab import read_matlab
 from stickslip.logs.npz import read_npz
 from stickslip.logs.parquet import read_parquet
 from stickslip.logs.schema import AxisSchema, LogSchema, read_schema
-from stickslip.logs.table import Column, Table, combined
+from stickslip.logs.table import Column, Table, check_lengths, combined
 from stickslip.logs.text import read_text
 from stickslip.logs.units import quantity_of, scale_to_si
 from stickslip.records import AxisKind, AxisLog, InputError, LogSource, unit_of
@@ -223,17 +223,23 @@ def _axis_log(
     time = channels.pop("time", None)
     samples = channels["position"].size
     if time is None:
-        step = schema.sampling_time or 0.0
-        time = (
-            np.arange(samples) / schema.sampling_frequency
-            if schema.sampling_frequency
-            else (np.arange(samples) * step)
-        )
-    log = _validated(table, schema.name or default_name, kind, time, channels)
+        time = _sampled_time(schema, samples)
+    try:
+        log = _as_log(schema.name or default_name, kind, time, channels)
+    except InputError as error:
+        raise error.at(_place_of_time_fault(table, bound, time)) from None
     _check_motion(log, bound, table.label)
     source = source or _source_in_memory(table, time, channels)
-    assumptions = (*table.notes, *notes, *([told] if told else []), *_timing(log, table))
+    assumptions = (*table.notes, *notes, *([told] if told else []), *_timing(log, table, bound))
     return replace(log, source=replace(source, assumptions=assumptions))
+
+
+def _sampled_time(schema: AxisSchema, samples: int) -> Column:
+    """Return the time stamps of a log without any, from the stated sampling."""
+    count = np.arange(samples, dtype=np.float64)
+    if schema.sampling_frequency is not None:
+        return count / schema.sampling_frequency
+    return count * (schema.sampling_time or 0.0)
 
 
 def _channels(
@@ -242,6 +248,7 @@ def _channels(
     """Return each channel in SI units, and what had to be assumed about it."""
     names = [name for each in bound.values() for name in each.expression.names]
     columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    check_lengths(columns, table.label)
     for name, column in columns.items():
         _check_finite(table, name, column)
     values: dict[str, Value] = {**table.constants, **columns}
@@ -269,29 +276,29 @@ def _check_finite(table: Table, name: str, column: Column) -> None:
         raise InputError(
             f"column {name!r} is {column[bad[0]]} ({bad.size} of {column.size} samples are not "
             "finite)",
-            where=f"{table.label}, {table.place(int(bad[0]))}",
+            where=table.place(name, int(bad[0])),
             remedy="remove or repair those samples; nothing is interpolated silently",
         )
 
 
-def _validated(
-    table: Table, name: str, kind: AxisKind, time: Column, channels: Mapping[str, Column]
-) -> AxisLog:
-    try:
-        return AxisLog(
-            name=name,
-            kind=kind,
-            time=time,
-            effort=channels["effort"],
-            measured_position=channels["position"],
-            measured_velocity=channels.get("velocity"),
-            measured_load_position=channels.get("load_position"),
-            measured_load_velocity=channels.get("load_velocity"),
-        )
-    except InputError as error:
-        backward = np.flatnonzero(np.diff(time) <= 0)
-        place = f", {table.place(int(backward[0]) + 1)}" if backward.size else ""
-        raise error.at(table.label + place) from None
+def _as_log(name: str, kind: AxisKind, time: Column, channels: Mapping[str, Column]) -> AxisLog:
+    return AxisLog(
+        name=name,
+        kind=kind,
+        time=time,
+        effort=channels["effort"],
+        measured_position=channels["position"],
+        measured_velocity=channels.get("velocity"),
+        measured_load_position=channels.get("load_position"),
+        measured_load_velocity=channels.get("load_velocity"),
+    )
+
+
+def _place_of_time_fault(table: Table, bound: Mapping[str, Bound], time: Column) -> str:
+    backward = np.flatnonzero(np.diff(time) <= 0)
+    if "time" in bound and backward.size:
+        return table.place(bound["time"].expression.names[0], int(backward[0]) + 1)
+    return table.label
 
 
 def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
@@ -319,8 +326,10 @@ def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]
     return LogSource(files=(table.label,), sha256=digest.hexdigest())
 
 
-def _timing(log: AxisLog, table: Table) -> list[str]:
+def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]:
     """Return sentences on what the time stamps show: jitter and gaps."""
+    if "time" not in bound:
+        return []
     notes: list[str] = []
     if log.timing_jitter > _NOTICEABLE_JITTER:
         notes.append(
@@ -334,6 +343,6 @@ def _timing(log: AxisLog, table: Table) -> list[str]:
         count = "1 gap splits" if starts.size == 2 else f"{starts.size - 1} gaps split"
         notes.append(
             f"{count} the log into {starts.size} segments; the first is {gap:.6g} s long, before "
-            f"{table.place(first)}"
+            f"{table.place(bound['time'].expression.names[0], first)}"
         )
     return notes

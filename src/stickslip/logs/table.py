@@ -10,7 +10,7 @@ from stickslip.logs.schema import nearest
 from stickslip.logs.units import header_unit
 from stickslip.records import InputError
 
-__all__ = ["Column", "Table", "combined", "name_columns"]
+__all__ = ["Column", "Table", "check_lengths", "combined", "name_columns"]
 
 Column = Float[np.ndarray, " n"]
 
@@ -32,7 +32,7 @@ class Table:
     load
         Returns the named columns. It raises `InputError` if one of them is not numeric.
     place
-        Says where in the file a sample is, such as ``"row 17"``.
+        Says where a sample of a column is, such as ``"stage.csv, row 17"``.
     notes
         What had to be assumed to read the file.
     """
@@ -41,7 +41,7 @@ class Table:
     headers: Mapping[str, str]
     units: Mapping[str, str]
     load: Callable[[Sequence[str]], Mapping[str, Column]]
-    place: Callable[[int], str]
+    place: Callable[[str, int], str]
     constants: Mapping[str, float] = field(default_factory=dict[str, float])
     notes: tuple[str, ...] = ()
 
@@ -92,40 +92,43 @@ def combined(tables: Mapping[str, Table], label: str) -> Table:
     def load(names: Sequence[str]) -> dict[str, Column]:
         loaded: dict[str, Column] = {}
         for short, table in tables.items():
-            wanted = [name for name in names if name.partition(":")[0] == short]
-            columns = table.load([name.partition(":")[2] for name in wanted])
-            loaded |= {name: columns[name.partition(":")[2]] for name in wanted}
-        lengths = {name: column.size for name, column in loaded.items()}
-        shortest, longest = (
-            min(lengths, key=lengths.__getitem__),
-            max(lengths, key=lengths.__getitem__),
-        )
-        if lengths[shortest] != lengths[longest]:
-            raise InputError(
-                f"{shortest} has {lengths[shortest]} samples and {longest} has {lengths[longest]}",
-                where=label,
-                remedy="record the files of one log together, sample by sample",
-            )
-        return {name: loaded[name] for name in names}
+            own = {name: name.removeprefix(f"{short}:") for name in names}
+            own = {name: bare for name, bare in own.items() if bare != name}
+            columns = table.load(list(own.values()))
+            loaded |= {name: columns[bare] for name, bare in own.items()}
+        return loaded
 
-    def with_prefix(values: Callable[[Table], Mapping[str, object]]) -> dict[str, object]:
-        return {
-            f"{short}:{name}": value
-            for short, table in tables.items()
-            for name, value in values(table).items()
-        }
+    def place(name: str, sample: int) -> str:
+        short, _, bare = name.partition(":")
+        return tables[short].place(bare, sample)
 
-    first = next(iter(tables.values()))
+    headers: dict[str, str] = {}
+    units: dict[str, str] = {}
+    constants: dict[str, float] = {}
+    notes: list[str] = []
+    for short, table in tables.items():
+        headers |= {f"{short}:{name}": f"{short}:{each}" for name, each in table.headers.items()}
+        units |= {f"{short}:{name}": unit for name, unit in table.units.items()}
+        constants |= {f"{short}:{name}": value for name, value in table.constants.items()}
+        notes += [f"{table.label}: {note}" for note in table.notes]
     return Table(
         label=label,
-        headers={name: name for name in with_prefix(lambda table: table.headers)},
-        units={name: str(unit) for name, unit in with_prefix(lambda table: table.units).items()},
-        constants={
-            name: table.constants[name.partition(":")[2]]
-            for short, table in tables.items()
-            for name in (f"{short}:{each}" for each in table.constants)
-        },
+        headers=headers,
+        units=units,
+        constants=constants,
         load=load,
-        place=first.place,
-        notes=tuple(f"{table.label}: {note}" for table in tables.values() for note in table.notes),
+        place=place,
+        notes=tuple(notes),
     )
+
+
+def check_lengths(columns: Mapping[str, Column], label: str) -> None:
+    """Refuse columns that do not have the same number of samples."""
+    first = next(iter(columns))
+    for name, column in columns.items():
+        if column.size != columns[first].size:
+            raise InputError(
+                f"{first} has {columns[first].size} samples and {name} has {column.size}",
+                where=label,
+                remedy="record what belongs together sample by sample",
+            )

@@ -56,9 +56,9 @@ def read_text(path: Path) -> Table:
             return {name: rows[:, position] for name, position in positions.items()}
         return _careful(text, layout, positions)
 
-    def place(sample: int) -> str:
-        row = next(islice(_rows(text, layout), sample, None), None)
-        return f"row {row[0]}" if row else f"sample {sample}"
+    def place(_: str, sample: int) -> str:
+        number, _ = next(islice(_rows(text, layout), sample, None))
+        return f"{path.name}, row {number}"
 
     return Table(label=path.name, headers=headers, units=units, load=load, place=place, notes=notes)
 
