@@ -10,31 +10,25 @@ from stickslip.records import AxisKind, InputError, unit_of
 
 __all__ = ["header_unit", "is_unit", "kind_of_unit", "quantity_of", "scale_to_si"]
 
-_SPELLINGS = MappingProxyType(
+_WORDS = MappingProxyType(
     {
-        "Nm": "N*m",
-        "mNm": "mN*m",
-        "kNm": "kN*m",
-        "cNm": "cN*m",
-        "°": "deg",
-        "°/s": "deg/s",
+        "Nm": "(N*m)",
+        "mNm": "(mN*m)",
+        "kNm": "(kN*m)",
+        "cNm": "(cN*m)",
+        "rev": "turn",
+        "revs": "turn",
         "sec": "s",
-        "msec": "ms",
-        "rad_s": "rad/s",
-        "deg_s": "deg/s",
-        "mm_s": "mm/s",
-        "m_s": "m/s",
         "RPM": "rpm",
-        "1/min": "rpm",
-        "rev/min": "rpm",
-        '"': "inch",
-        "A": "ampere",
     }
 )
 """Common ways to write a unit that the unit library reads otherwise or not at all."""
 
-_REPLACED = (("·", "*"), ("²", "^2"), ("°", "deg"), ("N.m", "N*m"), ("N-m", "N*m"), ("N m", "N*m"))
-_UNIT_CHARACTERS = re.compile(r"[\w%/*^. ()-]+")
+_REPLACED = (("·", "*"), ("²", "^2"), ("°", "deg"), ("_", "/"))
+_NEWTON_METRE = re.compile(r"\b([mkc]?N)[ .-]m\b")
+_PLAUSIBLE = re.compile(r"(?:(?:[^\W\d_]++|\))(?:(?:\^|\*\*)-?[1-9](?!\d))?|1(?= ?/)|[%*/( ])++")
+"""Words, products and small powers: what is handed to the unit library's parser at all."""
+
 _PARSER_FAULTS = (ValueError, TypeError, AttributeError, AssertionError, tokenize.TokenError)
 """What the unit library's parser raises, beside its own errors, on text that is no unit."""
 
@@ -150,10 +144,12 @@ def _parsed(unit: str) -> Any:
     """Return the unit library's form of a unit, however it was spelled."""
     import pint
 
-    spelled = _SPELLINGS.get(unit.strip(), unit.strip())
+    spelled = "rpm" if unit.strip() == "1/min" else unit.strip()
     for written, meant in _REPLACED:
         spelled = spelled.replace(written, meant)
-    if not _UNIT_CHARACTERS.fullmatch(spelled):
+    spelled = _NEWTON_METRE.sub(r"(\1*m)", spelled)
+    spelled = re.sub(r"[^\W\d]+", lambda word: _WORDS.get(word[0], word[0]), spelled)
+    if not _PLAUSIBLE.fullmatch(spelled):
         raise _unknown_unit(unit)
     try:
         return _registry().Unit(spelled)

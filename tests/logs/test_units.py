@@ -1,0 +1,130 @@
+import math
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.logs.units import header_unit, is_unit, kind_of_unit, scale_to_si
+from stickslip.records import InputError
+
+
+def refusal_of(call):
+    """Return the type of the error that a call ends in, or None; any other error passes."""
+    try:
+        call()
+    except InputError as error:
+        return type(error)
+    return None
+
+
+ROUNDING = 4e-16
+"""Two roundings of a double: the library may build a factor from two others."""
+
+
+@pytest.mark.parametrize(
+    ("channel", "unit", "kind", "factor"),
+    [
+        ("time", "ms", "linear", 1e-3),
+        ("time", "µs", "linear", 1e-6),
+        ("time", "us", "rotary", 1e-6),
+        ("time", "sec", "linear", 1.0),
+        ("position", "mm", "linear", 1e-3),
+        ("position", "um", "linear", 1e-6),
+        ("position", "inch", "linear", 0.0254),
+        ("load_position", "deg", "rotary", math.pi / 180),
+        ("position", "°", "rotary", math.pi / 180),
+        ("position", "rev", "rotary", 2 * math.pi),
+        ("position", "turn", "rotary", 2 * math.pi),
+        ("velocity", "mm/s", "linear", 1e-3),
+        ("velocity", "rpm", "rotary", 2 * math.pi / 60),
+        ("velocity", "rev/min", "rotary", 2 * math.pi / 60),
+        ("velocity", "1/min", "rotary", 2 * math.pi / 60),
+        ("load_velocity", "deg/s", "rotary", math.pi / 180),
+        ("effort", "kN", "linear", 1e3),
+        ("effort", "lbf", "linear", 4.4482216152605),
+        ("effort", "Nm", "rotary", 1.0),
+        ("effort", "N m", "rotary", 1.0),
+        ("effort", "N·m", "rotary", 1.0),
+        ("effort", "N.m", "rotary", 1.0),
+        ("effort", "mNm", "rotary", 1e-3),
+        ("effort", "kgf*m", "rotary", 9.80665),
+    ],
+)
+def test_factors_to_si(channel, unit, kind, factor):
+    assert scale_to_si(channel, unit, kind) == pytest.approx(factor, rel=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    ("channel", "unit", "kind", "named"),
+    [
+        ("position", "N", "linear", ("N", "m")),
+        ("position", "deg", "linear", ("deg", "m")),
+        ("position", "mm", "rotary", ("mm", "rad")),
+        ("position", "%", "rotary", ("%", "rad")),
+        ("position", "counts", "rotary", ("counts", "rad")),
+        ("velocity", "Hz", "rotary", ("Hz", "rad/s")),
+        ("velocity", "m/s^2", "linear", ("m/s^2", "m/s")),
+        ("effort", "N", "rotary", ("N", "N m")),
+        ("effort", "V", "linear", ("V", "N")),
+        ("time", "mm", "linear", ("mm", "s")),
+        ("effort", "nm", "rotary", ("nm", "N m")),
+    ],
+)
+def test_a_unit_of_another_dimension_is_named_with_the_right_one(channel, unit, kind, named):
+    with pytest.raises(InputError) as caught:
+        scale_to_si(channel, unit, kind)
+    assert f"is in {named[0]}," in caught.value.what
+    assert caught.value.what.endswith(f" {named[1]}")
+
+
+def test_a_current_asks_for_the_motor_constant():
+    with pytest.raises(InputError, match=r"mA, which is a current and not N or N m.*1\.2 \*"):
+        kind_of_unit("effort", "mA")
+
+
+@pytest.mark.parametrize(
+    ("channel", "unit", "kind"),
+    [
+        ("position", "mm", "linear"),
+        ("velocity", "rpm", "rotary"),
+        ("effort", "Nm", "rotary"),
+        ("time", "ms", None),
+    ],
+)
+def test_kind_of_unit(channel, unit, kind):
+    assert kind_of_unit(channel, unit) == kind
+
+
+@given(st.one_of(st.text(max_size=12), st.text("msNrad/*^°()- 0123456789", max_size=8)))
+def test_any_text_is_a_unit_or_refused(text):
+    assert refusal_of(lambda: kind_of_unit("position", text)) in (None, InputError)
+
+
+@pytest.mark.parametrize(
+    ("header", "name", "unit"),
+    [
+        ("position [mm]", "position", "mm"),
+        ("vel (rad/s)", "vel", "rad/s"),
+        ("Torque(N m)", "Torque", "N m"),
+        ("position (filtered)", "position (filtered)", None),
+        ("x [wibble]", "x", "wibble"),
+        ("x []", "x", None),
+        ("time_ms", "time_ms", "ms"),
+        ("q_m", "q_m", None),
+        ("  torque ", "torque", None),
+        ("[mm]", "[mm]", None),
+        ("", "", None),
+    ],
+)
+def test_unit_in_a_header(header, name, unit):
+    assert header_unit(header) == (name, unit)
+
+
+@pytest.mark.parametrize("text", ["mm", "[s]", "(N m)", "m/s^2", "deg/s", "-", "°"])
+def test_units_of_motion(text):
+    assert is_unit(text)
+
+
+@pytest.mark.parametrize("text", ["position", "t x", "42", "abc"])
+def test_what_is_no_unit_of_motion(text):
+    assert not is_unit(text)
