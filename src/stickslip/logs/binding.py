@@ -176,7 +176,8 @@ def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tu
         raise InputError(
             "whether the axis is linear or rotary cannot be told: no units are given",
             where=label,
-            remedy='state kind = "linear" or kind = "rotary", or units in the header or schema',
+            remedy="say --kind linear or --kind rotary (in a schema: kind), or put units in the "
+            "header",
         )
     kind = next(iter(told))
     return kind, f"the axis is taken as {kind} because {reasons[0]}"
