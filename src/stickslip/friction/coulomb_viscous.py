@@ -1,7 +1,6 @@
 """Coulomb, static and viscous friction with values of their own in each direction."""
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -87,7 +86,7 @@ class CoulombViscousFriction:
         viscous_friction: float,
         static_friction: float | None = None,
         offset: float = 0.0,
-    ) -> Self:
+    ) -> "CoulombViscousFriction":
         """Return the law with the same values in both directions.
 
         Parameters
@@ -127,7 +126,7 @@ class CoulombViscousFriction:
         backward = -self.coulomb_friction_negative + self.viscous_friction_negative * v
         return np.where(v > 0, forward, np.where(v < 0, backward, 0.0))
 
-    def mirrored(self) -> Self:
+    def mirrored(self) -> "CoulombViscousFriction":
         """Return the law of the same axis with its direction counted the other way."""
         return type(self)(
             coulomb_friction_positive=self.coulomb_friction_negative,
