@@ -45,8 +45,8 @@ class SimulatedMotion:
 
     kind: AxisKind
     sampling_time: float = quantity_field("sampling_time")
-    time: Float[np.ndarray, " n+1"] = quantity_field("time")
     commanded_effort: Float[np.ndarray, " n"] = quantity_field("effort")
+    time: Float[np.ndarray, " n+1"] = quantity_field("time")
     position: Float[np.ndarray, " n+1"] = quantity_field("position")
     velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
     load_position: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
