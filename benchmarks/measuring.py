@@ -1,0 +1,135 @@
+"""Time things, and say in one table how they compare."""
+
+import gc
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+from typing import Any
+
+from rich import box
+from rich.console import Console
+from rich.table import Table
+
+__all__ = ["Comparison", "Row", "Target", "best_time", "print_comparison"]
+
+
+def best_time(function: Callable[[], object], *, repetitions: int) -> float:
+    """Return the shortest time [s] of several calls, after one that is not counted.
+
+    The shortest is the one least disturbed by whatever else runs on the machine.
+    """
+    function()
+    shortest = float("inf")
+    collecting = gc.isenabled()
+    gc.disable()
+    try:
+        for _ in range(repetitions):
+            start = time.perf_counter()
+            function()
+            shortest = min(shortest, time.perf_counter() - start)
+    finally:
+        if collecting:
+            gc.enable()
+    return shortest
+
+
+@dataclass(frozen=True, kw_only=True)
+class Row:
+    """One way to do it.
+
+    Attributes
+    ----------
+    name
+        What was run.
+    nanoseconds
+        Time an item.
+    error
+        Largest error, in the comparison's unit, or None if there is nothing to compare with.
+    ours
+        Whether it is this package.
+    """
+
+    name: str
+    nanoseconds: float
+    error: float | None
+    ours: bool = False
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target:
+    """A number to reach.
+
+    Attributes
+    ----------
+    text
+        What is measured, with its unit.
+    measured, limit
+        In that unit.
+    at_least
+        Whether the limit is a lower one.
+    """
+
+    text: str
+    measured: float
+    limit: float
+    at_least: bool = False
+
+    @property
+    def met(self) -> bool:
+        """Whether the measured value is on the right side of the limit."""
+        return self.measured >= self.limit if self.at_least else self.measured <= self.limit
+
+
+@dataclass(frozen=True, kw_only=True)
+class Comparison:
+    """What one topic found.
+
+    Attributes
+    ----------
+    title
+        What was done, in a sentence.
+    item
+        What the time is counted in, such as "sample".
+    error_name
+        What the error is, with its unit, or None if no row has one.
+    rows
+        The first is what the others are compared with.
+    targets
+        Numbers this package has set itself.
+    """
+
+    title: str
+    item: str
+    error_name: str | None
+    rows: tuple[Row, ...]
+    targets: tuple[Target, ...] = ()
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the comparison as plain JSON types."""
+        record = asdict(self)
+        record["targets"] = [{**asdict(target), "met": target.met} for target in self.targets]
+        return record
+
+
+def print_comparison(comparison: Comparison, console: Console) -> None:
+    """Print a comparison as one table, and its targets below."""
+    table = Table(title=comparison.title, box=box.SIMPLE_HEAD, title_justify="left")
+    table.add_column("")
+    table.add_column(f"µs a {comparison.item}", justify="right")
+    table.add_column("times ours", justify="right")
+    if comparison.error_name is not None:
+        table.add_column(comparison.error_name, justify="right")
+    unit = comparison.rows[0].nanoseconds
+    for row in comparison.rows:
+        cells = [row.name, f"{row.nanoseconds / 1e3:.3g}", f"{row.nanoseconds / unit:.3g}"]
+        if comparison.error_name is not None:
+            cells.append("" if row.error is None else f"{row.error:.1e}")
+        table.add_row(*cells, style="bold" if row.ours else None)
+    console.print(table)
+    for target in comparison.targets:
+        word = "at least" if target.at_least else "at most"
+        verdict = "met" if target.met else "NOT MET"
+        console.print(
+            f"  {target.text}: {target.measured:.3g} ({word} {target.limit:g}: {verdict})",
+            style=None if target.met else "bold red",
+        )
