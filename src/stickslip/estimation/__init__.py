@@ -1,5 +1,6 @@
 """Estimators of friction from a log: one method a file, interchangeable."""
 
+from stickslip.estimation.energy import EnergyEstimator
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
 
-__all__ = ["IdimLeastSquares"]
+__all__ = ["EnergyEstimator", "IdimLeastSquares"]

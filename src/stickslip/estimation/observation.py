@@ -1,0 +1,200 @@
+"""The motion that a log shows, with its noise estimated and kept out of the regressors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import linalg
+
+from stickslip.estimation.energy_balance import sample_integrals, travel_direction
+from stickslip.estimation.kinematics import (
+    REST_NOISE,
+    REST_PERIODS,
+    REST_SPEED,
+    LowPass,
+    central_difference,
+    noise_level,
+    rests,
+)
+from stickslip.records import AxisLog
+
+__all__ = ["MotionNoise", "ObservedMotion", "fuse", "motion_noise", "observe"]
+
+CLEAN = 1e-6
+"""Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
+
+HYSTERESIS = 10.0
+"""A reversal counts beyond so many standard deviations of the smoothed position: its noise is
+correlated, and a false reversal adds twice its size to the way travelled."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionNoise:
+    """Standard deviations of the white noise on the measurements; zero where it is rounding only.
+
+    Attributes
+    ----------
+    position, velocity
+        Of the measured values [m or rad, m/s or rad/s]; velocity is zero if it is not measured.
+    smooth_position, smooth_velocity
+        Of what is used in the regressors [m or rad, m/s or rad/s].
+    """
+
+    position: float
+    velocity: float
+    smooth_position: float
+    smooth_velocity: float
+
+    @property
+    def used_velocity(self) -> float:
+        """Of the velocity that energies are made from: measured, or else differentiated."""
+        return self.velocity if self.velocity > 0 else self.smooth_velocity
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservedMotion:
+    """One stretch of a log, ready for energies.
+
+    Attributes
+    ----------
+    position
+        Position and velocity of the (first) mass, fused [m or rad], shape (n,).
+    velocity, smooth_velocity
+        Velocity as measured (or differentiated) and low-passed [m/s or rad/s], shape (n,).
+    direction, path, velocity_squared
+        Direction of travel [-], way [m or rad] and integral of the squared velocity [m^2/s or
+        rad^2/s] of each sample, shape (n-1,).
+    resting
+        Whether each sample belongs to a rest, shape (n,).
+    """
+
+    position: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"]
+    smooth_velocity: Float[np.ndarray, " n"]
+    direction: Float[np.ndarray, " n-1"]
+    path: Float[np.ndarray, " n-1"]
+    velocity_squared: Float[np.ndarray, " n-1"]
+    resting: Bool[np.ndarray, " n"]
+
+
+def motion_noise(
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"] | None,
+    low_pass: LowPass,
+    sampling_time: float,
+) -> MotionNoise:
+    """Return the noise of a stretch's measurements and of what `observe` makes of them.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s]; velocity may be None.
+    low_pass
+        What smooths.
+    sampling_time
+        [s].
+    """
+    sw = noise_level(position)
+    if velocity is None:
+        return MotionNoise(
+            position=sw,
+            velocity=0.0,
+            smooth_position=sw * low_pass.noise_gain(sampling_time, derivatives=0),
+            smooth_velocity=sw * low_pass.noise_gain(sampling_time, derivatives=1),
+        )
+    sv = noise_level(velocity)
+    sw = sw if sw > CLEAN * float(np.ptp(position)) else 0.0
+    sv = sv if sv > CLEAN * float(np.max(np.abs(velocity))) else 0.0
+    # Smoothed local level: steps of variance q between measurements of variance sw^2
+    q = 0.5 * (sampling_time * sv) ** 2
+    share = np.sqrt(q / (q + 4 * sw**2)) if q > 0 else 0.0
+    return MotionNoise(
+        position=sw,
+        velocity=sv,
+        smooth_position=sw * float(np.sqrt(share)),
+        smooth_velocity=sv * low_pass.noise_gain(sampling_time, derivatives=0),
+    )
+
+
+def fuse(
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"],
+    position_noise: float,
+    velocity_noise: float,
+    sampling_time: float,
+) -> Float[np.ndarray, " n"]:
+    """Return the position that fits measured positions and velocities best.
+
+    Least squares of both errors, with the step of the position over a sample T (v_- + v) / 2: no
+    motion is assumed smooth, so nothing is smeared. Without noise on one of them, it is followed.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s].
+    position_noise, velocity_noise
+        Their standard deviations [m or rad, m/s or rad/s].
+    sampling_time
+        [s].
+    """
+    if position_noise == 0:
+        return position
+    step = 0.5 * sampling_time * (velocity[1:] + velocity[:-1])
+    at_position = 1.0 / position_noise**2
+    step_noise = sampling_time * velocity_noise / np.sqrt(2.0)
+    at_step = 1.0 / max(step_noise, CLEAN * position_noise) ** 2
+    bands = np.zeros((2, position.size))
+    bands[1] = at_position
+    bands[1, :-1] += at_step
+    bands[1, 1:] += at_step
+    bands[0, 1:] = -at_step
+    right = at_position * position
+    right[:-1] -= at_step * step
+    right[1:] += at_step * step
+    return np.asarray(linalg.solveh_banded(bands, right), dtype=np.float64)
+
+
+def observe(
+    log: AxisLog, low_pass: LowPass, noise: MotionNoise, sampling_time: float
+) -> ObservedMotion:
+    """Return the motion of the (first) mass in one stretch of a log.
+
+    Parameters
+    ----------
+    log
+        Without gaps.
+    low_pass
+        What smooths; without measured velocity it also makes the position differentiable.
+    noise
+        Of its measurements.
+    sampling_time
+        [s].
+    """
+    T = sampling_time
+    if log.measured_velocity is None:
+        x = low_pass.apply(log.measured_position, T)
+        v = smooth = central_difference(x, T)
+    else:
+        v = log.measured_velocity
+        x = fuse(log.measured_position, v, noise.position, noise.velocity, T)
+        smooth = v if noise.velocity == 0 else low_pass.apply(v, T)
+    direction = travel_direction(x, HYSTERESIS * noise.smooth_position)
+    noisy = noise.velocity > 0
+    path, squared = sample_integrals(x, v, smooth, direction, T, noisy)
+    largest = float(np.max(np.abs(smooth)))
+    threshold = max(slow_speed(largest), REST_NOISE * noise.smooth_velocity)
+    least = round(REST_PERIODS / (low_pass.cutoff * T))
+    return ObservedMotion(
+        position=x,
+        velocity=v,
+        smooth_velocity=smooth,
+        direction=direction,
+        path=path,
+        velocity_squared=squared,
+        resting=rests(smooth, threshold, least),
+    )
+
+
+def slow_speed(largest_speed: float) -> float:
+    """Return the speed below which an axis that reaches ``largest_speed`` may be at rest."""
+    return REST_SPEED * largest_speed
