@@ -2,13 +2,15 @@
 
 Kernels are plain functions on scalars, tuples and arrays. ``compiled`` hands them to Numba with the
 settings all kernels share: cached on disk, no fast-math (results must not depend on how terms are
-reordered), IEEE division, and free of the interpreter lock. Numba's cache of a kernel is not
-refreshed when a kernel *in another file* that it calls changes, so kernels that call each other
-live in one file.
+reordered), IEEE division, and free of the interpreter lock. Numba itself refreshes its cache of a
+kernel only when the kernel's own file changes; here a change in any kernel file of the same folder
+does, so kernels that call each other live in one folder.
 """
 
 import logging
 from collections.abc import Callable
+from functools import cache
+from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
@@ -43,6 +45,22 @@ class _CompilationNotice(event.Listener):
 event.register("numba:compile", _CompilationNotice())
 
 
+@cache
+def _folder_stamp(folder: Path) -> tuple[tuple[str, float, int], ...]:
+    """Name, time and size of every kernel file in a folder."""
+    kernels = (path for path in sorted(folder.glob("*.py")) if b"@compiled(" in path.read_bytes())
+    return tuple((path.name, path.stat().st_mtime, path.stat().st_size) for path in kernels)
+
+
+def _cache_by_folder(dispatcher: Any) -> None:
+    """Let a cached kernel be valid only as long as no kernel file of its folder has changed."""
+    if not hasattr(dispatcher, "py_func"):  # NUMBA_DISABLE_JIT: a plain function, nothing cached
+        return
+    file = dispatcher._cache._cache_file  # Numba has no public way to say it
+    folder = Path(dispatcher.py_func.__code__.co_filename).parent
+    file._source_stamp = (file._source_stamp, _folder_stamp(folder))
+
+
 def compiled(
     *, parallel: bool = False, inline: bool = False
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
@@ -64,4 +82,10 @@ def compiled(
         options["parallel"] = True
     if inline:
         options["forceinline"] = True
-    return numba.njit(**options)
+
+    def compile_lazily(function: Callable[P, R]) -> Callable[P, R]:
+        dispatcher: Any = numba.njit(**options)(function)
+        _cache_by_folder(dispatcher)
+        return dispatcher
+
+    return compile_lazily

@@ -8,7 +8,7 @@ from jaxtyping import Float
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import InputError, positive
-from stickslip.simulation import arm_kernel as arm
+from stickslip.simulation import arm_events as arm
 from stickslip.simulation.single_mass_kernel import mass_model
 from stickslip.simulation.transition import arm_increment
 

@@ -1,0 +1,127 @@
+"""The first zero of a polynomial in an interval, found with certainty.
+
+In Bernstein form a polynomial has as many zeros inside the interval as its coefficients have sign
+variations, less an even number (Descartes' rule of signs). Halving (de Casteljau's algorithm)
+until the count is 0 or 1 isolates the zeros, the leftmost first, also where two of them are too
+near for an end-point test to see.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.compiled import compiled
+
+__all__ = ["DEGREE", "WORK_SIZE", "first_root"]
+
+Vector = NDArray[np.float64]
+
+DEGREE = 18  # the highest degree
+DEPTH = 50  # bisections: 2^-50 of the interval is as far as its points can be told apart
+WORK_SIZE = (3 + DEPTH + 2, DEGREE + 1)  # the first three rows are left to the caller
+SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
+
+BERNSTEIN = np.array(
+    [[math.comb(j, i) / math.comb(DEGREE, i) for i in range(DEGREE + 1)] for j in range(DEGREE + 1)]
+)
+
+
+@compiled()
+def _polish(q: Vector, n: int, a: float, b: float, sign: float) -> float:
+    """Return the zero of the polynomial q in (a, b], where it has the given sign at a."""
+    t = 0.5 * (a + b)
+    for _ in range(100):
+        p, dp = q[n], 0.0
+        for j in range(n - 1, -1, -1):
+            dp = dp * t + p
+            p = p * t + q[j]
+        if p == 0.0:
+            return t
+        if sign * p > 0.0:
+            a = t
+        else:
+            b = t
+        step = p / dp
+        new = t - step
+        if not a < new < b:
+            new = 0.5 * (a + b)
+            if new in (a, b):
+                return b
+        elif abs(step) < 1e-17:
+            return new
+        if new == t:
+            return t
+        t = new
+    return t
+
+
+@compiled()
+def first_root(q: Vector, n: int, sign: float, work: Vector) -> tuple[float, float]:
+    """Find the first zero in (0, 1] of a polynomial q of degree n with ``sign q(0) > 0``.
+
+    Returns
+    -------
+    root, dip
+        The zero, or 2 if there is none; and without a zero, how near q came to one.
+    """
+    rest = 0.0
+    slope = 0.0
+    end = q[0]
+    for j in range(1, n + 1):
+        rest += abs(q[j])
+        slope += j * abs(q[j])
+        end += q[j]
+    if abs(q[0]) > rest * SAFETY:
+        return 2.0, 1e300
+    if n == 0:
+        return 2.0, 1e300
+    if 2.0 * abs(q[1]) > slope * SAFETY:  # |q1| > sum of the rest: monotone
+        if sign * end > 0.0:
+            return 2.0, 1e300
+        return _polish(q, n, 0.0, 1.0, sign), 1e300
+    # Bernstein coefficients: as many zeros as sign variations, less an even number
+    top = 3
+    for j in range(DEGREE + 1):
+        s = 0.0
+        for i in range(min(j, n) + 1):
+            s += BERNSTEIN[j, i] * q[i]
+        work[top, j] = s
+    # A stack of intervals, the leftmost on top. Dyadic ends are exact in floating point.
+    left = 0.0
+    width = 1.0
+    depth = 0
+    dip = 1e300
+    while True:
+        first = work[top, 0]
+        last = work[top, DEGREE]
+        dip = min(dip, abs(last))
+        variations = 0
+        previous = first
+        for j in range(1, DEGREE + 1):
+            b = work[top, j]
+            if b != 0.0:
+                if b * previous < 0.0:
+                    variations += 1
+                previous = b
+        if sign * last <= 0.0 and (variations <= 1 or depth == DEPTH):
+            return _polish(q, n, left, left + width, sign), dip
+        if variations == 0 or depth == DEPTH:
+            # nothing here: go on to the next interval on the right
+            left += width
+            if left >= 1.0:
+                return 2.0, dip
+            top -= 1
+            while left % (2.0 * width) == 0.0 and width < 1.0:
+                width *= 2.0
+                depth -= 1
+            continue
+        # halve: the right half stays at `top`, the left one goes above it (de Casteljau)
+        above = top + 1
+        for j in range(DEGREE + 1):
+            work[above, j] = work[top, 0]
+            for i in range(DEGREE - j):
+                work[top, i] = 0.5 * (work[top, i] + work[top, i + 1])
+        top = above
+        width *= 0.5
+        depth += 1
