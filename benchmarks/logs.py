@@ -32,10 +32,10 @@ def _write(path: Path) -> np.ndarray:
     time = np.arange(_ROWS) * _SAMPLING_TIME
     position = 0.5 * np.sin(0.7 * time) + 0.1 * np.sin(31.0 * time)
     columns = {
-        "time": time,
-        "effort": 20.0 * np.sign(np.cos(0.7 * time)) + np.sin(5.0 * time),
-        "position": position,
-        "velocity": 0.35 * np.cos(0.7 * time) + 3.1 * np.cos(31.0 * time),
+        "time [s]": time,
+        "effort [N]": 20.0 * np.sign(np.cos(0.7 * time)) + np.sin(5.0 * time),
+        "position [m]": position,
+        "velocity [m/s]": 0.35 * np.cos(0.7 * time) + 3.1 * np.cos(31.0 * time),
     }
     polars.DataFrame(columns).write_csv(path, float_precision=_DECIMALS)
     return position
@@ -46,11 +46,11 @@ def _by_stickslip(path: Path) -> Any:
 
 
 def _by_polars(path: Path) -> Any:
-    return polars.read_csv(path)["position"].to_numpy()
+    return polars.read_csv(path)["position [m]"].to_numpy()
 
 
 def _by_pandas(path: Path) -> Any:
-    return pandas.read_csv(path)["position"].to_numpy()
+    return pandas.read_csv(path)["position [m]"].to_numpy()
 
 
 def _by_numpy(path: Path) -> Any:
@@ -65,7 +65,7 @@ def compare(progress: Progress) -> list[Comparison]:
         position = _write(path)
         progress.advance(task)
         ways: list[tuple[str, Callable[[Path], Any], int]] = [
-            ("stickslip: read_log, checked", _by_stickslip, 3),
+            ("stickslip, checked", _by_stickslip, 3),
             ("polars.read_csv, columns only", _by_polars, 3),
             ("pandas.read_csv, columns only", _by_pandas, 3),
             ("numpy.loadtxt, columns only", _by_numpy, 1),
@@ -81,9 +81,9 @@ def compare(progress: Progress) -> list[Comparison]:
             progress.advance(task)
     return [
         Comparison(
-            title=f"Reading a CSV of a million rows (the file is rounded to {_ROUNDING:.0e})",
+            title=f"A CSV log of a million rows, four columns, rounded to {_ROUNDING:.0e}",
             item="row",
-            error_name="position error [m]",
+            error_name="error, m",
             rows=tuple(rows),
             targets=(
                 Target(

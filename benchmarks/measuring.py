@@ -113,8 +113,10 @@ class Comparison:
 
 def print_comparison(comparison: Comparison, console: Console) -> None:
     """Print a comparison as one table, and its targets below."""
-    table = Table(title=comparison.title, box=box.SIMPLE_HEAD, title_justify="left")
-    table.add_column("")
+    table = Table(
+        title=comparison.title, box=box.SIMPLE_HEAD, title_justify="left", show_edge=False
+    )
+    table.add_column("", no_wrap=True)
     table.add_column(f"µs a {comparison.item}", justify="right")
     table.add_column("times ours", justify="right")
     if comparison.error_name is not None:

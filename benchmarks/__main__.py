@@ -1,0 +1,71 @@
+"""Run the benchmarks: ``python -m benchmarks [TOPIC ...] [--json FILE]``."""
+
+import json
+import platform
+from collections.abc import Callable
+from importlib import metadata
+from pathlib import Path
+from typing import Annotated, Literal
+
+from cyclopts import App, Parameter
+from rich.console import Console
+from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
+
+from benchmarks import logs, simulator
+from benchmarks.measuring import Comparison, print_comparison
+
+TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
+    "simulator": simulator.compare,
+    "logs": logs.compare,
+}
+"""To add one: a file with ``compare(progress) -> list[Comparison]``, and its name here."""
+
+_COMPARED = ("numpy", "numba", "scipy", "mujoco", "pandas", "polars")
+
+app = App(name="python -m benchmarks", help="Speed and accuracy beside other tools.")
+
+
+@app.default
+def run(
+    *topics: Literal["simulator", "logs"],
+    json_file: Annotated[Path | None, Parameter(name="--json")] = None,
+) -> None:
+    """Run topics, all if none is named, and print a table of each.
+
+    Parameters
+    ----------
+    topics
+        What to compare.
+    json_file
+        Also write the results to this file.
+    """
+    console = Console()
+    versions = {name: metadata.version(name) for name in ("stickslip", *_COMPARED)}
+    console.print(
+        f"Python {platform.python_version()}, "
+        + ", ".join(f"{name} {version}" for name, version in versions.items()),
+        style="dim",
+    )
+    results: dict[str, list[Comparison]] = {}
+    columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    for topic in topics or TOPICS:
+        with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
+            results[topic] = TOPICS[topic](progress)
+        for comparison in results[topic]:
+            print_comparison(comparison, console)
+    if json_file is not None:
+        record = {
+            "schema": 1,
+            "python": platform.python_version(),
+            "machine": f"{platform.machine()} {platform.system()}",
+            "versions": versions,
+            "topics": {
+                topic: [comparison.to_dict() for comparison in comparisons]
+                for topic, comparisons in results.items()
+            },
+        }
+        json_file.write_text(json.dumps(record, indent=1) + "\n")
+
+
+if __name__ == "__main__":
+    app()

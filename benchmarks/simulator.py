@@ -1,0 +1,240 @@
+"""The simulator beside others, on the stored reference run of a flexible arm."""
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+from rich.progress import Progress, TaskID
+
+from benchmarks.measuring import Comparison, Row, Target, best_time
+from benchmarks.other_simulators import by_mujoco, by_runge_kutta, by_solve_ivp
+from benchmarks.reference import ReferenceRun, reference_runs
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.simulation import PlantStepper, SimulatedMotion, simulate
+
+__all__ = ["compare"]
+
+_LONG = 10
+"""The long run repeats the effort of the reference run so many times."""
+
+_ONE_TRAJECTORY = 10.0
+"""Goal [ns a sample]."""
+
+_ONE_STEP = 1.0
+"""Goal [us a sample] of a step called from Python."""
+
+
+def compare(progress: Progress) -> list[Comparison]:
+    """Time one trajectory and one step, and how far a stuck mass creeps."""
+    (run,) = reference_runs("design_case")
+    return [_trajectory(run, progress), _creep(progress)]
+
+
+class _Rows:
+    """Collects rows, with a mark on the progress bar for each."""
+
+    def __init__(self, progress: Progress, title: str, total: int) -> None:
+        self.rows: list[Row] = []
+        self._progress = progress
+        self._task: TaskID = progress.add_task(title, total=total)
+
+    def add(
+        self,
+        name: str,
+        function: Callable[[], Any],
+        items: int,
+        *,
+        error: Callable[[Any], float] | None = None,
+        repetitions: int,
+        ours: bool = False,
+    ) -> Row:
+        """Time a function that works through so many items."""
+        self._progress.update(self._task, description=name)
+        seconds = best_time(function, repetitions=repetitions)
+        row = Row(
+            name=name,
+            nanoseconds=seconds / items * 1e9,
+            error=None if error is None else error(function()),
+            ours=ours,
+        )
+        self.rows.append(row)
+        self._progress.advance(self._task)
+        return row
+
+
+def _states(motion: SimulatedMotion) -> np.ndarray:
+    columns = [motion.position, motion.velocity, motion.load_position, motion.load_velocity]
+    return np.stack([column for column in columns if column is not None], axis=1)
+
+
+def _simulate(run: ReferenceRun, effort: np.ndarray) -> SimulatedMotion:
+    return simulate(
+        run.plant, effort, sampling_time=run.sampling_time, initial_state=run.initial_state
+    )
+
+
+def _stepped(
+    run: ReferenceRun, stepper: PlantStepper, efforts: list[float]
+) -> list[tuple[float, ...]]:
+    """Step through the run sample by sample from Python."""
+    step, state = stepper.step, stepper.init(run.initial_state)
+    outputs = [run.initial_state]
+    for effort in efforts:
+        state, output = step(state, effort)
+        outputs.append(output)
+    return outputs
+
+
+def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
+    n = run.effort.size
+    rows = _Rows(progress, "one trajectory", total=12)
+    effort, long_effort = run.effort, np.tile(run.effort, _LONG)
+    error = run.position_error
+    ours = rows.add(
+        f"stickslip, {_LONG * n} samples",
+        partial(_simulate, run, long_effort),
+        _LONG * n,
+        error=lambda motion: error(_states(motion)),
+        repetitions=50,
+        ours=True,
+    )
+    rows.add(
+        f"stickslip, {n} samples",
+        partial(_simulate, run, effort),
+        n,
+        error=lambda motion: error(_states(motion)),
+        repetitions=200,
+        ours=True,
+    )
+    step = rows.add(
+        "stickslip, step by step from Python",
+        partial(
+            _stepped,
+            run,
+            PlantStepper(run.plant, sampling_time=run.sampling_time),
+            effort.tolist(),
+        ),
+        n,
+        error=lambda outputs: error(np.array(outputs)),
+        repetitions=20,
+        ours=True,
+    )
+    others: list[tuple[str, Callable[[], np.ndarray], int]] = [
+        (
+            "solve_ivp with events, RK45 1e-10",
+            partial(by_solve_ivp, run, method="RK45", tolerance=1e-10),
+            3,
+        ),
+        (
+            "solve_ivp with events, LSODA 1e-10",
+            partial(by_solve_ivp, run, method="LSODA", tolerance=1e-10),
+            3,
+        ),
+        (
+            "solve_ivp with events, Radau 1e-10",
+            partial(by_solve_ivp, run, method="Radau", tolerance=1e-10),
+            1,
+        ),
+        (
+            "the same, RK45 1e-6, anew at each sample",
+            partial(by_solve_ivp, run, method="RK45", tolerance=1e-6, each_sample=True),
+            1,
+        ),
+        (
+            "compiled RK4 with sign(v), step T",
+            partial(by_runge_kutta, run, substeps=1),
+            50,
+        ),
+        (
+            "compiled RK4 with sign(v), step T/100",
+            partial(by_runge_kutta, run, substeps=100),
+            5,
+        ),
+        (
+            "MuJoCo as it comes, step T",
+            partial(by_mujoco, run, substeps=1, integrator="Euler", stiff=False),
+            3,
+        ),
+        (
+            "MuJoCo, stiff, implicitfast, step T/100",
+            partial(by_mujoco, run, substeps=100, integrator="implicitfast"),
+            1,
+        ),
+        (
+            "MuJoCo, stiff, RK4, step T/100",
+            partial(by_mujoco, run, substeps=100, integrator="RK4"),
+            1,
+        ),
+    ]
+    for name, function, repetitions in others:
+        rows.add(name, function, n, error=error, repetitions=repetitions)
+    return Comparison(
+        title=(
+            f"Flexible arm, {n} samples of {run.sampling_time:g} s, bang-bang effort; "
+            "error against a 30-digit reference"
+        ),
+        item="sample",
+        error_name="error, m",
+        rows=tuple(rows.rows),
+        targets=(
+            Target(
+                text="one trajectory, ns a sample",
+                measured=ours.nanoseconds,
+                limit=_ONE_TRAJECTORY,
+            ),
+            Target(
+                text="one step from Python, µs", measured=step.nanoseconds / 1e3, limit=_ONE_STEP
+            ),
+        ),
+    )
+
+
+def _creep(progress: Progress) -> Comparison:
+    """Hold a mass of 150 kg with 100 N of friction under 95 N for 60 s: it must not move."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=700.0)
+    n, sampling_time = 6000, 0.01
+    run = ReferenceRun(
+        name="creep",
+        plant=SingleMass(mass=150.0, friction=law),
+        sampling_time=sampling_time,
+        initial_state=(0.0, 0.0),
+        effort_runs=((95.0, n),),
+        samples=np.arange(n + 1),
+        states=np.zeros((n + 1, 2)),
+        touches=0,
+    )
+    rows = _Rows(progress, "creep", total=4)
+    rows.add(
+        "stickslip",
+        partial(_simulate, run, run.effort),
+        n,
+        error=lambda motion: run.position_error(_states(motion)),
+        repetitions=200,
+        ours=True,
+    )
+    rows.add(
+        "solve_ivp with events, LSODA 1e-10",
+        partial(by_solve_ivp, run, method="LSODA", tolerance=1e-10),
+        n,
+        error=run.position_error,
+        repetitions=3,
+    )
+    for name, substeps, stiff in (
+        ("MuJoCo as it comes, step T", 1, False),
+        ("MuJoCo, stiff, implicitfast, step T/10", 10, True),
+    ):
+        rows.add(
+            name,
+            partial(by_mujoco, run, substeps=substeps, integrator="implicitfast", stiff=stiff),
+            n,
+            error=run.position_error,
+            repetitions=3,
+        )
+    return Comparison(
+        title="A mass held by 100 N of friction under 95 N for 60 s: how far it creeps",
+        item="sample",
+        error_name="creep, m",
+        rows=tuple(rows.rows),
+    )
