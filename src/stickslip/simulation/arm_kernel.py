@@ -8,6 +8,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.simulation.arm_events import (
+    BLOCK_SIZE,
     BUDGET_EXCEEDED,
     FC_N,
     FC_P,
@@ -17,10 +18,12 @@ from stickslip.simulation.arm_events import (
     GRAZING,
     GROWTH,
     KS,
+    LOW_PART,
     OFFSET,
     TIME,
     State,
     Vector,
+    accumulate,
     arm_events,
     energy_root,
     increments,
@@ -34,6 +37,7 @@ from stickslip.simulation.first_root import WORK_SIZE
 __all__ = ["LANES", "arm_batch", "arm_run", "arm_step"]
 
 BLOCK_MIN, BLOCK_MAX = 8, 128  # samples between renewals of the energy bound
+BATCH_BLOCK = 64  # the same in a batch
 LANES = 16  # trajectories propagated in lockstep
 MAGNITUDE = np.int64(0x7FFFFFFFFFFFFFFF)  # all bits of a double but its sign
 
@@ -41,7 +45,7 @@ MAGNITUDE = np.int64(0x7FFFFFFFFFFFFFFF)  # all bits of a double but its sign
 @compiled(inline=True)
 def _block(R: float, growth: float) -> int:
     """Return for how many samples a bound is worth keeping: until it may have doubled."""
-    return BLOCK_MAX if R >= BLOCK_MAX * growth else max(int(R / growth), BLOCK_MIN)
+    return BLOCK_MAX if BLOCK_MAX * growth <= R else max(int(R / growth), BLOCK_MIN)
 
 
 @compiled()
@@ -94,7 +98,7 @@ def arm_step(
             model, np.empty(WORK_SIZE), np.empty(0), np.empty(0, np.int8), 0, 0.0, mode, U, y
         )
         new_mode = np.nan if flags & BUDGET_EXCEEDED else float(mode)
-    return ny + (new_mode,), (ny[0], ny[1], ny[4], ny[3])
+    return (*ny, new_mode), (ny[0], ny[1], ny[4], ny[3])
 
 
 @compiled()
@@ -171,58 +175,54 @@ def arm_run(
                 if flags:
                     grazing[k] = flags & GRAZING
                     if flags & BUDGET_EXCEEDED:
-                        return y + (float(mode),), count, np.int64(k)
+                        return (*y, float(mode)), count, np.int64(k)
                 k += np.uint64(1)
                 x1[k], v1[k], x2[k], v2[k] = y[0], y[1], y[4], y[3]
-    return y + (float(mode),), count, -1
+    return (*y, float(mode)), count, -1
 
 
-# Rows of the lockstep table, one number a lane in each
-_STATE = 0  # (x1, v1, d, v2, x2) and their low parts
-_OLD = 10  # the same at the start of the sample
-_HIGH = 20  # increments of the lane's mode, high parts
-_LOW = 40  # low parts
+# Rows of the lockstep table t, one number a lane in each: the state, the state at the start of the
+# sample, increments of the lane's mode (high and low parts), and:
+_HIGH, _LOW = 20, 40
 _F0 = 60  # F = U - F0
 _PV, _PD, _PU = 61, 62, 63  # the tested quantity p = PV v1 + PD d + PU U
 _MIN, _MAX = 64, 65  # its bounds at both ends of a sample
 _OFFSET = 66
-_ROWS = 67
+_PASSED = 67
+_ROWS = 68
 
 
-@compiled(inline=True)
-def _enter(t: Vector, i: int, model: Vector, mode: int, R: float, u_max: float) -> None:
+@compiled()
+def _enter(t: Vector, i: int, model: Vector, mode: int) -> None:
     """Prepare lane i for samples in a mode."""
-    E = 20 * (mode + 1)
-    for j in range(20):
+    E = BLOCK_SIZE * (mode + 1)
+    low_part = 1.0 if mode == 0 or model[FINE] != 0.0 else 0.0
+    for j in range(BLOCK_SIZE):
         t[(_HIGH + j) * LANES + i] = model[E + j]
-        t[(_LOW + j) * LANES + i] = model[E + 60 + j]
+        t[(_LOW + j) * LANES + i] = low_part * model[E + LOW_PART + j]
+    t[_OFFSET * LANES + i] = model[OFFSET]
+    t[_F0 * LANES + i] = model[FC_P] if mode > 0 else (-model[FC_N] if mode < 0 else 0.0)
+    t[_PV * LANES + i] = float(mode)
+    t[_PD * LANES + i] = -model[KS] if mode == 0 else 0.0
+    t[_PU * LANES + i] = 1.0 if mode == 0 else 0.0
+
+
+@compiled()
+def _bound(t: Vector, i: int, model: Vector, mode: int, R: float, u_max: float) -> None:
+    """Renew the bounds of lane i; R and u_max hold for the block of samples to come."""
     if mode == 0:
         margin = stick_margin(model, R, u_max)
-        t[_F0 * LANES + i] = 0.0
-        t[_PV * LANES + i], t[_PD * LANES + i], t[_PU * LANES + i] = 0.0, -model[KS], 1.0
         t[_MIN * LANES + i], t[_MAX * LANES + i] = margin - model[FS_N], model[FS_P] - margin
     else:
-        t[_F0 * LANES + i] = model[FC_P] if mode > 0 else -model[FC_N]
-        t[_PV * LANES + i], t[_PD * LANES + i], t[_PU * LANES + i] = float(mode), 0.0, 0.0
         t[_MIN * LANES + i], t[_MAX * LANES + i] = slip_threshold(model, R, u_max), np.inf
-
-
-@compiled(inline=True)
-def _lane(t: Vector, i: int, first: int) -> State:
-    """Return the state of lane i from the rows at ``first``."""
-    return (
-        t[first * LANES + i], t[(first + 1) * LANES + i], t[(first + 2) * LANES + i],
-        t[(first + 3) * LANES + i], t[(first + 4) * LANES + i], t[(first + 5) * LANES + i],
-        t[(first + 6) * LANES + i], t[(first + 7) * LANES + i], t[(first + 8) * LANES + i],
-        t[(first + 9) * LANES + i],
-    )  # fmt: skip
 
 
 @compiled()
 def _lockstep(t: Vector, u: Vector, k: int, fine: bool) -> int:
     """Propagate all lanes over one sample without events; return how many may have had one.
 
-    The loop over the lanes has no branch in it, so that it becomes vector instructions.
+    The loop over the lanes has no branch in it, so that it becomes vector instructions. Sums are
+    taken in the order of `slip` and `rest`, so that lanes and single runs agree to the last bit.
     """
     L = LANES
     failed = 0
@@ -242,18 +242,131 @@ def _lockstep(t: Vector, u: Vector, k: int, fine: bool) -> int:
             dd += (t[48 * L + i] * v + t[51 * L + i] * F) + (t[49 * L + i] * d + t[50 * L + i] * w)
             dw += (t[52 * L + i] * v + t[55 * L + i] * F) + (t[53 * L + i] * d + t[54 * L + i] * w)
             dz += (t[56 * L + i] * v + t[59 * L + i] * F) + (t[57 * L + i] * d + t[58 * L + i] * w)
+        else:  # only a lane at rest has low parts
+            dd += t[49 * L + i] * d + t[50 * L + i] * w
+            dw += t[53 * L + i] * d + t[54 * L + i] * w
+            dz += t[57 * L + i] * d + t[58 * L + i] * w
         nx, nxl = accumulate(x, xl, dx)
         nv, nvl = accumulate(v, vl, dv)
         nd, ndl = accumulate(d, dl, dd)
         nw, nwl = accumulate(w, wl, dw)
         nz, nzl = accumulate(z, zl, dz)
-        p = t[_PV * L + i] * v + (t[_PD * L + i] * d + t[_PU * L + i] * U)
-        np_ = t[_PV * L + i] * nv + (t[_PD * L + i] * nd + t[_PU * L + i] * U)
+        p0 = t[_PV * L + i] * v + (t[_PD * L + i] * d + t[_PU * L + i] * U)
+        p1 = t[_PV * L + i] * nv + (t[_PD * L + i] * nd + t[_PU * L + i] * U)
         low, high = t[_MIN * L + i], t[_MAX * L + i]
-        failed += 0 if (p >= low) & (p <= high) & (np_ >= low) & (np_ <= high) else 1
+        passed = (p0 >= low) & (p0 <= high) & (p1 >= low) & (p1 <= high)
+        failed += 0 if passed else 1
+        t[_PASSED * L + i] = 1.0 if passed else 0.0
         t[10 * L + i], t[11 * L + i], t[12 * L + i] = x, v, d
         t[13 * L + i], t[14 * L + i], t[15 * L + i] = w, z, xl
         t[16 * L + i], t[17 * L + i], t[18 * L + i], t[19 * L + i] = vl, dl, wl, zl
         t[i], t[L + i], t[2 * L + i], t[3 * L + i], t[4 * L + i] = nx, nv, nd, nw, nz
-        t[5 * L + i], t[6 * L + i], t[7 * L + i], t[8 * L + i], t[9 * L + i] = nxl, nvl, ndl, nwl, nzl
+        t[5 * L + i], t[6 * L + i], t[7 * L + i], t[8 * L + i], t[9 * L + i] = (
+            nxl, nvl, ndl, nwl, nzl,
+        )  # fmt: skip
     return failed
+
+
+@compiled()
+def _old_state(t: Vector, i: int) -> State:
+    """Return lane i's state at the start of the sample."""
+    o = 10 * LANES + i
+    L = LANES
+    return (
+        t[o], t[o + L], t[o + 2 * L], t[o + 3 * L], t[o + 4 * L],
+        t[o + 5 * L], t[o + 6 * L], t[o + 7 * L], t[o + 8 * L], t[o + 9 * L],
+    )  # fmt: skip
+
+
+@compiled()
+def arm_batch(
+    models: NDArray[np.float64], states: NDArray[np.float64], efforts: NDArray[np.float64],
+    every: int, out: NDArray[np.float64], first: int, last: int,
+) -> tuple[int, int]:  # fmt: skip
+    """Propagate trajectories ``first`` to ``last`` (exclusive), storing some of their samples.
+
+    Parameters
+    ----------
+    models
+        Shape (1 or batch, MODEL_SIZE).
+    states
+        Shape (batch, 11); replaced by the last states.
+    efforts
+        Shape (1 or batch, n).
+    every
+        Store the state after every so many samples; 0 to store none.
+    out
+        Output, shape (batch, n // every, 4): (x1, v1, x2, v2).
+    first, last
+        The trajectories to propagate.
+
+    Returns
+    -------
+    trajectory, sample
+        The one that exceeded the event budget, or (-1, -1).
+    """
+    n = efforts.shape[1]
+    t = np.zeros(_ROWS * LANES)
+    u = np.zeros(BATCH_BLOCK * LANES)
+    work = np.empty(WORK_SIZE)
+    no_time, no_mode = np.empty(0), np.empty(0, np.int8)
+    modes = np.zeros(LANES, np.int64)
+    R = np.zeros(LANES)
+    u_max = np.zeros(LANES)
+    for start in range(first, last, LANES):
+        lanes = min(LANES, last - start)
+        fine = False
+        for i in range(LANES):  # lanes left over repeat the last trajectory
+            b = start + min(i, lanes - 1)
+            for j in range(10):
+                t[j * LANES + i] = states[b, j]
+            modes[i] = int(states[b, 10])
+            model = models[b if models.shape[0] > 1 else 0]
+            fine = fine or model[FINE] != 0.0
+            _enter(t, i, model, modes[i])
+        due = every
+        row = 0
+        for k0 in range(0, n, BATCH_BLOCK):
+            size = min(BATCH_BLOCK, n - k0)
+            for i in range(LANES):
+                b = start + min(i, lanes - 1)
+                model = models[b if models.shape[0] > 1 else 0]
+                effort = efforts[b if efforts.shape[0] > 1 else 0, k0 : k0 + size]
+                for j in range(size):
+                    u[j * LANES + i] = effort[j]
+                u_max[i] = _largest(effort) + abs(model[OFFSET])
+                R[i] = energy_root(model, t[LANES + i], t[2 * LANES + i], t[3 * LANES + i])
+                R[i] += size * model[GROWTH] * u_max[i]
+                _bound(t, i, model, modes[i], R[i], u_max[i])
+            for j in range(size):
+                if _lockstep(t, u, j, fine) > 0:
+                    for i in range(LANES):
+                        if t[_PASSED * LANES + i] == 0.0:
+                            b = start + min(i, lanes - 1)
+                            model = models[b if models.shape[0] > 1 else 0]
+                            y, mode, _, flags = arm_events(
+                                model, work, no_time, no_mode, 0, 0.0, modes[i],
+                                u[j * LANES + i] - model[OFFSET], _old_state(t, i),
+                            )  # fmt: skip
+                            if flags & BUDGET_EXCEEDED:
+                                return b, k0 + j
+                            for r, value in enumerate(y):
+                                t[r * LANES + i] = value
+                            if mode != modes[i]:
+                                modes[i] = mode
+                                _enter(t, i, model, mode)
+                                _bound(t, i, model, mode, R[i], u_max[i])
+                due -= 1
+                if due == 0:
+                    for i in range(lanes):
+                        out[start + i, row, 0] = t[i]
+                        out[start + i, row, 1] = t[LANES + i]
+                        out[start + i, row, 2] = t[4 * LANES + i]
+                        out[start + i, row, 3] = t[3 * LANES + i]
+                    row += 1
+                    due = every
+        for i in range(lanes):
+            for j in range(10):
+                states[start + i, j] = t[j * LANES + i]
+            states[start + i, 10] = modes[i]
+    return -1, -1
