@@ -37,7 +37,7 @@ def expected(columns):
     )
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def same():
     """Return a function that asserts that two logs are equal, bit for bit."""
 

@@ -40,7 +40,9 @@ def write_matlab_73(path, variables):
         text = file.create_dataset("comment", data=np.array([[104], [105]], dtype=np.uint16))
         text.attrs["MATLAB_class"] = np.bytes_("char")
         file.create_group("#refs#")
-    header = b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Fri Mar 01 2024 HDF5 schema 1.00 ."
+    header = (
+        b"MATLAB 7.3 MAT-file, Platform: GLNXA64, Created on: Fri Mar 01 2024 HDF5 schema 1.00 ."
+    )
     with path.open("r+b") as file:
         file.write(header.ljust(124) + b"\x00\x02IM")
 

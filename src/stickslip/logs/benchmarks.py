@@ -87,8 +87,12 @@ def find_benchmark(name: str) -> Path:
     return _fetched(name, benchmark)
 
 
+def _digest(path: Path) -> str:
+    return hashlib.sha256(path.read_bytes()).hexdigest()
+
+
 def _check(path: Path, digest: str) -> None:
-    found = hashlib.sha256(path.read_bytes()).hexdigest()
+    found = _digest(path)
     if found != digest:
         raise InputError(
             f"the file is not the published one: its sha256 is {found}, not {digest}",
@@ -105,8 +109,9 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
     pooch.get_logger().setLevel("WARNING")  # what is fetched is said here
     for file, digest in benchmark.files.items():
         address = benchmark.address + file
-        if not (folder / file).is_file():
-            _logger.warning("fetching %s", address)
+        if (folder / file).is_file() and _digest(folder / file) == digest:
+            continue
+        _logger.warning("fetching %s", address)
         try:
             pooch.retrieve(address, known_hash=f"sha256:{digest}", fname=file, path=folder)
         except (OSError, ValueError) as error:  # no network or no such page; another file's hash

@@ -70,11 +70,11 @@ def bind(table: Table, schema: AxisSchema, where: str) -> dict[str, Bound]:
 
 
 def _not_found(table: Table, channel: str) -> InputError:
-    also = ", or give sampling_time or sampling_frequency" if channel == "time" else ""
+    also = ", or how long a sample is: --sampling-time SECONDS" if channel == "time" else ""
     return InputError(
         f"no column is obviously the {channel}; the columns are: {', '.join(table.headers)}",
         where=table.label,
-        remedy=f'say which it is in a schema, as in {channel} = "NAME"{also}',
+        remedy=f'say which it is: --{channel} NAME or, in a schema, {channel} = "NAME"{also}',
     )
 
 
@@ -120,13 +120,7 @@ def _with_unit(
     unit = schema.units.get(channel)
     origin = ""
     if unit is None:
-        header_units = {name: table.units[name] for name in expression.names if name in table.units}
-        if expression.is_column:
-            unit = header_units.get(expression.names[0])
-            origin = f"its unit {unit} is stated in the file" if unit else ""
-        else:
-            for name, header in header_units.items():
-                _refuse_unclear(channel, expression, name, header, table.label)
+        unit, origin = _unit_in_file(table, channel, expression)
     subject = channel.replace("_", " ")
     note = f"{subject} is read from column {expression.names[0]!r}" if found else ""
     if origin:
@@ -134,20 +128,32 @@ def _with_unit(
     return Bound(channel=channel, expression=expression, unit=unit, note=note)
 
 
-def _refuse_unclear(channel: str, expression: Expression, name: str, unit: str, label: str) -> None:
-    """Refuse to guess whether numbers in an expression turn a column's unit into SI units."""
-    try:
-        kind = kind_of_unit(channel, unit)
-    except InputError:
-        return  # another quantity, such as volts: the expression makes an SI value of it
-    si = unit_of(quantity_of(channel), kind or "linear")
-    if unit != si:
+def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[str | None, str]:
+    """Return the unit that an expression comes out in, as its columns tell it, and a sentence.
+
+    A column has the unit that its header states. Numbers in an expression may change the unit: from
+    columns in SI units, or in units of another quantity, it is to make SI units. From columns in
+    another unit of the same quantity, whether it does cannot be told.
+    """
+    for name in expression.names:
+        unit = table.units.get(name)
+        if unit is None:
+            continue
+        if expression.is_column:
+            return unit, f"its unit {unit} is stated in the file"
+        try:
+            si = unit_of(quantity_of(channel), kind_of_unit(channel, unit) or "linear")
+        except InputError:
+            continue  # another quantity, such as volts
+        if unit == si:
+            return unit, f"its unit {unit} is that of column {name!r}"
         raise InputError(
             f"{channel} = {expression.text!r} uses column {name!r} in {unit}, and whether it comes "
             f"out in {unit} or {si} cannot be told",
-            where=label,
-            remedy=f'say so in [units], such as {channel} = "{unit}"',
+            where=table.label,
+            remedy=f"say which, as in --unit {channel}={unit} or, in a schema, under [units]",
         )
+    return None, ""
 
 
 def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tuple[AxisKind, str]:
@@ -170,7 +176,7 @@ def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tu
         raise InputError(
             f"{' and '.join(reasons)}, which do not go together on one axis",
             where=label,
-            remedy='correct the units, or state kind = "linear" or kind = "rotary"',
+            remedy="correct the units",
         )
     if not told:
         raise InputError(

@@ -50,7 +50,7 @@ def find_column(table: Table, channel: str) -> str | None:
         raise InputError(
             f"columns {_listed(found)} could each be the {channel.replace('_', ' ')}",
             where=table.label,
-            remedy=f'say which, such as {channel} = "{found[0]}" in a schema',
+            remedy=f"say which, as in {_as_option(channel, found[0])}",
         )
     if (
         found
@@ -60,7 +60,7 @@ def find_column(table: Table, channel: str) -> str | None:
         raise InputError(
             f"column {found[0]!r} seems to be a motor current, not a force or a torque",
             where=table.label,
-            remedy=f'give its constant in a schema, such as effort = "1.2 * {quoted(found[0])}"',
+            remedy=f"say its constant, as in {_as_option(channel, f'1.2 * {quoted(found[0])}')}",
         )
     return found[0] if found else None
 
@@ -81,6 +81,11 @@ def _core(words: list[str], *, load: bool, ignored: Iterable[str]) -> str:
     if not left and words == ["current"]:
         return "current"
     return "".join(left)
+
+
+def _as_option(channel: str, text: str) -> str:
+    """Return how to state a channel, as a flag and in a schema."""
+    return f'--{channel.replace("_", "-")} "{text}" or, in a schema, {channel} = "{text}"'
 
 
 def _listed(names: list[str]) -> str:

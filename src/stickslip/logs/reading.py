@@ -304,7 +304,7 @@ def _place_of_time_fault(table: Table, bound: Mapping[str, Bound], time: Column)
 def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
     """Refuse a recording in which nothing happens: most often the wrong column."""
     position = log.measured_position
-    if np.ptp(position) == 0:
+    if (position == position[0]).all():
         raise InputError(
             f"the position ({bound['position'].expression.text}) is {position[0]:g} "
             f"{log.unit('position')} in all {len(log)} samples",

@@ -118,11 +118,11 @@ def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
     if channel == "effort" and _factor(unit, "ampere") is not None:
         return InputError(
             f"effort is in {unit}, which is a current and not {wanted}",
-            remedy='multiply it by the motor\'s constant, such as effort = "1.2 * current"',
+            remedy='multiply it by the motor\'s constant, as in --effort "1.2 * current"',
         )
     return InputError(
         f"{channel.replace('_', ' ')} is in {unit}, which is not a unit like {wanted}",
-        remedy=f"correct the unit (header, [units] or flag), or scale the column to {wanted}",
+        remedy=f"correct the unit (header, --unit or [units]), or scale the column to {wanted}",
     )
 
 

@@ -1,0 +1,163 @@
+"""Columns, units and kinds that nobody has stated: found where obvious, and always told."""
+
+import numpy as np
+import pytest
+
+from stickslip.logs import LogSchema, read_log
+from stickslip.records import InputError
+
+ROWS = ["0,1,2,3,4,5", "1,2,3,4,5,6", "2,4,5,6,7,9"]
+
+
+@pytest.fixture
+def read(tmp_path):
+    def from_header(header, schema=None, axis=None):
+        path = tmp_path / "stage.csv"
+        width = len(header)
+        rows = [",".join(row.split(",")[:width]) for row in ROWS]
+        path.write_text("\n".join([",".join(header), *rows, ""]))
+        return read_log(path, schema, axis)
+
+    return from_header
+
+
+def column(log, name):
+    values = getattr(log, name)
+    return None if values is None else values.tolist()
+
+
+@pytest.mark.parametrize(
+    "header",
+    [
+        ["t [s]", "x [m]", "v [m/s]", "F [N]"],
+        ["Time (s)", "Position (m)", "Velocity (m/s)", "Force (N)"],
+        ["timestamp", "actual_position [m]", "ActualVelocity", "motor force"],
+        ["TIME", "pos [m]", "speed", "commanded_effort [N]"],
+        ["t", "measured position [m]", "dq", "effort"],
+    ],
+)
+def test_obvious_names(header, read):
+    log = read(header)
+    assert log.kind == "linear"
+    assert column(log, "time") == [0.0, 1.0, 2.0]
+    assert column(log, "measured_position") == [1.0, 2.0, 4.0]
+    assert column(log, "measured_velocity") == [2.0, 3.0, 5.0]
+    assert column(log, "effort") == [3.0, 4.0, 6.0]
+
+
+def test_both_masses_of_an_arm(read):
+    log = read(["t", "position [m]", "load_position [m]", "load velocity", "velocity", "force"])
+    assert column(log, "measured_position") == [1.0, 2.0, 4.0]
+    assert column(log, "measured_load_position") == [2.0, 3.0, 5.0]
+    assert column(log, "measured_load_velocity") == [3.0, 4.0, 6.0]
+    assert column(log, "measured_velocity") == [4.0, 5.0, 7.0]
+
+
+def test_references_are_not_measurements(read):
+    log = read(["t", "reference position [m]", "position [m]", "target_pos", "force"])
+    assert column(log, "measured_position") == [2.0, 3.0, 5.0]
+
+
+def test_everything_assumed_is_told(read):
+    log = read(["time", "angle [deg]", "torque"])
+    assert log.source.assumptions == (
+        "time is read from column 'time'; no unit is given, so it is taken in s",
+        "position is read from column 'angle'; its unit deg is stated in the file",
+        "effort is read from column 'torque'; no unit is given, so it is taken in N m",
+        "the axis is taken as rotary because position is in deg",
+    )
+
+
+def test_nothing_assumed_is_nothing_told(read):
+    schema = LogSchema(kind="linear", time="a", position="b", effort="2 * c",
+                       units={"time": "s", "position": "mm", "effort": "N"})  # fmt: skip
+    log = read(["a", "b", "c"], schema)
+    assert log.source.assumptions == ()
+    assert log.name == "stage"
+
+
+def test_milliseconds_only_if_the_header_says_so(read):
+    assert column(read(["t", "x [m]", "f"]), "time") == [0.0, 1.0, 2.0]
+    assert column(read(["time_ms", "x [m]", "f"]), "time") == [0.0, 1e-3, 2e-3]
+    assert column(read(["t [ms]", "x [m]", "f"]), "time") == [0.0, 1e-3, 2e-3]
+
+
+@pytest.mark.parametrize(
+    ("header", "what"),
+    [
+        (["t", "time", "x [m]", "f"], "'t' and 'time' could each be the time"),
+        (["t", "x [m]", "q", "f"], "'x' and 'q' could each be the position"),
+        (["t", "x", "x", "f"], "'x #1' and 'x #2' could each be the position"),
+        (["t", "x [m]", "x [mm]", "f"], "'x [m]' and 'x [mm]' could each be the position"),
+        (["t", "x [m]", "v", "speed", "f"], "'v' and 'speed' could each be the velocity"),
+        (["t", "x [m]", "force", "torque", "tau"], "'force', 'torque' and 'tau' could each be"),
+    ],
+)
+def test_competing_columns_are_listed(header, what, read):
+    with pytest.raises(InputError, match="say which") as caught:
+        read(header)
+    assert what in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("header", "kind"),
+    [
+        (["t", "x [mm]", "f"], "linear"),
+        (["t", "q [deg]", "f"], "rotary"),
+        (["t", "q", "speed [rpm]", "f"], "rotary"),
+        (["t", "q", "f [N]"], "linear"),
+        (["t", "q", "tau [mNm]"], "rotary"),
+    ],
+)
+def test_the_kind_follows_the_units(header, kind, read):
+    log = read(header)
+    assert log.kind == kind
+    assert f"the axis is taken as {kind} because " in log.source.assumptions[-1]
+
+
+def test_units_that_contradict_each_other(read):
+    with pytest.raises(InputError, match="position is in mm and effort is in N m, which do not"):
+        read(["t", "x [mm]", "f [N m]"])
+
+
+def test_no_units_no_kind(read):
+    with pytest.raises(InputError, match="cannot be told: no units are given"):
+        read(["t", "x", "f"])
+
+
+@pytest.mark.parametrize("name", ["current", "motor_current", "iq", "actual current"])
+def test_a_current_is_no_effort(name, read):
+    with pytest.raises(InputError, match=r"seems to be a motor current.*1\.2 \* "):
+        read(["t", "x [m]", name])
+    with pytest.raises(InputError, match="A, which is a current"):
+        read(["t", "x [m]", f"{name} [A]"])
+
+
+def test_stated_columns_leave_the_rest_alone(read):
+    header = ["t", "x [m]", "v", "f", "extra"]
+    log = read(header, LogSchema(kind="linear", position="x", effort="extra"))
+    assert log.measured_velocity is None
+    assert column(log, "effort") == [4.0, 5.0, 7.0]
+    assert read(header, LogSchema(kind="linear")).measured_velocity is not None
+
+
+def test_a_computed_channel_does_not_guess_its_unit(read):
+    header = ["t", "motor [deg]", "drive [V]"]
+    with pytest.raises(InputError, match=r"whether it comes out in deg or rad cannot be told"):
+        read(header, LogSchema(kind="rotary", position="motor / 2", effort="2 * drive"))
+    stated = {"position": "deg"}
+    log = read(header, LogSchema(position="motor / 2", effort="2 * drive", units=stated))
+    np.testing.assert_allclose(log.measured_position, np.deg2rad([0.5, 1.0, 2.0]), rtol=1e-15)
+    assert column(log, "effort") == [4.0, 6.0, 10.0]
+    assert "effort: no unit is given, so it is taken in N m" in log.source.assumptions
+
+
+def test_a_computed_channel_from_si_columns(read):
+    log = read(["t", "q [rad]", "tau [N m]"], LogSchema(position="q / 2", effort="-tau"))
+    assert column(log, "measured_position") == [0.5, 1.0, 2.0]
+    assert column(log, "effort") == [-2.0, -3.0, -5.0]
+
+
+def test_full_headers_name_columns_too(read):
+    log = read(["t", "q [deg]", "tau [N m]"], LogSchema(position="q [deg]", effort="tau"))
+    assert log.measured_position[0] == pytest.approx(np.pi / 180, rel=1e-15)
