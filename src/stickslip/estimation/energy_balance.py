@@ -1,7 +1,7 @@
 """Energies of an axis and the regressors of its friction (report part A chapters 3 and 4).
 
 Two forms. The printed one sums by backward Euler (Eqs. 3.6-4.4) and is biased when the effort is
-held over each sample. The other uses that the effort *is* held: the work done in a sample is exactly
+held over each sample. The other uses that the effort *is* held: the work of a sample is exactly
 u(k-1) [x1(k) - x1(k-1)], and the way travelled is exactly the sum of position increments between
 reversals.
 """
@@ -127,16 +127,16 @@ def whiten_levels(
     white = np.empty((n - 1, c))
     variance = np.empty(n - 1)
     b = levels[0].copy()
-    P = noise[0]
+    p = noise[0]
     for k in range(1, n):
-        P += disturbance[k - 1]
-        S = P + noise[k]
-        K = P / S
+        p += disturbance[k - 1]
+        S = p + noise[k]
+        K = p / S
         root = np.sqrt(S)
         for j in range(c):
             e = levels[k, j] - b[j]
             white[k - 1, j] = e / root
             b[j] += K * e
-        P = K * noise[k]
+        p = K * noise[k]
         variance[k - 1] = S
     return white, variance

@@ -106,10 +106,12 @@ class IdimLeastSquares:
         InputError
             If the log is too short, or nothing moves or pushes in it.
         """
+        return self.solution(log, self.regression(log))
+
+    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
+        """Return the estimate from rows that `regression` made of this log."""
         options = {"estimator": self.name, **asdict(self)}
-        return solve(
-            self.regression(log), estimator=self.name, provenance=provenance_of(log, options)
-        )
+        return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the filtered and decimated rows of the inverse dynamic model.

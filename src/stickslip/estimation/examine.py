@@ -1,0 +1,246 @@
+"""Everything a report of an identification draws."""
+
+from collections.abc import Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.diagnostics import SMALLEST_SINGULAR_RATIO
+from stickslip.estimation.energy import EnergyEstimator
+from stickslip.estimation.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.intervals import autocorrelation
+from stickslip.estimation.kinematics import LowPass, central_difference, default_cutoff, noise_level
+from stickslip.estimation.regression import Regression
+from stickslip.estimation.resimulation import LARGEST_PLOT, identified_plant, resimulate
+from stickslip.records import (
+    AxisLog,
+    EnergyBalance,
+    EstimateEvolution,
+    FrictionCurve,
+    FrictionEstimate,
+    Identification,
+    Residuals,
+)
+
+__all__ = ["examine"]
+
+_CURVE_POINTS = 100
+_EVOLUTION_POINTS = 200
+_LARGEST_LAG = 100
+_NORMAL_95 = 1.959963984540054
+_LEAST_CUTOFF = 0.02
+"""Lowest cutoff of the data cloud, as a fraction of the sampling rate."""
+_CLOUD_NOISE = 0.25
+"""Noise of the inertia force allowed in the data cloud, as a fraction of the friction."""
+
+
+def examine(
+    log: AxisLog,
+    estimator: EnergyEstimator | IdimLeastSquares,
+    truth: Mapping[str, float] | None = None,
+) -> Identification:
+    """Fit a log and compute all that its report shows.
+
+    Parameters
+    ----------
+    log
+        The measurement.
+    estimator
+        What fits it.
+    truth
+        True parameter values by name [SI], where the log was simulated; only passed on.
+
+    Returns
+    -------
+    The estimate with friction curve, energy balance, evolution, residuals and re-simulation. They
+    are left out where a parameter is not identified, or the inertia is not positive.
+
+    Raises
+    ------
+    InputError
+        As ``estimator.fit`` does.
+    """
+    regression = estimator.regression(log)
+    estimate = estimator.solution(log, regression)
+    identified = all(p.identified for p in estimate.parameters.values())
+    values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
+    inertia = values.get("mass", values.get("inertia", estimator.inertia or 0.0))
+    if not identified or inertia <= 0:
+        return Identification(log=log, estimate=estimate, truth=truth)
+    balance = _balance_of(estimator, inertia)
+    plant = identified_plant(estimate, balance)
+    return Identification(
+        log=log,
+        estimate=estimate,
+        truth=truth,
+        curve=_curve(log, estimate, balance),
+        energy=_energy(log, values, balance),
+        evolution=_evolution(regression, estimate),
+        residuals=_residuals(regression, values),
+        resimulation=resimulate(log, plant, balance),
+    )
+
+
+def _balance_of(estimator: EnergyEstimator | IdimLeastSquares, inertia: float) -> EnergyEstimator:
+    """Return what takes the energies of an axis whose inertia is known by now."""
+    arm = isinstance(estimator, EnergyEstimator)
+    return EnergyEstimator(
+        inertia=inertia,
+        load_inertia=estimator.load_inertia if arm else None,
+        stiffness=estimator.stiffness if arm else None,
+        per_direction=estimator.per_direction,
+        offset=estimator.offset,
+        cutoff=estimator.cutoff,
+        filter_order=estimator.filter_order,
+    )
+
+
+def _friction_names(estimate: FrictionEstimate) -> list[str]:
+    return [name for name in estimate.parameters if name not in {"mass", "inertia"}]
+
+
+def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -> FrictionCurve:
+    """Return effort less inertia and spring force against velocity, and the fitted law."""
+    T = log.sampling_time
+    names = _friction_names(estimate)
+    values = np.array([estimate.value(name) for name in names])
+    low_pass = _cloud_filter(log, estimate, balance)
+    velocities: list[Float[np.ndarray, " n"]] = []
+    frictions: list[Float[np.ndarray, " n"]] = []
+    for levels, part in balance.levels(log):
+        measured = part.measured_velocity
+        if measured is None:
+            velocity = central_difference(low_pass.apply(part.measured_position, T), T)
+        else:
+            velocity = low_pass.apply(measured, T)
+        # The effort of a sample acts from then on: the mean of two is what acts around it
+        held = 0.5 * (part.effort + np.concatenate([part.effort[:1], part.effort[:-1]]))
+        force = low_pass.apply(held - levels.spring_force, T)
+        friction = force - (balance.inertia or 0.0) * central_difference(velocity, T)
+        moving = ~levels.motion.resting
+        velocities.append(velocity[moving])
+        frictions.append(friction[moving])
+    velocity, friction = np.concatenate(velocities), np.concatenate(frictions)
+    step = max(-(-velocity.size // LARGEST_PLOT), 1)
+    parts: list[Float[np.ndarray, "p 4"]] = []
+    for end in (float(np.min(velocity)), float(np.max(velocity))):
+        grid = np.linspace(end, 0.0, _CURVE_POINTS)
+        columns = balance.terms.force_columns(grid, np.full(grid.size, np.sign(end)))
+        law = columns @ values
+        keep = [list(estimate.parameters).index(name) for name in names]
+        covariance = estimate.covariance[np.ix_(keep, keep)]
+        half = _NORMAL_95 * np.sqrt(np.einsum("ij,jk,ik->i", columns, covariance, columns))
+        block = np.column_stack([grid, law, law - half, law + half])
+        parts.append(block if end < 0 else block[::-1])
+    gap = np.full((1, 4), np.nan)
+    grid, law, low, high = np.vstack([parts[0], gap, parts[1]]).T
+    return FrictionCurve(
+        velocity=velocity[::step],
+        friction=friction[::step],
+        fitted_velocity=grid,
+        fitted_friction=law,
+        band_low=low,
+        band_high=high,
+    )
+
+
+def _cloud_filter(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -> LowPass:
+    """Return a low-pass under which the noise of the inertia force is small beside the friction."""
+    T = log.sampling_time
+    cutoff = default_cutoff(T) if balance.cutoff is None else balance.cutoff
+    friction = max(
+        abs(estimate.value(name)) for name in estimate.parameters if name.startswith("coulomb")
+    )
+    measured = log.measured_velocity
+    noise = noise_level(log.measured_position if measured is None else measured)
+    order = 2 if measured is None else 1
+    while True:
+        low_pass = LowPass(order=balance.filter_order, cutoff=cutoff)
+        gain = low_pass.noise_gain(T, derivatives=order)
+        small = (balance.inertia or 0.0) * noise * gain <= _CLOUD_NOISE * friction
+        if small or 0.5 * cutoff * T < _LEAST_CUTOFF:
+            return low_pass
+        cutoff *= 0.5
+
+
+def _energy(log: AxisLog, values: Mapping[str, float], balance: EnergyEstimator) -> EnergyBalance:
+    """Return the energies over time; each stretch goes on where the one before ended."""
+    coefficients = np.array([values[name] for name in balance.terms.names])
+    columns: list[Float[np.ndarray, "5 n"]] = []
+    reached = 0.0
+    for levels, part in balance.levels(log):
+        explained = reached + levels.regressors @ coefficients
+        # The level of the measured energy is a constant of its own in every stretch
+        measured = levels.dissipated - float(np.mean(levels.dissipated - explained))
+        reached = float(explained[-1])
+        columns.append(
+            np.vstack([part.time, levels.kinetic, levels.potential, measured, explained])
+        )
+    time, kinetic, potential, measured, explained = np.hstack(columns)
+    step = -(-time.size // LARGEST_PLOT)
+    chosen = slice(None, None, step)
+    return EnergyBalance(
+        time=time[chosen],
+        input=(measured + kinetic + potential)[chosen],
+        kinetic=kinetic[chosen],
+        potential=potential[chosen],
+        measured_dissipation=measured[chosen],
+        explained_dissipation=explained[chosen],
+    )
+
+
+def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEvolution:
+    """Return the estimates from the rows up to each time, from when on they can be told apart.
+
+    Their standard deviations are those of white residuals times the factor that the correlation of
+    the residuals gives in the whole log.
+    """
+    target, regressors = regression.without_nuisance()
+    n, p = regressors.shape
+    columns = np.column_stack([regressors, target])
+    products = np.cumsum(columns[:, :, None] * columns[:, None, :], axis=0)
+    ends = np.unique(np.linspace(3 * p, n - 1, _EVOLUTION_POINTS).astype(int))
+    classical = np.array([estimate.diagnostics.classical_std[name] for name in regression.names])
+    honest = np.array([p.std or 0.0 for p in estimate.parameters.values()])
+    factor = np.divide(honest, classical, out=np.ones(p), where=classical > 0)
+    times: list[float] = []
+    values: list[Float[np.ndarray, " p"]] = []
+    stds: list[Float[np.ndarray, " p"]] = []
+    for end in ends.tolist():
+        gram, cross, square = products[end, :p, :p], products[end, :p, p], products[end, p, p]
+        norms = np.sqrt(np.diag(gram))
+        if np.any(norms == 0):
+            continue
+        strength, directions = np.linalg.eigh(gram / np.outer(norms, norms))
+        if strength[0] < SMALLEST_SINGULAR_RATIO**2 * strength[-1]:
+            continue
+        inverse = (directions / strength) @ directions.T / np.outer(norms, norms)
+        solution = inverse @ cross
+        spread = max(float(square - cross @ solution), 0.0) / (end + 1 - p)
+        times.append(float(regression.time[end]))
+        values.append(solution)
+        stds.append(factor * np.sqrt(spread * np.diag(inverse)))
+    history = np.array(values).reshape(-1, p)
+    spreads = np.array(stds).reshape(-1, p)
+    return EstimateEvolution(
+        time=np.array(times),
+        values={name: history[:, k] for k, name in enumerate(regression.names)},
+        stds={name: spreads[:, k] for k, name in enumerate(regression.names)},
+    )
+
+
+def _residuals(regression: Regression, values: Mapping[str, float]) -> Residuals:
+    """Return what the fit leaves unexplained, and how it is correlated in time."""
+    target, regressors = regression.without_nuisance()
+    residual = target - regressors @ np.array([values[name] for name in regression.names])
+    lags = min(_LARGEST_LAG, residual.size // 4)
+    spacing = float(np.median(np.diff(regression.time)))
+    step = -(-residual.size // LARGEST_PLOT)
+    return Residuals(
+        quantity=regression.quantity,
+        time=regression.time[::step],
+        residual=residual[::step],
+        lag=spacing * np.arange(lags + 1),
+        autocorrelation=autocorrelation(residual, lags),
+        white_bound=_NORMAL_95 / float(np.sqrt(residual.size)),
+    )

@@ -1,0 +1,93 @@
+"""Weigh energy levels by the noise that sensors and disturbing forces put into them."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy.optimize import minimize_scalar
+
+from stickslip.estimation.energy_balance import whiten_levels
+from stickslip.estimation.energy_levels import EnergyLevels, summed
+
+__all__ = ["LevelBlocks", "block_means", "likeliest_ratio", "whitened"]
+
+_RATIO_RANGE = (-6.0, 8.0)  # decades of level noise over force disturbance, in variance
+_RATIO_GRID = 15
+
+
+@dataclass(frozen=True, kw_only=True)
+class LevelBlocks:
+    """Means of the levels over blocks of samples: measured energy, then its regressors."""
+
+    time: Float[np.ndarray, " b"]
+    values: Float[np.ndarray, "b c"]
+    noise: Float[np.ndarray, " b"]
+    walk: Float[np.ndarray, " b-1"]
+    disturbance: Float[np.ndarray, " b-1"]
+    resting: Bool[np.ndarray, " b-1"]
+
+
+def block_means(levels: EnergyLevels, size: int) -> LevelBlocks:
+    """Average over blocks: white noise shrinks, and the balance stays exact as it is linear."""
+    count = levels.time.size // size
+    used = count * size
+
+    def mean(values: Float[np.ndarray, "n c"]) -> Float[np.ndarray, "b c"]:
+        return values[:used].reshape(count, size, -1).mean(axis=1)
+
+    path = summed(levels.motion.path[:, None])
+    columns = np.column_stack([levels.dissipated, levels.regressors])
+    rest = levels.motion.resting[:used].reshape(count, size).mean(axis=1)
+    return LevelBlocks(
+        time=mean(levels.time[:, None])[:, 0],
+        values=mean(columns),
+        noise=mean(levels.noise[:, None])[:, 0] / size,
+        walk=np.diff(mean(summed(levels.walk[:, None]))[:, 0]),
+        disturbance=np.diff(mean(path)[:, 0]) ** 2,
+        resting=rest[1:] + rest[:-1] >= 1.0,
+    )
+
+
+def whitened(
+    blocks: Sequence[LevelBlocks], ratio: float
+) -> tuple[Float[np.ndarray, "n c"], Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return whitened rows, their variances and times.
+
+    A disturbing force of unit variance adds the squared way to the level's variance. At rest the
+    friction force is unknown whatever the disturbance, so that a rest counts as a typical row.
+    """
+    typical = float(np.mean(np.concatenate([b.disturbance for b in blocks])))
+    level = float(np.mean(np.concatenate([b.noise for b in blocks])))
+    rows: list[Float[np.ndarray, "n c"]] = []
+    variances: list[Float[np.ndarray, " n"]] = []
+    for b in blocks:
+        steps = np.where(b.resting, np.maximum(b.disturbance, typical), b.disturbance)
+        noise = ratio * (b.noise / level if level > 0 else np.ones(b.noise.size))
+        walk = ratio * (b.walk / level if level > 0 else np.zeros(b.walk.size))
+        white, variance = whiten_levels(b.values, steps / typical + walk, noise)
+        rows.append(white)
+        variances.append(variance)
+    return (
+        np.concatenate(rows),
+        np.concatenate(variances),
+        np.concatenate([b.time[1:] for b in blocks]),
+    )
+
+
+def likeliest_ratio(blocks: Sequence[LevelBlocks]) -> float:
+    """Return the variance ratio of level noise to disturbance that makes the levels likeliest."""
+
+    def cost(decades: float) -> float:
+        white, variances, _ = whitened(blocks, 10.0**decades)
+        values, *_ = np.linalg.lstsq(white[:, 1:], white[:, 0], rcond=None)
+        squares = float(np.sum((white[:, 0] - white[:, 1:] @ values) ** 2))
+        floor = np.finfo(float).eps ** 2 * float(np.sum(white[:, 0] ** 2))
+        n = white.shape[0]
+        return n * float(np.log(max(squares, floor) / n)) + float(np.sum(np.log(variances)))
+
+    grid = np.linspace(*_RATIO_RANGE, _RATIO_GRID)
+    best = float(grid[int(np.argmin([cost(decades) for decades in grid]))])
+    step = float(grid[1] - grid[0])
+    found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded")
+    return float(10.0**found.x)
