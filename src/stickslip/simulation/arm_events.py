@@ -50,6 +50,7 @@ GRAZING, BUDGET_EXCEEDED = 1, 2
 GRAZING_TOLERANCE = 1e-10  # of the velocity's (or amplitude's) bound
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
 TWO_PI = 2.0 * math.pi
+INVERSE = np.array([0.0] + [1.0 / k for k in range(1, DEGREE + 2)])
 
 Vector = NDArray[np.float64]
 State = tuple[float, ...]  # (x1, v1, d, v2, x2) and their five low parts
@@ -224,29 +225,30 @@ def _taylor(
         came to a zero without one; and the derivatives of v1 by tau at the zero.
     """
     x, v, d, w, z, xl, vl, dl, wl, zl = y
-    m1, ks_2, ks = model[M1], model[KS] / model[M2], model[KS]
-    viscous = model[C_P] if mode > 0 else model[C_N]
+    ks_1, ks_2 = model[KS] / model[M1], model[KS] / model[M2]
+    c_1 = (model[C_P] if mode > 0 else model[C_N]) / model[M1]
     q, pd, pw = work[0], work[1], work[2]
     n, bound, reach = 2, model[NORM] * h, model[NORM] * h
     while n < DEGREE and bound > 1e-18:
         n += 1
-        bound *= reach / n
+        bound *= reach * INVERSE[n]
     av, ad, aw = 0.0 if deflate else v, d, w
     q[0], pd[0], pw[0] = av, ad, aw
-    following = h * ((g - viscous * av) / m1)
+    following = h * (g / model[M1] - c_1 * av)
     for k in range(1, n + 1):
-        av, ad, aw = following, h / k * (av - aw), h / k * (ks_2 * ad)
+        r = h * INVERSE[k]
+        av, ad, aw = following, r * (av - aw), r * (ks_2 * ad)
         q[k], pd[k], pw[k] = av, ad, aw
-        following = -(h / (k + 1)) * ((viscous * av + ks * ad) / m1)
+        following = -(h * INVERSE[k + 1]) * (c_1 * av + ks_1 * ad)
     root, dip = first_root(q[deflate:], n - deflate, float(mode), work)
     tau = min(root, 1.0)
     dx, dv, dd, dw, dz, slope, bend = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(n, 0, -1):
-        dx = dx * tau + q[k] / (k + 1)
+        dx = dx * tau + q[k] * INVERSE[k + 1]
         dv = dv * tau + q[k]
         dd = dd * tau + pd[k]
         dw = dw * tau + pw[k]
-        dz = dz * tau + pw[k] / (k + 1)
+        dz = dz * tau + pw[k] * INVERSE[k + 1]
         bend = bend * tau + slope
         slope = slope * tau + k * q[k]
     x, xl = accumulate(x, xl, (dx * tau + q[0]) * tau * h)

@@ -181,15 +181,22 @@ def arm_run(
     return (*y, float(mode)), count, -1
 
 
-# Rows of the lockstep table t, one number a lane in each: the state, the state at the start of the
-# sample, increments of the lane's mode (high and low parts), and:
-_HIGH, _LOW = 20, 40
-_F0 = 60  # F = U - F0
-_PV, _PD, _PU = 61, 62, 63  # the tested quantity p = PV v1 + PD d + PU U
-_MIN, _MAX = 64, 65  # its bounds at both ends of a sample
-_OFFSET = 66
-_PASSED = 67
-_ROWS = 68
+# Rows of the lockstep table t, one number a lane in each: increments of the lane's mode (high and
+# low parts), and:
+_F0 = 40  # F = U - F0
+_PV, _PD, _PU = 41, 42, 43  # the tested quantity p = PV v1 + PD d + PU U
+_MIN, _MAX = 44, 45  # its bounds at both ends of a sample
+_OFFSET = 46
+_PASSED = 47
+_ROWS = 48
+
+
+@compiled()
+def _aligned(size: int) -> Vector:
+    """Return zeros that begin at a cache line, so that no vector straddles two of them."""
+    values = np.zeros(size + 8)
+    start = (-(values.ctypes.data // 8)) % 8
+    return values[start : start + size]
 
 
 @compiled()
@@ -198,8 +205,8 @@ def _enter(t: Vector, i: int, model: Vector, mode: int) -> None:
     E = BLOCK_SIZE * (mode + 1)
     low_part = 1.0 if mode == 0 or model[FINE] != 0.0 else 0.0
     for j in range(BLOCK_SIZE):
-        t[(_HIGH + j) * LANES + i] = model[E + j]
-        t[(_LOW + j) * LANES + i] = low_part * model[E + LOW_PART + j]
+        t[j * LANES + i] = model[E + j]
+        t[(BLOCK_SIZE + j) * LANES + i] = low_part * model[E + LOW_PART + j]
     t[_OFFSET * LANES + i] = model[OFFSET]
     t[_F0 * LANES + i] = model[FC_P] if mode > 0 else (-model[FC_N] if mode < 0 else 0.0)
     t[_PV * LANES + i] = float(mode)
@@ -218,7 +225,7 @@ def _bound(t: Vector, i: int, model: Vector, mode: int, R: float, u_max: float) 
 
 
 @compiled()
-def _lockstep(t: Vector, u: Vector, k: int, fine: bool) -> int:
+def _lockstep(y: Vector, new: Vector, t: Vector, u: Vector, k: int, fine: bool) -> int:
     """Propagate all lanes over one sample without events; return how many may have had one.
 
     The loop over the lanes has no branch in it, so that it becomes vector instructions. Sums are
@@ -227,25 +234,25 @@ def _lockstep(t: Vector, u: Vector, k: int, fine: bool) -> int:
     L = LANES
     failed = 0
     for i in range(LANES):
-        x, v, d, w, z = t[i], t[L + i], t[2 * L + i], t[3 * L + i], t[4 * L + i]
-        xl, vl, dl, wl, zl = t[5 * L + i], t[6 * L + i], t[7 * L + i], t[8 * L + i], t[9 * L + i]
-        U = u[k * L + i] - t[_OFFSET * L + i]
+        x, v, d, w, z = y[i], y[L + i], y[2 * L + i], y[3 * L + i], y[4 * L + i]
+        xl, vl, dl, wl, zl = y[5 * L + i], y[6 * L + i], y[7 * L + i], y[8 * L + i], y[9 * L + i]
+        U = u[k, i] - t[_OFFSET * L + i]
         F = U - t[_F0 * L + i]
-        dx = (t[20 * L + i] * v + t[23 * L + i] * F) + (t[21 * L + i] * d + t[22 * L + i] * w)
-        dv = (t[24 * L + i] * v + t[27 * L + i] * F) + (t[25 * L + i] * d + t[26 * L + i] * w)
-        dd = (t[28 * L + i] * v + t[31 * L + i] * F) + (t[29 * L + i] * d + t[30 * L + i] * w)
-        dw = (t[32 * L + i] * v + t[35 * L + i] * F) + (t[33 * L + i] * d + t[34 * L + i] * w)
-        dz = (t[36 * L + i] * v + t[39 * L + i] * F) + (t[37 * L + i] * d + t[38 * L + i] * w)
+        dx = (t[0 * L + i] * v + t[3 * L + i] * F) + (t[1 * L + i] * d + t[2 * L + i] * w)
+        dv = (t[4 * L + i] * v + t[7 * L + i] * F) + (t[5 * L + i] * d + t[6 * L + i] * w)
+        dd = (t[8 * L + i] * v + t[11 * L + i] * F) + (t[9 * L + i] * d + t[10 * L + i] * w)
+        dw = (t[12 * L + i] * v + t[15 * L + i] * F) + (t[13 * L + i] * d + t[14 * L + i] * w)
+        dz = (t[16 * L + i] * v + t[19 * L + i] * F) + (t[17 * L + i] * d + t[18 * L + i] * w)
         if fine:
-            dx += (t[40 * L + i] * v + t[43 * L + i] * F) + (t[41 * L + i] * d + t[42 * L + i] * w)
-            dv += (t[44 * L + i] * v + t[47 * L + i] * F) + (t[45 * L + i] * d + t[46 * L + i] * w)
-            dd += (t[48 * L + i] * v + t[51 * L + i] * F) + (t[49 * L + i] * d + t[50 * L + i] * w)
-            dw += (t[52 * L + i] * v + t[55 * L + i] * F) + (t[53 * L + i] * d + t[54 * L + i] * w)
-            dz += (t[56 * L + i] * v + t[59 * L + i] * F) + (t[57 * L + i] * d + t[58 * L + i] * w)
+            dx += (t[20 * L + i] * v + t[23 * L + i] * F) + (t[21 * L + i] * d + t[22 * L + i] * w)
+            dv += (t[24 * L + i] * v + t[27 * L + i] * F) + (t[25 * L + i] * d + t[26 * L + i] * w)
+            dd += (t[28 * L + i] * v + t[31 * L + i] * F) + (t[29 * L + i] * d + t[30 * L + i] * w)
+            dw += (t[32 * L + i] * v + t[35 * L + i] * F) + (t[33 * L + i] * d + t[34 * L + i] * w)
+            dz += (t[36 * L + i] * v + t[39 * L + i] * F) + (t[37 * L + i] * d + t[38 * L + i] * w)
         else:  # only a lane at rest has low parts
-            dd += t[49 * L + i] * d + t[50 * L + i] * w
-            dw += t[53 * L + i] * d + t[54 * L + i] * w
-            dz += t[57 * L + i] * d + t[58 * L + i] * w
+            dd += t[29 * L + i] * d + t[30 * L + i] * w
+            dw += t[33 * L + i] * d + t[34 * L + i] * w
+            dz += t[37 * L + i] * d + t[38 * L + i] * w
         nx, nxl = accumulate(x, xl, dx)
         nv, nvl = accumulate(v, vl, dv)
         nd, ndl = accumulate(d, dl, dd)
@@ -257,24 +264,19 @@ def _lockstep(t: Vector, u: Vector, k: int, fine: bool) -> int:
         passed = (p0 >= low) & (p0 <= high) & (p1 >= low) & (p1 <= high)
         failed += 0 if passed else 1
         t[_PASSED * L + i] = 1.0 if passed else 0.0
-        t[10 * L + i], t[11 * L + i], t[12 * L + i] = x, v, d
-        t[13 * L + i], t[14 * L + i], t[15 * L + i] = w, z, xl
-        t[16 * L + i], t[17 * L + i], t[18 * L + i], t[19 * L + i] = vl, dl, wl, zl
-        t[i], t[L + i], t[2 * L + i], t[3 * L + i], t[4 * L + i] = nx, nv, nd, nw, nz
-        t[5 * L + i], t[6 * L + i], t[7 * L + i], t[8 * L + i], t[9 * L + i] = (
-            nxl, nvl, ndl, nwl, nzl,
-        )  # fmt: skip
+        new[i], new[L + i], new[2 * L + i], new[3 * L + i], new[4 * L + i] = nx, nv, nd, nw, nz
+        new[5 * L + i], new[6 * L + i], new[7 * L + i] = nxl, nvl, ndl
+        new[8 * L + i], new[9 * L + i] = nwl, nzl
     return failed
 
 
 @compiled()
-def _old_state(t: Vector, i: int) -> State:
-    """Return lane i's state at the start of the sample."""
-    o = 10 * LANES + i
+def _state(y: Vector, i: int) -> State:
+    """Return lane i's state."""
     L = LANES
     return (
-        t[o], t[o + L], t[o + 2 * L], t[o + 3 * L], t[o + 4 * L],
-        t[o + 5 * L], t[o + 6 * L], t[o + 7 * L], t[o + 8 * L], t[o + 9 * L],
+        y[i], y[i + L], y[i + 2 * L], y[i + 3 * L], y[i + 4 * L],
+        y[i + 5 * L], y[i + 6 * L], y[i + 7 * L], y[i + 8 * L], y[i + 9 * L],
     )  # fmt: skip
 
 
@@ -306,8 +308,9 @@ def arm_batch(
         The one that exceeded the event budget, or (-1, -1).
     """
     n = efforts.shape[1]
-    t = np.zeros(_ROWS * LANES)
-    u = np.zeros(BATCH_BLOCK * LANES)
+    y, new = _aligned(10 * LANES), _aligned(10 * LANES)  # ten rows of state
+    t = _aligned(_ROWS * LANES)
+    u = _aligned(BATCH_BLOCK * LANES).reshape((BATCH_BLOCK, LANES))
     work = np.empty(WORK_SIZE)
     no_time, no_mode = np.empty(0), np.empty(0, np.int8)
     modes = np.zeros(LANES, np.int64)
@@ -319,7 +322,7 @@ def arm_batch(
         for i in range(LANES):  # lanes left over repeat the last trajectory
             b = start + min(i, lanes - 1)
             for j in range(10):
-                t[j * LANES + i] = states[b, j]
+                y[j * LANES + i] = states[b, j]
             modes[i] = int(states[b, 10])
             model = models[b if models.shape[0] > 1 else 0]
             fine = fine or model[FINE] != 0.0
@@ -333,40 +336,41 @@ def arm_batch(
                 model = models[b if models.shape[0] > 1 else 0]
                 effort = efforts[b if efforts.shape[0] > 1 else 0, k0 : k0 + size]
                 for j in range(size):
-                    u[j * LANES + i] = effort[j]
+                    u[j, i] = effort[j]
                 u_max[i] = _largest(effort) + abs(model[OFFSET])
-                R[i] = energy_root(model, t[LANES + i], t[2 * LANES + i], t[3 * LANES + i])
+                R[i] = energy_root(model, y[LANES + i], y[2 * LANES + i], y[3 * LANES + i])
                 R[i] += size * model[GROWTH] * u_max[i]
                 _bound(t, i, model, modes[i], R[i], u_max[i])
             for j in range(size):
-                if _lockstep(t, u, j, fine) > 0:
+                if _lockstep(y, new, t, u, j, fine) > 0:
                     for i in range(LANES):
                         if t[_PASSED * LANES + i] == 0.0:
                             b = start + min(i, lanes - 1)
                             model = models[b if models.shape[0] > 1 else 0]
-                            y, mode, _, flags = arm_events(
+                            state, mode, _, flags = arm_events(
                                 model, work, no_time, no_mode, 0, 0.0, modes[i],
-                                u[j * LANES + i] - model[OFFSET], _old_state(t, i),
+                                u[j, i] - model[OFFSET], _state(y, i),
                             )  # fmt: skip
                             if flags & BUDGET_EXCEEDED:
                                 return b, k0 + j
-                            for r, value in enumerate(y):
-                                t[r * LANES + i] = value
+                            for r, value in enumerate(state):
+                                new[r * LANES + i] = value
                             if mode != modes[i]:
                                 modes[i] = mode
                                 _enter(t, i, model, mode)
                                 _bound(t, i, model, mode, R[i], u_max[i])
+                y, new = new, y
                 due -= 1
                 if due == 0:
                     for i in range(lanes):
-                        out[start + i, row, 0] = t[i]
-                        out[start + i, row, 1] = t[LANES + i]
-                        out[start + i, row, 2] = t[4 * LANES + i]
-                        out[start + i, row, 3] = t[3 * LANES + i]
+                        out[start + i, row, 0] = y[i]
+                        out[start + i, row, 1] = y[LANES + i]
+                        out[start + i, row, 2] = y[4 * LANES + i]
+                        out[start + i, row, 3] = y[3 * LANES + i]
                     row += 1
                     due = every
         for i in range(lanes):
             for j in range(10):
-                states[start + i, j] = t[j * LANES + i]
+                states[start + i, j] = y[j * LANES + i]
             states[start + i, 10] = modes[i]
     return -1, -1

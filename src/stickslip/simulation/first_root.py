@@ -31,6 +31,7 @@ BERNSTEIN = np.array(
 def _polish(q: Vector, n: int, a: float, b: float, sign: float) -> float:
     """Return the zero of the polynomial q in (a, b], where it has the given sign at a."""
     t = 0.5 * (a + b)
+    last_step = 1.0
     for _ in range(100):
         p, dp = q[n], 0.0
         for j in range(n - 1, -1, -1):
@@ -44,14 +45,17 @@ def _polish(q: Vector, n: int, a: float, b: float, sign: float) -> float:
             b = t
         step = p / dp
         new = t - step
-        if not a < new < b:
+        if a < new < b:
+            # Newton's steps shrink quadratically: stop when the next one would be lost in rounding
+            ratio = step / last_step
+            if abs(step) * ratio * ratio < 1e-18 or new == t:
+                return new
+        else:
             new = 0.5 * (a + b)
             if new in (a, b):
                 return b
-        elif abs(step) < 1e-17:
-            return new
-        if new == t:
-            return t
+            step = 1.0
+        last_step = step
         t = new
     return t
 
