@@ -51,9 +51,13 @@ def read_text(path: Path) -> Table:
         positions = {
             name: position for name, position in zip(headers, used, strict=True) if name in names
         }
-        rows = _fast(text, layout)
+        rows = _fast(text, layout, None)
         if rows is not None and rows.shape[1] == len(layout.headers):
             return {name: rows[:, position] for name, position in positions.items()}
+        if _widths_agree(text, layout):  # the columns that are not wanted may hold anything
+            rows = _fast(text, layout, list(positions.values()))
+            if rows is not None:
+                return dict(zip(positions, rows.T, strict=True))
         return _careful(text, layout, positions)
 
     def place(_: str, sample: int) -> str:
@@ -89,11 +93,21 @@ def _rows(text: _Text, layout: Layout) -> Iterator[tuple[int, str]]:
                 yield number, row
 
 
-def _fast(text: _Text, layout: Layout) -> np.ndarray | None:
-    """Return all columns at once, or None if the rows are not all numbers of one width."""
+def _widths_agree(text: _Text, layout: Layout) -> bool:
+    """Return whether all rows are seen at a glance to have the header's width."""
     delimiter = layout.dialect.delimiter
-    if layout.dialect.decimal == ",":
-        source = (line.replace(",", ".") for line in text.lines())
+    between = len(layout.headers) - 1
+    return delimiter != BLANKS and all(
+        line.count(delimiter) == between and '"' not in line
+        for line in islice(text.lines(), layout.first_row, None)
+    )
+
+
+def _fast(text: _Text, layout: Layout, positions: list[int] | None) -> np.ndarray | None:
+    """Return the columns in these places, or all, at once; None if they are not all numbers."""
+    delimiter = layout.dialect.delimiter
+    if layout.dialect.decimal == ",":  # no points then: whether they mean thousands is not known
+        source = (line.replace(".", "?").replace(",", ".") for line in text.lines())
     else:
         source = str(text.path)
     try:
@@ -103,6 +117,7 @@ def _fast(text: _Text, layout: Layout) -> np.ndarray | None:
             skiprows=layout.first_row,
             comments="#",
             quotechar='"',
+            usecols=positions,
             ndmin=2,
             encoding=text.encoding,
         )

@@ -20,10 +20,6 @@ COMMENTS = ("#", "%", "//")
 BLANKS = " "
 """Stands for columns between runs of blanks, as the delimiters of other dialects are."""
 
-_NUMBER = re.compile(
-    r"\s*[+-]?(?:(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?|inf(?:inity)?|nan)\s*", re.IGNORECASE
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Dialect:
@@ -34,11 +30,14 @@ class Dialect:
 
     def cells(self, line: str) -> list[str]:
         """Return the cells of one line."""
+        if '"' not in line:
+            row = line.split(None if self.delimiter == BLANKS else self.delimiter)
+            return [cell.strip() for cell in row]
         if self.delimiter == BLANKS:
-            line = re.sub(r"\s+", " ", line.strip())
+            line = re.sub(r"\s+", " ", line)
         try:
-            row = next(csv.reader([line], delimiter=self.delimiter, skipinitialspace=True), [])
-        except csv.Error:  # an endless cell
+            row = next(csv.reader([line.strip()], delimiter=self.delimiter, skipinitialspace=True))
+        except (csv.Error, StopIteration):  # an endless cell, or an empty line
             row = [line]
         return [cell.strip() for cell in row]
 
@@ -46,7 +45,11 @@ class Dialect:
         """Return the number in a cell, or None if it holds none."""
         if self.decimal == ",":
             cell = "?" if "." in cell else cell.replace(",", ".")
-        return float(cell) if _NUMBER.fullmatch(cell) else None
+        try:
+            value = float(cell)
+        except ValueError:
+            return None
+        return None if "_" in cell else value
 
 
 _DIALECTS = tuple(
