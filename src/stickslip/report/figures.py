@@ -70,10 +70,11 @@ def curve_plot(curve: FrictionCurve, identification: Identification) -> Plot:
             "and its 95 percent band."
         ),
         caption=(
-            "Each point is the effort less the inertia force at one sample. The fitted law should "
-            "run through the middle of the cloud at every speed; a cloud that bends away from it "
-            "at low speed shows a Stribeck effect, one that splits into several bands shows "
-            f"friction that depends on position or temperature.{thinned}"
+            "Each point is the effort less the force that accelerates (and, of a flexible arm, the "
+            "spring force) at one sample. The fitted law should run through the middle of the "
+            "cloud at every speed; a cloud that bends away from it at low speed shows a Stribeck "
+            "effect, one that splits into several bands shows friction that depends on position "
+            f"or temperature.{thinned}"
         ),
         traces=[
             cloud,
@@ -106,7 +107,9 @@ def balance_plot(energy: EnergyBalance, identification: Identification) -> Plot:
     ]
     if np.any(energy.potential):
         upper.append(
-            line(energy.time, energy.potential, name="potential", colour=PINK, dash="dot", width=2.0)
+            line(
+                energy.time, energy.potential, name="potential", colour=PINK, dash="dot", width=2.0
+            )
         )
     lower = [
         line(
