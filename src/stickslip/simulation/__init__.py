@@ -1,7 +1,27 @@
 """Exact event-driven simulation of plants with friction, sensors, and the sampled loop."""
 
+from stickslip.simulation.batch import SimulatedBatch, simulate_batch
+from stickslip.simulation.closed_loop import (
+    ClosedLoopRun,
+    Controller,
+    SensorSample,
+    simulate_closed_loop,
+)
 from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.sensors import Noise, Sensors
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.stepper import PlantStepper
 
-__all__ = ["PlantStepper", "SimulatedMotion", "simulate"]
+__all__ = [
+    "ClosedLoopRun",
+    "Controller",
+    "Noise",
+    "PlantStepper",
+    "SensorSample",
+    "Sensors",
+    "SimulatedBatch",
+    "SimulatedMotion",
+    "simulate",
+    "simulate_batch",
+    "simulate_closed_loop",
+]

@@ -260,6 +260,10 @@ def mass_batch(models, states, efforts, every, out, first, last):
         Output, shape (batch, n // every, 2): position and velocity.
     first, last
         The trajectories to propagate.
+
+    Returns
+    -------
+    (-1, -1), as `arm_batch` does when no event budget was exceeded; a single mass needs none.
     """
     n = efforts.shape[1]
     no_time = np.empty(0)
@@ -293,3 +297,4 @@ def mass_batch(models, states, efforts, every, out, first, last):
                 due = every
         states[b, 0], states[b, 1], states[b, 2], states[b, 3] = x, v, xl, vl
         states[b, 4] = mode
+    return -1, -1

@@ -1,0 +1,216 @@
+"""Many trajectories at once."""
+
+import os
+from collections.abc import Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.records import AxisKind, InputError, quantity_field, unit_of
+from stickslip.simulation.arm_kernel import LANES, arm_batch
+from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
+from stickslip.simulation.simulate import budget_error
+from stickslip.simulation.single_mass_kernel import mass_batch
+
+__all__ = ["SimulatedBatch", "simulate_batch"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedBatch:
+    """What is kept of many simulated trajectories.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+    time
+        Times of the stored samples, shape (s,); without any stored, the end.
+    position, velocity
+        Of the (first) mass, shape (batch, s).
+    load_position, load_velocity
+        Of the second mass of flexible arms, shape (batch, s), or None.
+    """
+
+    kind: AxisKind
+    time: Float[np.ndarray, " s"] = quantity_field("time")
+    position: Float[np.ndarray, "batch s"] = quantity_field("position")
+    velocity: Float[np.ndarray, "batch s"] = quantity_field("velocity")
+    load_position: Float[np.ndarray, "batch s"] | None = quantity_field("position", default=None)
+    load_velocity: Float[np.ndarray, "batch s"] | None = quantity_field("velocity", default=None)
+
+    def __post_init__(self) -> None:
+        for name in self.__dataclass_fields__:
+            value = getattr(self, name)
+            if isinstance(value, np.ndarray):
+                view = value.view()
+                view.flags.writeable = False
+                object.__setattr__(self, name, view)
+
+
+def simulate_batch(
+    plants: Plant | Sequence[Plant],
+    commanded_efforts: ArrayLike,
+    *,
+    sampling_time: float,
+    initial_states: ArrayLike | None = None,
+    store_every: int | None = None,
+    threads: int | None = None,
+    event_budget: int = EVENT_BUDGET,
+) -> SimulatedBatch:
+    """Propagate many trajectories exactly; each agrees with `simulate` to the last bit.
+
+    Parameters
+    ----------
+    plants
+        One plant for all trajectories, or one a trajectory, all of the same class.
+    commanded_efforts
+        Efforts held over each sample [N or N m], shape (batch, n), or (n,) for one effort that
+        all trajectories share.
+    sampling_time
+        [s].
+    initial_states
+        Shape (batch, 2) for single masses or (batch, 4) for arms, or one state for all; at rest
+        at 0 if None.
+    store_every
+        Store every so many samples, counted from the first; the last state only if None.
+    threads
+        How many cores to use; all if None.
+    event_budget
+        Events allowed in one sample.
+
+    Returns
+    -------
+    The stored samples, at the times of ``SimulatedBatch.time``.
+
+    Raises
+    ------
+    InputError
+        If shapes do not fit together, or a value is not finite or out of its range.
+    EventBudgetError
+        If a sample holds more events than allowed; the trajectory is named.
+
+    Examples
+    --------
+    >>> from stickslip.friction import CoulombViscousFriction
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0)
+    >>> plant = SingleMass(mass=150.0, friction=law)
+    >>> batch = simulate_batch(plant, [[300.0, 0.0, 0.0], [150.0, 0.0, 0.0]], sampling_time=0.01)
+    >>> batch.position[:, -1].round(9).tolist()
+    [0.0002, 2.5e-05]
+    """
+    plants = [plants] if isinstance(plants, SingleMass | FlexibleArm) else list(plants)
+    if not plants or any(type(plant) is not type(plants[0]) for plant in plants):
+        raise InputError(
+            "the plants of a batch are not all of the same class",
+            remedy="simulate single masses and arms in batches of their own",
+        )
+    efforts = _efforts(commanded_efforts, plants[0])
+    states_given = None if initial_states is None else np.atleast_2d(np.asarray(initial_states))
+    sizes = {
+        "plants": len(plants),
+        "commanded_efforts": efforts.shape[0],
+        "initial_states": 1 if states_given is None else states_given.shape[0],
+    }
+    batch = max(sizes.values())
+    for name, size in sizes.items():
+        if size not in (1, batch):
+            raise InputError(
+                f"{name} holds {size} trajectories where the batch has {batch}",
+                remedy=f"give 1 or {batch}",
+            )
+    n = efforts.shape[1]
+    every = 0 if store_every is None else store_every
+    if store_every is not None and not 1 <= store_every <= n:
+        raise InputError(
+            f"store_every is {store_every} samples, the efforts have {n}",
+            remedy=f"give 1 to {n}, or None for the last state only",
+        )
+    if threads is not None and threads < 1:
+        raise InputError(f"threads is {threads}", remedy="give 1 or more, or None for all cores")
+    models = np.stack([kernel_model(plant, sampling_time, event_budget) for plant in plants])
+    given = [None] if states_given is None else [tuple(row) for row in states_given.tolist()]
+    states = np.array([initial_kernel_state(plants[0], state) for state in given])
+    states = np.ascontiguousarray(np.broadcast_to(states, (batch, states.shape[1])))
+    width = 2 if isinstance(plants[0], SingleMass) else 4
+    rows = n // every if every else 0
+    stored = np.empty((batch, rows + 1 if every else 1, width))
+    start = _outputs(states, width)
+    out = np.empty((batch, rows, width))
+    kernel = mass_batch if width == 2 else arm_batch
+    _run(kernel, models, states, efforts, every, out, event_budget, sampling_time, threads)
+    if every:
+        stored[:, 0], stored[:, 1:] = start, out
+        time = np.arange(rows + 1) * (every * sampling_time)
+    else:
+        stored[:, 0] = _outputs(states, width)
+        time = np.array([n * sampling_time])
+    arm = width == 4
+    return SimulatedBatch(
+        kind=plants[0].kind,
+        time=time,
+        position=stored[:, :, 0],
+        velocity=stored[:, :, 1],
+        load_position=stored[:, :, 2] if arm else None,
+        load_velocity=stored[:, :, 3] if arm else None,
+    )
+
+
+def _efforts(commanded_efforts: ArrayLike, plant: Plant) -> Float[np.ndarray, "batch n"]:
+    efforts = np.ascontiguousarray(np.atleast_2d(np.asarray(commanded_efforts, dtype=np.float64)))
+    unit = unit_of("effort", plant.kind)
+    if efforts.ndim != 2:
+        raise InputError(
+            f"commanded efforts have {efforts.ndim} dimensions",
+            remedy="give shape (batch, n), or (n,) for one that all trajectories share",
+        )
+    bad = np.argwhere(~np.isfinite(efforts))
+    if bad.size:
+        row, sample = bad[0].tolist()
+        raise InputError(
+            f"commanded effort is {efforts[row, sample]} {unit} in trajectory {row} at sample "
+            f"{sample}",
+            remedy="give finite efforts",
+        )
+    return efforts
+
+
+def _outputs(states: Float[np.ndarray, "batch k"], width: int) -> Float[np.ndarray, "batch w"]:
+    """Return (position, velocity[, load_position, load_velocity]) of kernel states."""
+    return states[:, [0, 1] if width == 2 else [0, 1, 4, 3]]
+
+
+def _run(
+    kernel: Any,
+    models: Float[np.ndarray, "models p"],
+    states: Float[np.ndarray, "batch k"],
+    efforts: Float[np.ndarray, "rows n"],
+    every: int,
+    out: Float[np.ndarray, "batch s w"],
+    event_budget: int,
+    sampling_time: float,
+    threads: int | None,
+) -> None:
+    batch = states.shape[0]
+    workers = min(threads or os.cpu_count() or 1, -(-batch // LANES))
+    if workers == 1:
+        results = [kernel(models, states, efforts, every, out, 0, batch)]
+    else:
+        # Whole groups of lanes, several parts a worker, so that uneven trajectories balance
+        part = max(LANES, -(-batch // (4 * workers * LANES)) * LANES)
+        kernel(models, states, efforts, every, out, 0, 0)  # compile once, before the threads do
+        with ThreadPoolExecutor(workers) as pool:
+            jobs = [
+                pool.submit(
+                    kernel, models, states, efforts, every, out, first, min(first + part, batch)
+                )
+                for first in range(0, batch, part)
+            ]
+            results = [job.result() for job in jobs]
+    for trajectory, sample in results:
+        if trajectory >= 0:
+            raise budget_error(sample * sampling_time, event_budget, trajectory)

@@ -1,0 +1,257 @@
+"""A plant, its sensors and a controller in a sampled loop."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.compiled import compiled
+from stickslip.plants import Plant, SingleMass
+from stickslip.records import AxisLog, InputError, unit_of
+from stickslip.simulation.arm_kernel import arm_step
+from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
+from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.sensor_kernel import measure_one
+from stickslip.simulation.sensors import Noise, Sensors
+from stickslip.simulation.simulate import budget_error, simulate
+from stickslip.simulation.single_mass_kernel import mass_step
+
+__all__ = ["ClosedLoopRun", "Controller", "SensorSample", "simulate_closed_loop"]
+
+ControllerState = TypeVar("ControllerState")
+Vector = NDArray[np.float64]
+
+
+class SensorSample(NamedTuple):
+    """What a controller sees at a sample instant: sensor values, in SI units; never the truth.
+
+    A channel without a sensor is NaN.
+    """
+
+    time: float
+    measured_position: float
+    measured_velocity: float
+    measured_load_position: float
+    measured_load_velocity: float
+
+
+class Controller(Protocol[ControllerState]):
+    """Anything that steps in time: a sensor sample in, an effort out."""
+
+    @property
+    def step(
+        self,
+    ) -> Callable[[ControllerState, SensorSample], tuple[ControllerState, float]]:
+        """The pure step: ``step(state, sample) -> (state, effort)``."""
+        ...
+
+    def init(self) -> ControllerState:
+        """Return the state before the first sample; its types must not change from step to step."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class ClosedLoopRun(Generic[ControllerState]):
+    """A finished run of a sampled loop.
+
+    Attributes
+    ----------
+    motion
+        The truth, which the controller did not see.
+    log
+        What the sensors showed, beside the efforts the controller commanded.
+    controller_state
+        The controller's state after the last sample.
+    """
+
+    motion: SimulatedMotion
+    log: AxisLog
+    controller_state: ControllerState
+
+
+_OK, _BUDGET, _EFFORT = 0, 1, 2
+
+
+@compiled()
+def _mass_step(
+    model: Vector, state: tuple[float, ...], effort: float
+) -> tuple[tuple[float, ...], tuple[float, float, float, float]]:
+    """`mass_step` with the output of an arm, of which the second half does not exist."""
+    state, output = mass_step(model, state, effort)
+    return state, (output[0], output[1], np.nan, np.nan)
+
+
+def _loop(
+    plant_step: Any,
+    controller_step: Any,
+    model: Vector,
+    state: Any,
+    controller_state: Any,
+    settings: Any,
+    delay: int,
+    noise: Any,
+    output: tuple[float, float, float, float],
+    effort: Vector,
+    samples: Vector,
+) -> Any:
+    """Run the loop; the same function is compiled or interpreted, as the controller is.
+
+    ``effort`` (n,) and ``samples`` (4, n+1), without the delay, are written. Returns the
+    controller's state, a status, and the sample it arose at.
+    """
+    n = effort.size
+    T = settings[4]
+    for k in range(n + 1):
+        last = max(k - 1, 0)
+        samples[0, k], samples[1, k] = measure_one(
+            settings, samples[0, last], output[0], output[1], noise[0][k], noise[1][k]
+        )
+        samples[2, k], samples[3, k] = measure_one(
+            settings, samples[2, last], output[2], output[3], noise[2][k], noise[3][k]
+        )
+        if k == 0 and settings[3] > 0.0:
+            samples[1, 0] = 0.0
+            samples[3, 0] = 0.0 * output[3]  # NaN where there is no second mass
+        if k == n:
+            break
+        j = max(k - delay, 0)
+        sample = SensorSample(k * T, samples[0, j], samples[1, j], samples[2, j], samples[3, j])
+        controller_state, u = controller_step(controller_state, sample)
+        if not np.isfinite(u):
+            return controller_state, _EFFORT, k
+        effort[k] = u
+        state, output = plant_step(model, state, u)
+        if np.isnan(state[-1]):
+            return controller_state, _BUDGET, k
+    return controller_state, _OK, n
+
+
+_compiled_loop = compiled()(_loop)
+
+
+def simulate_closed_loop(
+    plant: Plant,
+    controller: Controller[ControllerState],
+    *,
+    sampling_time: float,
+    samples: int,
+    sensors: Sensors | None = None,
+    generator: np.random.Generator | None = None,
+    initial_state: tuple[float, ...] | None = None,
+    name: str = "simulated axis",
+    event_budget: int = EVENT_BUDGET,
+) -> ClosedLoopRun[ControllerState]:
+    """Run a controller on a plant, sample by sample.
+
+    At each sample instant the sensors are read, the controller computes an effort, and the plant
+    moves under it to the next instant. When ``controller.step`` is a compiled kernel the whole
+    loop is compiled; otherwise it runs in Python, with the same result to the last bit.
+
+    Parameters
+    ----------
+    plant
+        `SingleMass` or `FlexibleArm`.
+    controller
+        Anything with ``init() -> state`` and a pure ``step(state, sample) -> (state, effort)``,
+        where ``sample`` is a `SensorSample`.
+    sampling_time
+        [s].
+    samples
+        Number of samples to run.
+    sensors
+        Ideal ones if None.
+    generator
+        Where the sensors' noise comes from; may be None when there is none.
+    initial_state
+        As in `simulate`.
+    name
+        Name of the log.
+    event_budget
+        Events allowed in one sample.
+
+    Returns
+    -------
+    The truth and, apart from it, the log.
+
+    Raises
+    ------
+    InputError
+        If an argument is out of its range, or the controller commands an effort that is not
+        finite.
+    EventBudgetError
+        If a sample holds more events than allowed.
+
+    Examples
+    --------
+    >>> from stickslip.friction import CoulombViscousFriction
+    >>> class Proportional:
+    ...     def init(self):
+    ...         return 0.0
+    ...     def step(self, state, sample):
+    ...         return state, 500.0 * (0.1 - sample.measured_position)
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=20.0)
+    >>> run = simulate_closed_loop(SingleMass(mass=1.0, friction=law), Proportional(),
+    ...                            sampling_time=0.001, samples=1000)
+    >>> abs(0.1 - float(run.motion.position[-1])) <= 1.0 / 500.0
+    True
+    """
+    if samples < 1:
+        raise InputError(f"samples is {samples}", remedy="run at least 1 sample")
+    sensors = Sensors() if sensors is None else sensors
+    model = kernel_model(plant, sampling_time, event_budget)
+    state = initial_kernel_state(plant, initial_state)
+    noise = sensors.draw(samples + 1, generator)
+    rigid = isinstance(plant, SingleMass)
+    at_start = (state[0], state[1], *((np.nan, np.nan) if rigid else (state[4], state[3])))
+    if not sensors.load:
+        nothing = np.full(samples + 1, np.nan)
+        noise = Noise(noise.position, noise.velocity, nothing, nothing)
+    effort = np.empty(samples)
+    seen = np.empty((4, samples + 1))
+    step = controller.step
+    loop: Any = _compiled_loop if numba.extending.is_jitted(step) else _loop
+    controller_state, status, at = loop(
+        _mass_step if rigid else arm_step,
+        step,
+        model,
+        state,
+        controller.init(),
+        sensors.settings(float(sampling_time)),
+        sensors.delay,
+        tuple(noise),
+        at_start,
+        effort,
+        seen,
+    )
+    if status == _BUDGET:
+        raise budget_error(at * sampling_time, event_budget)
+    if status == _EFFORT:
+        raise InputError(
+            f"the controller's effort at {at * sampling_time:.9g} s (sample {at}) is not a finite "
+            f"number of {unit_of('effort', plant.kind)}",
+            remedy="limit what it commands",
+        )
+    # The same efforts once more, for the events: to the last bit the motion of the loop
+    motion = simulate(
+        plant,
+        effort,
+        sampling_time=sampling_time,
+        initial_state=initial_state,
+        event_budget=event_budget,
+    )
+    late = np.maximum(np.arange(samples + 1) - sensors.delay, 0)
+    shown = seen[:, late]
+    log = sensors.log(
+        motion,
+        name=name,
+        samples=(
+            shown[0],
+            shown[1],
+            None if rigid else shown[2],
+            None if rigid else shown[3],
+        ),
+    )
+    return ClosedLoopRun(motion=motion, log=log, controller_state=controller_state)

@@ -1,0 +1,196 @@
+"""Sensors: what a controller or a log gets to see of a motion."""
+
+from dataclasses import dataclass
+from typing import Literal, NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records import AxisLog, InputError, non_negative, quantity_field
+from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.sensor_kernel import measure_all
+
+__all__ = ["Noise", "Sensors"]
+
+
+class Noise(NamedTuple):
+    """Standard normal numbers for n+1 samples of every channel, drawn before a run."""
+
+    position: Float[np.ndarray, " n+1"]
+    velocity: Float[np.ndarray, " n+1"]
+    load_position: Float[np.ndarray, " n+1"]
+    load_velocity: Float[np.ndarray, " n+1"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sensors:
+    """The sensors of an axis: noise, encoder steps, velocity and delay.
+
+    A position sample is the true position plus Gaussian noise, rounded to the encoder's step. The
+    velocity is either measured (with noise of its own) or the difference of the last two position
+    samples over the sampling time. Every channel is late by whole samples; until its first sample
+    is there it shows that of time 0.
+
+    Attributes
+    ----------
+    position_noise, velocity_noise
+        Standard deviation of white Gaussian noise on every position and on every measured
+        velocity [m or rad, m/s or rad/s].
+    encoder_step
+        Step of the position encoders [m or rad]; 0 for none.
+    velocity
+        ``"measured"``, or ``"differences"`` of position samples, or ``"none"``.
+    delay
+        Delay of every channel in whole samples.
+    load
+        Whether the second mass of a flexible arm has sensors too.
+
+    Raises
+    ------
+    InputError
+        If a value is negative or not finite.
+
+    Examples
+    --------
+    >>> sensors = Sensors(position_noise=0.005, velocity_noise=0.05)
+    >>> sensors.encoder_step, sensors.delay
+    (0.0, 0)
+    """
+
+    position_noise: float = quantity_field("position", default=0.0)
+    velocity_noise: float = quantity_field("velocity", default=0.0)
+    encoder_step: float = quantity_field("position", default=0.0)
+    velocity: Literal["measured", "differences", "none"] = "measured"
+    delay: int = 0
+    load: bool = True
+
+    def __post_init__(self) -> None:
+        for name in ("position_noise", "velocity_noise", "encoder_step"):
+            unit = self.__dataclass_fields__[name].metadata["quantity"].linear
+            object.__setattr__(self, name, non_negative(name, getattr(self, name), unit))
+        if self.velocity not in ("measured", "differences", "none"):
+            raise InputError(
+                f"velocity is {self.velocity!r}",
+                remedy="give 'measured', 'differences' or 'none'",
+            )
+        if self.delay < 0:
+            raise InputError(
+                f"delay is {self.delay} samples", remedy="give 0 or more whole samples"
+            )
+
+    def draw(self, samples: int, generator: np.random.Generator | None) -> Noise:
+        """Draw the noise of a run, channel by channel.
+
+        Parameters
+        ----------
+        samples
+            Number of samples, n+1.
+        generator
+            Where randomness comes from; may be None when there is no noise.
+
+        Raises
+        ------
+        InputError
+            If there is noise and no generator.
+        """
+        if generator is None:
+            if self.position_noise > 0 or self.velocity_noise > 0:
+                raise InputError(
+                    "the sensors have noise and no generator was given",
+                    remedy="pass generator=numpy.random.default_rng(SEED)",
+                )
+            return Noise(*(np.zeros(samples) for _ in Noise._fields))
+        return Noise(*(generator.standard_normal(samples) for _ in Noise._fields))
+
+    def settings(self, sampling_time: float) -> tuple[float, float, float, float, float]:
+        """Return what the sensor kernel needs, as numbers."""
+        return (
+            self.position_noise,
+            self.velocity_noise,
+            self.encoder_step,
+            float(self.velocity == "differences"),
+            sampling_time,
+        )
+
+    def measure(
+        self,
+        motion: SimulatedMotion,
+        generator: np.random.Generator | None = None,
+        *,
+        name: str = "simulated axis",
+    ) -> AxisLog:
+        """Return what these sensors record of a motion.
+
+        Parameters
+        ----------
+        motion
+            The truth.
+        generator
+            Where the noise comes from; may be None when there is none.
+        name
+            Name of the log.
+
+        Returns
+        -------
+        A log of n+1 samples; its last effort is the one held last, which the motion does not
+        continue.
+
+        Raises
+        ------
+        InputError
+            If there is noise and no generator.
+
+        Examples
+        --------
+        >>> from stickslip.friction import CoulombViscousFriction
+        >>> from stickslip.plants import SingleMass
+        >>> from stickslip.simulation import simulate
+        >>> law = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.0)
+        >>> motion = simulate(SingleMass(mass=1.0, friction=law), [3.0, 3.0], sampling_time=0.1)
+        >>> Sensors(encoder_step=0.025).measure(motion).measured_position.round(3).tolist()
+        [0.0, 0.0, 0.05]
+        """
+        noise = self.draw(motion.time.size, generator)
+        settings = self.settings(motion.sampling_time)
+        position, velocity = measure_all(
+            settings, self.delay, motion.position, motion.velocity, noise.position, noise.velocity
+        )
+        load_position = load_velocity = None
+        if self.load and motion.load_position is not None and motion.load_velocity is not None:
+            load_position, load_velocity = measure_all(
+                settings,
+                self.delay,
+                motion.load_position,
+                motion.load_velocity,
+                noise.load_position,
+                noise.load_velocity,
+            )
+        return self.log(
+            motion, name=name, samples=(position, velocity, load_position, load_velocity)
+        )
+
+    def log(
+        self,
+        motion: SimulatedMotion,
+        *,
+        name: str,
+        samples: tuple[
+            Float[np.ndarray, " n+1"],
+            Float[np.ndarray, " n+1"],
+            Float[np.ndarray, " n+1"] | None,
+            Float[np.ndarray, " n+1"] | None,
+        ],
+    ) -> AxisLog:
+        """Return the log that holds these samples of a motion."""
+        effort = motion.commanded_effort
+        seen = self.velocity != "none"
+        return AxisLog(
+            name=name,
+            kind=motion.kind,
+            time=motion.time,
+            effort=np.concatenate((effort, effort[-1:])),
+            measured_position=samples[0],
+            measured_velocity=samples[1] if seen else None,
+            measured_load_position=samples[2] if self.load else None,
+            measured_load_velocity=samples[3] if seen and self.load else None,
+        )
