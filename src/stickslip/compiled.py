@@ -62,7 +62,7 @@ def _cache_by_folder(dispatcher: Any) -> None:
 
 
 def compiled(
-    *, parallel: bool = False, inline: bool = False
+    *, parallel: bool = False, inline: bool = False, cached: bool = True
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile a kernel to machine code at its first call, and keep it for the next process.
 
@@ -72,12 +72,15 @@ def compiled(
         Let ``numba.prange`` loops use every core.
     inline
         Ask the compiler's back end to inline the kernel where it is called.
+    cached
+        Keep the machine code for the next process. A kernel that takes other kernels as arguments
+        cannot be found in the cache again, and would only add to it.
 
     Returns
     -------
     The decorator; the decorated kernel keeps its signature.
     """
-    options: dict[str, Any] = {"cache": True, "nogil": True, "error_model": "numpy"}
+    options: dict[str, Any] = {"cache": cached, "nogil": True, "error_model": "numpy"}
     if parallel:
         options["parallel"] = True
     if inline:
@@ -85,7 +88,8 @@ def compiled(
 
     def compile_lazily(function: Callable[P, R]) -> Callable[P, R]:
         dispatcher: Any = numba.njit(**options)(function)
-        _cache_by_folder(dispatcher)
+        if cached:
+            _cache_by_folder(dispatcher)
         return dispatcher
 
     return compile_lazily

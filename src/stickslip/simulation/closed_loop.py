@@ -129,7 +129,7 @@ def _loop(
     return controller_state, _OK, n
 
 
-_compiled_loop = compiled()(_loop)
+_compiled_loop = compiled(cached=False)(_loop)
 
 
 def simulate_closed_loop(
