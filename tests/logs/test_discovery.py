@@ -120,6 +120,45 @@ def test_units_that_contradict_each_other(read):
         read(["t", "x [mm]", "f [N m]"])
 
 
+@pytest.mark.parametrize(
+    ("header", "kind", "reason"),
+    [
+        (["t", "x", "force"], "linear", "effort is called 'force'"),
+        (["t", "q", "motor torque"], "rotary", "effort is called 'motor torque'"),
+        (["t", "angle", "effort"], "rotary", "position is called 'angle'"),
+    ],
+)
+def test_names_said_of_one_kind_only(header, kind, reason, read):
+    log = read(header)
+    assert log.kind == kind
+    assert log.source.assumptions[-1] == f"the axis is taken as {kind} because {reason}"
+
+
+@pytest.mark.parametrize(
+    ("header", "schema", "what"),
+    [
+        (["t", "x [mm]", "torque"], None, "position is in mm and effort is called 'torque'"),
+        (["t", "angle", "force"], None, "position is called 'angle' and effort is called 'force'"),
+        (["t", "x", "tau"], LogSchema(kind="linear"), "stated to be linear and effort is called"),
+    ],
+)
+def test_a_torque_is_not_taken_for_a_force(header, schema, what, read):
+    with pytest.raises(InputError, match="which do not go together on one axis") as caught:
+        read(header, schema)
+    assert what in str(caught.value)
+
+
+def test_a_name_gives_way_to_what_is_stated(read):
+    header = ["t", "x", "torque"]
+    log = read(header, LogSchema(kind="linear", position="x", effort="torque"))
+    assert log.source.assumptions[-1] == "effort: no unit is given, so it is taken in N"
+    assert read(header, LogSchema(kind="linear", units={"effort": "N"})).kind == "linear"
+
+
+def test_a_force_comes_before_a_current(read):
+    assert column(read(["t", "x", "current [A]", "force"]), "effort") == [3.0, 4.0, 6.0]
+
+
 def test_no_units_no_kind(read):
     with pytest.raises(InputError, match="cannot be told: no units are given"):
         read(["t", "x", "f"])

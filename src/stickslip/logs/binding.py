@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from stickslip.logs.discovery import find_column
+from stickslip.logs.discovery import find_column, kind_of_name
 from stickslip.logs.expressions import Expression, column_expression, parse_expression
 from stickslip.logs.schema import CHANNELS, AxisSchema
 from stickslip.logs.table import Table
@@ -29,12 +29,15 @@ class Bound:
         The unit that comes out in; None: not stated anywhere.
     note
         What was inferred; empty if everything was stated.
+    kind_of_name
+        The kind of axis that the name of a column that was found is said of.
     """
 
     channel: str
     expression: Expression
     unit: str | None
     note: str
+    kind_of_name: AxisKind | None = None
 
 
 def bind(table: Table, schema: AxisSchema, where: str) -> dict[str, Bound]:
@@ -125,7 +128,13 @@ def _with_unit(
     note = f"{subject} is read from column {expression.names[0]!r}" if found else ""
     if origin:
         note = f"{note}; {origin}" if note else f"{subject}: {origin}"
-    return Bound(channel=channel, expression=expression, unit=unit, note=note)
+    return Bound(
+        channel=channel,
+        expression=expression,
+        unit=unit,
+        note=note,
+        kind_of_name=kind_of_name(expression.names[0], table) if found else None,
+    )
 
 
 def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[str | None, str]:
@@ -157,33 +166,40 @@ def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[s
 
 
 def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tuple[AxisKind, str]:
-    """Return the kind of the axis, and a sentence if it was told from units.
+    """Return the kind of the axis, and a sentence if it was not stated.
+
+    Units tell it, and so do names such as force and torque of columns that were found.
 
     Raises
     ------
     InputError
-        If nothing tells the kind, or if units contradict one another.
+        If nothing tells the kind, or if units and names contradict one another.
     """
+    reasons: dict[AxisKind, str] = {}
     if stated is not None:
-        return stated, ""
-    told: dict[AxisKind, Bound] = {}
+        reasons[stated] = f"the axis is stated to be {stated}"
     for each in bound:
-        kind = kind_of_unit(each.channel, each.unit) if each.unit else None
+        subject = each.channel.replace("_", " ")
+        if each.unit is not None and stated is None:
+            kind = kind_of_unit(each.channel, each.unit)
+            reason = f"{subject} is in {each.unit}"
+        else:
+            kind = each.kind_of_name if each.unit is None else None
+            reason = f"{subject} is called {each.expression.text!r}"
         if kind is not None:
-            told.setdefault(kind, each)
-    reasons = [f"{each.channel.replace('_', ' ')} is in {each.unit}" for each in told.values()]
-    if len(told) > 1:
+            reasons.setdefault(kind, reason)
+    if len(reasons) > 1:
         raise InputError(
-            f"{' and '.join(reasons)}, which do not go together on one axis",
+            f"{' and '.join(reasons.values())}, which do not go together on one axis",
             where=label,
-            remedy="correct the units",
+            remedy="correct the units and the kind, or say with --unit what the unit is",
         )
-    if not told:
+    if not reasons:
         raise InputError(
             "whether the axis is linear or rotary cannot be told: no units are given",
             where=label,
             remedy="say --kind linear or --kind rotary (in a schema: kind), or put units in the "
             "header",
         )
-    kind = next(iter(told))
-    return kind, f"the axis is taken as {kind} because {reasons[0]}"
+    ((kind, reason),) = reasons.items()
+    return kind, "" if stated else f"the axis is taken as {kind} because {reason}"

@@ -1,15 +1,15 @@
 """Obvious columns: found by their names when nobody has said which is which."""
 
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from types import MappingProxyType
 
 from stickslip.logs.expressions import quoted
 from stickslip.logs.table import Table
 from stickslip.logs.units import header_unit
-from stickslip.records import InputError
+from stickslip.records import AxisKind, InputError
 
-__all__ = ["find_column"]
+__all__ = ["find_column", "kind_of_name"]
 
 _WORDS = MappingProxyType(
     {
@@ -29,6 +29,19 @@ _COMMANDED = frozenset({"commanded", "command", "cmd", "applied", "drive", "inpu
 
 _CURRENTS = frozenset({"current", "cur", "i", "iq"})
 
+_KINDS: Mapping[str, AxisKind] = MappingProxyType(
+    {
+        "force": "linear",
+        "displacement": "linear",
+        "torque": "rotary",
+        "tau": "rotary",
+        "angle": "rotary",
+        "theta": "rotary",
+        "omega": "rotary",
+    }
+)
+"""Words that are said of one kind of axis only."""
+
 
 def find_column(table: Table, channel: str) -> str | None:
     """Return the one column that is obviously the channel, or None.
@@ -40,29 +53,33 @@ def find_column(table: Table, channel: str) -> str | None:
     """
     load = channel.startswith("load_")
     words = _WORDS[channel.removeprefix("load_")]
-    extra = _COMMANDED if channel == "effort" else frozenset[str]()
+    ignored = _QUALIFIERS | (_COMMANDED if channel == "effort" else frozenset[str]())
     found = [
         name
         for name in table.headers
-        if _core(_words_of(name, table), load=load, ignored=_QUALIFIERS | extra) in words
+        if _core(_words_of(name, table), load=load, ignored=ignored) in words
     ]
+    currents = [name for name in found if not _CURRENTS.isdisjoint(_words_of(name, table))]
+    found = [name for name in found if name not in currents] or currents
     if len(found) > 1:
         raise InputError(
             f"columns {_listed(found)} could each be the {channel.replace('_', ' ')}",
             where=table.label,
             remedy=f"say which, as in {_as_option(channel, found[0])}",
         )
-    if (
-        found
-        and found[0] not in table.units
-        and not _CURRENTS.isdisjoint(_words_of(found[0], table))
-    ):
+    if found and found == currents and found[0] not in table.units:
         raise InputError(
             f"column {found[0]!r} seems to be a motor current, not a force or a torque",
             where=table.label,
             remedy=f"say its constant, as in {_as_option(channel, f'1.2 * {quoted(found[0])}')}",
         )
     return found[0] if found else None
+
+
+def kind_of_name(name: str, table: Table) -> AxisKind | None:
+    """Return the kind of axis that a column's name is said of, None where it may be either."""
+    kinds: set[AxisKind] = {_KINDS[word] for word in _words_of(name, table) if word in _KINDS}
+    return kinds.pop() if len(kinds) == 1 else None
 
 
 def _words_of(name: str, table: Table) -> list[str]:
@@ -78,8 +95,6 @@ def _core(words: list[str], *, load: bool, ignored: Iterable[str]) -> str:
     if ("load" in words) != load:
         return ""
     left = [word for word in words if word not in {*ignored, "load"}]
-    if not left and words == ["current"]:
-        return "current"
     return "".join(left)
 
 
