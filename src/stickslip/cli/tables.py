@@ -1,0 +1,100 @@
+"""An identification as words and a table for a terminal."""
+
+import textwrap
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from stickslip.records import Identification
+
+__all__ = ["print_identification"]
+
+
+def print_identification(console: "Console", identification: "Identification") -> None:
+    """Print what was assumed, the parameters, the verdict with its remedy, and the notes."""
+    from stickslip.records import parameter_label
+
+    log, estimate = identification.log, identification.estimate
+    diagnostics = estimate.diagnostics
+    duration = float(log.time[-1] - log.time[0])
+    console.print(
+        f"{log.name}: {len(log)} samples over {duration:.4g} s, one every "
+        f"{1e3 * log.sampling_time:.4g} ms, {log.kind} axis"
+    )
+    if estimate.provenance.assumptions:
+        console.print("Assumed in reading it:")
+        _listed(console, estimate.provenance.assumptions)
+    console.print()
+    console.print(_table(identification))
+    console.print()
+    mark = "✓" if estimate.status.trusted else "✗"
+    console.print(
+        f"{mark} {estimate.status.value}: {estimate.status.text}",
+        style="green" if estimate.status.trusted else "bold red",
+    )
+    crossed = diagnostics.cross_validation_residual
+    on_others = "" if crossed is None else f", {crossed:.2%} on data left out of the fit"
+    console.print(
+        f"The {estimate.estimator} fit leaves {diagnostics.relative_residual:.2%} "
+        f"unexplained{on_others}. Its {diagnostics.samples} samples are worth "
+        f"{diagnostics.effective_samples:.0f} independent ones."
+    )
+    reasons: dict[str, list[str]] = {}
+    for verdict in diagnostics.verdicts:
+        if not verdict.identifiable:
+            reasons.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter))
+    if reasons:
+        console.print("Not identified:")
+        _listed(console, [f"{', '.join(names)}: {why}" for why, names in reasons.items()])
+    if diagnostics.notes:
+        console.print("Notes:")
+        _listed(console, diagnostics.notes)
+
+
+def _listed(console: "Console", sentences: Sequence[str]) -> None:
+    for sentence in sentences:
+        console.print(
+            textwrap.fill(sentence, console.width, initial_indent="  - ", subsequent_indent="    "),
+            soft_wrap=True,
+        )
+
+
+def _table(identification: "Identification") -> "Table":
+    from rich import box
+    from rich.table import Table
+    from rich.text import Text
+
+    from stickslip.records import parameter_label, rounded, rounded_interval, unit_text
+
+    truth, estimate = identification.truth, identification.estimate
+    verdicts = {each.parameter: each for each in estimate.diagnostics.verdicts}
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("parameter", no_wrap=True)
+    table.add_column("value", justify="right", no_wrap=True)
+    table.add_column("95 % interval", justify="center", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    if truth is not None:
+        table.add_column("true value", justify="right", no_wrap=True)
+        table.add_column("error", justify="right", no_wrap=True)
+    table.add_column("verdict")
+    for name, parameter in estimate.parameters.items():
+        value, std, interval = parameter.value, parameter.std, parameter.ci95
+        if value is None or std is None or interval is None:
+            cells = ["-", "-"]
+        else:
+            cells = [rounded(value, std), rounded_interval(*interval, std)]
+        cells.append(unit_text(parameter.unit))
+        if truth is not None:
+            true_value = truth.get(name)
+            cells.append("-" if true_value is None else f"{true_value:.6g}")
+            cells.append(f"{value / true_value - 1:+.2%}" if value and true_value else "-")
+        verdict = verdicts.get(name)
+        if parameter.identified and (verdict is None or verdict.identifiable):
+            judged = Text("identified", style="green")
+        else:
+            judged = Text("not identified", style="red")
+        table.add_row(parameter_label(name), *cells, judged)
+    return table

@@ -1,0 +1,72 @@
+"""Where words go: results to standard output, everything about them to standard error."""
+
+import contextlib
+import os
+import sys
+from collections.abc import Generator
+from typing import TYPE_CHECKING, Literal
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = ["console_on", "one_line", "reader_may_leave", "working"]
+
+_WIDTH_OF_A_PIPE = 120
+
+
+def console_on(stream: Literal["output", "error"]) -> "Console":
+    """Return a console that prints user text as it is: no markup, no colours of its own making."""
+    from rich.console import Console
+
+    file = sys.stderr if stream == "error" else sys.stdout
+    return Console(
+        file=file,
+        markup=False,
+        highlight=False,
+        emoji=False,
+        width=None if file.isatty() else _WIDTH_OF_A_PIPE,
+    )
+
+
+def one_line(text: str) -> str:
+    """Return text without line breaks, as every refusal is one line."""
+    return " ".join(text.split())
+
+
+@contextlib.contextmanager
+def reader_may_leave() -> Generator[None]:
+    """Print inside; when the reader of a pipe has left, as ``head`` does, stop without a word."""
+    try:
+        yield
+        sys.stdout.flush()
+    except BrokenPipeError:
+        _send_the_rest_nowhere()
+    except SystemExit:
+        # rich leaves in this way when its pipe is closed, having sent the rest nowhere.
+        return
+    except OSError as error:
+        from stickslip.records import InputError
+
+        _send_the_rest_nowhere()
+        raise InputError(
+            f"the result cannot be printed ({error.strerror or type(error).__name__})",
+            where="standard output",
+            remedy="send it to a place with room on it",
+        ) from error
+
+
+def _send_the_rest_nowhere() -> None:
+    """Keep what is still buffered for standard output from failing once more at exit."""
+    with contextlib.suppress(OSError, ValueError):
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+@contextlib.contextmanager
+def working(doing: str) -> Generator[None]:
+    """Show on a terminal what is being done; say nothing where nobody looks on."""
+    if not sys.stderr.isatty():
+        yield
+        return
+    console = console_on("error")
+    with console.status(f"{doing} …"):
+        yield

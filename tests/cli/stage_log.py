@@ -1,0 +1,49 @@
+"""The log that the tests of the command line work on, and what a run of it gives."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+MASS, COULOMB, VISCOUS, OFFSET = 3.0, 1.5, 4.0, 0.2
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outcome:
+    """Exit code and what was printed."""
+
+    code: int
+    out: str
+    err: str
+
+    def line(self) -> str:
+        """Return the one line of a refusal."""
+        assert self.out == ""
+        lines = self.err.splitlines()
+        assert len(lines) == 1, self.err
+        assert lines[0].startswith("stickslip: ")
+        return lines[0]
+
+
+Run = Callable[..., Outcome]
+
+
+def table(samples: int = 4000) -> dict[str, np.ndarray]:
+    """Return the columns of a log of a mass with friction on a motion of two sines."""
+    time = np.arange(samples) * 0.002
+    velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    noise = np.random.default_rng(5).normal(0.0, 0.02, samples)
+    friction = COULOMB * np.sign(velocity) + VISCOUS * velocity + OFFSET
+    return {
+        "time [s]": time,
+        "position [m]": position,
+        "force [N]": MASS * acceleration + friction + noise,
+    }
+
+
+def csv_text(columns: dict[str, np.ndarray]) -> str:
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    lines = [",".join(columns), *(",".join(f"{x:.9g}" for x in row) for row in rows)]
+    return "\n".join(lines) + "\n"

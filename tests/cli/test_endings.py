@@ -1,0 +1,104 @@
+"""How the program ends: as a process, when it is interrupted, and when nobody reads on."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from stage_log import Run
+
+from stickslip import __version__
+
+PROGRAM = (sys.executable, "-m", "stickslip")
+
+
+def process(*arguments: object) -> subprocess.CompletedProcess[str]:
+    return subprocess.run(
+        [*PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False
+    )
+
+
+def test_the_program_identifies_a_log(good_log: Path) -> None:
+    outcome = process("identify", good_log, "--json", "-")
+    assert outcome.returncode == 0, outcome.stderr
+    assert json.loads(outcome.stdout)["status"] == "ok"
+
+
+def test_the_program_refuses_in_one_line_without_a_traceback(tmp_path: Path) -> None:
+    outcome = process("identify", tmp_path / "no.csv")
+    assert outcome.returncode == 2
+    assert outcome.stdout == ""
+    assert len(outcome.stderr.splitlines()) == 1
+    assert "no such file" in outcome.stderr
+
+
+@pytest.mark.parametrize("arguments", [["--json", "-"], []])
+def test_a_reader_that_leaves_is_no_error(arguments: list[str], good_log: Path) -> None:
+    running = subprocess.Popen(
+        [*PROGRAM, "identify", str(good_log), *arguments],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+    assert running.stdout is not None
+    assert running.stderr is not None
+    running.stdout.close()
+    said = running.stderr.read()
+    running.stderr.close()
+    assert running.wait(timeout=120) == 0
+    for word in ("Traceback", "Broken", "Exception", "stickslip: "):
+        assert word not in said
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
+def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
+    with Path("/dev/full").open("w") as full:
+        outcome = subprocess.run(
+            [*PROGRAM, "identify", str(good_log)],
+            stdout=full,
+            stderr=subprocess.PIPE,
+            text=True,
+            timeout=120,
+            check=False,
+        )
+    assert outcome.returncode == 2
+    assert len(outcome.stderr.splitlines()) == 1
+    assert "No space left" in outcome.stderr
+
+
+def test_an_interruption_ends_with_one_line_and_no_file(
+    run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr("stickslip.jobs.identify", interrupt)
+    outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
+    assert outcome.code == 130
+    assert "interrupted" in outcome.line()
+    assert list(good_log.parent.iterdir()) == [good_log]
+
+
+def test_the_version_is_the_packages(run: Run) -> None:
+    outcome = run("--version")
+    assert (outcome.code, outcome.out.strip()) == (0, __version__)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], ["identify", "demo", "data", "Exit codes"]),
+        (["--help"], ["identify", "demo", "data", "Exit codes"]),
+        (["identify", "--help"], ["--schema", "--report", "--json", "Examples:", "kg m²"]),
+        (["demo", "--help"], ["--out", "--seed", "Example:"]),
+        (["data", "--help"], ["emps", "STICKSLIP_DATA"]),
+    ],
+)
+def test_help_shows_commands_options_and_examples(
+    arguments: list[str], words: list[str], run: Run
+) -> None:
+    outcome = run(*arguments)
+    assert (outcome.code, outcome.err) == (0, "")
+    for word in words:
+        assert word in outcome.out

@@ -1,0 +1,247 @@
+"""What ``stickslip identify`` prints, writes and returns."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pydantic
+import pytest
+from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
+
+from stickslip.records import PARAMETER_NAMES, Status
+
+CLOSE = 0.03  # relative; the log has 1 % noise and a velocity that is differentiated from positions
+
+
+class _Parameter(pydantic.BaseModel):
+    model_config = {"extra": "forbid", "strict": True}
+    value: float | None
+    std: float | None
+    ci95: tuple[float, float] | None = pydantic.Field(strict=False)
+    unit: str
+
+
+class _Contract(pydantic.BaseModel):
+    """The promised form of ``--json``; more keys may stand beside these."""
+
+    schema_: int = pydantic.Field(alias="schema")
+    parameters: dict[str, _Parameter]
+    status: str
+    diagnostics: dict[str, Any]
+    provenance: dict[str, Any]
+
+
+def contract(text: str) -> _Contract:
+    """Check text against the contract, and that it is JSON for every reader."""
+
+    def refuse(constant: str) -> None:
+        raise AssertionError(f"{constant} is not JSON")
+
+    result = _Contract.model_validate(json.loads(text, parse_constant=refuse))
+    assert result.schema_ == 1
+    assert set(result.parameters) <= set(PARAMETER_NAMES)
+    assert result.status in {each.value for each in Status}
+    for parameter in result.parameters.values():
+        if parameter.value is not None:
+            assert parameter.ci95 is not None
+            assert parameter.ci95[0] <= parameter.value <= parameter.ci95[1]
+    return result
+
+
+@pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
+def test_a_good_log_gives_its_parameters(estimator: str, run: Run, good_log: Path) -> None:
+    outcome = run("identify", good_log, "--estimator", estimator, "--json", "-")
+    assert outcome.code == 0, outcome.err
+    found = contract(outcome.out).parameters
+    truth = {"mass": MASS, "coulomb_friction": COULOMB, "viscous_friction": VISCOUS}
+    for name, value in truth.items():
+        assert found[name].value == pytest.approx(value, rel=CLOSE), name
+    assert found["offset"].value == pytest.approx(OFFSET, abs=CLOSE)
+    assert found["viscous_friction"].unit == "N s/m"
+
+
+def test_json_on_standard_output_stands_alone_and_words_go_to_standard_error(
+    run: Run, good_log: Path
+) -> None:
+    outcome = run("identify", good_log, "--json", "-")
+    assert json.loads(outcome.out)["status"] == "ok"
+    for words in ("Coulomb friction", "95 % interval", "Assumed in reading it", "identified"):
+        assert words in outcome.err
+
+
+def test_words_say_what_was_assumed_found_and_written(run: Run, good_log: Path) -> None:
+    json_file = good_log.with_suffix(".json")
+    report = good_log.with_suffix(".html")
+    outcome = run("identify", good_log, "--json", json_file, "--report", report)
+    assert outcome.code == 0
+    for words in ("'position'", "Mass", "kg", "✓ ok: The parameters are identified.", "Notes"):
+        assert words in outcome.out
+    assert f"Report: {report}" in outcome.out
+    assert contract(json_file.read_text()).status == "ok"
+    assert "<h1>stage</h1>" in report.read_text()
+    assert sorted(good_log.parent.iterdir()) == sorted([good_log, json_file, report])
+
+
+def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
+    outcome = run("identify", good_log, "--mass", MASS, "--json", "-")
+    assert set(contract(outcome.out).parameters) == {
+        "coulomb_friction",
+        "viscous_friction",
+        "offset",
+    }
+
+
+@pytest.mark.parametrize(
+    ("option", "names"),
+    [
+        ("--no-offset", {"mass", "coulomb_friction", "viscous_friction"}),
+        (
+            "--per-direction",
+            {
+                "mass",
+                "coulomb_friction_positive",
+                "coulomb_friction_negative",
+                "viscous_friction_positive",
+                "viscous_friction_negative",
+            },
+        ),
+    ],
+)
+def test_what_to_estimate_is_chosen(option: str, names: set[str], run: Run, good_log: Path) -> None:
+    outcome = run("identify", good_log, option, "--json", "-")
+    assert set(contract(outcome.out).parameters) == names
+
+
+def test_columns_and_units_can_be_said_on_the_command_line(run: Run, tmp_path: Path) -> None:
+    columns = table()
+    log = tmp_path / "odd.csv"
+    log.write_text(
+        csv_text(
+            {
+                "us": columns["time [s]"] * 1e6,
+                "motor angle": columns["position [m]"] * 32,
+                "amps": columns["force [N]"] / 0.35,
+            }
+        )
+    )
+    arguments = [
+        "--time",
+        "us / 1e6",
+        "--position",
+        "'motor angle' / 32",
+        "--effort",
+        "0.35 * amps",
+    ]
+    outcome = run("identify", log, *arguments, "--kind", "rotary", "--json", "-")
+    assert outcome.code == 0, outcome.err
+    found = contract(outcome.out).parameters
+    assert found["inertia"].value == pytest.approx(MASS, rel=CLOSE)
+    assert found["coulomb_friction"].unit == "N m"
+
+
+def test_flags_stand_above_the_schema(run: Run, tmp_path: Path) -> None:
+    columns = table()
+    log = tmp_path / "log.csv"
+    named = {"a": columns["time [s]"], "b": columns["position [m]"], "c": columns["force [N]"]}
+    log.write_text(csv_text({**named, "d": columns["force [N]"] * 2}))
+    schema = tmp_path / "log.toml"
+    schema.write_text('kind = "linear"\n[axes.x]\ntime = "a"\nposition = "b"\neffort = "c"\n')
+    known = {"--schema": schema, "--axis": "x", "--json": "-"}
+    arguments = [part for pair in known.items() for part in pair]
+    plain = contract(run("identify", log, *arguments).out)
+    doubled = contract(run("identify", log, *arguments, "--effort", "d").out)
+    once, twice = (each.parameters["mass"].value for each in (plain, doubled))
+    assert once is not None
+    assert twice == pytest.approx(2 * once, rel=1e-6)
+
+
+def test_samples_without_time_stamps_need_a_sampling_time(run: Run, tmp_path: Path) -> None:
+    columns = table()
+    del columns["time [s]"]
+    log = tmp_path / "log.csv"
+    log.write_text(csv_text(columns))
+    outcome = run("identify", log, "--sampling-time", "0.002", "--json", "-")
+    found = contract(outcome.out).parameters
+    assert found["viscous_friction"].value == pytest.approx(VISCOUS, rel=CLOSE)
+
+
+@pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
+def test_a_log_without_excitation_gives_no_confident_number(
+    estimator: str, run: Run, tmp_path: Path
+) -> None:
+    """The axis sticks: the effort stays below breakaway and the encoder shows its noise."""
+    generator = np.random.default_rng(3)
+    columns = table()
+    samples = columns["time [s]"].size
+    columns["force [N]"] = 0.3 * np.sin(3 * columns["time [s]"])
+    columns["position [m]"] = 0.1 + 1e-6 * generator.integers(-1, 2, samples)
+    log = tmp_path / "stuck.csv"
+    log.write_text(csv_text(columns))
+    report = tmp_path / "stuck.html"
+    arguments = ["--estimator", estimator, "--json", "-", "--report", report]
+    outcome = run("identify", log, *arguments)
+    assert outcome.code == 1
+    result = contract(outcome.out)
+    assert result.status in {"insufficient_excitation", "not_identifiable"}
+    assert "record a motion" in outcome.err
+    assert f"✗ {result.status}" in outcome.err
+    assert "Do not use the values" in report.read_text()
+    assert result.parameters["coulomb_friction"].value is None
+
+
+def test_motion_at_one_speed_leaves_friction_unidentified(run: Run, tmp_path: Path) -> None:
+    """At constant speed one way, Coulomb, viscous and offset forces are one number."""
+    generator = np.random.default_rng(3)
+    columns = table()
+    time = columns["time [s]"]
+    columns["position [m]"] = 0.1 * time
+    columns["force [N]"] = 2.0 + generator.normal(0, 0.01, time.size)
+    log = tmp_path / "steady.csv"
+    log.write_text(csv_text(columns))
+    outcome = run("identify", log, "--mass", MASS, "--json", "-")
+    assert outcome.code == 1
+    result = contract(outcome.out)
+    assert result.status in {"insufficient_excitation", "not_identifiable"}
+    assert result.parameters["coulomb_friction"].value is None
+
+
+@pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
+def test_the_positioning_benchmark(
+    estimator: str, run: Run, benchmark_data: Callable[[str], Path], schema_of: Callable[..., Path]
+) -> None:
+    log = benchmark_data("emps/DATA_EMPS.mat")
+    arguments = ["--schema", schema_of("emps"), "--estimator", estimator, "--json", "-"]
+    outcome = run("identify", log, *arguments)
+    assert outcome.code == 0, outcome.err
+    result = contract(outcome.out)
+    # Published: mass 95.1089 kg, viscous 203.5034 N s/m, Coulomb 20.3935 N.
+    tolerance = 5e-7 if estimator == "idim-ls" else 0.08
+    published = {"mass": 95.1089, "viscous_friction": 203.5034, "coulomb_friction": 20.3935}
+    for name, value in published.items():
+        assert result.parameters[name].value == pytest.approx(value, rel=tolerance, abs=5e-5)
+    assert result.provenance["input_sha256"].startswith("6cf6814a")
+
+
+@pytest.mark.parametrize(
+    ("axis", "viscous", "coulomb", "tolerance"),
+    [("1", 8.05, 7.14, 0.05), ("4", 1.11, 2.48, 0.08)],
+)
+def test_the_robot_benchmark(
+    axis: str,
+    viscous: float,
+    coulomb: float,
+    tolerance: float,
+    run: Run,
+    benchmark_data: Callable[[str], Path],
+    schema_of: Callable[..., Path],
+) -> None:
+    log = benchmark_data("staubli_tx40")
+    outcome = run("identify", log, "--schema", schema_of("tx40"), "--axis", axis, "--json", "-")
+    assert outcome.code == 0, outcome.err
+    found = contract(outcome.out).parameters
+    assert found["viscous_friction"].value == pytest.approx(viscous, rel=0.05)
+    # The wrist's coupling disturbs the Coulomb friction of joint 4.
+    assert found["coulomb_friction"].value == pytest.approx(coulomb, rel=tolerance)
+    assert found["inertia"].unit == "kg m^2"

@@ -1,0 +1,111 @@
+"""Identification as a Python user calls it, on logs in memory and in files."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import stickslip
+from stickslip.jobs import Columns, Demonstration, demonstrate, identify, json_text, write_json
+from stickslip.records import AxisLog, InputError
+
+MASS, COULOMB, VISCOUS = 3.0, 1.5, 4.0
+CLOSE = 0.03  # relative; the velocity is differentiated from positions
+
+
+@pytest.fixture
+def log() -> AxisLog:
+    time = np.arange(4000) * 0.002
+    velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    effort = MASS * acceleration + COULOMB * np.sign(velocity) + VISCOUS * velocity
+    return AxisLog(
+        name="stage",
+        kind="linear",
+        time=time,
+        effort=effort,
+        measured_position=-0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time),
+    )
+
+
+def test_a_log_in_memory_and_its_file_give_the_same_estimate(log: AxisLog, tmp_path: Path) -> None:
+    path = tmp_path / "stage.csv"
+    stickslip.write_csv(log, path)
+    from_memory = identify(log).estimate
+    from_file = identify(path).estimate
+    assert from_memory.value("coulomb_friction") == pytest.approx(COULOMB, rel=CLOSE)
+    for name in from_memory.parameters:
+        assert from_file.value(name) == pytest.approx(from_memory.value(name), rel=1e-9)
+    assert from_file.provenance.files == ("stage.csv",)
+
+
+def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
+    wrong = {"coulomb_friction": 99.0}
+    told = identify(log, truth=wrong)
+    assert told.truth == wrong
+    assert told.estimate.to_dict() == identify(log).estimate.to_dict()
+
+
+@pytest.mark.parametrize("known", ["load_inertia", "stiffness"])
+def test_a_rigid_method_refuses_what_belongs_to_an_arm(known: str, log: AxisLog) -> None:
+    with pytest.raises(InputError, match="use the energy estimator"):
+        identify(log, estimator="idim-ls", **{known: 1.0})  # pyright: ignore[reportArgumentType]
+
+
+def test_time_on_the_command_line_replaces_the_schemas_sampling(tmp_path: Path) -> None:
+    schema = stickslip.LogSchema(
+        kind="linear", sampling_frequency=10.0, position="x", units={"position": "mm"}
+    )
+    merged = Columns(time="t", units={"effort": "kN"}).applied_to(schema, None)
+    assert (merged.time, merged.sampling_frequency, merged.position) == ("t", None, "x")
+    assert dict(merged.units) == {"position": "mm", "effort": "kN"}
+
+
+def test_json_has_no_numbers_that_json_does_not_know(tmp_path: Path) -> None:
+    document = {"a": [float("nan"), 1.5], "b": {"c": (float("-inf"), 2)}, "d": "Ω"}
+    path = write_json(document, tmp_path / "a.json")
+    assert json.loads(path.read_text()) == {"a": [None, 1.5], "b": {"c": [None, 2]}, "d": "Ω"}
+    assert path.read_text() == json_text(document)
+
+
+@pytest.fixture(scope="module")
+def demonstration(tmp_path_factory: pytest.TempPathFactory) -> Demonstration:
+    return demonstrate(tmp_path_factory.mktemp("demo"))
+
+
+def test_the_demonstration_covers_the_truth(demonstration: Demonstration) -> None:
+    truth = demonstration.identification.truth
+    assert truth is not None
+    estimate = demonstration.identification.estimate
+    assert estimate.status.trusted
+    # Noise of this size leaves 1.7 % and 3.0 % (one standard deviation) to the best of the known
+    # level estimators; three of them.
+    assert estimate.value("coulomb_friction") == pytest.approx(0.15, rel=0.052)
+    assert estimate.value("viscous_friction") == pytest.approx(0.1, rel=0.09)
+    assert "surrogate" in demonstration.setting
+
+
+def test_the_demonstration_draws_every_figure(demonstration: Demonstration) -> None:
+    found = demonstration.identification
+    for figure in ("curve", "energy", "evolution", "residuals", "resimulation"):
+        assert getattr(found, figure) is not None, figure
+    assert found.energy is not None
+    assert np.any(found.energy.potential), "the arm's spring stores energy"
+
+
+def test_the_demonstrations_log_holds_no_truth(demonstration: Demonstration) -> None:
+    log = stickslip.read_log(demonstration.log_file)
+    again = identify(log, inertia=1.0, load_inertia=1.0, stiffness=1.0)
+    assert again.truth is None
+    assert again.estimate.value("coulomb_friction") == pytest.approx(
+        demonstration.identification.estimate.value("coulomb_friction"), rel=1e-12
+    )
+
+
+def test_every_public_name_of_the_package_loads() -> None:
+    for name in stickslip.__all__:
+        assert getattr(stickslip, name) is not None
+    assert set(stickslip.__all__) <= set(dir(stickslip))
+    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+        _ = stickslip.nothing  # type: ignore[attr-defined]
