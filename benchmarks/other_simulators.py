@@ -164,7 +164,7 @@ class _EventSolver:
 
 
 @compiled()
-def _runge_kutta(  # noqa: PLR0917  (a kernel)
+def _runge_kutta(
     parts: Parts, fc: float, c: float, T: float, substeps: int, u: Any, states: Any
 ) -> None:
     """Classical Runge-Kutta steps of T / substeps with friction fc sign(v1) + c v1."""

@@ -1,6 +1,7 @@
 """The simulator beside others, on the stored reference run of a flexible arm."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -11,8 +12,14 @@ from benchmarks.measuring import Comparison, Row, Target, best_time
 from benchmarks.other_simulators import by_mujoco, by_runge_kutta, by_solve_ivp
 from benchmarks.reference import ReferenceRun, reference_runs
 from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import SingleMass
-from stickslip.simulation import PlantStepper, SimulatedMotion, simulate
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.simulation import (
+    PlantStepper,
+    SimulatedBatch,
+    SimulatedMotion,
+    simulate,
+    simulate_batch,
+)
 
 __all__ = ["compare"]
 
@@ -24,6 +31,18 @@ _ONE_TRAJECTORY = 10.0
 
 _ONE_STEP = 1.0
 """Goal [us a sample] of a step called from Python."""
+
+_BATCH = 512
+"""Trajectories of a batch."""
+
+_SPREAD = 0.1
+"""Relative spread of their friction."""
+
+_BATCH_RATE = 200.0
+"""Goal [million samples a second] on one core."""
+
+_TWO_CORES = 1.8
+"""Goal for the speed of two cores, in that of one."""
 
 
 def compare(progress: Progress) -> list[Comparison]:
@@ -87,9 +106,35 @@ def _stepped(
     return outputs
 
 
+def _batch_of(run: ReferenceRun) -> list[FlexibleArm]:
+    """Make arms with friction around the run's; the first has the run's own."""
+    arm = run.plant
+    if not isinstance(arm, FlexibleArm):
+        raise TypeError(f"the run {run.name} is not of an arm")
+    law = arm.friction
+    factors = np.random.default_rng(1).uniform(1 - _SPREAD, 1 + _SPREAD, size=(_BATCH, 2))
+    factors[0] = 1.0
+    return [
+        replace(
+            arm,
+            friction=CoulombViscousFriction.symmetric(
+                coulomb_friction=law.coulomb_friction_positive * coulomb,
+                viscous_friction=law.viscous_friction_positive * viscous,
+            ),
+        )
+        for coulomb, viscous in factors.tolist()
+    ]
+
+
+def _last_error(run: ReferenceRun, batch: SimulatedBatch) -> float:
+    """Largest position error at the end of the first trajectory."""
+    ends = [part[0, -1] for part in (batch.position, batch.load_position) if part is not None]
+    return float(np.abs(np.array(ends) - run.states[-1, ::2]).max())
+
+
 def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
     n = run.effort.size
-    rows = _Rows(progress, "one trajectory", total=12)
+    rows = _Rows(progress, "one trajectory", total=14)
     effort, long_effort = run.effort, np.tile(run.effort, _LONG)
     error = run.position_error
     ours = rows.add(
@@ -121,6 +166,18 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
         repetitions=20,
         ours=True,
     )
+    arms = _batch_of(run)
+    batch = [
+        rows.add(
+            f"stickslip, batch of {_BATCH}, {cores} core{'s' * (cores > 1)}",
+            partial(simulate_batch, arms, effort, sampling_time=run.sampling_time, threads=cores),
+            _BATCH * n,
+            error=partial(_last_error, run),
+            repetitions=40,
+            ours=True,
+        ).nanoseconds
+        for cores in (1, 2)
+    ]
     others: list[tuple[str, Callable[[], np.ndarray], int]] = [
         (
             "solve_ivp with events, RK45 1e-10",
@@ -186,6 +243,18 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
             ),
             Target(
                 text="one step from Python, µs", measured=step.nanoseconds / 1e3, limit=_ONE_STEP
+            ),
+            Target(
+                text="batch, million samples a second and core",
+                measured=1e3 / batch[0],
+                limit=_BATCH_RATE,
+                at_least=True,
+            ),
+            Target(
+                text="batch, two cores over one",
+                measured=batch[0] / batch[1],
+                limit=_TWO_CORES,
+                at_least=True,
             ),
         ),
     )
