@@ -1,9 +1,9 @@
 """From a log to identified friction parameters: reading, fitting and examining in one call."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 from stickslip.logs import LogSchema, read_log, read_schema
@@ -52,16 +52,21 @@ class Columns:
             If the schema has no such axis.
         """
         own = schema.for_axis(axis)
-        merged: dict[str, Any] = {each.name: getattr(own, each.name) for each in fields(own)}
-        stated = {
-            each.name: value
-            for each in fields(self)
-            if each.name != "units" and (value := getattr(self, each.name)) is not None
-        }
-        if "time" in stated or "sampling_time" in stated:
-            merged |= {"time": None, "sampling_time": None, "sampling_frequency": None}
-        units = {**own.units, **self.units}
-        return LogSchema(**{**merged, **stated, "units": units}, files=schema.files)
+        clocked = self.time is not None or self.sampling_time is not None
+        return LogSchema(
+            kind=self.kind or own.kind,
+            name=own.name,
+            time=self.time if clocked else own.time,
+            sampling_time=self.sampling_time if clocked else own.sampling_time,
+            sampling_frequency=None if clocked else own.sampling_frequency,
+            position=self.position or own.position,
+            velocity=self.velocity or own.velocity,
+            effort=self.effort or own.effort,
+            load_position=self.load_position or own.load_position,
+            load_velocity=self.load_velocity or own.load_velocity,
+            units={**own.units, **self.units},
+            files=schema.files,
+        )
 
 
 def read_with_columns(
