@@ -138,10 +138,10 @@ def arm_run(
     x1[0], v1[0], x2[0], v2[0] = y[0], y[1], y[4], y[3]
     k = np.uint64(0)
     while k < n:
-        R = energy_root(model, y[1], y[2], y[3])
-        block = _block(R, growth)
+        R0 = energy_root(model, y[1], y[2], y[3])
+        block = _block(R0, growth)
         stop = min(k + np.uint64(block), n)
-        R += block * growth
+        R = R0 + block * growth
         threshold = slip_threshold(model, R, u_max)
         margin = stick_margin(model, R, u_max)
         w_max, w_min = model[FS_P] - margin, margin - model[FS_N]
@@ -175,7 +175,7 @@ def arm_run(
                 if flags:
                     grazing[k] = flags & GRAZING
                     if flags & BUDGET_EXCEEDED:
-                        return (*y, float(mode)), count, np.int64(k)
+                        return (*y, float(mode)), count, int(np.int64(k))
                 k += np.uint64(1)
                 x1[k], v1[k], x2[k], v2[k] = y[0], y[1], y[4], y[3]
     return (*y, float(mode)), count, -1

@@ -4,8 +4,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Generic, NamedTuple, Protocol, TypeVar
 
-import numba
 import numpy as np
+from numba.extending import is_jitted
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
@@ -212,7 +212,7 @@ def simulate_closed_loop(
     effort = np.empty(samples)
     seen = np.empty((4, samples + 1))
     step = controller.step
-    loop: Any = _compiled_loop if numba.extending.is_jitted(step) else _loop
+    loop: Any = _compiled_loop if is_jitted(step) else _loop
     controller_state, status, at = loop(
         _mass_step if rigid else arm_step,
         step,

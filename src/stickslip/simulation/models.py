@@ -1,6 +1,7 @@
 """From a plant and a sampling time to the numbers its compiled kernel works with."""
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -33,7 +34,7 @@ def kernel_model(
         propagated exactly.
     """
     T = positive("sampling time", sampling_time, "s")
-    law = plant.friction
+    law: Any = plant.friction  # what later laws are, whatever the annotation allows today
     if not isinstance(law, CoulombViscousFriction):
         raise InputError(
             f"the friction law {type(law).__name__} cannot be propagated exactly",

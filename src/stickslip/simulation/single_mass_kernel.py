@@ -12,6 +12,7 @@ c T/m goes to 0, where cancellation would spoil the textbook forms.
 import math
 
 import numpy as np
+from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 
@@ -27,18 +28,21 @@ MODEL_SIZE = 17
 GRAZING = 1
 GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
 
+Vector = NDArray[np.float64]
+State = tuple[float, ...]  # (x, v, their low parts, mode)
+
 _SERIES_TERMS = 22  # of phi2 at |z| < 1: 1/24! = 2e-24
 _ATANH_TERMS = 36  # at z < 1, where w = z/(2 + z) < 1/3: 3^-34 = 6e-17
 
 
 @compiled(inline=True)
-def _phi1(z):
+def _phi1(z: float) -> float:
     """(e^z - 1)/z."""
     return math.expm1(z) / z if z != 0.0 else 1.0
 
 
 @compiled(inline=True)
-def _phi2(z):
+def _phi2(z: float) -> float:
     """(e^z - 1 - z)/z^2."""
     if abs(z) > 1.0:
         return (math.expm1(z) - z) / (z * z)
@@ -49,13 +53,13 @@ def _phi2(z):
 
 
 @compiled(inline=True)
-def _stopping_time(z):
+def _stopping_time(z: float) -> float:
     """log(1 + z)/z."""
     return math.log1p(z) / z if z != 0.0 else 1.0
 
 
 @compiled(inline=True)
-def _stopping_distance(z):
+def _stopping_distance(z: float) -> float:
     """(z - log(1 + z))/z^2, for z >= 0.
 
     With w = z/(2 + z) it is (1 - w)^2/4 * 2 sum_{k>=2} w^(k-2) (1 - [k odd]/k).
@@ -70,16 +74,18 @@ def _stopping_distance(z):
 
 
 @compiled(inline=True)
-def _accumulate(high, low, increment):
-    """Add to a double-double value; a zero increment leaves it bitwise the same."""
+def _accumulate(high: float, low: float, increment: float) -> tuple[float, float]:
+    """Add to a double-double value, by Dekker's fast two-sum."""
     t = increment + low
     s = high + t
-    b = s - high
-    return s, (high - (s - b)) + (t - b)
+    return s, t - (s - high)
 
 
 @compiled()
-def mass_model(m, fc_n, fc_p, fs_n, fs_p, c_n, c_p, offset, T):
+def mass_model(
+    m: float, fc_n: float, fc_p: float, fs_n: float, fs_p: float, c_n: float, c_p: float,
+    offset: float, T: float,
+) -> Vector:  # fmt: skip
     """Return the vector of numbers the kernels of this file work with."""
     model = np.zeros(MODEL_SIZE)
     model[TIME], model[MASS], model[OFFSET] = T, m, offset
@@ -96,7 +102,10 @@ def mass_model(m, fc_n, fc_p, fs_n, fs_p, c_n, c_p, offset, T):
 
 
 @compiled()
-def _events(model, event_time, event_mode, count, t0, mode, U, x, v, xl, vl):
+def _events(
+    model: Vector, event_time: Vector, event_mode: NDArray[np.int8], count: int, t0: float,
+    mode: int, U: float, x: float, v: float, xl: float, vl: float,
+) -> tuple[float, float, float, float, int, int, int]:  # fmt: skip
     """Propagate over one sample in which the mass starts to move, stops or reverses.
 
     ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
@@ -133,15 +142,17 @@ def _events(model, event_time, event_mode, count, t0, mode, U, x, v, xl, vl):
             event_mode[count] = mode
         count += 1
     if mode != 0:
-        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+        force = U - model[FC_P] if mode > 0 else U + model[FC_N]
         z = -(model[C_P] if mode > 0 else model[C_N]) * rem / m
-        x, xl = _accumulate(x, xl, rem * rem / m * _phi2(z) * F)
-        v, vl = rem / m * _phi1(z) * F, 0.0
+        x, xl = _accumulate(x, xl, rem * rem / m * _phi2(z) * force)
+        v, vl = rem / m * _phi1(z) * force, 0.0
     return x, v, xl, vl, mode, count, flags
 
 
 @compiled(inline=True)
-def _slip(model, E, F, x, v, xl, vl):
+def _slip(
+    model: Vector, E: int, F: float, x: float, v: float, xl: float, vl: float
+) -> tuple[float, float, float, float]:
     """Propagate over a whole sample in one direction."""
     nx, nxl = _accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
     nv, nvl = _accumulate(v, vl, model[DECAY + E] * v + model[GAIN + E] * F)
@@ -149,7 +160,7 @@ def _slip(model, E, F, x, v, xl, vl):
 
 
 @compiled()
-def mass_step(model, state, effort):
+def mass_step(model: Vector, state: State, effort: float) -> tuple[State, tuple[float, float]]:
     """Propagate one sample under a held effort; pure.
 
     Parameters
@@ -184,7 +195,10 @@ def mass_step(model, state, effort):
 
 
 @compiled()
-def mass_run(model, state, effort, position, velocity, grazing, event_time, event_mode):
+def mass_run(
+    model: Vector, state: State, effort: Vector, position: Vector, velocity: Vector,
+    grazing: NDArray[np.bool_], event_time: Vector, event_mode: NDArray[np.int8],
+) -> tuple[State, int]:  # fmt: skip
     """Propagate one trajectory and store every sample.
 
     Parameters
@@ -243,7 +257,10 @@ def mass_run(model, state, effort, position, velocity, grazing, event_time, even
 
 
 @compiled()
-def mass_batch(models, states, efforts, every, out, first, last):
+def mass_batch(
+    models: NDArray[np.float64], states: NDArray[np.float64], efforts: NDArray[np.float64],
+    every: int, out: NDArray[np.float64], first: int, last: int,
+) -> tuple[int, int]:  # fmt: skip
     """Propagate trajectories ``first`` to ``last`` (exclusive), storing some of their samples.
 
     Parameters

@@ -11,10 +11,13 @@ precision", Numer. Math. 18 (1971), pp. 224-242.
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 
 __all__ = ["arm_transition"]
+
+Matrix = NDArray[np.float64]
 
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting constant
 _TERMS = 24  # of the exponential series at norm 1/4: 0.25^25/25! is below 1e-40
@@ -22,14 +25,14 @@ _SERIES_NORM = 0.25
 
 
 @compiled(inline=True)
-def _two_sum(a, b):
+def _two_sum(a: float, b: float) -> tuple[float, float]:
     s = a + b
     t = s - a
     return s, (a - (s - t)) + (b - t)
 
 
 @compiled(inline=True)
-def _two_product(a, b):
+def _two_product(a: float, b: float) -> tuple[float, float]:
     p = a * b
     t = _SPLIT * a
     ah = t - (t - a)
@@ -41,7 +44,7 @@ def _two_product(a, b):
 
 
 @compiled(inline=True)
-def _add(ah, al, bh, bl):
+def _add(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     s, e = _two_sum(ah, bh)
     t, f = _two_sum(al, bl)
     s, e = _two_sum(s, e + t)
@@ -49,13 +52,13 @@ def _add(ah, al, bh, bl):
 
 
 @compiled(inline=True)
-def _multiply(ah, al, bh, bl):
+def _multiply(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
     p, e = _two_product(ah, bh)
     return _two_sum(p, e + (ah * bl + al * bh))
 
 
 @compiled(inline=True)
-def _divide(ah, al, b):
+def _divide(ah: float, al: float, b: float) -> tuple[float, float]:
     """Return (ah + al) / b."""
     q1 = ah / b
     ph, pl = _two_product(q1, b)
@@ -68,7 +71,7 @@ def _divide(ah, al, b):
 
 
 @compiled()
-def _matrix_product(ah, al, bh, bl, ch, cl):
+def _matrix_product(ah: Matrix, al: Matrix, bh: Matrix, bl: Matrix, ch: Matrix, cl: Matrix) -> None:
     """C = A B for square double-double matrices."""
     n = ah.shape[0]
     for i in range(n):
@@ -83,7 +86,9 @@ def _matrix_product(ah, al, bh, bl, ch, cl):
 
 
 @compiled()
-def arm_transition(m1, m2, ks, c, T, slipping):
+def arm_transition(
+    m1: float, m2: float, ks: float, c: float, T: float, slipping: bool
+) -> tuple[Matrix, Matrix]:
     """Return exp(M T) - I of the arm as a double-double matrix.
 
     The state is (x1, v1, d, v2, x2, F) with the held force F = u - s fc and d = x1 - x2:
