@@ -1,21 +1,37 @@
 """The energy-based estimator of Coulomb and viscous friction (report part A chapters 3 and 4)."""
 
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
+from types import MappingProxyType
+from typing import Any, Literal
 
 import numpy as np
+from jaxtyping import Float
 
+from stickslip.estimation import streaming
 from stickslip.estimation.energy_levels import AxisModel, EnergyLevels, energy_levels
 from stickslip.estimation.kinematics import LowPass, default_cutoff
 from stickslip.estimation.level_weighting import block_means, likeliest_ratio, whitened
-from stickslip.estimation.observation import MotionNoise, motion_noise, slow_speed
+from stickslip.estimation.observation import HYSTERESIS, MotionNoise, motion_noise, slow_speed
+from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.solution import check_excited, provenance_of, solve
+from stickslip.estimation.streaming import VALUES, energy_step
 from stickslip.friction.regressors import FrictionTerms
-from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    non_negative,
+    positive,
+)
 
 __all__ = ["EnergyEstimator"]
 
 _LEAST_ROWS = 10
+_FIRST_VARIANCE = 1e8  # P(0): knows nothing
+_REPORT_VARIANCE = 1e3  # P(0) with which the report's figures are reproduced
 _ROWS_PER_PERIOD = 2.0  # of the cutoff: the rate that a signal filtered there can be sampled at
 
 
@@ -48,6 +64,23 @@ class EnergyEstimator:
         at most 100 Hz.
     filter_order
         Of one pass of that low-pass.
+    variant
+        ``"held_effort"``: exact while the effort is held over each sample; ``"report"``: the sums
+        and the recursion as printed, to reproduce the report.
+    forgetting_factor
+        Of the recursion, in (0, 1] [-]; 1 forgets nothing. `fit` uses it in the report's variant
+        only.
+    initial_values
+        First guesses of the recursion by parameter name [SI]; 0 for those not named.
+    initial_variance
+        Diagonal of P(0) of the recursion [squared unit of the parameters over the level noise];
+        None takes 1e3 in the report's variant, else 1e8.
+    level_noise, force_noise
+        For the recursion only: standard deviation of the energy level [J] and of a disturbing force
+        [N or N m]; their ratio decides between levels and differences.
+    position_noise, velocity_noise
+        For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
+        None estimates it on the way.
 
     Raises
     ------
@@ -68,6 +101,14 @@ class EnergyEstimator:
     offset: bool | None = None
     cutoff: float | None = None
     filter_order: int = 4
+    variant: Literal["held_effort", "report"] = "held_effort"
+    forgetting_factor: float = 1.0
+    initial_values: Mapping[str, float] | None = None
+    initial_variance: float | None = None
+    level_noise: float = 1.0
+    force_noise: float = 0.0
+    position_noise: float | None = None
+    velocity_noise: float | None = None
 
     def __post_init__(self) -> None:
         for name, unit in (
@@ -75,6 +116,8 @@ class EnergyEstimator:
             ("load_inertia", "kg or kg m^2"),
             ("stiffness", "N/m or N m/rad"),
             ("cutoff", "Hz"),
+            ("initial_variance", "(unit of the parameter)^2/J^2"),
+            ("level_noise", "J"),
         ):
             value = getattr(self, name)
             if value is not None:
@@ -89,7 +132,27 @@ class EnergyEstimator:
                 f"filter_order is {self.filter_order}, it must be at least 1",
                 remedy="leave it at its default",
             )
-        _ = self.terms
+        for name, unit in (
+            ("force_noise", "N or N m"),
+            ("position_noise", "m or rad"),
+            ("velocity_noise", "m/s or rad/s"),
+        ):
+            if getattr(self, name) is not None:
+                non_negative(name.replace("_", " "), getattr(self, name), unit)
+        if not 0 < self.forgetting_factor <= 1:
+            raise InputError(
+                f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
+                remedy="give 1 to forget nothing, or a value just below",
+            )
+        guesses = dict(self.initial_values or {})
+        for name in guesses:
+            known = ("mass", "inertia", *self.terms.names)
+            if name not in known:
+                raise InputError(
+                    f"a first guess is given for {name!r}, which is not estimated",
+                    remedy=f"use {', '.join(known)}",
+                )
+        object.__setattr__(self, "initial_values", MappingProxyType(guesses))
 
     @property
     def name(self) -> str:
@@ -125,7 +188,7 @@ class EnergyEstimator:
 
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
-        options = {"estimator": self.name, **asdict(self)}
+        options = {"estimator": self.name, **self._options()}
         return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
 
     def regression(self, log: AxisLog) -> Regression:
@@ -147,13 +210,23 @@ class EnergyEstimator:
                 where=log.name,
                 remedy="record a longer log, or raise the cutoff frequency",
             )
+        if self.variant == "report":
+            return printed_regression(
+                parts,
+                self.model,
+                self.parameter_names(log.kind),
+                self._low_pass(T),
+                forgetting_factor=self.forgetting_factor,
+                initial_values=self._first_guesses(log.kind),
+                initial_variance=self._first_variance(),
+            )
         noise = self._noise(parts, T)
         levels = [energy_levels(part, self.model, self._low_pass(T), noise, T) for part in parts]
         blocks = [block_means(level, size) for level in levels]
         ratio = likeliest_ratio(blocks)
         white, variances, times = whitened(blocks, ratio)
         scale = float(np.sqrt(np.mean(variances)))
-        names = self._names(log)
+        names = self.parameter_names(log.kind)
         regressors = white[:, 1:] * scale
         speeds = [level.motion.smooth_velocity for level in levels]
         slow = slow_speed(max(float(np.max(np.abs(v))) for v in speeds))
@@ -202,9 +275,115 @@ class EnergyEstimator:
     def _least_samples(self, sampling_time: float) -> int:
         return _LEAST_ROWS * self._block_size(sampling_time)
 
-    def _names(self, log: AxisLog) -> tuple[str, ...]:
-        mass = "mass" if log.kind == "linear" else "inertia"
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the online estimates."""
+        mass = "mass" if kind == "linear" else "inertia"
         return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
+
+    def init(
+        self, *, sampling_time: float, velocity_measured: bool = True
+    ) -> Float[np.ndarray, " s"]:
+        """Return the state of the recursion before the first sample.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+        velocity_measured
+            Whether the samples hold velocities; if not, effort and positions go through the same
+            causal low-pass, and the positions are differentiated.
+        """
+        T = positive("sampling time", sampling_time, "s")
+        p = len(self.parameter_names("linear"))
+        s = np.zeros(VALUES + p)
+        cutoff = default_cutoff(T) if self.cutoff is None else self.cutoff
+        variance = self._first_variance()
+        s[streaming.SAMPLING_TIME] = T
+        s[streaming.FORGETTING] = self.forgetting_factor
+        s[streaming.PARAMETERS] = p
+        s[streaming.INERTIA] = self.inertia or 0.0
+        s[streaming.INERTIA_KNOWN] = self.inertia is not None
+        s[streaming.LOAD_INERTIA] = self.load_inertia or 0.0
+        s[streaming.STIFFNESS] = self.stiffness or 0.0
+        s[streaming.PER_DIRECTION] = self.per_direction
+        s[streaming.OFFSET] = "offset" in self.terms.names
+        s[streaming.PRINTED] = self.variant == "report"
+        s[streaming.DERIVED] = not velocity_measured
+        s[streaming.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
+        s[streaming.POSITION_NOISE] = -1.0 if self.position_noise is None else self.position_noise
+        s[streaming.VELOCITY_NOISE] = -1.0 if self.velocity_noise is None else self.velocity_noise
+        s[streaming.LEVEL_VARIANCE] = self.level_noise**2
+        s[streaming.FORCE_VARIANCE] = self.force_noise**2
+        s[streaming.HYSTERESIS] = HYSTERESIS
+        s[VALUES:] = self._first_guesses("linear")
+        s[streaming.FIRST_SPREAD : streaming.FIRST_SPREAD + p] = variance
+        s[streaming.SPREAD : streaming.SPREAD + p * p] = (variance * np.eye(p)).ravel()
+        return s
+
+    def step(
+        self, state: Float[np.ndarray, " s"], sample: tuple[float, float, float, float, float]
+    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " p"]]:
+        """Take one sample; return the new state and the estimates.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step; it is left as it is.
+        sample
+            Effort, position, velocity, load position and load velocity [SI], with 0 for what the
+            axis does not have or measure.
+
+        Returns
+        -------
+        The state, and the estimates in the order of `parameter_names`.
+        """
+        after = state.copy()
+        energy_step(after, *sample)
+        return after, after[VALUES:]
+
+    def run(
+        self, state: Float[np.ndarray, " s"], log: AxisLog
+    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
+        """Take the samples of a log without gaps; return the state and the estimates after each.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step.
+        log
+            The samples.
+        """
+        absent = np.zeros(len(log))
+        columns = [
+            log.effort,
+            log.measured_position,
+            absent if log.measured_velocity is None else log.measured_velocity,
+            absent if log.measured_load_position is None else log.measured_load_position,
+            absent if log.measured_load_velocity is None else log.measured_load_velocity,
+        ]
+        return streaming.energy_run(state, np.column_stack(columns))
+
+    def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+        """Return P of the recursion."""
+        p = int(state[streaming.PARAMETERS])
+        return state[streaming.SPREAD : streaming.SPREAD + p * p].reshape(p, p).copy()
+
+    def _first_variance(self) -> float:
+        if self.initial_variance is not None:
+            return self.initial_variance
+        return _REPORT_VARIANCE if self.variant == "report" else _FIRST_VARIANCE
+
+    def _first_guesses(self, kind: AxisKind) -> list[float]:
+        guesses = self.initial_values or {}
+        mass = guesses.get("mass", guesses.get("inertia", 0.0))
+        return [
+            mass if name in {"mass", "inertia"} else guesses.get(name, 0.0)
+            for name in self.parameter_names(kind)
+        ]
+
+    def _options(self) -> dict[str, Any]:
+        options = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {**options, "initial_values": dict(self.initial_values or {})}
 
     def _noise(self, parts: list[AxisLog], sampling_time: float) -> MotionNoise:
         longest = max(parts, key=len)

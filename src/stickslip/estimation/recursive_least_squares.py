@@ -1,0 +1,128 @@
+"""Recursive least squares with forgetting (report part A Eqs. 4.6-4.10), without windup."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.streaming import (
+    FIRST_SPREAD,
+    FORGETTING,
+    MOST_PARAMETERS,
+    PARAMETERS,
+    SPREAD,
+    VALUES,
+    rls_run,
+    rls_step,
+)
+from stickslip.records import InputError, positive
+
+__all__ = ["RecursiveLeastSquares"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class RecursiveLeastSquares:
+    """Least squares that takes one row at a time.
+
+    Attributes
+    ----------
+    forgetting_factor
+        In (0, 1]; 1 forgets nothing [-].
+    forgetting
+        ``"restricted"`` forgets only what the new row is informative about; ``"exponential"``
+        forgets everything, as printed. Both keep P bounded by what it was at the start.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> rls = RecursiveLeastSquares()
+    >>> state = rls.init(initial_values=[0.0], initial_variance=1e9)
+    >>> for y in (1.0, 2.0, 6.0):
+    ...     state, values = rls.step(state, (np.array([1.0]), y))
+    >>> round(float(values[0]), 6)
+    3.0
+    """
+
+    forgetting_factor: float = 1.0
+    forgetting: Literal["restricted", "exponential"] = "restricted"
+
+    def __post_init__(self) -> None:
+        if not 0 < self.forgetting_factor <= 1:
+            raise InputError(
+                f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
+                remedy="give 1 to forget nothing, or a value just below",
+            )
+
+    def init(
+        self, *, initial_values: Sequence[float], initial_variance: float
+    ) -> Float[np.ndarray, " s"]:
+        """Return the state before the first row.
+
+        Parameters
+        ----------
+        initial_values
+            First guesses [unit of each parameter], five at most.
+        initial_variance
+            Diagonal of P(0) [squared unit of the parameters, over that of the target].
+        """
+        p = len(initial_values)
+        if not 1 <= p <= MOST_PARAMETERS:
+            raise InputError(
+                f"{p} first guesses are given, there can be 1 to {MOST_PARAMETERS}",
+                remedy="give one a parameter",
+            )
+        variance = positive("initial variance", initial_variance, "(unit of the parameter)^2")
+        s = np.zeros(VALUES + p)
+        s[PARAMETERS] = p
+        s[FORGETTING] = self.forgetting_factor
+        s[VALUES:] = initial_values
+        s[FIRST_SPREAD : FIRST_SPREAD + p] = variance
+        s[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()
+        return s
+
+    def step(
+        self, state: Float[np.ndarray, " s"], sample: tuple[Float[np.ndarray, " p"], float]
+    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " p"]]:
+        """Take one row and its target; return the new state and the estimates.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step; it is left as it is.
+        sample
+            The regressors, and what they explain [any consistent units].
+        """
+        after = state.copy()
+        rls_step(after, sample[0], sample[1], self.forgetting == "exponential")
+        return after, after[VALUES:]
+
+    def run(
+        self,
+        state: Float[np.ndarray, " s"],
+        rows: Float[np.ndarray, "n p"],
+        targets: Float[np.ndarray, " n"],
+    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
+        """Take many rows; return the new state and the estimates after each.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step; it is left as it is.
+        rows, targets
+            Regressors and what they explain [any consistent units].
+        """
+        after = state.copy()
+        history = rls_run(
+            after,
+            np.ascontiguousarray(rows, dtype=np.float64),
+            np.ascontiguousarray(targets, dtype=np.float64),
+            self.forgetting == "exponential",
+        )
+        return after, history
+
+    def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+        """Return P, the inverse of the information."""
+        p = int(state[PARAMETERS])
+        return state[SPREAD : SPREAD + p * p].reshape(p, p).copy()
