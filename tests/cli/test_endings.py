@@ -51,6 +51,14 @@ def test_a_reader_that_leaves_is_no_error(arguments: list[str], good_log: Path) 
         assert word not in said
 
 
+def test_a_reader_that_leaves_the_help_is_no_error() -> None:
+    running = subprocess.Popen([*PROGRAM, "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
+    assert running.stdout is not None
+    running.stdout.close()
+    _, said = running.communicate(timeout=120)
+    assert (running.returncode, said) == (0, b"")
+
+
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
 def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
     with Path("/dev/full").open("w") as full:

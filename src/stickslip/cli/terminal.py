@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Literal
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["console_on", "one_line", "reader_may_leave", "working"]
+__all__ = ["console_on", "one_line", "reader_may_leave", "say", "working"]
 
 _WIDTH_OF_A_PIPE = 120
 
@@ -31,6 +31,11 @@ def console_on(stream: Literal["output", "error"]) -> "Console":
 def one_line(text: str) -> str:
     """Return text without line breaks, as every refusal is one line."""
     return " ".join(text.split())
+
+
+def say(text: str) -> None:
+    """Say one line on standard error."""
+    sys.stderr.write(f"stickslip: {text}\n")
 
 
 @contextlib.contextmanager

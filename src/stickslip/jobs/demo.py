@@ -5,14 +5,11 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import write_json
 from stickslip.logs import LogSchema, read_log, write_csv
-from stickslip.plants import FlexibleArm
 from stickslip.records import Identification, InputError
 from stickslip.report import write_report
-from stickslip.simulation import Sensors, simulate
 
 __all__ = ["Demonstration", "demonstrate"]
 
@@ -80,6 +77,11 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
             where=str(place),
             remedy="choose a folder you may write to",
         ) from error
+    # Imported here, as the compiler behind them takes a second to load.
+    from stickslip.friction import CoulombViscousFriction
+    from stickslip.plants import FlexibleArm
+    from stickslip.simulation import Sensors, simulate
+
     law = CoulombViscousFriction.symmetric(
         coulomb_friction=_COULOMB_FRICTION, viscous_friction=_VISCOUS_FRICTION
     )

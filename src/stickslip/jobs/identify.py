@@ -5,7 +5,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 from stickslip.logs import LogSchema, read_log, read_schema
 from stickslip.records import AxisKind, AxisLog, Identification, InputError
 
@@ -167,32 +166,14 @@ def identify(
     >>> found.estimate.status.value, round(found.estimate.value("coulomb_friction"), 1)
     ('ok', 1.5)
     """
-    chosen = _estimator(
-        estimator,
-        inertia=inertia,
-        load_inertia=load_inertia,
-        stiffness=stiffness,
-        per_direction=per_direction,
-        offset=offset,
-        cutoff=cutoff,
-    )
+    # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
+    # file's name should not wait for them.
     if not isinstance(log, AxisLog):
         log = read_with_columns(log, schema=schema, axis=axis, columns=columns)
-    return examine(log, chosen, truth=truth)
+    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 
-
-def _estimator(
-    name: str,
-    *,
-    inertia: float | None,
-    load_inertia: float | None,
-    stiffness: float | None,
-    per_direction: bool,
-    offset: bool | None,
-    cutoff: float | None,
-) -> EnergyEstimator | IdimLeastSquares:
-    if name == "energy":
-        return EnergyEstimator(
+    if estimator == "energy":
+        chosen = EnergyEstimator(
             inertia=inertia,
             load_inertia=load_inertia,
             stiffness=stiffness,
@@ -200,12 +181,14 @@ def _estimator(
             offset=offset,
             cutoff=cutoff,
         )
+        return examine(log, chosen, truth=truth)
     for what, value in (("load inertia", load_inertia), ("stiffness", stiffness)):
         if value is not None:
             raise InputError(
-                f"{what} {value:g} is given, and {name} takes the axis as rigid",
+                f"{what} {value:g} is given, and {estimator} takes the axis as rigid",
                 remedy="leave it out, or use the energy estimator",
             )
-    return IdimLeastSquares(
+    rigid = IdimLeastSquares(
         inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
     )
+    return examine(log, rigid, truth=truth)

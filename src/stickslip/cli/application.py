@@ -1,0 +1,75 @@
+"""The application: its commands, and what each way to end means to the caller."""
+
+import inspect
+import logging
+import sys
+from collections.abc import Callable, Sequence
+
+from cyclopts import App, CycloptsError
+
+from stickslip import __version__
+from stickslip.cli.data import data
+from stickslip.cli.demo import demo
+from stickslip.cli.identify import EXAMPLES, identify
+from stickslip.cli.terminal import one_line, reader_may_leave, say
+
+__all__ = ["run"]
+
+_BAD_INPUT = 2
+
+app = App(
+    name="stickslip",
+    help="Identify, simulate and beat dry friction in motion axes.",
+    help_epilogue=(
+        "Exit codes: 0 done; 1 done, but the result cannot be trusted (its status says why); "
+        "2 bad input (one line on standard error says what, where, and the remedy)."
+    ),
+    help_format="plaintext",
+    version=__version__,
+)
+
+
+def _help(command: Callable[..., int]) -> str:
+    """Return a command's docstring as paragraphs that the terminal can wrap."""
+    text = inspect.cleandoc(command.__doc__ or "")
+    return "\n\n".join(one_line(paragraph) for paragraph in text.split("\n\n"))
+
+
+app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
+app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
+app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
+
+
+def run(arguments: Sequence[str]) -> int:
+    """Run one command line and return its exit code."""
+    try:
+        command, bound, _ = app.parse_args(arguments, print_error=False, exit_on_error=False)
+    except CycloptsError as error:
+        known = [name for name in app if not name.startswith("-")]
+        asked = [each for each in arguments[:1] if each in known]
+        say(f"{one_line(str(error)).rstrip('.')}; see: {' '.join(['stickslip', *asked])} --help")
+        return _BAD_INPUT
+    if command in {app.help_print, app.version_print}:
+        with reader_may_leave():
+            command(*bound.args, **bound.kwargs)
+        return 0
+    # Only now, as it loads what --help and --version can do without.
+    from stickslip.records import StickslipError
+
+    handler = logging.StreamHandler(sys.stderr)
+    handler.setFormatter(logging.Formatter("stickslip: %(message)s"))
+    logger = logging.getLogger("stickslip")
+    logger.addHandler(handler)
+    logger.propagate = False
+    try:
+        return int(command(*bound.args, **bound.kwargs))
+    except StickslipError as error:
+        say(one_line(str(error)))
+        return _BAD_INPUT
+    except OSError as error:
+        where = f"{error.filename}: " if error.filename else ""
+        say(f"{where}{error.strerror or error}; check the path and that you may use it")
+        return _BAD_INPUT
+    finally:
+        logger.removeHandler(handler)
+        logger.propagate = True
