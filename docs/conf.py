@@ -1,8 +1,9 @@
-"""Sphinx configuration; also writes the tables that are read from the code."""
+"""Sphinx configuration; also writes the tables read from the code, and a report to look at."""
 
 from pathlib import Path
 
 from stickslip import __version__
+from stickslip.jobs import demonstrate
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Status
 
 project = "stickslip"
@@ -19,7 +20,8 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build"]
+exclude_patterns = ["_build", "_generated"]
+html_extra_path = ["_generated/pages"]
 html_theme = "furo"
 html_title = "stickslip"
 napoleon_google_docstring = False
@@ -55,4 +57,9 @@ def _write_tables() -> None:
     (folder / "parameters.md").write_text("\n".join(f"- `{n}`" for n in PARAMETER_NAMES) + "\n")
 
 
+def _write_demonstration() -> None:
+    demonstrate(Path(__file__).parent / "_generated" / "pages" / "demo")
+
+
 _write_tables()
+_write_demonstration()

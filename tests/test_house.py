@@ -67,6 +67,8 @@ PUBLIC = list(public_objects())
 def test_public_names_are_documented_with_units(name: str, thing: object) -> None:
     document = inspect.getdoc(thing) or ""
     assert document, f"{name} has no docstring"
+    if isinstance(thing, type):  # inherited fields are documented where they are declared
+        document = "\n".join(inspect.getdoc(base) or "" for base in thing.__mro__[:-1])
     if isinstance(thing, type) and (
         issubclass(thing, Exception) or not dataclasses.is_dataclass(thing)
     ):
