@@ -14,12 +14,12 @@ __all__ = ["Noise", "Sensors"]
 
 
 class Noise(NamedTuple):
-    """Standard normal numbers for n+1 samples of every channel, drawn before a run."""
+    """Standard normal numbers for each sample of every channel, drawn before a run."""
 
-    position: Float[np.ndarray, " n+1"]
-    velocity: Float[np.ndarray, " n+1"]
-    load_position: Float[np.ndarray, " n+1"]
-    load_velocity: Float[np.ndarray, " n+1"]
+    position: Float[np.ndarray, " samples"]
+    velocity: Float[np.ndarray, " samples"]
+    load_position: Float[np.ndarray, " samples"]
+    load_velocity: Float[np.ndarray, " samples"]
 
 
 @dataclass(frozen=True, kw_only=True)
