@@ -20,7 +20,7 @@ LARGEST_PREWHITENING = 0.97
 _ANDREWS_BARTLETT = 1.1447  # constant of Andrews (1991), Eq. 6.2, for the Bartlett kernel
 
 
-def autocorrelation(values: Float[np.ndarray, " n"], lags: int) -> Float[np.ndarray, " lags+1"]:
+def autocorrelation(values: Float[np.ndarray, " n"], lags: int) -> Float[np.ndarray, " values"]:
     """Return the autocorrelation [-] of a zero-mean sequence at lags 0 to ``lags``."""
     size = int(2 ** np.ceil(np.log2(2 * values.size)))
     spectrum = np.fft.rfft(values, size)
@@ -82,12 +82,11 @@ def hac_covariance(
     *,
     bandwidth: float | None = None,
     prewhiten: bool = True,
-    lost: int = 0,
 ) -> Float[np.ndarray, "p p"]:
     """Return the covariance of a least-squares estimate whose residual is correlated in time.
 
     The sandwich (W'W)^-1 S (W'W)^-1 with S the long-run covariance of the scores W_t r_t, times
-    n / (n - p - lost) for the degrees of freedom. Prewhitening (Andrews and Monahan 1992) fits a
+    n / (n - p) for the degrees of freedom. Prewhitening (Andrews and Monahan 1992) fits a
     first-order autoregression to each score, takes the long-run covariance of what is left, and
     puts the autoregression back: without it, strongly correlated residuals give intervals that are
     much too short.
@@ -102,8 +101,6 @@ def hac_covariance(
         [samples]; Andrews' automatic choice if None.
     prewhiten
         Whether to prewhiten.
-    lost
-        Degrees of freedom spent before, on columns that were projected out.
     """
     n, p = regressors.shape
     scores = regressors * residual[:, None]
@@ -118,7 +115,7 @@ def hac_covariance(
     width = andrews_bandwidth(scores) if bandwidth is None else bandwidth
     meat = long_run_covariance(scores, width) * np.outer(recolour, recolour)
     bread = np.linalg.pinv(regressors.T @ regressors, hermitian=True)
-    return bread @ meat @ bread * (n / (n - p - lost))
+    return bread @ meat @ bread * (n / (n - p))
 
 
 def t_quantile(degrees_of_freedom: float) -> float:

@@ -175,10 +175,10 @@ class Sensors:
         *,
         name: str,
         samples: tuple[
-            Float[np.ndarray, " n+1"],
-            Float[np.ndarray, " n+1"],
-            Float[np.ndarray, " n+1"] | None,
-            Float[np.ndarray, " n+1"] | None,
+            Float[np.ndarray, " samples"],
+            Float[np.ndarray, " samples"],
+            Float[np.ndarray, " samples"] | None,
+            Float[np.ndarray, " samples"] | None,
         ],
     ) -> AxisLog:
         """Return the log that holds these samples of a motion."""
