@@ -161,7 +161,22 @@ LOGS: dict[str, tuple[Callable[[Path], Path], list[str], list[str]]] = {
     "a spring for a rigid method": (
         file("log.csv", csv_text(table(200))),
         ["--estimator", "idim-ls", "--stiffness", "5"],
-        ["stiffness 5", "rigid", "energy"],
+        ["stiffness 5", "no use", "energy estimator"],
+    ),
+    "forgetting where nothing is forgotten": (
+        file("log.csv", csv_text(table(200))),
+        ["--forgetting-factor", "0.99"],
+        ["forgetting factor 0.99", "no use", "report"],
+    ),
+    "a variant of another method": (
+        file("log.csv", csv_text(table(200))),
+        ["--estimator", "idim-ls", "--variant", "report"],
+        ["variant report", "no use", "energy estimator"],
+    ),
+    "a forgetting factor above one": (
+        file("log.csv", csv_text(table(200))),
+        ["--variant", "report", "--forgetting-factor", "1.5"],
+        ["forgetting factor", "1.5", "(0, 1]"],
     ),
     "a load without a spring": (
         file("log.csv", csv_text(table(200))),

@@ -114,6 +114,15 @@ def test_what_to_estimate_is_chosen(option: str, names: set[str], run: Run, good
     assert set(contract(outcome.out).parameters) == names
 
 
+def test_the_printed_recursion_takes_its_settings(run: Run, good_log: Path) -> None:
+    arguments = ["--variant", "report", "--mass", MASS, "--json", "-"]
+    plain = contract(run("identify", good_log, *arguments).out)
+    other = contract(run("identify", good_log, *arguments, "--forgetting-factor", "0.999").out)
+    assert plain.provenance["options"]["variant"] == "report"
+    assert other.provenance["options"]["forgetting_factor"] == 0.999
+    assert plain.parameters["viscous_friction"].value != other.parameters["viscous_friction"].value
+
+
 def test_columns_and_units_can_be_said_on_the_command_line(run: Run, tmp_path: Path) -> None:
     columns = table()
     log = tmp_path / "odd.csv"

@@ -49,7 +49,7 @@ def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
 
 @pytest.mark.parametrize("known", ["load_inertia", "stiffness"])
 def test_a_rigid_method_refuses_what_belongs_to_an_arm(known: str, log: AxisLog) -> None:
-    with pytest.raises(InputError, match="use the energy estimator"):
+    with pytest.raises(InputError, match=r"use the energy estimator$"):
         identify(log, estimator="idim-ls", **{known: 1.0})  # pyright: ignore[reportArgumentType]
 
 

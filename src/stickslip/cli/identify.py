@@ -133,6 +133,22 @@ def identify(
             "sampling rate, at most 100 Hz.",
         ),
     ] = None,
+    variant: Annotated[
+        Literal["held-effort", "report"],
+        Parameter(
+            group=_WANTED,
+            help="Of energy. held-effort: exact while the effort is held over each sample; report: "
+            "sums and recursion as the report prints them.",
+        ),
+    ] = "held-effort",
+    forgetting_factor: Annotated[
+        float | None,
+        Parameter(group=_WANTED, help="Of variant report, in (0, 1]; not said: 1, forget nothing."),
+    ] = None,
+    initial_variance: Annotated[
+        float | None,
+        Parameter(group=_WANTED, help="Of variant report, diagonal of P(0); not said: 1000."),
+    ] = None,
     json: Annotated[
         str | None,
         Parameter(
@@ -193,6 +209,9 @@ def identify(
             per_direction=per_direction,
             offset=offset,
             cutoff=cutoff,
+            variant="report" if variant == "report" else "held_effort",
+            forgetting_factor=forgetting_factor,
+            initial_variance=initial_variance,
         )
         if report is not None:
             write_report(found, report)

@@ -112,6 +112,9 @@ def identify(
     per_direction: bool = False,
     offset: bool | None = None,
     cutoff: float | None = None,
+    variant: Literal["held_effort", "report"] = "held_effort",
+    forgetting_factor: float | None = None,
+    initial_variance: float | None = None,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
     """Identify the friction of an axis from a log.
@@ -138,6 +141,14 @@ def identify(
     cutoff
         Of the low-pass that smooths what is noisy [Hz]; None takes a tenth of the sampling rate and
         at most 100 Hz.
+    variant
+        Of the energy estimator: ``"held_effort"`` is exact while the effort is held over each
+        sample; ``"report"`` takes the sums and the recursion as printed.
+    forgetting_factor
+        Of the printed recursion, in (0, 1] [-]; None forgets nothing.
+    initial_variance
+        Diagonal of P(0) of the printed recursion [squared unit of the parameters over that of the
+        energy]; None takes 1e3.
     truth
         True values by parameter name [SI], for a log that was simulated; they are shown beside the
         estimates and used for nothing else.
@@ -149,7 +160,8 @@ def identify(
     Raises
     ------
     InputError
-        If the log cannot be read or used, or a known value is impossible.
+        If the log cannot be read or used, a known value is impossible, or a setting has no use
+        with the estimator chosen.
 
     Examples
     --------
@@ -172,6 +184,16 @@ def identify(
         log = read_with_columns(log, schema=schema, axis=axis, columns=columns)
     from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 
+    unused: dict[str, object] = {}
+    if estimator != "energy":
+        unused = {
+            "load inertia": load_inertia,
+            "stiffness": stiffness,
+            "variant": None if variant == "held_effort" else variant,
+        }
+    if estimator != "energy" or variant != "report":
+        unused |= {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
+    _refuse(unused, "idim-ls" if estimator != "energy" else "this variant of energy")
     if estimator == "energy":
         chosen = EnergyEstimator(
             inertia=inertia,
@@ -180,15 +202,23 @@ def identify(
             per_direction=per_direction,
             offset=offset,
             cutoff=cutoff,
+            variant=variant,
+            forgetting_factor=1.0 if forgetting_factor is None else forgetting_factor,
+            initial_variance=initial_variance,
         )
         return examine(log, chosen, truth=truth)
-    for what, value in (("load inertia", load_inertia), ("stiffness", stiffness)):
-        if value is not None:
-            raise InputError(
-                f"{what} {value:g} is given, and {estimator} takes the axis as rigid",
-                remedy="leave it out, or use the energy estimator",
-            )
     rigid = IdimLeastSquares(
         inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
     )
     return examine(log, rigid, truth=truth)
+
+
+def _refuse(unused: Mapping[str, object], method: str) -> None:
+    """Refuse settings that were given and would have no effect."""
+    for what, value in unused.items():
+        if value is not None:
+            needed = "energy estimator" if "idim" in method else "variant 'report'"
+            raise InputError(
+                f"{what} {value} is given, and {method} has no use for it",
+                remedy=f"leave it out, or use the {needed}",
+            )
