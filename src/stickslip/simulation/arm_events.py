@@ -156,21 +156,26 @@ def rest(c: State, low: State, y: State) -> State:
 
 
 @compiled(inline=True)
-def _breakaway_angle(psi0: float, d_star: float, A: float, side: float) -> float:
-    """Return how far the second mass must turn until d crosses d_star outwards, or -1."""
-    if abs(d_star) >= A:
-        return -1.0
-    psi = side * math.atan2(math.sqrt((A - d_star) * (A + d_star)), d_star)
-    turn = _wrapped(psi - psi0)
-    # The force is within its limit now, so that the crossing cannot just have passed: a turn of
-    # (almost) a whole revolution is one of zero, and rounding.
-    return 0.0 if turn > TWO_PI - 1e-7 else turn
-
-
-@compiled(inline=True)
 def _wrapped(angle: float) -> float:
     """Return the angle in [0, 2 pi)."""
     return angle - TWO_PI * math.floor(angle / TWO_PI)
+
+
+@compiled()
+def _crossing(d: float, w: float, d_star: float, A: float) -> tuple[float, float]:
+    """Return how far the second mass must turn until d falls below d_star, and until d is -A.
+
+    The second mass turns on a circle, d = A cos(psi), v2 = A omega sin(psi); w is v2/omega. The
+    first is -1 if d does not fall so far.
+    """
+    psi = math.atan2(w, d)
+    lowest = _wrapped(math.pi - psi)
+    if abs(d_star) >= A:
+        return -1.0, lowest
+    turn = _wrapped(math.atan2(math.sqrt((A - d_star) * (A + d_star)), d_star) - psi)
+    # The force is within its limit now, so that the crossing cannot just have passed: a turn of
+    # (almost) a whole revolution is one of zero, and rounding.
+    return (0.0 if turn > TWO_PI - 1e-7 else turn), lowest
 
 
 @compiled()
@@ -179,8 +184,7 @@ def _breakaway(
 ) -> tuple[int, float, float, float, bool]:
     """Find when a resting first mass breaks away in what is left of the sample.
 
-    The second mass turns on a circle, d = A cos(psi), v2 = A omega sin(psi), psi' = omega, and the
-    force U - ks d leaves [-fs, fs] by the earliest outward crossing.
+    The force U - ks d leaves [-fs, fs] by the earliest outward crossing.
 
     Returns
     -------
@@ -190,21 +194,21 @@ def _breakaway(
     """
     ks, omega = model[KS], model[OMEGA]
     A = math.hypot(d, w / omega)
-    d_p, d_n = (U - model[FS_P]) / ks, (U + model[FS_N]) / ks
-    if d_p < -A and d_n > A:
-        return 0, 0.0, d, w, False
-    psi0 = math.atan2(w / omega, d)
     near = GRAZING_TOLERANCE * A
-    close = (abs(d_p + A) < near and _wrapped(math.pi - psi0) <= omega * rem) or (
-        abs(d_n - A) < near and _wrapped(-psi0) <= omega * rem
+    d_p, d_n = (U - model[FS_P]) / ks, (U + model[FS_N]) / ks
+    if d_p < -A - near and d_n > A + near:
+        return 0, 0.0, d, w, False
+    turn, lowest = _crossing(d, w / omega, d_p, A)
+    turn_n, highest = _crossing(-d, -w / omega, -d_n, A)
+    close = (abs(d_p + A) < near and lowest <= omega * rem) or (
+        abs(d_n - A) < near and highest <= omega * rem
     )
-    turn = _breakaway_angle(psi0, d_p, A, 1.0)
-    turn_n = _breakaway_angle(psi0, d_n, A, -1.0)
     mode, d_star = 1, d_p
     if turn < 0.0 or 0.0 <= turn_n < turn:
         turn, mode, d_star = turn_n, -1, d_n
     if turn < 0.0 or turn / omega >= rem:
-        return 0, 0.0, d, w, close
+        at_end = 0.0 <= turn / omega - rem < GRAZING_TOLERANCE * model[TIME]
+        return 0, 0.0, d, w, close or at_end
     return mode, turn / omega, d_star, mode * omega * math.sqrt((A - d_star) * (A + d_star)), close
 
 
@@ -301,6 +305,9 @@ def arm_events(
         if mode == 0 and rem > 0.0:  # at the end of a sample, the next one's effort decides
             x, v, d, w, z, xl, vl, dl, wl, zl = y
             force = U - ks * d
+            near = GRAZING_TOLERANCE * ks * math.hypot(d, w / omega)
+            if sudden and (abs(force - fs_p) < near or abs(force + fs_n) < near):
+                flags |= GRAZING
             if force > fs_p:
                 mode, g, deflate = 1, force - fc_p, 1
             elif force < -fs_n:
@@ -342,7 +349,8 @@ def arm_events(
         rem -= min(root, 1.0) * h
         deflate = 0
         if root <= 1.0 or mode * y[1] <= 0.0:
-            if sudden and slope * slope < 4.0 * close * bend * mode:
+            at_end = rem < GRAZING_TOLERANCE * T  # the next effort may or may not find it at rest
+            if sudden and (at_end or slope * slope < 4.0 * close * bend * mode):
                 flags |= GRAZING
             x, v, d, w, z, xl, vl, dl, wl, zl = y
             y = (x, 0.0, d, w, z, xl, 0.0, dl, wl, zl)

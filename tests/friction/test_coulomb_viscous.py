@@ -1,0 +1,55 @@
+import dataclasses
+
+import numpy as np
+import pytest
+
+from stickslip.friction import CoulombViscousFriction, FrictionLaw
+from stickslip.records import InputError
+
+LAW = CoulombViscousFriction(
+    coulomb_friction_positive=1.0,
+    coulomb_friction_negative=2.0,
+    static_friction_positive=1.5,
+    static_friction_negative=2.5,
+    viscous_friction_positive=0.1,
+    viscous_friction_negative=0.2,
+    offset=-0.3,
+)
+
+
+def test_friction_opposes_motion_per_direction():
+    assert LAW.friction([-2.0, 0.0, 2.0]).tolist() == [-2.4, 0.0, 1.2]
+    assert LAW.breakaway() == (1.5, 2.5)
+
+
+def test_mirrored_law_has_the_mirrored_friction():
+    velocity = np.linspace(-3.0, 3.0, 7)
+    mirrored = LAW.mirrored()
+    np.testing.assert_array_equal(mirrored.friction(velocity), -LAW.friction(-velocity))
+    assert mirrored.offset == 0.3
+    assert mirrored.mirrored() == LAW
+
+
+def test_symmetric_law_takes_the_coulomb_friction_for_the_static_one():
+    law = CoulombViscousFriction.symmetric(coulomb_friction=3.0, viscous_friction=0.5)
+    assert law.breakaway() == (3.0, 3.0)
+    assert law == law.mirrored()
+
+
+def test_is_a_friction_law():
+    assert isinstance(LAW, FrictionLaw)
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        ({"coulomb_friction_positive": -1.0}, "coulomb_friction_positive is -1 N"),
+        ({"viscous_friction_negative": -0.1}, "viscous_friction_negative is -0.1 N s/m"),
+        ({"static_friction_positive": 0.5}, "below the Coulomb friction of that direction, 1 N"),
+        ({"offset": float("nan")}, "offset is nan N, it must be finite"),
+        ({"coulomb_friction_negative": float("inf")}, "must be finite"),
+    ],
+)
+def test_refuses_unphysical_values(change, message):
+    with pytest.raises(InputError, match=message):
+        dataclasses.replace(LAW, **change)
