@@ -187,6 +187,20 @@ def test_an_estimate_that_failed_says_so_first_and_draws_nothing(
     assert "Not drawn" in page.text
 
 
+def test_figures_of_merit_that_do_not_exist_are_said_in_words(
+    doubtful: Identification, tmp_path: Path
+) -> None:
+    diagnostics = replace(
+        doubtful.estimate.diagnostics,
+        relative_residual=float("nan"),
+        condition_number=float("inf"),
+    )
+    estimate = replace(doubtful.estimate, diagnostics=diagnostics)
+    text = page_of(replace(doubtful, estimate=estimate), tmp_path).text
+    assert "Left unexplainednot available" in text
+    assert "Condition numberinfinite" in text
+
+
 def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
     make: Callable[..., Identification], tmp_path: Path
 ) -> None:

@@ -35,13 +35,14 @@ def print_identification(console: "Console", identification: "Identification") -
         f"{mark} {estimate.status.value}: {estimate.status.text}",
         style="green" if estimate.status.trusted else "bold red",
     )
-    crossed = diagnostics.cross_validation_residual
-    on_others = "" if crossed is None else f", {crossed:.2%} on data left out of the fit"
-    console.print(
-        f"The {estimate.estimator} fit leaves {diagnostics.relative_residual:.2%} "
-        f"unexplained{on_others}. Its {diagnostics.samples} samples are worth "
-        f"{diagnostics.effective_samples:.0f} independent ones."
-    )
+    if any(parameter.identified for parameter in estimate.parameters.values()):
+        crossed = diagnostics.cross_validation_residual
+        on_others = "" if crossed is None else f", {crossed:.2%} on data left out of the fit"
+        console.print(
+            f"The {estimate.estimator} fit leaves {diagnostics.relative_residual:.2%} "
+            f"unexplained{on_others}. Its {diagnostics.samples} samples are worth "
+            f"{diagnostics.effective_samples:.0f} independent ones."
+        )
     reasons: dict[str, list[str]] = {}
     for verdict in diagnostics.verdicts:
         if not verdict.identifiable:

@@ -1,6 +1,7 @@
 """The words and tables of the page. Every text that comes from a user is escaped here."""
 
 import html
+import math
 from typing import Any
 
 from stickslip.records import (
@@ -65,12 +66,12 @@ def _facts(identification: Identification) -> str:
         ),
         (
             "Left unexplained",
-            f"{diagnostics.relative_residual:.2%}",
+            _share(diagnostics.relative_residual),
             "norm of the residual over norm of the fitted signal",
         ),
         (
             "On data left out of the fit",
-            "not available" if crossed is None else f"{crossed:.2%}",
+            _share(crossed),
             "cross-validation; much larger than the fit's means overfitting or drift",
         ),
         (
@@ -80,7 +81,7 @@ def _facts(identification: Identification) -> str:
         ),
         (
             "Condition number",
-            f"{diagnostics.condition_number:.3g}",
+            _finite(diagnostics.condition_number),
             "of the scaled regressor; above about 100 the parameters are hard to tell apart",
         ),
     ]
@@ -223,6 +224,14 @@ def _plain(value: Any) -> str:
     if isinstance(value, float):
         return f"{value:.6g}"
     return str(value)
+
+
+def _share(value: float | None) -> str:
+    return "not available" if value is None or not math.isfinite(value) else f"{value:.2%}"
+
+
+def _finite(value: float) -> str:
+    return f"{value:.3g}" if math.isfinite(value) else "infinite"
 
 
 def _minus(number: str) -> str:
