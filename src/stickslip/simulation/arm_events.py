@@ -291,8 +291,11 @@ def arm_events(
     T, ks, omega = model[TIME], model[KS], model[OMEGA]
     fc_n, fc_p, fs_n, fs_p = model[FC_N], model[FC_P], model[FS_N], model[FS_P]
     sudden = fs_n > fc_n or fs_p > fc_p  # only then is the flow discontinuous at a graze
-    R = energy_root(model, y[1], y[2], y[3]) + model[GROWTH] * abs(U)
-    close = GRAZING_TOLERANCE * R / model[ROOT_M1]
+    close = GRAZING_TOLERANCE * (
+        abs(y[1])
+        + abs(y[3])
+        + (model[ROOT_KS] * abs(y[2]) + model[GROWTH] * abs(U)) / model[ROOT_M1]
+    )
     if y[1] == 0.0:
         mode = 0
     y0, mode0, count0 = y, mode, count

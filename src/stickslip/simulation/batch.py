@@ -135,7 +135,7 @@ def simulate_batch(
     models = np.stack([kernel_model(plant, sampling_time, event_budget) for plant in plants])
     given = [None] if states_given is None else [tuple(row) for row in states_given.tolist()]
     states = np.array([initial_kernel_state(plants[0], state) for state in given])
-    states = np.ascontiguousarray(np.broadcast_to(states, (batch, states.shape[1])))
+    states = np.array(np.broadcast_to(states, (batch, states.shape[1])))  # the kernel's to write
     width = 2 if isinstance(plants[0], SingleMass) else 4
     rows = n // every if every else 0
     stored = np.empty((batch, rows + 1 if every else 1, width))
@@ -176,7 +176,9 @@ def _efforts(commanded_efforts: ArrayLike, plant: Plant) -> Float[np.ndarray, "b
             f"{sample}",
             remedy="give finite efforts",
         )
-    return efforts
+    view = efforts.view()
+    view.flags.writeable = False  # always, so that one compiled kernel serves every caller
+    return view
 
 
 def _outputs(states: Float[np.ndarray, "batch k"], width: int) -> Float[np.ndarray, "batch w"]:

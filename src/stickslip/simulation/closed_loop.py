@@ -114,7 +114,7 @@ def _loop(
         )
         if k == 0 and settings[3] > 0.0:
             samples[1, 0] = 0.0
-            samples[3, 0] = 0.0 * output[3]  # NaN where there is no second mass
+            samples[3, 0] = 0.0 * samples[2, 0]  # NaN where there is no sensor
         if k == n:
             break
         j = max(k - delay, 0)

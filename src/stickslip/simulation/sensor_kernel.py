@@ -1,7 +1,5 @@
 """What one position and velocity sensor shows, sample by sample."""
 
-import math
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -33,7 +31,7 @@ def measure_one(
     sigma_w, sigma_v, step, differences, T = settings
     position = x + sigma_w * noise_x
     if step > 0.0:
-        position = step * math.floor(position / step + 0.5)
+        position = step * np.floor(position / step + 0.5)
     velocity = (position - last) / T if differences > 0.0 else v + sigma_v * noise_v
     return position, velocity
 

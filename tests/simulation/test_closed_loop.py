@@ -1,0 +1,133 @@
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from stickslip.compiled import compiled
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import InputError
+from stickslip.simulation import Sensors, SensorSample, simulate_closed_loop
+
+LAW = CoulombViscousFriction.symmetric(
+    coulomb_friction=0.1, viscous_friction=0.05, static_friction=0.12
+)
+ARM = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=LAW)
+MASS = SingleMass(mass=1.0, friction=LAW)
+NOISY = Sensors(position_noise=1e-3, velocity_noise=1e-2, encoder_step=1e-4, delay=2)
+DIFFERENCES = Sensors(encoder_step=1e-4, velocity="differences", delay=1, load=False)
+
+
+def pd_step(state, sample):
+    """A PD controller with an integrator, so that its state matters."""
+    error = 0.5 - sample.measured_position
+    total = state[0] + 0.01 * error
+    return (total,), 2.0 * error + 0.5 * total - 1.5 * sample.measured_velocity
+
+
+def controller(step):
+    return SimpleNamespace(init=lambda: (0.0,), step=step)
+
+
+COMPILED = controller(compiled(cached=False)(pd_step))
+INTERPRETED = controller(pd_step)
+
+
+@pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
+@pytest.mark.parametrize("sensors", [Sensors(), NOISY, DIFFERENCES])
+def test_compiled_and_interpreted_loops_agree_to_the_bit(plant, sensors):
+    runs = [
+        simulate_closed_loop(
+            plant,
+            which,
+            sampling_time=0.01,
+            samples=1500,
+            sensors=sensors,
+            generator=np.random.default_rng(1),
+        )
+        for which in (COMPILED, INTERPRETED)
+    ]
+    assert runs[0].controller_state == runs[1].controller_state
+    np.testing.assert_array_equal(runs[0].motion.position, runs[1].motion.position)
+    np.testing.assert_array_equal(runs[0].log.effort, runs[1].log.effort)
+    np.testing.assert_array_equal(runs[0].log.measured_velocity, runs[1].log.measured_velocity)
+    assert runs[0].motion.event_count > 0
+
+
+@pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
+@pytest.mark.parametrize("sensors", [NOISY, DIFFERENCES])
+def test_the_log_is_what_the_sensors_record_of_the_motion(plant, sensors):
+    run = simulate_closed_loop(
+        plant,
+        INTERPRETED,
+        sampling_time=0.01,
+        samples=500,
+        sensors=sensors,
+        generator=np.random.default_rng(2),
+    )
+    log = sensors.measure(run.motion, np.random.default_rng(2))
+    for name in (
+        "time",
+        "effort",
+        "measured_position",
+        "measured_velocity",
+        "measured_load_position",
+        "measured_load_velocity",
+    ):
+        expected, got = getattr(log, name), getattr(run.log, name)
+        if expected is None:
+            assert got is None
+        else:
+            np.testing.assert_array_equal(got, expected)
+
+
+def test_a_controller_sees_late_and_noisy_samples_only():
+    seen = []
+
+    def step(state, sample):
+        seen.append(sample)
+        return state, 0.3
+
+    run = simulate_closed_loop(
+        ARM,
+        SimpleNamespace(init=lambda: 0, step=step),
+        sampling_time=0.01,
+        samples=50,
+        sensors=NOISY,
+        generator=np.random.default_rng(3),
+    )
+    assert all(isinstance(sample, SensorSample) for sample in seen)
+    assert len(seen) == 50
+    np.testing.assert_array_equal(
+        [sample.measured_position for sample in seen], run.log.measured_position[:-1]
+    )
+    np.testing.assert_array_equal([sample.time for sample in seen], run.log.time[:-1])
+    assert not np.isin(run.motion.position[1:], [sample.measured_position for sample in seen]).any()
+
+
+def test_without_a_load_sensor_the_channel_is_nan():
+    samples = []
+
+    def step(state, sample):
+        samples.append(sample)
+        return state, 0.0
+
+    which = SimpleNamespace(init=lambda: 0, step=step)
+    simulate_closed_loop(MASS, which, sampling_time=0.01, samples=3)
+    simulate_closed_loop(ARM, which, sampling_time=0.01, samples=3, sensors=DIFFERENCES)
+    assert np.isnan([sample.measured_load_position for sample in samples]).all()
+    assert np.isnan([sample.measured_load_velocity for sample in samples]).all()
+
+
+@pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+def test_an_effort_that_is_not_finite_is_an_error_with_its_time(make):
+    def step(state, sample):
+        return state, np.inf if sample.time > 0.045 else 0.0
+
+    with pytest.raises(InputError, match=r"effort at 0\.05 s \(sample 5\) is not a finite"):
+        simulate_closed_loop(MASS, controller(make(step)), sampling_time=0.01, samples=10)
+
+
+def test_refuses_a_run_of_nothing():
+    with pytest.raises(InputError, match="samples is 0"):
+        simulate_closed_loop(MASS, INTERPRETED, sampling_time=0.01, samples=0)

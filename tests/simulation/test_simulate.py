@@ -1,0 +1,116 @@
+import numpy as np
+import pytest
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import EventBudgetError, InputError
+from stickslip.simulation import simulate, simulate_batch
+
+FREE = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
+STICKY = CoulombViscousFriction.symmetric(
+    coulomb_friction=0.1, viscous_friction=0.0, static_friction=0.2
+)
+
+
+def test_a_double_crossing_inside_one_sample_is_found():
+    """The first mass turns round twice between two instants at which it moves forward."""
+    arm = FlexibleArm(mass_1=0.05, mass_2=10.0, stiffness=2.0, friction=FREE)
+    motion = simulate(arm, [0.0], sampling_time=0.95, initial_state=(0.0, 0.2, 0.0, 0.08))
+    assert motion.velocity[0] > 0
+    assert motion.velocity[-1] > 0
+    assert motion.event_mode.tolist() == [-1, 1]
+    # around the centre of mass the first mass swings as v1 = V + (v1(0) - V) cos(omega t)
+    omega = np.sqrt(2.0 / 0.05 + 2.0 / 10.0)
+    mean = (0.05 * 0.2 + 10.0 * 0.08) / 10.05
+    first = np.arccos(-mean / (0.2 - mean)) / omega
+    np.testing.assert_allclose(motion.event_time, [first, 2 * np.pi / omega - first], rtol=1e-12)
+
+
+def test_coming_to_rest_and_breaking_away_inside_one_sample():
+    arm = FlexibleArm(mass_1=0.1, mass_2=5.0, stiffness=1.0, friction=STICKY)
+    coarse = simulate(arm, np.zeros(3), sampling_time=5.0, initial_state=(0.0, 0.0, 0.0, 1.0))
+    fine = simulate(arm, np.zeros(3000), sampling_time=0.005, initial_state=(0.0, 0.0, 0.0, 1.0))
+    np.testing.assert_allclose(coarse.event_time, fine.event_time, rtol=1e-12)
+    np.testing.assert_array_equal(coarse.event_mode, fine.event_mode)
+    assert np.sum(coarse.event_time < 5.0) >= 3
+
+
+def test_a_velocity_that_just_touches_zero_is_flagged():
+    """Whether the mass then sticks or goes on is not for doubles to tell."""
+    arm = FlexibleArm(mass_1=1.0, mass_2=100.0, stiffness=1.0, friction=STICKY)
+
+    def run(v1):
+        return simulate(arm, [0.0], sampling_time=6.0, initial_state=(-0.1, v1, 0.0, 0.1))
+
+    low, high = 0.1, 0.3  # slips on, and sticks on the way
+    assert run(low).event_count == 0
+    assert run(high).event_count > 0
+    while high - low > 1e-15:
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        low, high = (low, middle) if run(middle).event_count else (middle, high)
+    for offset in (0.0, 1e-13, -1e-13):
+        assert run(low + offset).any_grazing
+    for offset in (1e-3, -1e-3):
+        assert not run(low + offset).any_grazing
+
+
+def test_a_load_swing_that_just_reaches_the_static_friction_is_flagged():
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STICKY)
+    close = simulate(arm, [0.0, 0.0], sampling_time=4.0, initial_state=(0.0, 0.0, 0.0, 0.2))
+    clear = simulate(arm, [0.0, 0.0], sampling_time=4.0, initial_state=(0.0, 0.0, 0.0, 0.19))
+    assert close.any_grazing
+    assert not clear.any_grazing
+    assert clear.event_count == 0
+
+
+def test_too_many_events_in_a_sample_are_an_error_that_says_so():
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1e4, friction=FREE)
+    state = (0.0, 1.0, 0.0, -1.0)
+    with pytest.raises(
+        EventBudgetError, match=r"more than 50 events in the sample at 0 s; shorten"
+    ):
+        simulate(arm, [0.0], sampling_time=10.0, initial_state=state, event_budget=50)
+    with pytest.raises(EventBudgetError, match=r"at 0 s of trajectory 0"):
+        simulate_batch(arm, [[0.0]], sampling_time=10.0, initial_states=[state], event_budget=50)
+    assert simulate(arm, [0.0], sampling_time=10.0, initial_state=state).event_count > 400
+
+
+def test_more_events_than_samples_are_all_kept():
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=100.0, friction=FREE)
+    motion = simulate(arm, [0.0] * 5, sampling_time=10.0, initial_state=(0.0, 1.0, 0.0, -1.0))
+    assert motion.event_count > 2 * 5 + 64
+    assert np.all(np.diff(motion.event_time) > 0)
+
+
+def test_what_is_simulated_cannot_be_altered():
+    motion = simulate(SingleMass(mass=1.0, friction=STICKY), [1.0, 0.0], sampling_time=0.1)
+    with pytest.raises(ValueError, match="read-only"):
+        motion.position[0] = 1.0
+
+
+def test_an_effort_of_no_samples_is_the_initial_state():
+    motion = simulate(
+        SingleMass(mass=1.0, friction=STICKY), [], sampling_time=0.1, initial_state=(0.5, 0.1)
+    )
+    assert motion.position.tolist() == [0.5]
+    assert motion.stuck.tolist() == [False]
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"commanded_effort": [0.0, np.nan]}, r"commanded effort is nan \[N\] at sample 1"),
+        ({"sampling_time": 0.0}, "sampling time is 0 s, it must be positive"),
+        ({"sampling_time": np.inf}, "sampling time is inf s"),
+        ({"initial_state": (0.0,)}, "the initial state has 1 values, the plant's has 4"),
+        ({"initial_state": (0.0, np.nan, 0.0, 0.0)}, "initial velocity is nan"),
+        ({"event_budget": 0}, "event_budget is 0"),
+    ],
+)
+def test_refuses_bad_input(options, message):
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STICKY)
+    arguments = {"commanded_effort": [0.0], "sampling_time": 0.1} | options
+    with pytest.raises(InputError, match=message):
+        simulate(arm, **arguments)
