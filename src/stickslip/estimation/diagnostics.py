@@ -1,17 +1,20 @@
 """What a fit says about itself: conditioning, whiteness, cross-validation, identifiability."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
 from stickslip.estimation.regression import MotionSummary, Regression
 from stickslip.records import ParameterEstimate, Status, Verdict
 
 __all__ = [
+    "Determined",
     "condition_number",
     "cross_validation_residual",
-    "identifiable_columns",
+    "determined",
+    "hardly_moves",
     "status_of",
     "unidentifiable_reason",
 ]
@@ -23,7 +26,7 @@ less than 1 % of their content, which sensor and model errors exceed."""
 LEAST_SIGNAL_TO_NOISE = 3.0
 """A regressor less than three times its own noise is mostly noise, and would be biased to zero."""
 
-INVOLVED = 0.3
+INVOLVED = 0.1
 """Component of a null direction above which a parameter takes part in it."""
 
 LEAST_SPEED_VARIATION = 0.05
@@ -32,8 +35,9 @@ LEAST_SPEED_VARIATION = 0.05
 LEAST_SHARE_OF_TRAVEL = 0.02
 """A direction with less than 2 % of the travel says nothing of its own."""
 
-LEAST_TRAVEL = 30.0
-"""Travel, in standard deviations of the position noise, below which nothing can be said."""
+LEAST_RANGE = 30.0
+"""Range of positions, in units of their noise or smallest step, below which the axis hardly moves:
+noise alone spans less than 15 standard deviations in any log that fits into a memory."""
 
 POOR_FIT = 0.5
 """Relative residual above which the model is not what moves the axis."""
@@ -71,40 +75,77 @@ def cross_validation_residual(
     return float(np.sqrt(left_out / np.sum(target**2)))
 
 
-def identifiable_columns(
-    regressors: Float[np.ndarray, "n p"],
-    regressor_noise: Float[np.ndarray, " p"],
-) -> tuple[Bool[np.ndarray, " p"], list[frozenset[int]]]:
-    """Find which columns the rows determine, and which sets of others they cannot tell apart.
+@dataclass(frozen=True, kw_only=True)
+class Determined:
+    """What a regression determines.
+
+    Attributes
+    ----------
+    columns
+        Numbers of the columns that hold more than noise, shape (q,).
+    left, singular, right
+        Singular value decomposition of those columns, scaled to unit norm, in the directions that
+        are determined; shapes (n, d), (d,), (d, q) [-].
+    norms
+        Of those columns [SI], shape (q,).
+    undetermined
+        Sets of column numbers that take part in each direction that is not determined; a set of one
+        is a column that is empty or mostly noise.
+    """
+
+    columns: Int[np.ndarray, " q"]
+    left: Float[np.ndarray, "n d"]
+    singular: Float[np.ndarray, " d"]
+    right: Float[np.ndarray, "d q"]
+    norms: Float[np.ndarray, " q"]
+    undetermined: tuple[frozenset[int], ...]
+
+    def mask(self, size: int) -> Bool[np.ndarray, " p"]:
+        """Return which of ``size`` columns take part in no undetermined direction."""
+        mask = np.ones(size, dtype=bool)
+        for group in self.undetermined:
+            mask[list(group)] = False
+        return mask
+
+
+def determined(
+    regressors: Float[np.ndarray, "n p"], regressor_noise: Float[np.ndarray, " p"]
+) -> Determined:
+    """Find which directions of the parameter space the rows determine.
+
+    A direction is not determined if the columns, combined along it, are below 1 % of the strongest
+    combination, or below three times what the noise in the columns would make of it: there, least
+    squares is biased to zero.
 
     Parameters
     ----------
     regressors
-        With nuisance columns projected out [SI].
+        One column a parameter [SI].
     regressor_noise
         Root mean square of the noise in each column [SI].
-
-    Returns
-    -------
-    A mask of the determined columns, and the sets of column numbers that take part in each
-    undetermined direction (sets of one: the column is empty or mostly noise).
     """
-    p = regressors.shape[1]
-    rms = np.linalg.norm(regressors, axis=0) / np.sqrt(regressors.shape[0])
-    seen = (rms > LEAST_SIGNAL_TO_NOISE * regressor_noise) & (rms > 0)
+    n, p = regressors.shape
+    all_norms = np.linalg.norm(regressors, axis=0)
+    noise_norms = np.sqrt(n) * regressor_noise
+    seen = (all_norms > LEAST_SIGNAL_TO_NOISE * noise_norms) & (all_norms > 0)
     groups = [frozenset({k}) for k in range(p) if not seen[k]]
     columns = np.flatnonzero(seen)
-    if columns.size:
-        unit = regressors[:, columns] / np.linalg.norm(regressors[:, columns], axis=0)
-        _, values, directions = np.linalg.svd(unit, full_matrices=False)
-        for value, direction in zip(values, directions, strict=True):
-            if value < SMALLEST_SINGULAR_RATIO * values[0]:
-                involved = columns[np.abs(direction) > INVOLVED].tolist()
-                groups.append(frozenset(involved))
-    mask = np.ones(p, dtype=bool)
-    for group in groups:
-        mask[list(group)] = False
-    return mask, groups
+    norms = all_norms[columns]
+    left, singular, right = np.linalg.svd(regressors[:, columns] / norms, full_matrices=False)
+    noise = np.sqrt((right**2) @ (noise_norms[columns] / norms) ** 2)
+    largest = float(np.max(singular, initial=0.0))
+    kept = singular >= np.maximum(SMALLEST_SINGULAR_RATIO * largest, LEAST_SIGNAL_TO_NOISE * noise)
+    groups += [
+        frozenset(columns[np.abs(direction) > INVOLVED].tolist()) for direction in right[~kept]
+    ]
+    return Determined(
+        columns=columns,
+        left=left[:, kept],
+        singular=singular[kept],
+        right=right[kept],
+        norms=norms,
+        undetermined=tuple(groups),
+    )
 
 
 def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary) -> str:
@@ -119,22 +160,33 @@ def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary
     motion
         What the log excites.
     """
+    if hardly_moves(motion):
+        return "the axis hardly moves in this log"
     base = name.removesuffix("_positive").removesuffix("_negative")
-    others = [other for other in group if other != name]
-    for side, travel in (
-        ("positive", motion.forward_travel),
-        ("negative", motion.backward_travel),
-    ):
-        if name.endswith(side) and travel < LEAST_SHARE_OF_TRAVEL * motion.travel:
+    share = LEAST_SHARE_OF_TRAVEL * motion.travel
+    for side, travel in (("positive", motion.forward_travel), ("negative", motion.backward_travel)):
+        if name.endswith(side) and travel < share:
             return f"the axis hardly moves in the {side} direction"
-    if base in {"mass", "inertia"} and not others:
-        return "the axis hardly accelerates, so its inertia leaves no trace in the effort"
+    others = [other for other in group if other != name]
     if not others:
-        return "the motion that would show it is not larger than its noise"
+        return (
+            "the axis hardly accelerates, so its inertia leaves no trace in the effort"
+            if base in {"mass", "inertia"}
+            else "the motion that would show it is not larger than its noise"
+        )
+    return _inseparable_reason(base, group, others, motion)
+
+
+def _inseparable_reason(
+    base: str, group: Sequence[str], others: Sequence[str], motion: MotionSummary
+) -> str:
+    """Return why a parameter cannot be told apart from others."""
     kinds = {other.split("_")[0] for other in group}
-    if kinds >= {"coulomb", "offset"} and (
-        min(motion.forward_travel, motion.backward_travel) < LEAST_SHARE_OF_TRAVEL * motion.travel
-    ):
+    shorter = min(motion.forward_travel, motion.backward_travel)
+    one_way = shorter < LEAST_SHARE_OF_TRAVEL * motion.travel
+    if base in {"mass", "inertia"}:
+        return "the acceleration hardly varies beyond its noise and what goes with the friction"
+    if kinds >= {"coulomb", "offset"} and one_way and base != "viscous_friction":
         return (
             "the axis moves one way only, so Coulomb friction and the offset cannot be told apart"
         )
@@ -146,18 +198,22 @@ def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary
     return f"it cannot be told apart from {' and '.join(others)} in this motion"
 
 
-def verdicts_of(
-    regression: Regression, mask: Bool[np.ndarray, " p"], groups: Sequence[frozenset[int]]
-) -> tuple[Verdict, ...]:
+def hardly_moves(motion: MotionSummary) -> bool:
+    """Return whether a log shows no more motion than noise or a few encoder counts."""
+    return motion.position_range < LEAST_RANGE * motion.position_noise
+
+
+def verdicts_of(regression: Regression, found: Determined) -> tuple[Verdict, ...]:
     """Return one verdict a parameter, in the order of the columns."""
     verdicts: list[Verdict] = []
+    mask = found.mask(len(regression.names))
     for k, name in enumerate(regression.names):
         if mask[k]:
             verdicts.append(
                 Verdict(parameter=name, identifiable=True, reason="the motion determines it")
             )
             continue
-        group = max((g for g in groups if k in g), key=len)
+        group = max((g for g in found.undetermined if k in g), key=len)
         names = [regression.names[j] for j in sorted(group)]
         reason = unidentifiable_reason(name, names, regression.motion)
         verdicts.append(Verdict(parameter=name, identifiable=False, reason=reason))
@@ -178,17 +234,15 @@ def status_of(
     motion
         What the log excites.
     """
-    if motion.travel < LEAST_TRAVEL * motion.position_noise or not any(
-        p.identified for p in parameters
-    ):
+    if hardly_moves(motion) or not any(p.identified for p in parameters):
         return Status.INSUFFICIENT_EXCITATION
     if not all(p.identified for p in parameters):
         return Status.NOT_IDENTIFIABLE
+    if relative_residual > POOR_FIT:
+        return Status.POOR_FIT
     for p in parameters:
         if p.name != "offset" and p.ci95 is not None and p.ci95[1] < 0:
             return Status.UNPHYSICAL
         if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
             return Status.UNPHYSICAL
-    if relative_residual > POOR_FIT:
-        return Status.POOR_FIT
     return Status.OK

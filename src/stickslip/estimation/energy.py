@@ -12,7 +12,7 @@ from stickslip.estimation import streaming
 from stickslip.estimation.energy_levels import AxisModel, EnergyLevels, energy_levels
 from stickslip.estimation.kinematics import LowPass, default_cutoff
 from stickslip.estimation.level_weighting import block_means, likeliest_ratio, whitened
-from stickslip.estimation.observation import HYSTERESIS, MotionNoise, motion_noise, slow_speed
+from stickslip.estimation.observation import HYSTERESIS, MotionNoise, motion_noise
 from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.solution import check_excited, provenance_of, solve
@@ -29,7 +29,8 @@ from stickslip.records import (
 
 __all__ = ["EnergyEstimator"]
 
-_LEAST_ROWS = 10
+_LEAST_ROWS = 50
+_EDGE_PERIODS = 2.0  # of the cutoff, at both ends
 _FIRST_VARIANCE = 1e8  # P(0): knows nothing
 _REPORT_VARIANCE = 1e3  # P(0) with which the report's figures are reproduced
 _ROWS_PER_PERIOD = 2.0  # of the cutoff: the rate that a signal filtered there can be sampled at
@@ -222,32 +223,37 @@ class EnergyEstimator:
             )
         noise = self._noise(parts, T)
         levels = [energy_levels(part, self.model, self._low_pass(T), noise, T) for part in parts]
-        blocks = [block_means(level, size) for level in levels]
+        # A filter knows nothing beyond the ends, so velocities made by one are wrong there
+        derived = log.measured_velocity is None
+        edge = round(_EDGE_PERIODS / (self._low_pass(T).cutoff * T)) if derived else 0
+        blocks = [block_means(level, size, edge) for level in levels]
         ratio = likeliest_ratio(blocks)
         white, variances, times = whitened(blocks, ratio)
         scale = float(np.sqrt(np.mean(variances)))
         names = self.parameter_names(log.kind)
         regressors = white[:, 1:] * scale
         speeds = [level.motion.smooth_velocity for level in levels]
-        slow = slow_speed(max(float(np.max(np.abs(v))) for v in speeds))
         column_noise = np.zeros(len(names))
         if self.inertia is None:
-            # Noise of the kinetic energy of a unit inertia, beside how much that energy varies
-            energy = np.concatenate([0.5 * v**2 for v in speeds])
-            spread = float(np.std(energy))
-            error = float(np.sqrt(np.mean(2.0 * energy))) * noise.smooth_velocity
-            rms = float(np.sqrt(np.mean(regressors[:, 0] ** 2)))
-            column_noise[0] = rms * error / spread if spread > 0 else np.inf
+            # Noise of the kinetic energy of a unit inertia, in the difference of two blocks
+            squares = np.concatenate([b.speed_squared for b in blocks])
+            column_noise[0] = (
+                scale * noise.smooth_velocity * float(np.sqrt(np.mean(squares / variances)))
+            )
         return Regression(
             kind=log.kind,
             names=names,
             time=times,
             target=white[:, 0] * scale,
             regressors=regressors,
-            nuisance=np.empty((times.size, 0)),
             regressor_noise=column_noise,
             quantity="energy",
-            motion=summarise_motion(speeds, T, slow, noise.smooth_velocity, noise.position),
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                speeds,
+                T,
+                (noise.position, noise.smooth_velocity),
+            ),
             samples=len(log),
             notes=(
                 f"energies averaged over {size} samples; noise of the energy level is taken as "

@@ -24,6 +24,7 @@ from stickslip.records import (
 
 __all__ = ["examine"]
 
+_EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
 _CURVE_POINTS = 100
 _EVOLUTION_POINTS = 200
 _LARGEST_LAG = 100
@@ -118,6 +119,9 @@ def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -
         force = low_pass.apply(held - levels.spring_force, T)
         friction = force - (balance.inertia or 0.0) * central_difference(velocity, T)
         moving = ~levels.motion.resting
+        edge = round(_EDGE_PERIODS / (low_pass.cutoff * T))
+        moving[:edge] = False
+        moving[moving.size - edge :] = False
         velocities.append(velocity[moving])
         frictions.append(friction[moving])
     velocity, friction = np.concatenate(velocities), np.concatenate(frictions)
@@ -195,7 +199,7 @@ def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEv
     Their standard deviations are those of white residuals times the factor that the correlation of
     the residuals gives in the whole log.
     """
-    target, regressors = regression.without_nuisance()
+    target, regressors = regression.target, regression.regressors
     n, p = regressors.shape
     columns = np.column_stack([regressors, target])
     products = np.cumsum(columns[:, :, None] * columns[:, None, :], axis=0)
@@ -231,7 +235,7 @@ def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEv
 
 def _residuals(regression: Regression, values: Mapping[str, float]) -> Residuals:
     """Return what the fit leaves unexplained, and how it is correlated in time."""
-    target, regressors = regression.without_nuisance()
+    target, regressors = regression.target, regression.regressors
     residual = target - regressors @ np.array([values[name] for name in regression.names])
     lags = min(_LARGEST_LAG, residual.size // 4)
     spacing = float(np.median(np.diff(regression.time)))

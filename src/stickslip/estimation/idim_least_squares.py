@@ -11,9 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.kinematics import (
-    REST_NOISE,
     REST_PERIODS,
-    REST_SPEED,
     LowPass,
     central_difference,
     decimate,
@@ -21,6 +19,7 @@ from stickslip.estimation.kinematics import (
     default_cutoff,
     noise_level,
     rests,
+    slow_speed,
 )
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.solution import check_excited, provenance_of, solve
@@ -31,7 +30,7 @@ __all__ = ["IdimLeastSquares"]
 
 SETTLING_PERIODS = 5.0
 """Periods of the cutoff frequency after which the filter has forgotten how the log began."""
-_LEAST_ROWS = 10
+_LEAST_ROWS = 50
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -146,7 +145,7 @@ class IdimLeastSquares:
         position_noise = max(noise_level(part.measured_position) for part in parts)
         speed_noise = position_noise * low_pass.noise_gain(T, derivatives=1)
         largest = max(float(np.max(np.abs(v))) for v in velocities)
-        slow = max(REST_SPEED * largest, REST_NOISE * speed_noise)
+        slow = slow_speed(largest, speed_noise)
 
         blocks: list[tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n p"]]] = []
         dropped = 0
@@ -180,10 +179,14 @@ class IdimLeastSquares:
             time=time,
             target=target,
             regressors=regressors,
-            nuisance=np.empty((target.size, 0)),
             regressor_noise=noise,
             quantity="effort",
-            motion=summarise_motion(velocities, T, slow, speed_noise, position_noise),
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                velocities,
+                T,
+                (position_noise, speed_noise),
+            ),
             samples=len(log),
             notes=tuple(notes),
         )

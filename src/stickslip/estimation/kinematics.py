@@ -10,9 +10,7 @@ from scipy import signal
 from stickslip.records import InputError
 
 __all__ = [
-    "REST_NOISE",
     "REST_PERIODS",
-    "REST_SPEED",
     "LowPass",
     "central_difference",
     "decimate",
@@ -20,6 +18,7 @@ __all__ = [
     "default_cutoff",
     "noise_level",
     "rests",
+    "slow_speed",
 ]
 
 LARGEST_CUTOFF = 100.0
@@ -143,6 +142,19 @@ def noise_level(values: Float[np.ndarray, " n"]) -> float:
     scale = np.sqrt(comb(2 * _NOISE_DIFFERENCE, _NOISE_DIFFERENCE))
     quantile = float(np.quantile(difference, _NOISE_QUANTILE))
     return quantile / (_NOISE_QUANTILE_NORMAL * float(scale))
+
+
+def slow_speed(largest_speed: float, noise: float) -> float:
+    """Return the speed below which the axis may be at rest [m/s or rad/s].
+
+    Parameters
+    ----------
+    largest_speed
+        In the log [m/s or rad/s].
+    noise
+        Standard deviation of the speed [m/s or rad/s].
+    """
+    return max(REST_SPEED * largest_speed, REST_NOISE * noise)
 
 
 def rests(

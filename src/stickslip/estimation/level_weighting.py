@@ -26,26 +26,38 @@ class LevelBlocks:
     walk: Float[np.ndarray, " b-1"]
     disturbance: Float[np.ndarray, " b-1"]
     resting: Bool[np.ndarray, " b-1"]
+    speed_squared: Float[np.ndarray, " b-1"]
 
 
-def block_means(levels: EnergyLevels, size: int) -> LevelBlocks:
-    """Average over blocks: white noise shrinks, and the balance stays exact as it is linear."""
-    count = levels.time.size // size
-    used = count * size
+def block_means(levels: EnergyLevels, size: int, edge: int) -> LevelBlocks:
+    """Average over blocks: white noise shrinks, and the balance stays exact as it is linear.
+
+    Parameters
+    ----------
+    levels
+        Of one stretch.
+    size
+        Samples in a block.
+    edge
+        Samples left out at both ends.
+    """
+    count = (levels.time.size - 2 * edge) // size
+    used = slice(edge, edge + count * size)
 
     def mean(values: Float[np.ndarray, "n c"]) -> Float[np.ndarray, "b c"]:
-        return values[:used].reshape(count, size, -1).mean(axis=1)
+        return values[used].reshape(count, size, -1).mean(axis=1)
 
-    path = summed(levels.motion.path[:, None])
     columns = np.column_stack([levels.dissipated, levels.regressors])
-    rest = levels.motion.resting[:used].reshape(count, size).mean(axis=1)
+    squares = mean(levels.motion.smooth_velocity[:, None] ** 2)[:, 0]
+    rest = mean(levels.motion.resting[:, None].astype(float))[:, 0]
     return LevelBlocks(
         time=mean(levels.time[:, None])[:, 0],
         values=mean(columns),
         noise=mean(levels.noise[:, None])[:, 0] / size,
         walk=np.diff(mean(summed(levels.walk[:, None]))[:, 0]),
-        disturbance=np.diff(mean(path)[:, 0]) ** 2,
+        disturbance=np.diff(mean(summed(levels.motion.path[:, None]))[:, 0]) ** 2,
         resting=rest[1:] + rest[:-1] >= 1.0,
+        speed_squared=squares[1:] + squares[:-1],
     )
 
 
@@ -86,8 +98,11 @@ def likeliest_ratio(blocks: Sequence[LevelBlocks]) -> float:
         n = white.shape[0]
         return n * float(np.log(max(squares, floor) / n)) + float(np.sum(np.log(variances)))
 
-    grid = np.linspace(*_RATIO_RANGE, _RATIO_GRID)
+    low, high = _RATIO_RANGE
+    grid = np.linspace(low, high, _RATIO_GRID)
     best = float(grid[int(np.argmin([cost(decades) for decades in grid]))])
     step = float(grid[1] - grid[0])
-    found = minimize_scalar(cost, bounds=(best - step, best + step), method="bounded")
+    found = minimize_scalar(
+        cost, bounds=(max(best - step, low), min(best + step, high)), method="bounded"
+    )
     return float(10.0**found.x)

@@ -8,13 +8,12 @@ from scipy import linalg
 
 from stickslip.estimation.energy_balance import sample_integrals, travel_direction
 from stickslip.estimation.kinematics import (
-    REST_NOISE,
     REST_PERIODS,
-    REST_SPEED,
     LowPass,
     central_difference,
     noise_level,
     rests,
+    slow_speed,
 )
 from stickslip.records import AxisLog
 
@@ -182,7 +181,7 @@ def observe(
     noisy = noise.velocity > 0
     path, squared = sample_integrals(x, v, smooth, direction, T, noisy)
     largest = float(np.max(np.abs(smooth)))
-    threshold = max(slow_speed(largest), REST_NOISE * noise.smooth_velocity)
+    threshold = slow_speed(largest, noise.smooth_velocity)
     least = round(REST_PERIODS / (low_pass.cutoff * T))
     return ObservedMotion(
         position=x,
@@ -193,8 +192,3 @@ def observe(
         velocity_squared=squared,
         resting=rests(smooth, threshold, least),
     )
-
-
-def slow_speed(largest_speed: float) -> float:
-    """Return the speed below which an axis that reaches ``largest_speed`` may be at rest."""
-    return REST_SPEED * largest_speed

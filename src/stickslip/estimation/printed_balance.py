@@ -7,7 +7,6 @@ from jaxtyping import Float
 
 from stickslip.estimation.energy_levels import AxisModel, summed
 from stickslip.estimation.kinematics import LowPass, central_difference
-from stickslip.estimation.observation import slow_speed
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.records import AxisLog, InputError
 
@@ -101,17 +100,17 @@ def printed_regression(
     weight = forgetting_factor ** (0.5 * np.arange(n - 1, -1, -1))
     prior = forgetting_factor ** (0.5 * n) / np.sqrt(initial_variance)
     time = np.concatenate([part.time for part in parts])
-    largest = max(float(np.max(np.abs(v))) for v in velocities)
     return Regression(
         kind=parts[0].kind,
         names=names,
         time=np.concatenate([np.full(p, time[0]), time]),
         target=np.concatenate([prior * np.array(initial_values), weight * target]),
         regressors=np.concatenate([prior * np.eye(p), weight[:, None] * columns]),
-        nuisance=np.empty((n + p, 0)),
         regressor_noise=np.zeros(p),
         quantity="energy",
-        motion=summarise_motion(velocities, T, slow_speed(largest), 0.0, 0.0),
+        motion=summarise_motion(
+            [part.measured_position for part in parts], velocities, T, (0.0, 0.0)
+        ),
         samples=n,
         notes=(
             "sums by backward Euler as printed: biased when the effort is held over each sample, "

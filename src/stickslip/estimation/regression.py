@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.kinematics import slow_speed
 from stickslip.records import AxisKind
 
 __all__ = ["MotionSummary", "Regression", "summarise_motion"]
@@ -22,8 +23,11 @@ class MotionSummary:
         Largest speed, and the standard deviation of its noise [m/s or rad/s].
     forward_travel, backward_travel
         Way travelled in each direction [m or rad].
+    position_range
+        Largest less smallest position [m or rad].
     position_noise
-        Standard deviation of the noise of the positions [m or rad].
+        Standard deviation of the noise of the positions, or their smallest step where that is
+        larger [m or rad].
     speed_variation
         Standard deviation over mean of the speed while moving [-].
     """
@@ -32,6 +36,7 @@ class MotionSummary:
     speed_noise: float
     forward_travel: float
     backward_travel: float
+    position_range: float
     position_noise: float
     speed_variation: float
 
@@ -42,42 +47,44 @@ class MotionSummary:
 
 
 def summarise_motion(
+    positions: Sequence[Float[np.ndarray, " _"]],
     velocities: Sequence[Float[np.ndarray, " _"]],
     sampling_time: float,
-    slow: float,
-    speed_noise: float,
-    position_noise: float,
+    noise: tuple[float, float],
 ) -> MotionSummary:
     """Return what the motion of all stretches excites.
 
     Parameters
     ----------
+    positions
+        As measured, one array a stretch [m or rad].
     velocities
-        One array a stretch [m/s or rad/s].
+        Smoothed, one array a stretch [m/s or rad/s].
     sampling_time
         [s].
-    slow
-        Speed below which the axis does not count as moving [m/s or rad/s].
-    speed_noise, position_noise
-        Standard deviations [m/s or rad/s, m or rad].
+    noise
+        Standard deviations of the position and of the smoothed velocity [m or rad, m/s or rad/s].
     """
-    v = np.concatenate(velocities)
-    moving = v[np.abs(v) >= slow]
+    x, v = np.concatenate(positions), np.concatenate(velocities)
+    largest = float(np.max(np.abs(v)))
+    moving = v[np.abs(v) >= slow_speed(largest, noise[1])]
     speed = np.abs(moving)
-    variance = max(float(np.var(speed)) - speed_noise**2, 0.0) if speed.size else 0.0
+    variance = max(float(np.var(speed)) - noise[1] ** 2, 0.0) if speed.size else 0.0
+    steps = np.diff(np.unique(x))
     return MotionSummary(
-        largest_speed=float(np.max(np.abs(v))),
-        speed_noise=speed_noise,
+        largest_speed=largest,
+        speed_noise=noise[1],
         forward_travel=float(np.sum(moving[moving > 0])) * sampling_time,
         backward_travel=-float(np.sum(moving[moving < 0])) * sampling_time,
-        position_noise=position_noise,
+        position_range=float(np.ptp(x)),
+        position_noise=max(noise[0], float(np.min(steps)) if steps.size else 0.0),
         speed_variation=float(np.sqrt(variance) / np.mean(speed)) if speed.size else 0.0,
     )
 
 
 @dataclass(frozen=True, kw_only=True)
 class Regression:
-    """Rows of ``target = regressors @ parameters + nuisance @ anything + residual``.
+    """Rows of ``target = regressors @ parameters + residual``.
 
     Attributes
     ----------
@@ -89,8 +96,6 @@ class Regression:
         Of each row [s], shape (n,).
     target, regressors
         Shapes (n,) and (n, p) [SI].
-    nuisance
-        Columns whose coefficients are fitted but not reported, shape (n, q) [SI].
     regressor_noise
         Root mean square of the sensor noise in each column [SI], shape (p,).
     quantity
@@ -108,22 +113,11 @@ class Regression:
     time: Float[np.ndarray, " n"]
     target: Float[np.ndarray, " n"]
     regressors: Float[np.ndarray, "n p"]
-    nuisance: Float[np.ndarray, "n q"]
     regressor_noise: Float[np.ndarray, " p"]
     quantity: Literal["effort", "energy"]
     motion: MotionSummary
     samples: int
     notes: tuple[str, ...] = ()
-
-    def without_nuisance(self) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n p"]]:
-        """Return target and regressors with the nuisance columns projected out."""
-        if self.nuisance.shape[1] == 0:
-            return self.target, self.regressors
-        basis, _ = np.linalg.qr(self.nuisance)
-        return (
-            self.target - basis @ (basis.T @ self.target),
-            self.regressors - basis @ (basis.T @ self.regressors),
-        )
 
     def relative_residual(self, parameters: Mapping[str, float]) -> float:
         """Return norm of residual over norm of target [-] with given parameters.
@@ -135,7 +129,6 @@ class Regression:
         parameters
             Value of each of `names` [SI].
         """
-        target, regressors = self.without_nuisance()
         values = np.array([parameters[name] for name in self.names])
-        residual = target - regressors @ values
-        return float(np.linalg.norm(residual) / np.linalg.norm(target))
+        residual = self.target - self.regressors @ values
+        return float(np.linalg.norm(residual) / np.linalg.norm(self.target))

@@ -1,16 +1,19 @@
 """Solve a regression and certify the result."""
 
 from collections.abc import Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from stickslip import __version__
 from stickslip.estimation.diagnostics import (
-    SMALLEST_SINGULAR_RATIO,
+    Determined,
     condition_number,
     cross_validation_residual,
-    identifiable_columns,
+    determined,
+    hardly_moves,
     status_of,
     verdicts_of,
 )
@@ -23,6 +26,8 @@ from stickslip.records import (
     InputError,
     ParameterEstimate,
     Provenance,
+    Status,
+    Verdict,
     unit_of,
 )
 
@@ -82,83 +87,122 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         Name of the estimator that made them.
     provenance
         Where they come from.
-
-    Raises
-    ------
-    InputError
-        If there are too few rows.
     """
-    target, regressors = regression.without_nuisance()
+    target, regressors = regression.target, regression.regressors
     n, p = regressors.shape
-    nuisance = regression.nuisance.shape[1]
-    least = _LEAST_ROWS_PER_PARAMETER * (p + nuisance)
-    if n < least:
-        raise InputError(
-            f"the log leaves {n} rows for {p} parameters, at least {least} are needed",
-            remedy="record a longer log, or raise the cutoff frequency",
-        )
-    mask, groups = identifiable_columns(regressors, regression.regressor_noise)
-    seen = np.linalg.norm(regressors, axis=0) > 0
-    for group in groups:
-        if len(group) == 1:
-            seen[list(group)] = False
-    columns = np.flatnonzero(seen)
-    values = np.zeros(p)
-    covariance = np.zeros((p, p))
-    classical = np.zeros(p)
-    if columns.size:
-        norms = np.linalg.norm(regressors[:, columns], axis=0)
-        left, singular, right = np.linalg.svd(regressors[:, columns] / norms, full_matrices=False)
-        kept = singular >= singular[0] * SMALLEST_SINGULAR_RATIO
-        left, singular, right = left[:, kept], singular[kept], right[kept]
-        to_values = (right.T / singular) / norms[:, None]
-        values[columns] = to_values @ (left.T @ target)
-        residual = target - regressors @ values
-        inner = hac_covariance(left, residual, lost=nuisance)
-        covariance[np.ix_(columns, columns)] = to_values @ inner @ to_values.T
-        spread = float(np.var(residual, ddof=1))
-        classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
-    else:
-        residual = target
-    ratio = np.divide(
-        classical**2, np.diag(covariance), out=np.ones(p), where=np.diag(covariance) > 0
-    )
+    least = _LEAST_ROWS_PER_PARAMETER * p
+    if hardly_moves(regression.motion) or n < least:
+        return _nothing_identified(regression, least, estimator=estimator, provenance=provenance)
+    found = determined(regressors, regression.regressor_noise)
+    mask = found.mask(p)
+    fit = _fit(regression, found)
+    variances = np.diag(fit.covariance)
+    ratio = np.divide(fit.classical_std**2, variances, out=np.ones(p), where=variances > 0)
     effective = np.clip(n * ratio, 1.0, float(n))
+    verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
     for k, name in enumerate(regression.names):
-        unit = unit_of(name, regression.kind)
-        if not mask[k]:
-            parameters[name] = ParameterEstimate(
-                name=name, value=None, std=None, ci95=None, unit=unit
-            )
-            continue
-        std = float(np.sqrt(covariance[k, k]))
-        freedom = max(float(effective[k]) - p - nuisance, _LEAST_DEGREES_OF_FREEDOM)
-        half = t_quantile(freedom) * std
-        value = float(values[k])
+        value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
+        half = std * t_quantile(max(float(effective[k]) - p, _LEAST_DEGREES_OF_FREEDOM))
+        if mask[k] and name in {"mass", "inertia"} and half > abs(value):
+            mask[k] = False
+            reason = "its 95 % interval is wider than the value itself"
+            verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
         parameters[name] = ParameterEstimate(
-            name=name, value=value, std=std, ci95=(value - half, value + half), unit=unit
+            name=name,
+            value=value if mask[k] else None,
+            std=std if mask[k] else None,
+            ci95=(value - half, value + half) if mask[k] else None,
+            unit=unit_of(name, regression.kind),
         )
-    relative = float(np.linalg.norm(residual) / np.linalg.norm(target))
-    diagnostics = Diagnostics(
-        relative_residual=relative,
-        cross_validation_residual=cross_validation_residual(target, regressors),
-        condition_number=condition_number(regressors),
-        residual_autocorrelation=float(autocorrelation(residual, 1)[1]),
-        effective_samples=float(np.min(effective[mask])) if np.any(mask) else 1.0,
-        classical_std={
-            name: float(classical[k]) for k, name in enumerate(regression.names) if mask[k]
-        },
-        samples=regression.samples,
-        verdicts=verdicts_of(regression, mask, groups),
-        notes=regression.notes,
-    )
+    relative = float(np.linalg.norm(fit.residual) / np.linalg.norm(target))
     return FrictionEstimate(
         estimator=estimator,
         kind=regression.kind,
         parameters=parameters,
-        covariance=covariance[np.ix_(mask, mask)],
+        covariance=fit.covariance[np.ix_(mask, mask)],
         status=status_of(list(parameters.values()), relative, regression.motion),
-        diagnostics=diagnostics,
+        diagnostics=Diagnostics(
+            relative_residual=relative,
+            cross_validation_residual=cross_validation_residual(target, regressors),
+            condition_number=condition_number(regressors),
+            residual_autocorrelation=float(autocorrelation(fit.residual, 1)[1]),
+            effective_samples=float(np.min(effective[mask])) if np.any(mask) else 1.0,
+            classical_std={
+                name: float(fit.classical_std[k])
+                for k, name in enumerate(regression.names)
+                if mask[k]
+            },
+            samples=regression.samples,
+            verdicts=tuple(verdicts),
+            notes=regression.notes,
+        ),
+        provenance=provenance,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fit:
+    """Least squares on some of the columns; zero for the others."""
+
+    values: Float[np.ndarray, " p"]
+    covariance: Float[np.ndarray, "p p"]
+    classical_std: Float[np.ndarray, " p"]
+    residual: Float[np.ndarray, " n"]
+
+
+def _fit(regression: Regression, found: Determined) -> _Fit:
+    """Fit in the directions that are determined.
+
+    The classical standard deviations take the variance of the residual over n - 1, as the published
+    ones do.
+    """
+    p = regression.regressors.shape[1]
+    values, covariance, classical = np.zeros(p), np.zeros((p, p)), np.zeros(p)
+    columns = found.columns
+    to_values = (found.right.T / found.singular) / found.norms[:, None]
+    values[columns] = to_values @ (found.left.T @ regression.target)
+    residual = regression.target - regression.regressors @ values
+    inner = hac_covariance(found.left, residual)
+    covariance[np.ix_(columns, columns)] = to_values @ inner @ to_values.T
+    spread = float(np.var(residual, ddof=1))
+    classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
+    return _Fit(values=values, covariance=covariance, classical_std=classical, residual=residual)
+
+
+def _nothing_identified(
+    regression: Regression, least: int, *, estimator: str, provenance: Provenance
+) -> FrictionEstimate:
+    """Return the estimate from a log in which the axis hardly moves."""
+    reason = (
+        "the axis hardly moves in this log"
+        if hardly_moves(regression.motion)
+        else f"the axis moves in {regression.target.size} rows only, {least} are needed"
+    )
+    return FrictionEstimate(
+        estimator=estimator,
+        kind=regression.kind,
+        parameters={
+            name: ParameterEstimate(
+                name=name, value=None, std=None, ci95=None, unit=unit_of(name, regression.kind)
+            )
+            for name in regression.names
+        },
+        covariance=np.empty((0, 0)),
+        status=Status.INSUFFICIENT_EXCITATION,
+        diagnostics=Diagnostics(
+            relative_residual=1.0,
+            cross_validation_residual=None,
+            condition_number=float("inf"),
+            residual_autocorrelation=0.0,
+            effective_samples=1.0,
+            classical_std={},
+            samples=regression.samples,
+            verdicts=tuple(
+                Verdict(parameter=name, identifiable=False, reason=reason)
+                for name in regression.names
+            ),
+            notes=regression.notes,
+        ),
         provenance=provenance,
     )
