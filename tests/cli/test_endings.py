@@ -13,6 +13,14 @@ from stickslip import __version__
 PROGRAM = (sys.executable, "-m", "stickslip")
 
 
+NOTICE = "compiling the kernels"
+"""Said by whichever process is the first to use them, so it may stand before what is tested."""
+
+
+def without_notice(text: str) -> list[str]:
+    return [line for line in text.splitlines() if NOTICE not in line]
+
+
 def process(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False
@@ -47,8 +55,9 @@ def test_a_reader_that_leaves_is_no_error(arguments: list[str], good_log: Path) 
     said = running.stderr.read()
     running.stderr.close()
     assert running.wait(timeout=120) == 0
-    for word in ("Traceback", "Broken", "Exception", "stickslip: "):
+    for word in ("Traceback", "Broken", "Exception"):
         assert word not in said
+    assert not [line for line in without_notice(said) if line.startswith("stickslip: ")]
 
 
 def test_a_reader_that_leaves_the_help_is_no_error() -> None:
@@ -71,8 +80,8 @@ def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
             check=False,
         )
     assert outcome.returncode == 2
-    assert len(outcome.stderr.splitlines()) == 1
-    assert "No space left" in outcome.stderr
+    (line,) = without_notice(outcome.stderr)
+    assert "No space left" in line
 
 
 def test_an_interruption_ends_with_one_line_and_no_file(

@@ -2,6 +2,7 @@
 
 import html
 import math
+from collections.abc import Mapping
 from typing import Any
 
 from stickslip.records import (
@@ -223,7 +224,9 @@ def _plain(value: Any) -> str:
         return "yes" if value else "no"
     if isinstance(value, float):
         return f"{value:.6g}"
-    return str(value)
+    if isinstance(value, Mapping):
+        return ", ".join(f"{key} = {_plain(each)}" for key, each in value.items()) or "none"
+    return str(value).replace("_", " ")
 
 
 def _share(value: float | None) -> str:
