@@ -224,7 +224,7 @@ def _bound(t: Vector, i: int, model: Vector, mode: int, R: float, u_max: float) 
         t[_MIN * LANES + i], t[_MAX * LANES + i] = slip_threshold(model, R, u_max), np.inf
 
 
-@compiled()
+@compiled(inline=True)
 def _lockstep(y: Vector, new: Vector, t: Vector, u: Vector, k: int, fine: bool) -> int:
     """Propagate all lanes over one sample without events; return how many may have had one.
 
@@ -268,6 +268,32 @@ def _lockstep(y: Vector, new: Vector, t: Vector, u: Vector, k: int, fine: bool) 
         new[5 * L + i], new[6 * L + i], new[7 * L + i] = nxl, nvl, ndl
         new[8 * L + i], new[9 * L + i] = nwl, nzl
     return failed
+
+
+@compiled()
+def _advance(
+    y: Vector, new: Vector, t: Vector, u: Vector, k: int, stop: int, fine: bool
+) -> tuple[int, bool, bool]:
+    """Propagate all lanes from sample k until one of them may have an event, or to ``stop``.
+
+    The states go to and fro between the two tables.
+
+    Returns
+    -------
+    k, passed, swapped
+        The sample reached; False if some lanes have an event in it; and whether the states at its
+        start are in ``new`` (then those at its end are in ``y``, for the lanes without an event).
+    """
+    while k < stop:
+        if _lockstep(y, new, t, u, k, fine) > 0:
+            return k, False, False
+        k += 1
+        if k == stop:
+            return k, True, True
+        if _lockstep(new, y, t, u, k, fine) > 0:
+            return k, False, True
+        k += 1
+    return k, True, False
 
 
 @compiled()
@@ -341,8 +367,15 @@ def arm_batch(
                 R[i] = energy_root(model, y[LANES + i], y[2 * LANES + i], y[3 * LANES + i])
                 R[i] += size * model[GROWTH] * u_max[i]
                 _bound(t, i, model, modes[i], R[i], u_max[i])
-            for j in range(size):
-                if _lockstep(y, new, t, u, j, fine) > 0:
+            j = 0
+            while j < size:
+                stop = min(size, j + due) if every > 0 else size
+                reached, passed, swapped = _advance(y, new, t, u, j, stop, fine)
+                if swapped:
+                    y, new = new, y
+                due -= reached - j
+                j = reached
+                if not passed:
                     for i in range(LANES):
                         if t[_PASSED * LANES + i] == 0.0:
                             b = start + min(i, lanes - 1)
@@ -359,9 +392,10 @@ def arm_batch(
                                 modes[i] = mode
                                 _enter(t, i, model, mode)
                                 _bound(t, i, model, mode, R[i], u_max[i])
-                y, new = new, y
-                due -= 1
-                if due == 0:
+                    y, new = new, y
+                    due -= 1
+                    j += 1
+                if every > 0 and due == 0:
                     for i in range(lanes):
                         out[start + i, row, 0] = y[i]
                         out[start + i, row, 1] = y[LANES + i]
