@@ -11,7 +11,7 @@ REFERENCE_TOLERANCE = 1e-13
 """Error of any state over the largest magnitude of its kind (position, velocity) in the run.
 
 Rounding is 1.1e-16 an operation. It adds up over some thousand samples like a random walk (factor
-of 10 to 100) and the cases amplify it by up to a few tens (each states by how much)."""
+of 10 to 100) and the cases amplify it by up to a hundred (each states by how much)."""
 
 
 def plant_of(case: Case) -> SingleMass | FlexibleArm:

@@ -119,6 +119,16 @@ def _special_arms() -> Iterator[Case]:
         effort_runs=((1.0, 500), (-1.0, 500), (0.0, 5000)),
         kept=60,
     )
+    yield Case(
+        name="bang-bang",
+        about="+-0.5 N in turn for 2 s each, 64 s",
+        plant=_arm(),
+        **_symmetric(0.1, 0.1, 0.05),
+        sampling_time=0.01,
+        initial_state=(0.0,) * 4,
+        effort_runs=((0.5, 200), (-0.5, 200)) * 16,
+        kept=40,
+    )
     for name, heavy in (("light-motor", _arm(0.01, 1.0)), ("light-load", _arm(1.0, 0.01))):
         for law in ("viscous-static", "directions"):
             yield Case(
@@ -272,12 +282,12 @@ def _special_masses() -> Iterator[Case]:
 def _design() -> Iterator[Case]:
     yield Case(
         name="design",
-        about="bang-bang effort of 0.5 N for 2 s each, 64 s",
+        about="+0.5 N and -0.5 N for 2 s each, then none: the benchmark of the simulators",
         plant=_arm(),
         **_symmetric(0.1, 0.1, 0.05),
         sampling_time=0.01,
         initial_state=(0.0,) * 4,
-        effort_runs=((0.5, 200), (-0.5, 200)) * 16,
+        effort_runs=((0.5, 200), (-0.5, 200), (0.0, 6000)),
         kept=160,
     )
 
@@ -296,7 +306,7 @@ def _perturbed(case: Case, digits: int) -> Run:
     draw = random.Random(case.name)  # noqa: S311  (as above)
     with mp.workdps(digits):
         changes = {
-            name: value * (1 + draw.choice((-1, 1)) * _PERTURBATION)
+            name: value * (1 + draw.uniform(-1, 1) * _PERTURBATION)
             for name, value in case.plant.items()
         }
         plant = plant_of(case)
