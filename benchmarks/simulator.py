@@ -234,8 +234,8 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
         rows.add(name, function, n, error=error, repetitions=repetitions)
     return Comparison(
         title=(
-            f"Flexible arm, {n} samples of {run.sampling_time:g} s, ±0.5 N for 2 s each, then none; "
-            "error against a 30-digit reference"
+            f"Flexible arm, {n} samples of {run.sampling_time:g} s, ±0.5 N for 2 s each, "
+            "then none; error against a 30-digit reference"
         ),
         item="sample",
         error_name="error, m",
