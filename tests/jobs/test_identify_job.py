@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip.jobs import Columns, Demonstration, demonstrate, identify, json_text, write_json
+from stickslip.jobs import Demonstration, demonstrate, identify, json_text, write_json
 from stickslip.records import AxisLog, InputError
 
 MASS, COULOMB, VISCOUS = 3.0, 1.5, 4.0
@@ -51,15 +51,6 @@ def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
 def test_a_rigid_method_refuses_what_belongs_to_an_arm(known: str, log: AxisLog) -> None:
     with pytest.raises(InputError, match=r"use the energy estimator$"):
         identify(log, estimator="idim-ls", **{known: 1.0})  # pyright: ignore[reportArgumentType]
-
-
-def test_time_on_the_command_line_replaces_the_schemas_sampling(tmp_path: Path) -> None:
-    schema = stickslip.LogSchema(
-        kind="linear", sampling_frequency=10.0, position="x", units={"position": "mm"}
-    )
-    merged = Columns(time="t", units={"effort": "kN"}).applied_to(schema, None)
-    assert (merged.time, merged.sampling_frequency, merged.position) == ("t", None, "x")
-    assert dict(merged.units) == {"position": "mm", "effort": "kN"}
 
 
 def test_json_has_no_numbers_that_json_does_not_know(tmp_path: Path) -> None:

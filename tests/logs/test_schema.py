@@ -119,3 +119,12 @@ def test_a_folder_of_files(tmp_path):
     np.testing.assert_array_equal(log.effort, [5.0, 8.0])
     assert log.source.files == ("a.csv", "b.tsv")
     assert log.name == tmp_path.stem
+
+
+def test_columns_stated_apart_replace_the_schemas_own() -> None:
+    schema = LogSchema(
+        kind="linear", sampling_frequency=10.0, position="x", units={"position": "mm"}
+    )
+    merged = schema.overridden(None, AxisSchema(time="t", units={"effort": "kN"}))
+    assert (merged.time, merged.sampling_frequency, merged.position) == ("t", None, "x")
+    assert dict(merged.units) == {"position": "mm", "effort": "kN"}

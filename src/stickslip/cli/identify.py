@@ -185,13 +185,13 @@ def identify(
         check_output(report, inputs=inputs, what="--report")
     units = _units(unit or [])
     with working(f"identifying {log.name}"):
-        from stickslip.jobs import Columns, identify, write_json, write_report
+        from stickslip.jobs import AxisSchema, identify, write_json, write_report
 
         found = identify(
             log,
             schema=schema,
             axis=axis,
-            columns=Columns(
+            columns=AxisSchema(
                 kind=kind,
                 time=time,
                 position=position,

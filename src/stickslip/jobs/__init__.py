@@ -1,13 +1,13 @@
 """What a person asks for: identify a log, see a demonstration, find benchmark data."""
 
 from stickslip.jobs.demo import Demonstration, demonstrate
-from stickslip.jobs.identify import Columns, identify
+from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
-from stickslip.logs import find_benchmark
+from stickslip.logs import AxisSchema, find_benchmark
 from stickslip.report import write_report
 
 __all__ = [
-    "Columns",
+    "AxisSchema",
     "Demonstration",
     "demonstrate",
     "find_benchmark",

@@ -1,110 +1,21 @@
 """From a log to identified friction parameters: reading, fitting and examining in one call."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from stickslip.logs import LogSchema, read_log, read_schema
-from stickslip.records import AxisKind, AxisLog, Identification, InputError
+from stickslip.logs import AxisSchema, LogSchema, read_log, read_schema
+from stickslip.records import AxisLog, Identification, InputError
 
-__all__ = ["Columns", "identify", "read_with_columns"]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Columns:
-    """What single columns of a log are, said in place of a schema or on top of one.
-
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``.
-    time, position, velocity, effort, load_position, load_velocity
-        A column's name, or a linear expression over columns such as ``"35.15 * vir"``.
-    sampling_time
-        Sampling time [s] of a log without time stamps.
-    units
-        By channel, the unit that its column or expression comes out in.
-
-    Examples
-    --------
-    >>> Columns(effort="0.5 * current", units={"position": "mm"}).effort
-    '0.5 * current'
-    """
-
-    kind: AxisKind | None = None
-    time: str | None = None
-    position: str | None = None
-    velocity: str | None = None
-    effort: str | None = None
-    load_position: str | None = None
-    load_velocity: str | None = None
-    sampling_time: float | None = None
-    units: Mapping[str, str] = field(default_factory=dict[str, str])
-
-    def applied_to(self, schema: LogSchema, axis: str | int | None) -> LogSchema:
-        """Return the schema of one axis with these columns in place of its own.
-
-        Raises
-        ------
-        InputError
-            If the schema has no such axis.
-        """
-        own = schema.for_axis(axis)
-        clocked = self.time is not None or self.sampling_time is not None
-        return LogSchema(
-            kind=self.kind or own.kind,
-            name=own.name,
-            time=self.time if clocked else own.time,
-            sampling_time=self.sampling_time if clocked else own.sampling_time,
-            sampling_frequency=None if clocked else own.sampling_frequency,
-            position=self.position or own.position,
-            velocity=self.velocity or own.velocity,
-            effort=self.effort or own.effort,
-            load_position=self.load_position or own.load_position,
-            load_velocity=self.load_velocity or own.load_velocity,
-            units={**own.units, **self.units},
-            files=schema.files,
-        )
-
-
-def read_with_columns(
-    path: Path | str,
-    *,
-    schema: Path | str | None = None,
-    axis: str | int | None = None,
-    columns: Columns | None = None,
-) -> AxisLog:
-    """Read one axis of a log, with what is said of single columns on top of a schema.
-
-    Parameters
-    ----------
-    path
-        The log: a file, or a folder with a schema that names its files.
-    schema
-        Path of a TOML schema; without one obvious columns are found.
-    axis
-        Which axis, if the schema has several.
-    columns
-        What single columns are.
-
-    Raises
-    ------
-    InputError
-        If the log cannot be read or makes no sense; file, row and column are named.
-    """
-    if columns is None or columns == Columns():
-        return read_log(path, schema, axis)
-    stated = LogSchema() if schema is None else read_schema(schema)
-    return read_log(path, columns.applied_to(stated, axis))
+__all__ = ["identify"]
 
 
 def identify(
     log: AxisLog | Path | str,
     *,
-    schema: Path | str | None = None,
+    schema: Path | str | LogSchema | None = None,
     axis: str | int | None = None,
-    columns: Columns | None = None,
+    columns: AxisSchema | None = None,
     estimator: Literal["energy", "idim-ls"] = "energy",
     inertia: float | None = None,
     load_inertia: float | None = None,
@@ -123,8 +34,10 @@ def identify(
     ----------
     log
         A log, or the path of one.
-    schema, axis, columns
-        How to read it, if it is a path.
+    schema, axis
+        How to read it, if it is a path (see `stickslip.logs.read_log`).
+    columns
+        What single columns are, in place of what the schema says of them.
     estimator
         ``"energy"``: energy balance; ``"idim-ls"``: inverse dynamics by least squares.
     inertia
@@ -181,7 +94,7 @@ def identify(
     # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
     # file's name should not wait for them.
     if not isinstance(log, AxisLog):
-        log = read_with_columns(log, schema=schema, axis=axis, columns=columns)
+        log = _read(log, schema, axis, columns)
     from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 
     unused: dict[str, object] = {}
@@ -222,3 +135,16 @@ def _refuse(unused: Mapping[str, object], method: str) -> None:
                 f"{what} {value} is given, and {method} has no use for it",
                 remedy=f"leave it out, or use the {needed}",
             )
+
+
+def _read(
+    path: Path | str,
+    schema: Path | str | LogSchema | None,
+    axis: str | int | None,
+    columns: AxisSchema | None,
+) -> AxisLog:
+    if columns is None or columns == AxisSchema():
+        return read_log(path, schema, axis)
+    if not isinstance(schema, LogSchema):
+        schema = LogSchema() if schema is None else read_schema(schema)
+    return read_log(path, schema.overridden(axis, columns))

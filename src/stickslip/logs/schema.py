@@ -156,6 +156,16 @@ class LogSchema(AxisSchema):
         name = own.name or (f"{self.name} axis {chosen}" if self.name else f"axis {chosen}")
         return replace(AxisSchema(**_merged(self, own)), name=name)
 
+    def overridden(self, axis: str | int | None, columns: AxisSchema) -> "LogSchema":
+        """Return the schema of one axis, with what ``columns`` states in place of its own.
+
+        Raises
+        ------
+        InputError
+            As `for_axis` does.
+        """
+        return LogSchema(**_merged(self.for_axis(axis), columns), files=self.files)
+
 
 def _merged(base: AxisSchema, own: AxisSchema) -> dict[str, Any]:
     """Return what two schemas state together; where both state something, the second holds."""
