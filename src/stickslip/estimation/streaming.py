@@ -83,10 +83,29 @@ FIRST_SPREAD = _CONSTANT + MOST_PARAMETERS + 1  # diagonal of P(0)
 SPREAD = FIRST_SPREAD + MOST_PARAMETERS  # P, row by row
 _ROW = SPREAD + MOST_PARAMETERS**2  # regressor of the row being taken
 _GAIN = _ROW + MOST_PARAMETERS
-VALUES = _GAIN + MOST_PARAMETERS  # estimates: the rest of the vector
+_TYPICAL = _GAIN + MOST_PARAMETERS  # running mean squares of the regressors that count
+_COUNTED = _TYPICAL + MOST_PARAMETERS  # rows that counted
+VALUES = _COUNTED + 1  # estimates: the rest of the vector
 
 _NOISE_MEMORY = 256.0  # samples that the running noise estimate looks back
+_SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
 _THIRD_DIFFERENCE = 20.0  # variance of the third difference of unit white noise
+
+
+@compiled(inline=True)
+def _counts(s: Float[np.ndarray, " s"], p: int, forgetting: float) -> bool:
+    """Return whether the row is not far smaller than a typical one, and let it count as typical."""
+    size = 0.0
+    for i in range(p):
+        if s[_TYPICAL + i] > 0.0:
+            size = max(size, s[_ROW + i] * s[_ROW + i] / s[_TYPICAL + i])
+    if s[_COUNTED] > 0.0 and size < _SMALL_ROW:
+        return False
+    s[_COUNTED] += 1.0
+    weight = max(1.0 / s[_COUNTED], 1.0 - forgetting)
+    for i in range(p):
+        s[_TYPICAL + i] += weight * (s[_ROW + i] * s[_ROW + i] - s[_TYPICAL + i])
+    return True
 
 
 @compiled(inline=True)
@@ -95,11 +114,11 @@ def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bo
 
     Printed: everything is forgotten exponentially, except in a step that would leave the estimates
     less certain than they were at the start, on average over the parameters. Otherwise restricted
-    forgetting (after Kulhavy 1987): the information grows by eps W W' with
-    eps = lambda - (1 - lambda) / g and g = W' P W, but never shrinks (eps >= 0). It stops growing
-    where g = (1 - lambda) / lambda, the gain that exponential forgetting settles at, so that the
-    estimates go on following; and as P never grows, no rest and no lack of excitation can wind it
-    up. Without forgetting both are ordinary recursive least squares.
+    forgetting (Kulhavy 1987): the information P^-1 grows by eps W W' with
+    eps = lambda - (1 - lambda) / g and g = W' P W, so that only what the row tells about is
+    forgotten. A row far smaller than those before it (a rest, with its noise) tells nothing new,
+    and nothing is forgotten for it: eps >= 0 there. Without forgetting both are ordinary recursive
+    least squares.
     """
     p = int(s[PARAMETERS])
     g = 0.0
@@ -124,7 +143,9 @@ def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bo
         if grown * spread - drop * square > p:
             weight, grown, drop = 1.0, 1.0, 1.0 / (1.0 + g)
     else:
-        eps = max(forgetting - (1.0 - forgetting) / g, 0.0)
+        eps = forgetting - (1.0 - forgetting) / g
+        if forgetting < 1.0 and not _counts(s, p, forgetting) and eps < 0.0:
+            eps = 0.0
         drop = eps / (1.0 + eps * g)
     step = e / (weight + g)
     for i in range(p):

@@ -1,0 +1,146 @@
+"""IDIM least squares: every published digit of the EMPS benchmark, and the TX40 joints."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from stickslip.estimation import EnergyEstimator, IdimLeastSquares
+from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
+
+Find = Callable[[str], Path]
+
+RATIOS = {1: 32.0, 4: -48.0}
+PUBLISHED_TX40 = {1: (8.05, 7.14), 4: (1.11, 2.48)}
+# The wrist couples into joint 4, which a fit of that joint alone takes for Coulomb friction
+TX40_TOLERANCE = {1: (0.05, 0.05), 4: (0.05, 0.08)}
+
+PUBLISHED_EMPS = {
+    "mass": (95.1089, 0.1085),
+    "viscous_friction": (203.5034, 1.1460),
+    "coulomb_friction": (20.3935, 0.1012),
+    "offset": (-3.1648, 0.0444),
+}
+PUBLISHED_DIRECTIONS = {
+    "mass": 95.1540,
+    "viscous_friction_positive": 166.7061,
+    "viscous_friction_negative": 240.4236,
+    "coulomb_friction_positive": 20.1440,
+    "coulomb_friction_negative": 20.6277,
+}
+PRINTED_DIGITS = 4
+
+
+def emps(find: Find, name: str) -> AxisLog:
+    data = scipy.io.loadmat(find(f"emps/{name}.mat"))
+    return AxisLog(
+        name=name,
+        kind="linear",
+        time=data["t"].ravel(),
+        effort=data["vir"].ravel() * data["gtau"].item(),
+        measured_position=data["qm"].ravel(),
+    )
+
+
+def tx40(find: Find, joint: int) -> AxisLog:
+    folder = find("staubli_tx40")
+    current, position = (
+        np.loadtxt(folder / f"{name}_data.csv", delimiter=",", skiprows=1, usecols=joint - 1)
+        for name in ("curr", "pos_read")
+    )
+    return AxisLog(
+        name=f"joint {joint}",
+        kind="rotary",
+        time=np.arange(current.size) * 2e-4,
+        effort=current * RATIOS[joint],
+        measured_position=position / RATIOS[joint],
+    )
+
+
+@pytest.fixture(scope="module")
+def emps_estimate(benchmark_data: Find) -> FrictionEstimate:
+    return IdimLeastSquares().fit(emps(benchmark_data, "DATA_EMPS"))
+
+
+@pytest.mark.parametrize("name", PUBLISHED_EMPS)
+def test_every_published_digit_of_emps(emps_estimate: FrictionEstimate, name: str) -> None:
+    value, std = PUBLISHED_EMPS[name]
+    assert round(emps_estimate.value(name), PRINTED_DIGITS) == value
+    assert round(emps_estimate.diagnostics.classical_std[name], PRINTED_DIGITS) == std
+
+
+def test_published_residual_of_emps(emps_estimate: FrictionEstimate) -> None:
+    assert emps_estimate.status is Status.OK
+    assert round(100 * emps_estimate.diagnostics.relative_residual, PRINTED_DIGITS) == 4.0834
+
+
+def test_published_cross_test_on_pulses(
+    emps_estimate: FrictionEstimate, benchmark_data: Find
+) -> None:
+    pulses = IdimLeastSquares().regression(emps(benchmark_data, "DATA_EMPS_PULSES"))
+    values = {name: emps_estimate.value(name) for name in PUBLISHED_EMPS}
+    assert round(100 * pulses.relative_residual(values), PRINTED_DIGITS) == 5.9824
+
+
+def test_every_published_digit_per_direction(benchmark_data: Find) -> None:
+    estimate = IdimLeastSquares(per_direction=True).fit(emps(benchmark_data, "DATA_EMPS"))
+    found = {name: round(estimate.value(name), PRINTED_DIGITS) for name in estimate.parameters}
+    assert found == PUBLISHED_DIRECTIONS
+    assert round(100 * estimate.diagnostics.relative_residual, PRINTED_DIGITS) == 3.1117
+
+
+def test_correlated_residuals_widen_the_intervals(emps_estimate: FrictionEstimate) -> None:
+    assert emps_estimate.diagnostics.residual_autocorrelation > 0.5
+    for name, parameter in emps_estimate.parameters.items():
+        assert parameter.std is not None
+        assert parameter.std > 1.5 * emps_estimate.diagnostics.classical_std[name]
+
+
+@pytest.mark.parametrize("joint", [1, 4])
+@pytest.mark.parametrize("estimator", [IdimLeastSquares(), EnergyEstimator()])
+def test_tx40_joints_fitted_alone(
+    benchmark_data: Find, joint: int, estimator: IdimLeastSquares | EnergyEstimator
+) -> None:
+    estimate = estimator.fit(tx40(benchmark_data, joint))
+    viscous, coulomb = PUBLISHED_TX40[joint]
+    viscous_tolerance, coulomb_tolerance = TX40_TOLERANCE[joint]
+    assert estimate.status is Status.OK
+    assert estimate.value("viscous_friction") == pytest.approx(viscous, rel=viscous_tolerance)
+    assert estimate.value("coulomb_friction") == pytest.approx(coulomb, rel=coulomb_tolerance)
+
+
+def test_energies_agree_with_published_and_between_the_emps_files(benchmark_data: Find) -> None:
+    names = ("mass", "viscous_friction", "coulomb_friction")
+    files = ("DATA_EMPS", "DATA_EMPS_PULSES")
+    fits = [EnergyEstimator().fit(emps(benchmark_data, name)) for name in files]
+    first, second = ([fit.value(name) for name in names] for fit in fits)
+    published = [PUBLISHED_EMPS[name][0] for name in names]
+    np.testing.assert_allclose(first, published, rtol=0.08)
+    np.testing.assert_allclose(second, published, rtol=0.08)
+    np.testing.assert_allclose(first, second, rtol=0.05)
+
+
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"inertia": -1.0}, "inertia is -1"),
+        ({"cutoff": 0.0}, "cutoff is 0"),
+        ({"decimation": 0}, "decimation is 0"),
+        ({"filter_order": 0}, "filter_order is 0"),
+        ({"per_direction": True, "offset": True}, "offset and friction per direction"),
+    ],
+)
+def test_impossible_settings_are_refused(settings: dict[str, float], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        IdimLeastSquares(**settings)  # type: ignore[arg-type]
+
+
+def test_a_cutoff_above_the_nyquist_frequency_is_refused() -> None:
+    time = np.arange(2000) * 0.01
+    log = AxisLog(
+        name="slow", kind="linear", time=time, effort=np.sin(time), measured_position=np.cos(time)
+    )
+    with pytest.raises(InputError, match="between 0 and half the sampling rate"):
+        IdimLeastSquares(cutoff=60.0).fit(log)
