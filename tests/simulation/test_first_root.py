@@ -43,7 +43,7 @@ def test_a_near_miss_is_no_zero_and_its_distance_is_told(gap):
     q = np.array([0.3**2 + gap**2, -0.6, 1.0])  # least at 0.3, where it is gap^2
     root, dip = find(q)
     assert root == 2.0
-    assert gap**2 <= dip <= 10 * gap**2
+    assert gap**2 * (1 - 1e-3) <= dip <= 20 * gap**2  # the nearest end of a bisection
 
 
 def test_without_a_zero_nothing_is_found():

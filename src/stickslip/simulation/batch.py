@@ -74,8 +74,8 @@ def simulate_batch(
     sampling_time
         [s].
     initial_states
-        Shape (batch, 2) for single masses or (batch, 4) for arms, or one state for all; at rest
-        at 0 if None.
+        As `simulate` takes them [m or rad, m/s or rad/s], shape (batch, 2) for single masses or
+        (batch, 4) for arms, or one state for all; at rest at 0 if None.
     store_every
         Store every so many samples, counted from the first; the last state only if None.
     threads

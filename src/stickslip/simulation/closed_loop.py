@@ -166,7 +166,8 @@ def simulate_closed_loop(
     generator
         Where the sensors' noise comes from; may be None when there is none.
     initial_state
-        As in `simulate`.
+        ``(position, velocity)`` [m or rad, m/s or rad/s], of the arm ``(position, velocity,
+        load_position, load_velocity)``; at rest at 0 if None.
     name
         Name of the log.
     event_budget

@@ -44,8 +44,8 @@ def simulate(
     sampling_time
         [s].
     initial_state
-        ``(position, velocity)``, of the arm ``(position, velocity, load_position,
-        load_velocity)``; at rest at 0 if None.
+        ``(position, velocity)`` [m or rad, m/s or rad/s], of the arm ``(position, velocity,
+        load_position, load_velocity)``; at rest at 0 if None.
     event_budget
         Events allowed in one sample.
 
