@@ -168,9 +168,9 @@ def _efforts(commanded_efforts: ArrayLike, plant: Plant) -> Float[np.ndarray, "b
             f"commanded efforts have {efforts.ndim} dimensions",
             remedy="give shape (batch, n), or (n,) for one that all trajectories share",
         )
-    bad = np.argwhere(~np.isfinite(efforts))
-    if bad.size:
-        row, sample = bad[0].tolist()
+    # One pass that allocates nothing; a sum that overflows is looked at in detail
+    if not np.isfinite(efforts.sum()) and not np.isfinite(efforts).all():
+        row, sample = np.argwhere(~np.isfinite(efforts))[0].tolist()
         raise InputError(
             f"commanded effort is {efforts[row, sample]} {unit} in trajectory {row} at sample "
             f"{sample}",

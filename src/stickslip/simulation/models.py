@@ -1,6 +1,7 @@
 """From a plant and a sampling time to the numbers its compiled kernel works with."""
 
 import math
+from functools import lru_cache
 from typing import Any
 
 import numpy as np
@@ -22,10 +23,11 @@ _SHORT = 0.1
 """Radians a sample up to which increments rounded to doubles are exact enough while slipping."""
 
 
+@lru_cache(maxsize=256)
 def kernel_model(
     plant: Plant, sampling_time: float, event_budget: int = EVENT_BUDGET
 ) -> Float[np.ndarray, " p"]:
-    """Return the vector of numbers that the plant's kernel works with.
+    """Return the vector of numbers that the plant's kernel works with, read-only.
 
     Raises
     ------
@@ -41,7 +43,7 @@ def kernel_model(
             remedy="use CoulombViscousFriction",
         )
     if isinstance(plant, SingleMass):
-        return mass_model(
+        model = mass_model(
             plant.mass,
             law.coulomb_friction_negative,
             law.coulomb_friction_positive,
@@ -52,7 +54,10 @@ def kernel_model(
             law.offset,
             T,
         )
-    return _arm_model(plant, law, T, event_budget)
+    else:
+        model = _arm_model(plant, law, T, event_budget)
+    model.flags.writeable = False
+    return model
 
 
 def _arm_model(
