@@ -123,7 +123,9 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
         table.add_column(comparison.error_name, justify="right")
     unit = comparison.rows[0].nanoseconds
     for row in comparison.rows:
-        cells = [row.name, f"{row.nanoseconds / 1e3:.3g}", f"{row.nanoseconds / unit:.3g}"]
+        ratio = row.nanoseconds / unit
+        digits = 0 if ratio >= 100 else 2
+        cells = [row.name, f"{row.nanoseconds / 1e3:.3g}", f"{ratio:,.{digits}f}"]
         if comparison.error_name is not None:
             cells.append("" if row.error is None else f"{row.error:.1e}")
         table.add_row(*cells, style="bold" if row.ours else None)
