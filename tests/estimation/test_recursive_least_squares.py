@@ -107,7 +107,7 @@ def test_with_forgetting_it_follows_a_change() -> None:
     state = rls.init(initial_values=[0.0, 0.0, 0.0], initial_variance=1e6)
     _, history = rls.run(state, rows, targets)
     np.testing.assert_allclose(history[999], TRUTH, rtol=1e-5)
-    np.testing.assert_allclose(history[-1], TRUTH + [1.0, 0.0, 0.0], rtol=1e-3)
+    np.testing.assert_allclose(history[-1], TRUTH + np.array([1.0, 0.0, 0.0]), rtol=1e-3)
 
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, 1.001, float("nan")])

@@ -145,9 +145,9 @@ class EnergyEstimator:
                 f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
                 remedy="give 1 to forget nothing, or a value just below",
             )
+        known = ("mass", "inertia", *self.terms.names)
         guesses = dict(self.initial_values or {})
         for name in guesses:
-            known = ("mass", "inertia", *self.terms.names)
             if name not in known:
                 raise InputError(
                     f"a first guess is given for {name!r}, which is not estimated",

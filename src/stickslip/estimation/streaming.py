@@ -112,13 +112,13 @@ def _counts(s: Float[np.ndarray, " s"], p: int, forgetting: float) -> bool:
 def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> None:
     """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
 
-    Printed: everything is forgotten exponentially, except in a step that would leave the estimates
-    less certain than they were at the start, on average over the parameters. Otherwise restricted
-    forgetting (Kulhavy 1987): the information P^-1 grows by eps W W' with
-    eps = lambda - (1 - lambda) / g and g = W' P W, so that only what the row tells about is
-    forgotten. A row far smaller than those before it (a rest, with its noise) tells nothing new,
-    and nothing is forgotten for it: eps >= 0 there. Without forgetting both are ordinary recursive
-    least squares.
+    Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
+    the information P^-1 grows by eps W W' with eps = lambda - (1 - lambda) / g and g = W' P W, so
+    that only what the row tells about is forgotten. A row far smaller than those before it (a rest,
+    with its noise) tells nothing new, and nothing is forgotten for it: eps >= 0 there. Either way
+    nothing is forgotten in a step that would leave the estimates less certain than they were at the
+    start, on average over the parameters: P stays bounded whatever the rows are. Without forgetting
+    both are ordinary recursive least squares.
     """
     p = int(s[PARAMETERS])
     g = 0.0
@@ -136,17 +136,18 @@ def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bo
     if printed:
         weight, grown = forgetting, 1.0 / forgetting
         drop = grown / (forgetting + g)
+    else:
+        eps = forgetting - (1.0 - forgetting) / g
+        if forgetting < 1.0 and not _counts(s, p, forgetting) and eps < 0.0:
+            eps = 0.0
+        drop = eps / (1.0 + eps * g)
+    if forgetting < 1.0 and (printed or drop < 0.0):
         spread, square = 0.0, 0.0
         for i in range(p):
             spread += s[SPREAD + i * p + i] / s[FIRST_SPREAD + i]
             square += s[_GAIN + i] * s[_GAIN + i] / s[FIRST_SPREAD + i]
         if grown * spread - drop * square > p:
             weight, grown, drop = 1.0, 1.0, 1.0 / (1.0 + g)
-    else:
-        eps = forgetting - (1.0 - forgetting) / g
-        if forgetting < 1.0 and not _counts(s, p, forgetting) and eps < 0.0:
-            eps = 0.0
-        drop = eps / (1.0 + eps * g)
     step = e / (weight + g)
     for i in range(p):
         s[VALUES + i] += s[_GAIN + i] * step
