@@ -105,7 +105,7 @@ def motion_noise(
     sw = sw if sw > CLEAN * float(np.ptp(position)) else 0.0
     sv = sv if sv > CLEAN * float(np.max(np.abs(velocity))) else 0.0
     # Smoothed local level: steps of variance q between measurements of variance sw^2
-    q = 0.5 * (sampling_time * sv) ** 2
+    q = (sampling_time * sv) ** 2
     share = np.sqrt(q / (q + 4 * sw**2)) if q > 0 else 0.0
     return MotionNoise(
         position=sw,
@@ -140,8 +140,8 @@ def fuse(
         return position
     step = 0.5 * sampling_time * (velocity[1:] + velocity[:-1])
     at_position = 1.0 / position_noise**2
-    step_noise = sampling_time * velocity_noise / np.sqrt(2.0)
-    at_step = 1.0 / max(step_noise, CLEAN * position_noise) ** 2
+    # Neighbouring steps share a velocity; over many steps their errors add up to T sigma_v each
+    at_step = 1.0 / max(sampling_time * velocity_noise, CLEAN * position_noise) ** 2
     bands = np.zeros((2, position.size))
     bands[1] = at_position
     bands[1, :-1] += at_step

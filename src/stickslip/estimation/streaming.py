@@ -308,7 +308,7 @@ def _held_step(
         # Fuse: the position goes on by the velocities, corrected by a steady Kalman gain
         gain = 1.0
         if sw > 0.0 and s[DERIVED] == 0.0:
-            q = 0.5 * (T * sv / sw) * (T * sv / sw)
+            q = (T * sv / sw) * (T * sv / sw)
             predicted = 0.5 * (q + np.sqrt(q * q + 4.0 * q))
             gain = predicted / (predicted + 1.0)
         carried = z0 + 0.5 * T * (v0 + v)

@@ -1,0 +1,193 @@
+"""What a log cannot tell is said, with the reason, and never given a number."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+
+from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
+from stickslip.estimation.diagnostics import (
+    condition_number,
+    cross_validation_residual,
+    determined,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.records import AxisLog, FrictionEstimate, Status
+
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=5.0)
+MASS = 3.0
+Estimator = EnergyEstimator | IdimLeastSquares
+BOTH = pytest.mark.parametrize("estimator", [EnergyEstimator(), IdimLeastSquares()])
+
+
+def log_of(velocity: Callable[[np.ndarray], np.ndarray], seed: int = 0) -> AxisLog:
+    """Make the log of an axis that follows a velocity, with a little noise on force and encoder."""
+    generator = np.random.default_rng(seed)
+    time = np.arange(10_000) * 0.001
+    v = velocity(time)
+    x = np.concatenate([[0.0], np.cumsum(0.0005 * (v[1:] + v[:-1]))])
+    effort = MASS * np.gradient(v, 0.001) + LAW.friction(v)
+    return AxisLog(
+        name="stage",
+        kind="linear",
+        time=time,
+        effort=effort + 0.05 * generator.normal(size=time.size),
+        measured_position=x + 1e-6 * generator.normal(size=time.size),
+    )
+
+
+def with_effort(log: AxisLog, effort: np.ndarray) -> AxisLog:
+    return AxisLog(
+        name=log.name,
+        kind=log.kind,
+        time=log.time,
+        effort=effort,
+        measured_position=log.measured_position,
+    )
+
+
+def good_motion(time: np.ndarray) -> np.ndarray:
+    return 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+
+
+def reasons(estimate: FrictionEstimate) -> dict[str, str]:
+    verdicts = estimate.diagnostics.verdicts
+    assert [v.parameter for v in verdicts] == list(estimate.parameters)
+    assert all(estimate.parameters[v.parameter].identified == v.identifiable for v in verdicts)
+    return {v.parameter: v.reason for v in verdicts if not v.identifiable}
+
+
+@BOTH
+def test_a_good_log_is_trusted(estimator: Estimator) -> None:
+    estimate = estimator.fit(log_of(good_motion))
+    assert estimate.status is Status.OK
+    assert reasons(estimate) == {}
+    assert estimate.value("mass") == pytest.approx(MASS, rel=0.01)
+    assert estimate.value("coulomb_friction") == pytest.approx(2.0, rel=0.01)
+
+
+@BOTH
+def test_one_speed_tells_neither_friction_nor_inertia(estimator: Estimator) -> None:
+    estimate = estimator.fit(log_of(lambda t: np.full_like(t, 0.1)))
+    assert not estimate.status.trusted
+    found = reasons(estimate)
+    assert "speed varies by" in found["viscous_friction"]
+    assert "moves one way only" in found["coulomb_friction"]
+    assert "hardly accelerates" in found["mass"]
+
+
+@BOTH
+def test_one_way_leaves_coulomb_friction_and_offset_together(estimator: Estimator) -> None:
+    estimate = estimator.fit(log_of(lambda t: 0.1 + 0.05 * np.sin(3 * t)))
+    assert estimate.status is Status.NOT_IDENTIFIABLE
+    found = reasons(estimate)
+    assert set(found) == {"coulomb_friction", "offset"}
+    assert all("moves one way only" in reason for reason in found.values())
+    assert estimate.value("viscous_friction") == pytest.approx(5.0, rel=0.02)
+
+
+@BOTH
+def test_one_way_is_enough_without_an_offset(estimator: Estimator) -> None:
+    chosen = type(estimator)(offset=False)
+    estimate = chosen.fit(log_of(lambda t: 0.1 + 0.05 * np.sin(3 * t)))
+    assert estimate.status is Status.OK
+    assert estimate.value("coulomb_friction") == pytest.approx(2.0, rel=0.01)
+
+
+@BOTH
+def test_a_direction_that_is_not_travelled_has_no_friction(estimator: Estimator) -> None:
+    chosen = type(estimator)(per_direction=True)
+    estimate = chosen.fit(log_of(lambda t: 0.1 + 0.05 * np.sin(3 * t)))
+    found = reasons(estimate)
+    assert set(found) == {"viscous_friction_negative", "coulomb_friction_negative"}
+    assert all("negative direction" in reason for reason in found.values())
+
+
+@BOTH
+@pytest.mark.parametrize("position", ["noise", "one encoder step"])
+def test_an_axis_at_rest_tells_nothing(estimator: Estimator, position: str) -> None:
+    generator = np.random.default_rng(1)
+    time = np.arange(5000) * 0.001
+    positions = {
+        "noise": 1e-6 * generator.normal(size=5000),
+        "one encoder step": np.where(time > 2.0, 1e-7, 0.0),
+    }
+    log = AxisLog(
+        name="rest",
+        kind="linear",
+        time=time,
+        effort=np.sin(time),
+        measured_position=positions[position],
+    )
+    estimate = estimator.fit(log)
+    assert estimate.status is Status.INSUFFICIENT_EXCITATION
+    assert not any(p.identified for p in estimate.parameters.values())
+    assert set(reasons(estimate).values()) == {"the axis hardly moves in this log"}
+    identification = examine(log, estimator)
+    assert identification.curve is None
+    assert identification.resimulation is None
+
+
+@BOTH
+def test_an_effort_of_the_wrong_sign_is_unphysical(estimator: Estimator) -> None:
+    log = log_of(good_motion)
+    assert estimator.fit(with_effort(log, -log.effort)).status is Status.UNPHYSICAL
+
+
+@BOTH
+def test_an_effort_that_has_nothing_to_do_with_the_motion_is_not_trusted(
+    estimator: Estimator,
+) -> None:
+    log = log_of(good_motion)
+    generator = np.random.default_rng(2)
+    estimate = estimator.fit(with_effort(log, generator.normal(size=len(log))))
+    assert not estimate.status.trusted
+    known = type(estimator)(inertia=MASS)
+    assert known.fit(with_effort(log, generator.normal(size=len(log)))).status in {
+        Status.POOR_FIT,
+        Status.UNPHYSICAL,
+    }
+
+
+def test_too_little_motion_for_the_inertia_is_said() -> None:
+    log = log_of(good_motion).part(0, 300)
+    estimate = EnergyEstimator().fit(log)
+    assert not estimate.status.trusted
+    assert not estimate.parameters["mass"].identified
+
+
+def test_columns_that_go_together_are_found_by_name() -> None:
+    generator = np.random.default_rng(3)
+    one, two = generator.normal(size=(2, 500))
+    columns = np.column_stack([one, two, 3 * one + 1e-4 * generator.normal(size=500)])
+    found = determined(columns, np.zeros(3))
+    assert found.undetermined == (frozenset({0, 2}),)
+    np.testing.assert_array_equal(found.mask(3), [False, True, False])
+
+
+def test_columns_of_noise_are_found() -> None:
+    columns = np.random.default_rng(4).normal(size=(500, 2))
+    found = determined(columns, np.array([0.5, 0.1]))
+    assert found.undetermined == (frozenset({0}),)
+
+
+def test_condition_number_is_that_of_scaled_columns() -> None:
+    angle = 0.3
+    columns = np.array([[1.0, 100 * np.cos(angle)], [0.0, 100 * np.sin(angle)]])
+    # Two unit vectors at an angle have singular values sqrt(1 +- cos)
+    expected = np.sqrt((1 + np.cos(angle)) / (1 - np.cos(angle)))
+    assert condition_number(columns) == pytest.approx(expected)
+    assert condition_number(np.array([[1.0, 0.0], [1.0, 0.0]])) == float("inf")
+
+
+def test_cross_validation_sees_what_a_fit_hides() -> None:
+    generator = np.random.default_rng(5)
+    target = generator.normal(size=60)
+    columns = generator.normal(size=(60, 10))
+    fitted, *_ = np.linalg.lstsq(columns, target, rcond=None)
+    inside = np.linalg.norm(target - columns @ fitted) / np.linalg.norm(target)
+    outside = cross_validation_residual(target, columns)
+    assert outside is not None
+    assert inside < 0.97
+    assert outside > 1.0
+    assert cross_validation_residual(target[:20], columns[:20]) is None
