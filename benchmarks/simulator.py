@@ -1,8 +1,9 @@
 """The simulator beside others, on the stored reference run of a flexible arm."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
+from itertools import cycle
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import (
     PlantStepper,
+    SimulatedBatch,
     SimulatedMotion,
     simulate,
     simulate_batch,
@@ -33,6 +35,9 @@ _ONE_STEP = 1.0
 
 _BATCH = 256
 """Trajectories of a batch, each as long as the long run."""
+
+_BATCHES = 40
+"""Batches of different arms."""
 
 _SPREAD = 0.1
 """Relative spread of their friction."""
@@ -105,13 +110,13 @@ def _stepped(
     return outputs
 
 
-def _batch_of(run: ReferenceRun) -> list[FlexibleArm]:
-    """Make arms with friction around the run's; the first has the run's own."""
+def _batch_of(run: ReferenceRun, seed: int) -> list[FlexibleArm]:
+    """Draw arms with friction around the run's; the first has the run's own."""
     arm = run.plant
     if not isinstance(arm, FlexibleArm):
         raise TypeError(f"the run {run.name} is not of an arm")
     law = arm.friction
-    factors = np.random.default_rng(1).uniform(1 - _SPREAD, 1 + _SPREAD, size=(_BATCH, 2))
+    factors = np.random.default_rng(seed).uniform(1 - _SPREAD, 1 + _SPREAD, size=(_BATCH, 2))
     factors[0] = 1.0
     return [
         replace(
@@ -123,6 +128,12 @@ def _batch_of(run: ReferenceRun) -> list[FlexibleArm]:
         )
         for coulomb, viscous in factors.tolist()
     ]
+
+
+def _simulate_batch(
+    run: ReferenceRun, batches: Iterator[list[FlexibleArm]], effort: np.ndarray, cores: int
+) -> SimulatedBatch:
+    return simulate_batch(next(batches), effort, sampling_time=run.sampling_time, threads=cores)
 
 
 def _batch_error(run: ReferenceRun, arms: list[FlexibleArm]) -> float:
@@ -169,15 +180,14 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
         repetitions=20,
         ours=True,
     )
-    arms = _batch_of(run)
+    # Other arms at each repetition, so that their matrices have to be computed
+    batches = cycle([_batch_of(run, seed) for seed in range(_BATCHES)])
     batch = [
         rows.add(
             f"stickslip, batch of {_BATCH} such, {cores} core{'s' * (cores > 1)}",
-            partial(
-                simulate_batch, arms, long_effort, sampling_time=run.sampling_time, threads=cores
-            ),
+            partial(_simulate_batch, run, batches, long_effort, cores),
             _BATCH * _LONG * n,
-            error=lambda _: _batch_error(run, arms),
+            error=lambda _: _batch_error(run, next(batches)),
             repetitions=15,
             ours=True,
         ).nanoseconds
