@@ -24,8 +24,8 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
             f"{name} has {array.ndim} dimensions, it must be a vector",
             remedy="pass one value a sample",
         )
-    bad = np.flatnonzero(~np.isfinite(array))
-    if bad.size:
+    if not np.isfinite(array).all():
+        bad = np.flatnonzero(~np.isfinite(array))
         raise InputError(
             f"{name} is {array[bad[0]]} [{unit}] at sample {bad[0]} ({bad.size} of {array.size} "
             "samples are not finite)",

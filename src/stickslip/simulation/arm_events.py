@@ -42,7 +42,7 @@ BOUND_R, BOUND_U = FIRST + 14, FIRST + 15
 SAG = FIRST + 16  # sqrt(ks) (omega T)^2/8: how far the force on a resting mass can bulge, times R
 FC_MAX, BUDGET = FIRST + 17, FIRST + 18
 ROOT_M1, ROOT_KS = FIRST + 19, FIRST + 20
-FINE = FIRST + 21  # 1 if the low parts of the increments matter while slipping, else 0
+FINE = FIRST + 21  # 1 if the low parts of the increments matter, else 0
 MODEL_SIZE = FIRST + 22
 
 GRAZING, BUDGET_EXCEEDED = 1, 2
@@ -144,11 +144,14 @@ def slip(c: State, low: State, fine: bool, F: float, y: State) -> State:
 
 
 @compiled(inline=True)
-def rest(c: State, low: State, y: State) -> State:
+def rest(c: State, low: State, fine: bool, y: State) -> State:
     """Propagate over a whole sample of rest: only the second mass moves."""
     x, v, d, w, z, xl, vl, dl, wl, zl = y
-    dd = (c[9] * d + c[10] * w) + (low[9] * d + low[10] * w)
-    dw = (c[13] * d + c[14] * w) + (low[13] * d + low[14] * w)
+    dd = c[9] * d + c[10] * w
+    dw = c[13] * d + c[14] * w
+    if fine:
+        dd += low[9] * d + low[10] * w
+        dw += low[13] * d + low[14] * w
     d, dl = accumulate(d, dl, dd)
     w, wl = accumulate(w, wl, dw)
     z, zl = accumulate(z, zl, -dd)
@@ -368,7 +371,7 @@ def arm_events(
         c, low = increments(model, mode0)
         mode = mode0
         if mode == 0:
-            y = rest(c, low, y0)
+            y = rest(c, low, model[FINE] != 0.0, y0)
         else:
             y = slip(c, low, model[FINE] != 0.0, U - fc_p if mode > 0 else U + fc_n, y0)
             if mode * y[1] <= 0.0:

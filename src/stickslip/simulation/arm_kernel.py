@@ -84,7 +84,7 @@ def arm_step(
     R = energy_root(model, y[1], y[2], y[3]) + model[GROWTH] * abs(U)
     c, low = increments(model, mode)
     if mode == 0:
-        ny = rest(c, low, y)
+        ny = rest(c, low, model[FINE] != 0.0, y)
         margin = stick_margin(model, R, abs(U))
         w_max, w_min = model[FS_P] - margin, margin - model[FS_N]
         ok = w_min <= U - model[KS] * y[2] <= w_max and w_min <= U - model[KS] * ny[2] <= w_max
@@ -151,7 +151,7 @@ def arm_run(
             if mode == 0:
                 while k < stop:
                     U = effort[k] - offset
-                    ny = rest(c, low, y)
+                    ny = rest(c, low, fine, y)
                     if not (w_min <= U - ks * y[2] <= w_max and w_min <= U - ks * ny[2] <= w_max):
                         break
                     y = ny
@@ -203,7 +203,7 @@ def _aligned(size: int) -> Vector:
 def _enter(t: Vector, i: int, model: Vector, mode: int) -> None:
     """Prepare lane i for samples in a mode."""
     E = BLOCK_SIZE * (mode + 1)
-    low_part = 1.0 if mode == 0 or model[FINE] != 0.0 else 0.0
+    low_part = 1.0 if model[FINE] != 0.0 else 0.0
     for j in range(BLOCK_SIZE):
         t[j * LANES + i] = model[E + j]
         t[(BLOCK_SIZE + j) * LANES + i] = low_part * model[E + LOW_PART + j]
@@ -249,10 +249,6 @@ def _lockstep(y: Vector, new: Vector, t: Vector, u: Vector, k: int, fine: bool) 
             dd += (t[28 * L + i] * v + t[31 * L + i] * F) + (t[29 * L + i] * d + t[30 * L + i] * w)
             dw += (t[32 * L + i] * v + t[35 * L + i] * F) + (t[33 * L + i] * d + t[34 * L + i] * w)
             dz += (t[36 * L + i] * v + t[39 * L + i] * F) + (t[37 * L + i] * d + t[38 * L + i] * w)
-        else:  # only a lane at rest has low parts
-            dd += t[29 * L + i] * d + t[30 * L + i] * w
-            dw += t[33 * L + i] * d + t[34 * L + i] * w
-            dz += t[37 * L + i] * d + t[38 * L + i] * w
         nx, nxl = accumulate(x, xl, dx)
         nv, nvl = accumulate(v, vl, dv)
         nd, ndl = accumulate(d, dl, dd)
