@@ -9,6 +9,8 @@ Double-double arithmetic: T. J. Dekker, "A floating-point technique for extendin
 precision", Numer. Math. 18 (1971), pp. 224-242.
 """
 
+from functools import lru_cache
+
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
@@ -20,7 +22,8 @@ __all__ = ["arm_transition"]
 Matrix = NDArray[np.float64]
 
 _SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting constant
-_TERMS = 24  # of the exponential series at norm 1/4: 0.25^25/25! is below 1e-40
+_TERMS = 28  # of the exponential series, at most
+_REMAINDER = 1e-34  # of the series, relative to the smallest entries: those of fifth order
 _SERIES_NORM = 0.25
 
 
@@ -126,12 +129,16 @@ def arm_transition(
     el = np.zeros((n, n))
     ph = np.zeros((n, n))
     pl = np.zeros((n, n))
-    for k in range(_TERMS, 0, -1):
+    terms, term = 5, 1.0 / 120.0
+    while terms < _TERMS and term > _REMAINDER:
+        terms += 1
+        term *= norm / terms
+    for k in range(terms, 0, -1):
         _matrix_product(mh, ml, eh, el, ph, pl)
         for i in range(n):
             for j in range(n):
                 h, l = _add(mh[i, j], ml[i, j], ph[i, j], pl[i, j])  # noqa: E741
-                eh[i, j], el[i, j] = _divide(h, l, float(k))
+                eh[i, j], el[i, j] = _divide(h, l, float(k)) if h != 0.0 else (0.0, 0.0)
     # exp(2M) - I = 2E + E E
     for _ in range(halvings):
         _matrix_product(eh, el, eh, el, ph, pl)
@@ -141,6 +148,7 @@ def arm_transition(
     return eh, el
 
 
+@lru_cache(maxsize=1024)
 def arm_increment(
     mass_1: float,
     mass_2: float,
@@ -154,7 +162,9 @@ def arm_increment(
 
     Returns
     -------
-    The high and the low part of the matrix, stacked.
+    The high and the low part of the matrix, stacked; read-only.
     """
     high, low = arm_transition(mass_1, mass_2, stiffness, viscous_friction, sampling_time, slipping)
-    return np.stack([high[:5, [1, 2, 3, 5]], low[:5, [1, 2, 3, 5]]])
+    increment = np.stack([high[:5, [1, 2, 3, 5]], low[:5, [1, 2, 3, 5]]])
+    increment.flags.writeable = False
+    return increment
