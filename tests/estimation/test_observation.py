@@ -15,6 +15,7 @@ from stickslip.estimation.kinematics import (
     rests,
 )
 from stickslip.estimation.observation import fuse, motion_noise
+from stickslip.estimation.velocity_delay import velocity_delay
 from stickslip.records import InputError
 
 ROUNDING = 1e-9
@@ -118,6 +119,17 @@ def test_fused_positions_are_as_good_as_promised() -> None:
     assert noise.velocity == pytest.approx(0.05, rel=0.05)
     assert np.std(error) == pytest.approx(noise.smooth_position, rel=0.05)
     assert noise.smooth_position < 0.25 * noise.position
+
+
+@pytest.mark.parametrize("late", [0.0, 0.5, 2.0])
+def test_a_late_velocity_is_found(late: float) -> None:
+    generator = np.random.default_rng(7)
+    T, time = 0.001, np.arange(8000) * 0.001
+    x = np.sin(3 * time) + 1e-6 * generator.normal(size=time.size)
+    v = 3 * np.cos(3 * (time - late * T)) + 1e-3 * generator.normal(size=time.size)
+    delay, std = velocity_delay(x, v, LowPass(order=4, cutoff=100.0), T)
+    assert delay == pytest.approx(late * T, abs=4 * std)
+    assert std < 0.1 * T
 
 
 def test_whitened_levels_are_generalised_least_squares() -> None:

@@ -17,7 +17,8 @@ from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import VALUES, energy_step
-from stickslip.friction.regressors import FrictionTerms
+from stickslip.estimation.velocity_delay import without_late_velocity
+from stickslip.friction import FrictionTerms
 from stickslip.records import (
     AxisKind,
     AxisLog,
@@ -202,6 +203,10 @@ class EnergyEstimator:
         """
         check_excited(log)
         T = log.sampling_time
+        if self.variant == "held_effort":
+            log, late = without_late_velocity(log, self._low_pass(T))
+        else:
+            late = ()
         size, least = self._block_size(T), self._least_samples(T)
         parts = [part for part in log.segments() if len(part) >= least]
         if not parts:
@@ -259,12 +264,14 @@ class EnergyEstimator:
                 f"energies averaged over {size} samples; noise of the energy level is taken as "
                 f"{ratio:.2g} of what a disturbing force adds in a typical row (maximum "
                 "likelihood)",
+                *late,
             ),
         )
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
         T = log.sampling_time
+        log, _ = without_late_velocity(log, self._low_pass(T))
         parts = [part for part in log.segments() if len(part) >= self._least_samples(T)]
         noise = self._noise(parts, T)
         low_pass = self._low_pass(T)

@@ -13,7 +13,7 @@ from stickslip.estimation.observation import (
     motion_noise,
     observe,
 )
-from stickslip.friction.regressors import FrictionTerms
+from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, InputError
 
 __all__ = ["AxisModel", "EnergyLevels", "energy_levels", "summed"]

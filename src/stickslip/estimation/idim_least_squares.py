@@ -23,7 +23,7 @@ from stickslip.estimation.kinematics import (
 )
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.solution import check_excited, provenance_of, solve
-from stickslip.friction.regressors import FrictionTerms
+from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
 
 __all__ = ["IdimLeastSquares"]

@@ -2,7 +2,7 @@
 
 import numpy as np
 from jaxtyping import Float
-from scipy import stats
+from scipy.special import stdtrit
 
 __all__ = [
     "andrews_bandwidth",
@@ -120,4 +120,4 @@ def hac_covariance(
 
 def t_quantile(degrees_of_freedom: float) -> float:
     """Return the factor from a standard deviation to half a 95 % interval [-]."""
-    return float(stats.t.ppf(0.5 + CONFIDENCE / 2, degrees_of_freedom))
+    return float(stdtrit(degrees_of_freedom, 0.5 + CONFIDENCE / 2))

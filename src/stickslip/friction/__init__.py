@@ -2,5 +2,6 @@
 
 from stickslip.friction.coulomb_viscous import CoulombViscousFriction
 from stickslip.friction.law import FrictionLaw
+from stickslip.friction.regressors import FrictionTerms
 
-__all__ = ["CoulombViscousFriction", "FrictionLaw"]
+__all__ = ["CoulombViscousFriction", "FrictionLaw", "FrictionTerms"]
