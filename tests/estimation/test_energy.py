@@ -136,7 +136,7 @@ def test_a_stage_with_directions_of_its_own(with_velocity: bool) -> None:
 
 
 def test_velocities_made_of_position_differences_do_no_harm() -> None:
-    """They are half a sample late: taken at their word, Coulomb friction came out 14 % too large."""
+    """Half a sample late: taken at their word, Coulomb friction comes out 14 % too large."""
     sensors = Sensors(encoder_step=1e-5, velocity="differences")
     estimate = EnergyEstimator().fit(measured(stage_motion(LAW), sensors))
     assert estimate.value("coulomb_friction") == pytest.approx(2.0, rel=0.001)
