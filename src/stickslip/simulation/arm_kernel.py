@@ -330,6 +330,8 @@ def arm_batch(
         The one that exceeded the event budget, or (-1, -1).
     """
     n = efforts.shape[1]
+    shared = efforts.shape[0] == 1
+    largest = 0.0
     y, new = _aligned(10 * LANES), _aligned(10 * LANES)  # ten rows of state
     t = _aligned(_ROWS * LANES)
     u = _aligned(BATCH_BLOCK * LANES).reshape((BATCH_BLOCK, LANES))
@@ -353,13 +355,21 @@ def arm_batch(
         row = 0
         for k0 in range(0, n, BATCH_BLOCK):
             size = min(BATCH_BLOCK, n - k0)
+            if shared:
+                effort = efforts[0, k0 : k0 + size]
+                largest = _largest(effort)
+                for j in range(size):
+                    for i in range(LANES):
+                        u[j, i] = effort[j]
             for i in range(LANES):
                 b = start + min(i, lanes - 1)
                 model = models[b if models.shape[0] > 1 else 0]
-                effort = efforts[b if efforts.shape[0] > 1 else 0, k0 : k0 + size]
-                for j in range(size):
-                    u[j, i] = effort[j]
-                u_max[i] = _largest(effort) + abs(model[OFFSET])
+                if not shared:
+                    effort = efforts[b, k0 : k0 + size]
+                    largest = _largest(effort)
+                    for j in range(size):
+                        u[j, i] = effort[j]
+                u_max[i] = largest + abs(model[OFFSET])
                 R[i] = energy_root(model, y[LANES + i], y[2 * LANES + i], y[3 * LANES + i])
                 R[i] += size * model[GROWTH] * u_max[i]
                 _bound(t, i, model, modes[i], R[i], u_max[i])

@@ -1,6 +1,7 @@
 """The truth of a simulated run. No estimator or controller can reach it."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Bool, Float, Int8
@@ -22,17 +23,12 @@ class SimulatedMotion:
         ``"linear"`` or ``"rotary"``; decides the units.
     sampling_time
         [s].
-    time
-        Sample instants, shape (n+1,).
     commanded_effort
         Shape (n,).
     position, velocity
         Of the (first) mass, shape (n+1,).
     load_position, load_velocity
         Of the second mass of a flexible arm, shape (n+1,), or None.
-    stuck
-        Whether the (first) mass rests at each sample instant, before the effort of the sample that
-        begins there acts, shape (n+1,).
     event_time
         When the (first) mass came to rest, broke away or reversed [s], shape (e,).
     event_mode
@@ -46,12 +42,10 @@ class SimulatedMotion:
     kind: AxisKind
     sampling_time: float = quantity_field("sampling_time")
     commanded_effort: Float[np.ndarray, " n"] = quantity_field("effort")
-    time: Float[np.ndarray, " n+1"] = quantity_field("time")
     position: Float[np.ndarray, " n+1"] = quantity_field("position")
     velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
     load_position: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
     load_velocity: Float[np.ndarray, " n+1"] | None = quantity_field("velocity", default=None)
-    stuck: Bool[np.ndarray, " n+1"]
     event_time: Float[np.ndarray, " e"] = quantity_field("time")
     event_mode: Int8[np.ndarray, " e"]
     grazing: Bool[np.ndarray, " n"]
@@ -64,6 +58,23 @@ class SimulatedMotion:
                 view = value.view()
                 view.flags.writeable = False
                 object.__setattr__(self, name, view)
+
+    @cached_property
+    def time(self) -> Float[np.ndarray, " n+1"]:
+        """Sample instants [s], shape (n+1,)."""
+        time = np.arange(self.position.size) * self.sampling_time
+        time.flags.writeable = False
+        return time
+
+    @cached_property
+    def stuck(self) -> Bool[np.ndarray, " n+1"]:
+        """Whether the (first) mass rests at each sample instant, shape (n+1,).
+
+        What the effort of the sample that begins there will do to it is not considered.
+        """
+        stuck = self.velocity == 0.0
+        stuck.flags.writeable = False
+        return stuck
 
     @property
     def event_count(self) -> int:

@@ -109,18 +109,14 @@ def simulate(
         if count <= capacity:
             break
         capacity = count  # an eventful run: once more, with room for all of them
-    time = np.arange(n + 1, dtype=np.float64)
-    time *= sampling_time
     return SimulatedMotion(
         kind=plant.kind,
         sampling_time=float(sampling_time),
-        time=time,
         commanded_effort=effort,
         position=position,
         velocity=velocity,
         load_position=load_position,
         load_velocity=load_velocity,
-        stuck=velocity == 0.0,
         event_time=event_time[:count].copy(),
         event_mode=event_mode[:count].copy(),
         grazing=grazing,
