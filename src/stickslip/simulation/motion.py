@@ -60,14 +60,14 @@ class SimulatedMotion:
                 object.__setattr__(self, name, view)
 
     @cached_property
-    def time(self) -> Float[np.ndarray, " n+1"]:
+    def time(self) -> Float[np.ndarray, " samples"]:
         """Sample instants [s], shape (n+1,)."""
         time = np.arange(self.position.size) * self.sampling_time
         time.flags.writeable = False
         return time
 
     @cached_property
-    def stuck(self) -> Bool[np.ndarray, " n+1"]:
+    def stuck(self) -> Bool[np.ndarray, " samples"]:
         """Whether the (first) mass rests at each sample instant, shape (n+1,).
 
         What the effort of the sample that begins there will do to it is not considered.
