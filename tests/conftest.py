@@ -6,9 +6,14 @@ from pathlib import Path
 
 import jaxtyping
 import pytest
+from hypothesis import settings
 
 _ROOT = Path(__file__).parents[1]
 _PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout"
+
+# The same examples in every run, and no deadline: a first call may compile.
+settings.register_profile("stickslip", derandomize=True, deadline=None)
+settings.load_profile("stickslip")
 
 
 def _modules_without_kernels() -> list[str]:

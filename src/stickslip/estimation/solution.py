@@ -17,7 +17,12 @@ from stickslip.estimation.diagnostics import (
     status_of,
     verdicts_of,
 )
-from stickslip.estimation.intervals import autocorrelation, hac_covariance, t_quantile
+from stickslip.estimation.intervals import (
+    autocorrelation,
+    frequencies,
+    robust_covariance,
+    t_quantile,
+)
 from stickslip.estimation.regression import Regression
 from stickslip.records import (
     AxisLog,
@@ -34,7 +39,6 @@ from stickslip.records import (
 __all__ = ["check_excited", "provenance_of", "solve"]
 
 _LEAST_ROWS_PER_PARAMETER = 3
-_LEAST_DEGREES_OF_FREEDOM = 3.0
 
 
 def check_excited(log: AxisLog) -> None:
@@ -99,11 +103,12 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     variances = np.diag(fit.covariance)
     ratio = np.divide(fit.classical_std**2, variances, out=np.ones(p), where=variances > 0)
     effective = np.clip(n * ratio, 1.0, float(n))
+    quantile = t_quantile(frequencies(n))
     verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
-        half = std * t_quantile(max(float(effective[k]) - p, _LEAST_DEGREES_OF_FREEDOM))
+        half = std * quantile
         if mask[k] and name in {"mass", "inertia"} and half > abs(value):
             mask[k] = False
             reason = "its 95 % interval is wider than the value itself"
@@ -163,7 +168,7 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     to_values = (found.right.T / found.singular) / found.norms[:, None]
     values[columns] = to_values @ (found.left.T @ regression.target)
     residual = regression.target - regression.regressors @ values
-    inner = hac_covariance(found.left, residual)
+    inner = robust_covariance(found.left, residual)
     covariance[np.ix_(columns, columns)] = to_values @ inner @ to_values.T
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
