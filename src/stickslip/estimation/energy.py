@@ -11,7 +11,13 @@ from jaxtyping import Float
 from stickslip.estimation import streaming
 from stickslip.estimation.energy_levels import AxisModel, EnergyLevels, energy_levels
 from stickslip.estimation.kinematics import LowPass, default_cutoff
-from stickslip.estimation.level_weighting import block_means, likeliest_ratio, whitened
+from stickslip.estimation.level_weighting import (
+    block_means,
+    likeliest_ratio,
+    quiet_block_size,
+    velocity_noise_of_block,
+    whitened,
+)
 from stickslip.estimation.observation import HYSTERESIS, MotionNoise, motion_noise
 from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.regression import Regression, summarise_motion
@@ -231,6 +237,9 @@ class EnergyEstimator:
         # A filter knows nothing beyond the ends, so velocities made by one are wrong there
         derived = log.measured_velocity is None
         edge = round(_EDGE_PERIODS / (self._low_pass(T).cutoff * T)) if derived else 0
+        shortest = size
+        if self.inertia is None:
+            size = quiet_block_size(levels, shortest, noise, T)
         blocks = [block_means(level, size, edge) for level in levels]
         ratio = likeliest_ratio(blocks)
         white, variances, times = whitened(blocks, ratio)
@@ -242,9 +251,8 @@ class EnergyEstimator:
         if self.inertia is None:
             # Noise of the kinetic energy of a unit inertia, in the difference of two blocks
             squares = np.concatenate([b.speed_squared for b in blocks])
-            column_noise[0] = (
-                scale * noise.smooth_velocity * float(np.sqrt(np.mean(squares / variances)))
-            )
+            block_noise = velocity_noise_of_block(noise, size, shortest, T)
+            column_noise[0] = scale * block_noise * float(np.sqrt(np.mean(squares / variances)))
         return Regression(
             kind=log.kind,
             names=names,

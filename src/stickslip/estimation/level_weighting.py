@@ -9,9 +9,22 @@ from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.energy_balance import whiten_levels
 from stickslip.estimation.energy_levels import EnergyLevels, summed
+from stickslip.estimation.observation import MotionNoise
 
-__all__ = ["LevelBlocks", "block_means", "likeliest_ratio", "whitened"]
+__all__ = [
+    "LevelBlocks",
+    "block_means",
+    "likeliest_ratio",
+    "quiet_block_size",
+    "velocity_noise_of_block",
+    "whitened",
+]
 
+QUIET = 0.01
+"""Noise of the kinetic energy, relative to how much it changes from block to block, above which
+blocks are lengthened: it biases an estimated inertia to zero by its square."""
+
+_FEWEST_BLOCKS = 200  # to lengthen blocks for the inertia's sake must not cost the rest
 _RATIO_RANGE = (-6.0, 8.0)  # decades of level noise over force disturbance, in variance
 _RATIO_GRID = 15
 
@@ -27,6 +40,58 @@ class LevelBlocks:
     disturbance: Float[np.ndarray, " b-1"]
     resting: Bool[np.ndarray, " b-1"]
     speed_squared: Float[np.ndarray, " b-1"]
+
+
+def velocity_noise_of_block(
+    noise: MotionNoise, size: int, shortest: int, sampling_time: float
+) -> float:
+    """Return the standard deviation of the mean velocity of a block [m/s or rad/s].
+
+    Parameters
+    ----------
+    noise
+        Of the samples.
+    size, shortest
+        Samples in the block, and in one as short as the low-pass leaves sense in.
+    sampling_time
+        [s].
+    """
+    if noise.velocity > 0:
+        return noise.smooth_velocity * float(np.sqrt(shortest / size))
+    # The mean of differences is the difference of the ends
+    ends = float(np.sqrt(2.0)) * noise.smooth_position / (size * sampling_time)
+    return min(noise.smooth_velocity, ends)
+
+
+def quiet_block_size(
+    levels: Sequence[EnergyLevels], shortest: int, noise: MotionNoise, sampling_time: float
+) -> int:
+    """Return how many samples to average so that the kinetic energy stands out from its noise.
+
+    Parameters
+    ----------
+    levels
+        With the kinetic energy of a unit inertia as their first regressor.
+    shortest
+        Samples in a block as short as the low-pass leaves sense in.
+    noise
+        Of the motion.
+    sampling_time
+        [s].
+    """
+    size = shortest
+    samples = sum(level.time.size for level in levels)
+    energies = [level.regressors[:, 0] for level in levels]
+    speed = float(
+        np.sqrt(np.mean(np.concatenate([level.motion.smooth_velocity**2 for level in levels])))
+    )
+    while samples // (2 * size) >= _FEWEST_BLOCKS:
+        changes = np.concatenate([energy[size:] - energy[:-size] for energy in energies])
+        block_noise = velocity_noise_of_block(noise, size, shortest, sampling_time)
+        if np.sqrt(2.0) * speed * block_noise <= QUIET * float(np.sqrt(np.mean(changes**2))):
+            break
+        size *= 2
+    return size
 
 
 def block_means(levels: EnergyLevels, size: int, edge: int) -> LevelBlocks:
