@@ -188,7 +188,7 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
             partial(_simulate_batch, run, batches, long_effort, cores),
             _BATCH * _LONG * n,
             error=lambda _: _batch_error(run, next(batches)),
-            repetitions=15,
+            repetitions=30,
             ours=True,
         ).nanoseconds
         for cores in (1, 2)
