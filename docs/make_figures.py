@@ -1,15 +1,20 @@
 """Make the figures of the documentation and of the README: ``python docs/make_figures.py``."""
 
+from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
+from rich.progress import track
+from scipy import signal
 
+from stickslip.estimation import EnergyEstimator, IdimLeastSquares
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import demonstrate
-from stickslip.plants import FlexibleArm
-from stickslip.simulation import SimulatedMotion, simulate
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.simulation import Sensors, SimulatedMotion, simulate
 
 mpl.use("agg")
 
@@ -121,10 +126,94 @@ def overview() -> None:
     save(figure, "overview.png")
 
 
+def sampling_bias() -> None:
+    """Draw how far the printed and the exact sums miss the truth, without any noise."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    intervals = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1])
+    figure, axes = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
+    variants: tuple[tuple[Literal["report", "held_effort"], str, str], ...] = (
+        ("report", ORANGE, "printed sums"),
+        ("held_effort", BLUE, "exact under a held input"),
+    )
+    for variant, color, label in variants:
+        estimator = EnergyEstimator(
+            inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False, variant=variant
+        )
+        errors: list[tuple[float, ...]] = []
+        for T in intervals:
+            held = round(5.0 / T)
+            effort = np.repeat([1.0, -1.0, 0.0], [held, held, 4 * held])
+            estimate = estimator.fit(Sensors().measure(simulate(arm, effort, sampling_time=T)))
+            errors.append(
+                tuple(
+                    100.0 * abs(estimate.value(name) / 0.1 - 1.0)
+                    for name in ("coulomb_friction", "viscous_friction")
+                )
+            )
+        for axis, error in zip(axes, np.array(errors).T, strict=True):
+            axis.loglog(intervals, error, "o-", ms=3, color=color, label=label)
+    for axis, title in zip(axes, ("Coulomb friction", "viscous friction"), strict=True):
+        axis.set(title=title, xlabel="sampling time [s]")
+    axes[0].set_ylabel("error without noise [%]")
+    axes[0].legend(loc="upper left")
+    save(figure, "sampling-bias.png")
+
+
+def coverage() -> None:
+    """Draw how often a 95 % interval holds the truth when a disturbance is slow."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=20.0, viscous_friction=200.0)
+    stage = SingleMass(mass=95.0, friction=law)
+    time = np.arange(0.0, 20.0, 0.001)
+    effort = 70.0 * np.sin(2.0 * time) + 60.0 * np.sin(7.0 * time)
+    sensors = Sensors(position_noise=1e-6, velocity="none")
+    generator = np.random.default_rng(1)
+    runs, names = 200, ("mass", "viscous_friction", "coulomb_friction")
+    correlations = np.array([0.0, 0.9, 0.97, 0.99, 0.997, 0.999])
+    estimators = {"energy": EnergyEstimator(), "idim-ls": IdimLeastSquares()}
+    truth = np.array([95.0, 200.0, 20.0])
+    honest, classical = (
+        {name: np.zeros(correlations.size) for name in estimators} for _ in range(2)
+    )
+    for k, rho in enumerate(track(correlations, "coverage of the intervals")):
+        for _ in range(runs):
+            white = generator.standard_normal(time.size) * np.sqrt(1.0 - rho**2)
+            disturbance = signal.lfilter([1.0], [1.0, -rho], white)
+            log = sensors.measure(
+                simulate(stage, effort + disturbance, sampling_time=0.001), generator
+            )
+            log = replace(log, effort=np.concatenate([effort, effort[-1:]]))
+            for name, estimator in estimators.items():
+                found = estimator.fit(log)
+                error = np.array([found.value(parameter) for parameter in names]) - truth
+                bounds = np.array([found.parameters[parameter].ci95 for parameter in names])
+                inside = (bounds[:, 0] <= truth) & (truth <= bounds[:, 1])
+                std = np.array([found.diagnostics.classical_std[parameter] for parameter in names])
+                honest[name][k] += np.mean(inside) / runs
+                classical[name][k] += np.mean(np.abs(error) <= 1.96 * std) / runs
+    figure, axes = plt.subplots(figsize=(5, 3), layout="constrained")
+    place = np.arange(correlations.size)
+    axes.axhline(95.0, color=GREY, lw=0.8)
+    for name, color in (("energy", BLUE), ("idim-ls", ORANGE)):
+        axes.plot(place, 100 * honest[name], "o-", ms=3, color=color, label=f"{name}, given")
+        axes.plot(place, 100 * classical[name], "o:", ms=3, color=color, label=f"{name}, classical")
+    axes.set(
+        title="How often a 95 % interval holds the truth",
+        xlabel="correlation of a disturbing force from sample to sample (1 ms)",
+        ylabel="coverage [%]",
+        ylim=(0, 105),
+    )
+    axes.set_xticks(place, [f"{rho:g}" for rho in correlations])
+    axes.legend(loc="lower left")
+    save(figure, "coverage.png")
+
+
 def main() -> None:
     """Make every figure."""
     style()
     overview()
+    sampling_bias()
+    coverage()
 
 
 if __name__ == "__main__":

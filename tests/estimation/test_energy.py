@@ -1,9 +1,11 @@
 """The energy estimator: known truth without and with noise, on line, and through rests."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
+import scipy.signal
 import scipy.stats
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -319,3 +321,28 @@ def test_a_log_that_is_too_short_is_refused() -> None:
     log = steady(lambda t: 0.1 * np.sin(2 * t)).part(0, 100)
     with pytest.raises(InputError, match="no stretch of 250 samples"):
         EnergyEstimator().fit(log)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.99])
+def test_intervals_hold_under_a_slow_disturbance_and_encoder_noise(correlation: float) -> None:
+    """The reduced form of the coverage figure of the documentation."""
+    runs, samples = 60, 20_000
+    truth = {"mass": 95.0, "viscous_friction": 200.0, "coulomb_friction": 20.0}
+    law = CoulombViscousFriction.symmetric(coulomb_friction=20.0, viscous_friction=200.0)
+    stage = SingleMass(mass=95.0, friction=law)
+    time = np.arange(samples) * 0.001
+    effort = 70.0 * np.sin(2.0 * time) + 60.0 * np.sin(7.0 * time)
+    sensors = Sensors(position_noise=1e-6, velocity="none")
+    generator = np.random.default_rng(1)
+    held = 0
+    for _ in range(runs):
+        white = generator.normal(size=samples) * np.sqrt(1 - correlation**2)
+        disturbance = scipy.signal.lfilter([1.0], [1.0, -correlation], white)
+        motion = simulate(stage, effort + disturbance, sampling_time=0.001)
+        log = replace(sensors.measure(motion, generator), effort=np.append(effort, effort[-1]))
+        found = EnergyEstimator().fit(log).parameters
+        for name, value in truth.items():
+            low, high = found[name].ci95 or (np.nan, np.nan)
+            held += low <= value <= high
+    # Parameters of one log are correlated: as many independent trials as logs are counted
+    assert held / len(truth) >= scipy.stats.binom.ppf(0.001, runs, 0.95)
