@@ -15,7 +15,9 @@ def polynomial(zeros):
 
 
 def find(q, sign=1.0):
-    return first_root(np.asarray(q, float), len(q) - 1, sign, np.empty(WORK_SIZE))
+    work = np.full(WORK_SIZE, np.nan)
+    work[0, : len(q)] = q
+    return first_root(work, 0, len(q) - 1, sign)
 
 
 @given(st.lists(st.integers(1, 400), min_size=1, max_size=6, unique=True), st.booleans())

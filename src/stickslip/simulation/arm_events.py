@@ -234,32 +234,31 @@ def _taylor(
     x, v, d, w, z, xl, vl, dl, wl, zl = y
     ks_1, ks_2 = model[KS] / model[M1], model[KS] / model[M2]
     c_1 = (model[C_P] if mode > 0 else model[C_N]) / model[M1]
-    q, pd, pw = work[0], work[1], work[2]
     n, bound, reach = 2, model[NORM] * h, model[NORM] * h
     while n < DEGREE and bound > 1e-18:
         n += 1
         bound *= reach * INVERSE[n]
     av, ad, aw = 0.0 if deflate else v, d, w
-    q[0], pd[0], pw[0] = av, ad, aw
+    work[0, 0], work[1, 0], work[2, 0] = av, ad, aw
     following = h * (g / model[M1] - c_1 * av)
     for k in range(1, n + 1):
         r = h * INVERSE[k]
         av, ad, aw = following, r * (av - aw), r * (ks_2 * ad)
-        q[k], pd[k], pw[k] = av, ad, aw
+        work[0, k], work[1, k], work[2, k] = av, ad, aw
         following = -(h * INVERSE[k + 1]) * (c_1 * av + ks_1 * ad)
-    root, dip = first_root(q[deflate:], n - deflate, float(mode), work)
+    root, dip = first_root(work, deflate, n - deflate, float(mode))
     tau = min(root, 1.0)
     dx, dv, dd, dw, dz, slope, bend = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(n, 0, -1):
-        dx = dx * tau + q[k] * INVERSE[k + 1]
-        dv = dv * tau + q[k]
-        dd = dd * tau + pd[k]
-        dw = dw * tau + pw[k]
-        dz = dz * tau + pw[k] * INVERSE[k + 1]
+        dx = dx * tau + work[0, k] * INVERSE[k + 1]
+        dv = dv * tau + work[0, k]
+        dd = dd * tau + work[1, k]
+        dw = dw * tau + work[2, k]
+        dz = dz * tau + work[2, k] * INVERSE[k + 1]
         bend = bend * tau + slope
-        slope = slope * tau + k * q[k]
-    x, xl = accumulate(x, xl, (dx * tau + q[0]) * tau * h)
-    z, zl = accumulate(z, zl, (dz * tau + pw[0]) * tau * h)
+        slope = slope * tau + k * work[0, k]
+    x, xl = accumulate(x, xl, (dx * tau + work[0, 0]) * tau * h)
+    z, zl = accumulate(z, zl, (dz * tau + work[2, 0]) * tau * h)
     d, dl = accumulate(d, dl, dd * tau)
     w, wl = accumulate(w, wl, dw * tau)
     if root <= 1.0:

@@ -22,21 +22,35 @@ DEPTH = 50  # bisections: 2^-50 of the interval is as far as its points can be t
 WORK_SIZE = (3 + DEPTH + 2, DEGREE + 1)  # the first three rows are left to the caller
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
 
+# By degree n: the j-th Bernstein coefficient is the sum over i of C(j, i) / C(n, i) q_i
 BERNSTEIN = np.array(
-    [[math.comb(j, i) / math.comb(DEGREE, i) for i in range(DEGREE + 1)] for j in range(DEGREE + 1)]
+    [
+        [
+            [math.comb(j, i) / math.comb(n, i) if i <= n else 0.0 for i in range(DEGREE + 1)]
+            for j in range(DEGREE + 1)
+        ]
+        for n in range(DEGREE + 1)
+    ]
 )
 
 
 @compiled()
-def _polish(q: Vector, n: int, a: float, b: float, sign: float) -> float:
-    """Return the zero of the polynomial q in (a, b], where it has the given sign at a."""
-    t = 0.5 * (a + b)
-    last_step = 1.0
+def _polish(
+    work: Vector, shift: int, n: int, a: float, b: float, sign: float, start: float
+) -> float:
+    """Return the zero of the polynomial in (a, b], where it has the given sign at a.
+
+    ``start`` is how far into the interval the chord between its ends is zero.
+    """
+    t = a + (b - a) * start
+    if not a < t < b:
+        t = 0.5 * (a + b)
+    last_step = 0.0  # nothing is known of how the steps shrink
     for _ in range(100):
-        p, dp = q[n], 0.0
+        p, dp = work[0, shift + n], 0.0
         for j in range(n - 1, -1, -1):
             dp = dp * t + p
-            p = p * t + q[j]
+            p = p * t + work[0, shift + j]
         if p == 0.0:
             return t
         if sign * p > 0.0:
@@ -54,42 +68,46 @@ def _polish(q: Vector, n: int, a: float, b: float, sign: float) -> float:
             new = 0.5 * (a + b)
             if new in (a, b):
                 return b
-            step = 1.0
+            step = 0.0
         last_step = step
         t = new
     return t
 
 
 @compiled()
-def first_root(q: Vector, n: int, sign: float, work: Vector) -> tuple[float, float]:
+def first_root(work: Vector, shift: int, n: int, sign: float) -> tuple[float, float]:
     """Find the first zero in (0, 1] of a polynomial q of degree n with ``sign q(0) > 0``.
+
+    Its coefficients, lowest first, stand in the first row of ``work`` from ``shift`` on: a slice of
+    an array costs a reference count, which is felt where this is called at every event.
 
     Returns
     -------
     root, dip
         The zero, or 2 if there is none; and without a zero, how near q came to one.
     """
+    q_0 = work[0, shift]
     rest = 0.0
     slope = 0.0
-    end = q[0]
+    end = q_0
     for j in range(1, n + 1):
-        rest += abs(q[j])
-        slope += j * abs(q[j])
-        end += q[j]
-    if abs(q[0]) > rest * SAFETY:
+        rest += abs(work[0, shift + j])
+        slope += j * abs(work[0, shift + j])
+        end += work[0, shift + j]
+    if abs(q_0) > rest * SAFETY:
         return 2.0, 1e300
     if n == 0:
         return 2.0, 1e300
-    if 2.0 * abs(q[1]) > slope * SAFETY:  # |q1| > sum of the rest: monotone
+    if 2.0 * abs(work[0, shift + 1]) > slope * SAFETY:  # |q1| > sum of the rest: monotone
         if sign * end > 0.0:
             return 2.0, 1e300
-        return _polish(q, n, 0.0, 1.0, sign), 1e300
+        return _polish(work, shift, n, 0.0, 1.0, sign, q_0 / (q_0 - end)), 1e300
     # Bernstein coefficients: as many zeros as sign variations, less an even number
     top = 3
-    for j in range(DEGREE + 1):
+    for j in range(n + 1):
         s = 0.0
-        for i in range(min(j, n) + 1):
-            s += BERNSTEIN[j, i] * q[i]
+        for i in range(j + 1):
+            s += BERNSTEIN[n, j, i] * work[0, shift + i]
         work[top, j] = s
     # A stack of intervals, the leftmost on top. Dyadic ends are exact in floating point.
     left = 0.0
@@ -98,18 +116,19 @@ def first_root(q: Vector, n: int, sign: float, work: Vector) -> tuple[float, flo
     dip = 1e300
     while True:
         first = work[top, 0]
-        last = work[top, DEGREE]
+        last = work[top, n]
         dip = min(dip, abs(last))
         variations = 0
         previous = first
-        for j in range(1, DEGREE + 1):
+        for j in range(1, n + 1):
             b = work[top, j]
             if b != 0.0:
                 if b * previous < 0.0:
                     variations += 1
                 previous = b
         if sign * last <= 0.0 and (variations <= 1 or depth == DEPTH):
-            return _polish(q, n, left, left + width, sign), dip
+            chord = first / (first - last) if first != last else 0.5
+            return _polish(work, shift, n, left, left + width, sign, chord), dip
         if variations == 0 or depth == DEPTH:
             # nothing here: go on to the next interval on the right
             left += width
@@ -122,9 +141,9 @@ def first_root(q: Vector, n: int, sign: float, work: Vector) -> tuple[float, flo
             continue
         # halve: the right half stays at `top`, the left one goes above it (de Casteljau)
         above = top + 1
-        for j in range(DEGREE + 1):
+        for j in range(n + 1):
             work[above, j] = work[top, 0]
-            for i in range(DEGREE - j):
+            for i in range(n - j):
                 work[top, i] = 0.5 * (work[top, i] + work[top, i + 1])
         top = above
         width *= 0.5
