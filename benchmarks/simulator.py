@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
-from itertools import cycle
+from itertools import cycle, repeat
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ from benchmarks.measuring import Comparison, Row, Target, best_time
 from benchmarks.other_simulators import by_mujoco, by_runge_kutta, by_solve_ivp
 from benchmarks.reference import ReferenceRun, reference_runs
 from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.simulation import (
     PlantStepper,
     SimulatedBatch,
@@ -40,7 +40,7 @@ _BATCHES = 40
 """Batches of different arms."""
 
 _SPREAD = 0.1
-"""Relative spread of their friction."""
+"""Relative spread of their friction, and spread of the load's velocity at the start [m/s]."""
 
 _BATCH_RATE = 200.0
 """Goal [million samples a second] on one core."""
@@ -130,25 +130,21 @@ def _batch_of(run: ReferenceRun, seed: int) -> list[FlexibleArm]:
     ]
 
 
-def _simulate_batch(
-    run: ReferenceRun, batches: Iterator[list[FlexibleArm]], effort: np.ndarray, cores: int
-) -> SimulatedBatch:
-    return simulate_batch(next(batches), effort, sampling_time=run.sampling_time, threads=cores)
+def _starts(run: ReferenceRun) -> np.ndarray:
+    """Draw initial states with a swinging load; the first is the run's own."""
+    states = np.tile(np.asarray(run.initial_state, dtype=np.float64), (_BATCH, 1))
+    states[1:, 3] += np.random.default_rng(1).normal(scale=_SPREAD, size=_BATCH - 1)
+    return states
 
 
-def _batch_error(run: ReferenceRun, arms: list[FlexibleArm]) -> float:
-    """Largest position error of the first trajectory of a batch."""
-    batch = simulate_batch(
-        arms, run.effort, sampling_time=run.sampling_time, store_every=1, threads=1
-    )
+def _first_states(batch: SimulatedBatch) -> np.ndarray:
     columns = [batch.position, batch.velocity, batch.load_position, batch.load_velocity]
-    states = [column[0] for column in columns if column is not None]
-    return run.position_error(np.stack(states, axis=1))
+    return np.stack([column[0] for column in columns if column is not None], axis=1)
 
 
 def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
     n = run.effort.size
-    rows = _Rows(progress, "one trajectory", total=14)
+    rows = _Rows(progress, "one trajectory", total=15)
     effort, long_effort = run.effort, np.tile(run.effort, _LONG)
     error = run.position_error
     ours = rows.add(
@@ -180,19 +176,32 @@ def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
         repetitions=20,
         ours=True,
     )
+    starts = _starts(run)
     # Other arms at each repetition, so that their matrices have to be computed
-    batches = cycle([_batch_of(run, seed) for seed in range(_BATCHES)])
-    batch = [
-        rows.add(
-            f"stickslip, batch of {_BATCH} such, {cores} core{'s' * (cores > 1)}",
-            partial(_simulate_batch, run, batches, long_effort, cores),
+    drawn = cycle([_batch_of(run, seed) for seed in range(_BATCHES)])
+
+    def batch_row(name: str, arms: Iterator[Plant | list[FlexibleArm]], cores: int) -> Row:
+        def propagated(effort: np.ndarray, store_every: int | None) -> SimulatedBatch:
+            return simulate_batch(
+                next(arms),
+                effort,
+                sampling_time=run.sampling_time,
+                initial_states=starts,
+                store_every=store_every,
+                threads=cores,
+            )
+
+        return rows.add(
+            f"stickslip, {_BATCH} {name}, {cores} core{'s' * (cores > 1)}",
+            partial(propagated, long_effort, None),
             _BATCH * _LONG * n,
-            error=lambda _: _batch_error(run, next(batches)),
+            error=lambda _: error(_first_states(propagated(effort, 1))),
             repetitions=30,
             ours=True,
-        ).nanoseconds
-        for cores in (1, 2)
-    ]
+        )
+
+    batch = [batch_row("starts", repeat(run.plant), cores).nanoseconds for cores in (1, 2)]
+    batch_row("starts, each another arm", drawn, 1)
     others: list[tuple[str, Callable[[], np.ndarray], int]] = [
         (
             "solve_ivp with events, RK45 1e-10",
