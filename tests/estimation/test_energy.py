@@ -90,27 +90,37 @@ def test_the_mass_is_one_more_parameter(clean_arm: AxisLog) -> None:
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-5)
 
 
-def test_noise_leaves_no_bias_and_intervals_hold_the_truth() -> None:
-    """The surrogate arm with its sensors: EQUATIONS' own levels had RMSE 2.1 and 3.5 %."""
-    runs = 60
+@pytest.mark.parametrize(
+    ("settings", "largest_spread"),
+    [
+        # Plain levels of the report, with the sums settled, reach 2.1 and 3.5 % without an offset
+        ({"inertia": 1.0, "offset": False}, {"coulomb_friction": 0.010, "viscous_friction": 0.016}),
+        ({"inertia": 1.0}, {"coulomb_friction": 0.026, "viscous_friction": 0.042}),
+        ({}, {"mass": 0.007, "coulomb_friction": 0.026, "viscous_friction": 0.042}),
+        ({"inertia": 1.0, "per_direction": True}, {}),
+    ],
+)
+def test_noise_leaves_no_bias_and_intervals_hold_the_truth(
+    settings: dict[str, object], largest_spread: dict[str, float]
+) -> None:
+    """The surrogate arm with its sensors, which moves for a third of its log."""
+    runs = 100
     motion = arm_motion(0.15)
-    names = tuple(SURROGATE)
-    truth = np.array([SURROGATE[name] for name in names])
-    fits = [
-        EnergyEstimator(**ARM, offset=False).fit(measured(motion, NOISY, seed))
-        for seed in range(runs)
-    ]
-    values = np.array([[fit.value(name) for name in names] for fit in fits])
-    spread = values.std(axis=0) / truth
-    bias = np.abs(values.mean(axis=0) / truth - 1)
-    assert np.all(spread < [0.02, 0.012])
-    assert np.all(bias < 0.005)
-    for k, name in enumerate(names):
-        intervals = [fit.parameters[name].ci95 or (np.inf, np.inf) for fit in fits]
-        held = sum(low <= truth[k] <= high for low, high in intervals)
-        # At least 90 % coverage: fewer would be seen by chance once in a thousand
-        assert held >= scipy.stats.binom.ppf(0.001, runs, 0.90)
+    estimator = EnergyEstimator(load_inertia=1.0, stiffness=1.0, **settings)  # type: ignore[arg-type]
+    fits = [estimator.fit(measured(motion, NOISY, seed)) for seed in range(runs)]
     assert all(fit.status is Status.OK for fit in fits)
+    truth = {"mass": 1.0, "offset": 0.0, **SURROGATE}
+    for name in fits[0].parameters:
+        true = truth[name.removesuffix("_positive").removesuffix("_negative")]
+        values = np.array([fit.value(name) for fit in fits])
+        spread = values.std(ddof=1)
+        # The mean of 100 runs wanders by a tenth of their spread; four times that is not chance
+        assert abs(values.mean() - true) < 0.4 * spread
+        if name in largest_spread:
+            assert spread < largest_spread[name] * true
+        intervals = [fit.parameters[name].ci95 or (np.inf, np.inf) for fit in fits]
+        held = sum(low <= true <= high for low, high in intervals)
+        assert held >= scipy.stats.binom.ppf(0.001, runs, 0.95)
 
 
 @pytest.mark.parametrize("with_velocity", [True, False])

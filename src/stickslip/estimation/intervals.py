@@ -1,15 +1,17 @@
 """Covariances and intervals that stay honest when residuals are correlated in time."""
 
+from dataclasses import dataclass
+
 import numpy as np
 from jaxtyping import Float
-from scipy.fft import dct
 from scipy.special import stdtrit
 
 __all__ = [
+    "Uncertainty",
     "autocorrelation",
     "frequencies",
-    "long_run_covariance",
-    "robust_covariance",
+    "information_time",
+    "robust_uncertainty",
     "t_quantile",
 ]
 
@@ -30,57 +32,107 @@ def autocorrelation(values: Float[np.ndarray, " n"], lags: int) -> Float[np.ndar
     return np.asarray(covariance / covariance[0])
 
 
-def frequencies(rows: int) -> int:
+def information_time(
+    leverage: Float[np.ndarray, " n"],
+) -> tuple[Float[np.ndarray, " n"], float]:
+    """Return how much of the information has come in by each row, and how many rows that is worth.
+
+    A log that rests for half of its time has its information in the other half; in this time, every
+    stretch counts by what it tells.
+
+    Parameters
+    ----------
+    leverage
+        Squared norm of each row of the regressors in orthonormal coordinates [-].
+
+    Returns
+    -------
+    time, rows
+        From 0 to 1 at the middle of each row [-]; and the number of rows of equal leverage that
+        carry as much.
+    """
+    total = float(np.sum(leverage))
+    if total <= 0:
+        return np.zeros(leverage.size), 1.0
+    time = (np.cumsum(leverage) - 0.5 * leverage) / total
+    return time, total**2 / float(np.sum(leverage**2))
+
+
+def frequencies(rows: float) -> int:
     """Return how many of the slowest cosines the long-run covariance is taken from.
 
     They must be slower than whatever correlates the residual, so that few are better; each gives
     the interval's Student distribution one degree of freedom, so that few cost width: with 12 the
     interval is 11 % wider than with all the frequencies in the world.
     """
-    return max(min(MOST_FREQUENCIES, rows // _ROWS_PER_FREQUENCY), 1)
+    return max(min(MOST_FREQUENCIES, int(rows / _ROWS_PER_FREQUENCY)), 1)
 
 
-def long_run_covariance(scores: Float[np.ndarray, "n p"], count: int) -> Float[np.ndarray, "p p"]:
-    """Return the covariance of the sum of a correlated sequence, from its slowest variations.
+@dataclass(frozen=True, kw_only=True)
+class Uncertainty:
+    """Covariance of an estimate, and how well it is known itself.
 
-    Equal-weighted cosines (Lazarus, Lewis, Stock and Watson 2018): the mean over the first
-    ``count`` type-II cosines of the squared projections, which is n times the spectral density at
-    zero if that is flat up to count / 2n cycles per row. What goes on at higher frequencies, such
-    as noise that differentiation has amplified, does not enter.
-
-    Parameters
+    Attributes
     ----------
-    scores
-        One row a sample.
-    count
-        Number of cosines.
+    covariance
+        Shape (p, p) [SI].
+    degrees_of_freedom
+        Of Student's distribution for each parameter's interval, shape (p,) [-].
     """
-    slow = dct(scores, type=2, axis=0, norm="ortho")[1 : count + 1]
-    return scores.shape[0] / count * (slow.T @ slow)
+
+    covariance: Float[np.ndarray, "p p"]
+    degrees_of_freedom: Float[np.ndarray, " p"]
 
 
-def robust_covariance(
-    regressors: Float[np.ndarray, "n p"], residual: Float[np.ndarray, " n"]
-) -> Float[np.ndarray, "p p"]:
-    """Return the covariance of a least-squares estimate whose residual is correlated in time.
+def robust_uncertainty(
+    orthonormal: Float[np.ndarray, "n d"],
+    to_values: Float[np.ndarray, "p d"],
+    residual: Float[np.ndarray, " n"],
+) -> Uncertainty:
+    """Return the uncertainty of a least-squares fit whose residual is correlated in time.
 
-    The sandwich (W'W)^-1 S (W'W)^-1 with S the long-run covariance of the scores W_t r_t, times
-    n / (n - p) for the degrees of freedom. An interval from it takes the quantile of Student's
-    distribution with `frequencies` degrees of freedom.
+    A parameter is a weighted sum of the target, with weights l_t. Its variance is taken from the
+    slowest variations of l_t r_t: the mean square of its projections on the first cosines
+    (equal-weighted cosines: Lazarus, Lewis, Stock and Watson 2018), in the time in which
+    information comes in. What goes on at higher frequencies, such as noise that differentiation
+    has amplified, does not enter.
+
+    The fit has made the residual orthogonal to the regressors, which takes out some of these
+    variations. With G the covariance of the projections if the noise were white, the mean square is
+    scaled to be unbiased then, and the interval has (tr G)^2 / tr G^2 degrees of freedom (Bell and
+    McCaffrey 2002).
 
     Parameters
     ----------
-    regressors
-        Of full column rank.
+    orthonormal
+        Regressors in orthonormal coordinates (left singular vectors).
+    to_values
+        From those coordinates to the parameters [SI].
     residual
         Of the fit, in the unit of the target.
     """
-    n, p = regressors.shape
-    meat = long_run_covariance(regressors * residual[:, None], frequencies(n))
-    bread = np.linalg.pinv(regressors.T @ regressors, hermitian=True)
-    return bread @ meat @ bread * (n / (n - p))
+    n, d = orthonormal.shape
+    p = to_values.shape[0]
+    time, rows = information_time(np.sum(orthonormal**2, axis=1))
+    count = frequencies(rows)
+    cosines = np.cos(np.pi * np.outer(np.arange(1, count + 1), time))
+    weights = orthonormal @ to_values.T
+    slow = np.zeros((p, count))
+    degrees = np.ones(p)
+    for k in range(p):
+        projection = cosines * weights[:, k]
+        fitted = projection @ orthonormal
+        white = projection @ projection.T - fitted @ fitted.T
+        trace = float(np.trace(white))
+        if trace > 0:
+            scale = float(np.sum(weights[:, k] ** 2)) / trace
+            slow[k] = np.sqrt(scale) * (projection @ residual)
+            degrees[k] = trace**2 / float(np.sum(white**2))
+    return Uncertainty(
+        covariance=slow @ slow.T * (n / (n - d)), degrees_of_freedom=np.maximum(degrees, 1.0)
+    )
 
 
-def t_quantile(degrees_of_freedom: int) -> float:
+def t_quantile(degrees_of_freedom: float) -> float:
     """Return the factor from a standard deviation to half a 95 % interval [-]."""
     return float(stdtrit(degrees_of_freedom, 0.5 + CONFIDENCE / 2))

@@ -19,8 +19,7 @@ from stickslip.estimation.diagnostics import (
 )
 from stickslip.estimation.intervals import (
     autocorrelation,
-    frequencies,
-    robust_covariance,
+    robust_uncertainty,
     t_quantile,
 )
 from stickslip.estimation.regression import Regression
@@ -37,6 +36,10 @@ from stickslip.records import (
 )
 
 __all__ = ["check_excited", "provenance_of", "solve"]
+
+RESOLUTION = 1e-4
+"""What sums over samples and filters resolve of a signal. It bounds the intervals below: without
+noise they would otherwise shrink to nothing around a value that these errors have shifted."""
 
 _LEAST_ROWS_PER_PARAMETER = 3
 
@@ -103,12 +106,11 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     variances = np.diag(fit.covariance)
     ratio = np.divide(fit.classical_std**2, variances, out=np.ones(p), where=variances > 0)
     effective = np.clip(n * ratio, 1.0, float(n))
-    quantile = t_quantile(frequencies(n))
     verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
-        half = std * quantile
+        half = std * t_quantile(float(fit.degrees_of_freedom[k]))
         if mask[k] and name in {"mass", "inertia"} and half > abs(value):
             mask[k] = False
             reason = "its 95 % interval is wider than the value itself"
@@ -154,6 +156,7 @@ class _Fit:
     covariance: Float[np.ndarray, "p p"]
     classical_std: Float[np.ndarray, " p"]
     residual: Float[np.ndarray, " n"]
+    degrees_of_freedom: Float[np.ndarray, " p"]
 
 
 def _fit(regression: Regression, found: Determined) -> _Fit:
@@ -164,15 +167,25 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     """
     p = regression.regressors.shape[1]
     values, covariance, classical = np.zeros(p), np.zeros((p, p)), np.zeros(p)
+    degrees = np.ones(p)
     columns = found.columns
     to_values = (found.right.T / found.singular) / found.norms[:, None]
     values[columns] = to_values @ (found.left.T @ regression.target)
     residual = regression.target - regression.regressors @ values
-    inner = robust_covariance(found.left, residual)
-    covariance[np.ix_(columns, columns)] = to_values @ inner @ to_values.T
+    found_uncertainty = robust_uncertainty(found.left, to_values, residual)
+    covariance[np.ix_(columns, columns)] = found_uncertainty.covariance
+    resolution = RESOLUTION * float(np.linalg.norm(regression.target))
+    covariance[columns, columns] += (resolution / found.norms) ** 2
+    degrees[columns] = found_uncertainty.degrees_of_freedom
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
-    return _Fit(values=values, covariance=covariance, classical_std=classical, residual=residual)
+    return _Fit(
+        values=values,
+        covariance=covariance,
+        classical_std=classical,
+        residual=residual,
+        degrees_of_freedom=degrees,
+    )
 
 
 def _nothing_identified(
