@@ -1,6 +1,8 @@
 """How the program ends: as a process, when it is interrupted, and when nobody reads on."""
 
 import json
+import os
+import signal
 import subprocess
 import sys
 from pathlib import Path
@@ -95,6 +97,51 @@ def test_an_interruption_ends_with_one_line_and_no_file(
     assert outcome.code == 130
     assert "interrupted" in outcome.line()
     assert list(good_log.parent.iterdir()) == [good_log]
+
+
+def test_a_termination_ends_with_one_line_and_no_file(
+    run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def terminate(*_: object, **__: object) -> None:
+        os.kill(os.getpid(), signal.SIGTERM)
+
+    monkeypatch.setattr("stickslip.jobs.identify", terminate)
+    outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
+    assert outcome.code == 143
+    assert "terminated" in outcome.line()
+    assert list(good_log.parent.iterdir()) == [good_log]
+    assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+def test_a_defect_does_not_look_like_a_result(
+    run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise ZeroDivisionError("in the depths")
+
+    monkeypatch.setattr("stickslip.jobs.identify", fail)
+    outcome = run("identify", good_log)
+    assert (outcome.code, outcome.out) == (70, "")
+    assert "Traceback" in outcome.err
+    assert "ZeroDivisionError: in the depths" in outcome.err
+    assert outcome.err.splitlines()[-1].startswith("stickslip: this is a defect")
+
+
+@pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
+def test_closed_streams_are_no_error(closed: tuple[int, ...], good_log: Path) -> None:
+    report = good_log.with_suffix(".json")
+    redirected = " ".join(f"{descriptor}>&-" for descriptor in closed)
+    command = f'"$0" -m stickslip identify "$1" --json "$2" {redirected}'
+    outcome = subprocess.run(
+        ["/bin/sh", "-c", command, sys.executable, str(good_log), str(report)],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=False,
+    )
+    assert outcome.returncode == 0
+    assert without_notice(outcome.stderr) == []
+    assert json.loads(report.read_text())["status"] == "ok"
 
 
 def test_the_version_is_the_packages(run: Run) -> None:

@@ -22,7 +22,8 @@ app = App(
     help="Identify, simulate and beat dry friction in motion axes.",
     help_epilogue=(
         "Exit codes: 0 done; 1 done, but the result cannot be trusted (its status says why); "
-        "2 bad input (one line on standard error says what, where, and the remedy)."
+        "2 bad input (one line on standard error says what, where, and the remedy); "
+        "70 a defect of stickslip (with its traceback); 130 interrupted; 143 terminated."
     ),
     help_format="plaintext",
     version=__version__,

@@ -1,13 +1,25 @@
-"""Where the process enters, and how it leaves when it is interrupted."""
+"""Where the process enters, and how it leaves when it is interrupted, stopped, or fails."""
 
+import contextlib
+import os
+import signal
 import sys
-from collections.abc import Sequence
+import threading
+import traceback
+from collections.abc import Generator, Sequence
+from types import FrameType
 
 from stickslip.cli.terminal import say
 
 __all__ = ["main"]
 
-_INTERRUPTED = 130
+_DEFECT = 70  # what sysexits.h calls an internal software error
+_INTERRUPTED = 128 + signal.SIGINT
+_TERMINATED = 128 + signal.SIGTERM
+
+
+class _Terminated(KeyboardInterrupt):
+    """The process was asked to end; it unwinds in the way that an interruption does."""
 
 
 def main(arguments: Sequence[str] | None = None) -> int:
@@ -20,16 +32,64 @@ def main(arguments: Sequence[str] | None = None) -> int:
 
     Returns
     -------
-    The exit code: 0 done; 1 done, but the result cannot be trusted; 2 bad input; 130 interrupted.
+    The exit code: 0 done; 1 done, but the result cannot be trusted; 2 bad input; 70 a defect of
+    this program, whose traceback is printed; 130 interrupted; 143 terminated.
     """
     try:
-        for stream in (sys.stdout, sys.stderr):
-            if hasattr(stream, "reconfigure"):
-                stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue] - of a text file, not of every stream
-        # Imported here, so that an interruption while it loads ends quietly too.
-        from stickslip.cli.application import run
+        _prepare_streams()
+        with _ended_by_a_signal():
+            # Imported here, so that an interruption while it loads ends quietly too.
+            from stickslip.cli.application import run
 
-        return run(sys.argv[1:] if arguments is None else arguments)
+            return run(sys.argv[1:] if arguments is None else arguments)
+    except _Terminated:
+        say("terminated; nothing was left half-written")
+        return _TERMINATED
     except KeyboardInterrupt:
         say("interrupted; nothing was left half-written")
         return _INTERRUPTED
+    except Exception:  # noqa: BLE001 - whatever it is, its exit code must not look like a result
+        with contextlib.suppress(OSError):
+            traceback.print_exc()
+        say("this is a defect of stickslip; please report it with the lines above")
+        return _DEFECT
+
+
+def _prepare_streams() -> None:
+    """Let every text be printed, and let nothing be printed where the caller closed a stream.
+
+    A closed descriptor is opened on the null device, or the next file opened would take its place
+    and receive what is printed.
+    """
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # takes the lowest number that is free: this one
+    if sys.stdout is None:  # pyright: ignore[reportUnnecessaryComparison] - so Python has it when it is closed
+        sys.stdout = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - kept to the end
+    if sys.stderr is None:  # pyright: ignore[reportUnnecessaryComparison] - as above
+        sys.stderr = open(os.devnull, "w", encoding="utf-8")  # noqa: PTH123, SIM115 - as above
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="replace")  # pyright: ignore[reportAttributeAccessIssue] - of a text file, not of every stream
+
+
+@contextlib.contextmanager
+def _ended_by_a_signal() -> Generator[None]:
+    """Unwind when the process is terminated, unless whoever started it has arranged for that."""
+    if (
+        threading.current_thread() is not threading.main_thread()
+        or signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
+    ):
+        yield
+        return
+    signal.signal(signal.SIGTERM, _terminate)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_DFL)
+
+
+def _terminate(_signal: int, _frame: FrameType | None) -> None:
+    raise _Terminated

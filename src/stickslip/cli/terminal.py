@@ -34,8 +34,9 @@ def one_line(text: str) -> str:
 
 
 def say(text: str) -> None:
-    """Say one line on standard error."""
-    sys.stderr.write(f"stickslip: {text}\n")
+    """Say one line on standard error, if anybody can still read there."""
+    with contextlib.suppress(OSError):
+        sys.stderr.write(f"stickslip: {text}\n")
 
 
 @contextlib.contextmanager
