@@ -62,14 +62,12 @@ def _cache_by_folder(dispatcher: Any) -> None:
 
 
 def compiled(
-    *, parallel: bool = False, inline: bool = False, cached: bool = True
+    *, inline: bool = False, cached: bool = True
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile a kernel to machine code at its first call, and keep it for the next process.
 
     Parameters
     ----------
-    parallel
-        Let ``numba.prange`` loops use every core.
     inline
         Ask the compiler's back end to inline the kernel where it is called.
     cached
@@ -81,8 +79,6 @@ def compiled(
     The decorator; the decorated kernel keeps its signature.
     """
     options: dict[str, Any] = {"cache": cached, "nogil": True, "error_model": "numpy"}
-    if parallel:
-        options["parallel"] = True
     if inline:
         options["forceinline"] = True
 

@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.simulation.double_double import accumulate
 from stickslip.simulation.first_root import DEGREE, first_root
 
 # Places in the model vector. The first hold, for mode -1, 0, +1, the 5 x 4 increments of
@@ -50,6 +51,7 @@ GRAZING, BUDGET_EXCEEDED = 1, 2
 GRAZING_TOLERANCE = 1e-10  # of the velocity's (or amplitude's) bound
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
 TWO_PI = 2.0 * math.pi
+MAGNITUDE = np.int64(0x7FFFFFFFFFFFFFFF)  # all bits of a double but its sign
 INVERSE = np.array([0.0] + [1.0 / k for k in range(1, DEGREE + 2)])
 
 Vector = NDArray[np.float64]
@@ -61,16 +63,14 @@ def _row(e: State, v: float, d: float, w: float, F: float) -> float:
     return (e[0] * v + e[3] * F) + (e[1] * d + e[2] * w)
 
 
-@compiled(inline=True)
-def accumulate(high: float, low: float, increment: float) -> tuple[float, float]:
-    """Add to a double-double value; a zero increment leaves it bitwise the same.
-
-    Dekker's fast two-sum: where the increment is the larger one, what it misses is within the
-    increment's own rounding.
-    """
-    t = increment + low
-    s = high + t
-    return s, t - (s - high)
+@compiled()
+def largest_magnitude(values: Vector) -> float:
+    """Return the largest magnitude, by the integers whose order is that of magnitudes."""
+    bits = values.view(np.int64)
+    largest = np.int64(0)
+    for i in range(bits.size):
+        largest = max(largest, bits[i] & MAGNITUDE)
+    return np.array([largest]).view(np.float64)[0]
 
 
 @compiled(inline=True)

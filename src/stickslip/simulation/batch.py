@@ -12,8 +12,9 @@ from numpy.typing import ArrayLike
 
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisKind, InputError, quantity_field, unit_of
-from stickslip.simulation.arm_kernel import LANES, arm_batch
+from stickslip.simulation.arm_batch_kernel import LANES, arm_batch
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
+from stickslip.simulation.motion import make_arrays_read_only
 from stickslip.simulation.simulate import budget_error
 from stickslip.simulation.single_mass_kernel import mass_batch
 
@@ -44,12 +45,7 @@ class SimulatedBatch:
     load_velocity: Float[np.ndarray, "batch s"] | None = quantity_field("velocity", default=None)
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if isinstance(value, np.ndarray):
-                view = value.view()
-                view.flags.writeable = False
-                object.__setattr__(self, name, view)
+        make_arrays_read_only(self)
 
 
 def simulate_batch(

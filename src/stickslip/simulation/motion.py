@@ -2,13 +2,27 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float, Int8
 
 from stickslip.records import AxisKind, quantity_field
 
-__all__ = ["SimulatedMotion"]
+__all__ = ["SimulatedMotion", "make_arrays_read_only"]
+
+
+def make_arrays_read_only(record: Any) -> None:
+    """Replace the arrays of a new frozen dataclass by read-only views of them.
+
+    The one who made an array can still write it; the record cannot.
+    """
+    for name in record.__dataclass_fields__:
+        value = getattr(record, name)
+        if isinstance(value, np.ndarray):
+            view = value.view()
+            view.flags.writeable = False
+            object.__setattr__(record, name, view)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,13 +65,7 @@ class SimulatedMotion:
     grazing: Bool[np.ndarray, " n"]
 
     def __post_init__(self) -> None:
-        for name in self.__dataclass_fields__:
-            value = getattr(self, name)
-            if isinstance(value, np.ndarray):
-                # A view, so that the one who made the array can still write it; this record cannot
-                view = value.view()
-                view.flags.writeable = False
-                object.__setattr__(self, name, view)
+        make_arrays_read_only(self)
 
     @cached_property
     def time(self) -> Float[np.ndarray, " samples"]:

@@ -15,8 +15,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.simulation.double_double import accumulate
 
-__all__ = ["GRAZING", "MODEL_SIZE", "mass_batch", "mass_model", "mass_run", "mass_step"]
+__all__ = ["mass_batch", "mass_model", "mass_run", "mass_step"]
 
 TIME, MASS, FC_N, FC_P, FS_N, FS_P, C_N, C_P, OFFSET = 0, 1, 2, 3, 4, 5, 6, 7, 8
 # Increments over a whole sample, for the negative and then the positive direction:
@@ -73,14 +74,6 @@ def _stopping_distance(z: float) -> float:
     return 0.5 * (1.0 - w) * (1.0 - w) * total
 
 
-@compiled(inline=True)
-def _accumulate(high: float, low: float, increment: float) -> tuple[float, float]:
-    """Add to a double-double value, by Dekker's fast two-sum."""
-    t = increment + low
-    s = high + t
-    return s, t - (s - high)
-
-
 @compiled()
 def mass_model(
     m: float, fc_n: float, fc_p: float, fs_n: float, fs_p: float, c_n: float, c_p: float,
@@ -121,12 +114,12 @@ def _events(
         if mode * F >= 0.0:
             # No zero: viscous friction has brought the velocity below the rounding of the increment
             E = POSITIVE if mode > 0 else 0
-            x, xl = _accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
+            x, xl = accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
             v, vl = v * math.exp(-c * T / m) + model[GAIN + E] * F, 0.0
             return x, v, xl, vl, (mode if v != 0.0 else 0), count, flags
         z = -c * v / F
         rem = max(T + m * v / F * _stopping_time(z), 0.0)
-        x, xl = _accumulate(x, xl, -m * v * v / F * _stopping_distance(z))
+        x, xl = accumulate(x, xl, -m * v * v / F * _stopping_distance(z))
         v, vl = 0.0, 0.0
         if rem < GRAZING_TOLERANCE * T and (model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]):
             flags = GRAZING
@@ -144,7 +137,7 @@ def _events(
     if mode != 0:
         force = U - model[FC_P] if mode > 0 else U + model[FC_N]
         z = -(model[C_P] if mode > 0 else model[C_N]) * rem / m
-        x, xl = _accumulate(x, xl, rem * rem / m * _phi2(z) * force)
+        x, xl = accumulate(x, xl, rem * rem / m * _phi2(z) * force)
         v, vl = rem / m * _phi1(z) * force, 0.0
     return x, v, xl, vl, mode, count, flags
 
@@ -154,9 +147,21 @@ def _slip(
     model: Vector, E: int, F: float, x: float, v: float, xl: float, vl: float
 ) -> tuple[float, float, float, float]:
     """Propagate over a whole sample in one direction."""
-    nx, nxl = _accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
-    nv, nvl = _accumulate(v, vl, model[DECAY + E] * v + model[GAIN + E] * F)
+    nx, nxl = accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
+    nv, nvl = accumulate(v, vl, model[DECAY + E] * v + model[GAIN + E] * F)
     return nx, nv, nxl, nvl
+
+
+@compiled(inline=True)
+def _sample(
+    model: Vector, mode: int, U: float, x: float, v: float, xl: float, vl: float
+) -> tuple[float, float, float, float, bool]:
+    """Propagate over a whole sample in one mode; the last is False if the mode may end in it."""
+    if mode == 0:
+        return x, v, xl, vl, -model[FS_N] <= U <= model[FS_P]
+    F = U - model[FC_P] if mode > 0 else U + model[FC_N]
+    x, v, xl, vl = _slip(model, POSITIVE if mode > 0 else 0, F, x, v, xl, vl)
+    return x, v, xl, vl, mode * v > 0.0
 
 
 @compiled()
@@ -180,13 +185,7 @@ def mass_step(model: Vector, state: State, effort: float) -> tuple[State, tuple[
     x, v, xl, vl, mode_float = state
     U = effort - model[OFFSET]
     mode = int(mode_float)
-    nx, nv, nxl, nvl = x, v, xl, vl
-    if mode == 0:
-        ok = -model[FS_N] <= U <= model[FS_P]
-    else:
-        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
-        nx, nv, nxl, nvl = _slip(model, POSITIVE if mode > 0 else 0, F, x, v, xl, vl)
-        ok = mode * nv > 0.0
+    nx, nv, nxl, nvl, ok = _sample(model, mode, U, x, v, xl, vl)
     if not ok:
         nx, nv, nxl, nvl, mode, _, _ = _events(
             model, np.empty(0), np.empty(0, dtype=np.int8), 0, 0.0, mode, U, x, v, xl, vl
@@ -295,13 +294,7 @@ def mass_batch(
         offset = model[OFFSET]
         for k in range(n):
             U = effort[k] - offset
-            nx, nv, nxl, nvl = x, v, xl, vl
-            if mode == 0:
-                ok = -model[FS_N] <= U <= model[FS_P]
-            else:
-                F = U - model[FC_P] if mode > 0 else U + model[FC_N]
-                nx, nv, nxl, nvl = _slip(model, POSITIVE if mode > 0 else 0, F, x, v, xl, vl)
-                ok = mode * nv > 0.0
+            nx, nv, nxl, nvl, ok = _sample(model, mode, U, x, v, xl, vl)
             if not ok:
                 nx, nv, nxl, nvl, mode, _, _ = _events(
                     model, no_time, no_mode, 0, 0.0, mode, U, x, v, xl, vl

@@ -4,9 +4,6 @@ A sampled simulation applies the same matrix at every sample, so that its roundi
 averaged away but adds up. The matrices are therefore computed with about 31 digits and handed on
 as the sum of two doubles. The increment exp(M T) - I is what is stored: its error is relative to
 the small change in a sample and not to the state.
-
-Double-double arithmetic: T. J. Dekker, "A floating-point technique for extending the available
-precision", Numer. Math. 18 (1971), pp. 224-242.
 """
 
 from functools import lru_cache
@@ -16,61 +13,15 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.simulation.double_double import add, divide, multiply, two_product
 
-__all__ = ["arm_transition"]
+__all__ = ["arm_increment"]
 
 Matrix = NDArray[np.float64]
 
-_SPLIT = 134217729.0  # 2^27 + 1, Dekker's splitting constant
 _TERMS = 28  # of the exponential series, at most
 _REMAINDER = 1e-34  # of the series, relative to the smallest entries: those of fifth order
 _SERIES_NORM = 0.25
-
-
-@compiled(inline=True)
-def _two_sum(a: float, b: float) -> tuple[float, float]:
-    s = a + b
-    t = s - a
-    return s, (a - (s - t)) + (b - t)
-
-
-@compiled(inline=True)
-def _two_product(a: float, b: float) -> tuple[float, float]:
-    p = a * b
-    t = _SPLIT * a
-    ah = t - (t - a)
-    al = a - ah
-    t = _SPLIT * b
-    bh = t - (t - b)
-    bl = b - bh
-    return p, ((ah * bh - p) + ah * bl + al * bh) + al * bl
-
-
-@compiled(inline=True)
-def _add(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
-    s, e = _two_sum(ah, bh)
-    t, f = _two_sum(al, bl)
-    s, e = _two_sum(s, e + t)
-    return _two_sum(s, e + f)
-
-
-@compiled(inline=True)
-def _multiply(ah: float, al: float, bh: float, bl: float) -> tuple[float, float]:
-    p, e = _two_product(ah, bh)
-    return _two_sum(p, e + (ah * bl + al * bh))
-
-
-@compiled(inline=True)
-def _divide(ah: float, al: float, b: float) -> tuple[float, float]:
-    """Return (ah + al) / b."""
-    q1 = ah / b
-    ph, pl = _two_product(q1, b)
-    rh, rl = _add(ah, al, -ph, -pl)
-    q2 = rh / b
-    ph, pl = _two_product(q2, b)
-    rh, rl = _add(rh, rl, -ph, -pl)
-    sh, sl = _two_sum(q1, q2)
-    return _two_sum(sh, sl + rh / b)
 
 
 @compiled()
@@ -82,14 +33,14 @@ def _matrix_product(ah: Matrix, al: Matrix, bh: Matrix, bl: Matrix, ch: Matrix, 
             sh, sl = 0.0, 0.0
             for k in range(n):
                 if ah[i, k] != 0.0 and bh[k, j] != 0.0:
-                    ph, pl = _multiply(ah[i, k], al[i, k], bh[k, j], bl[k, j])
-                    sh, sl = _add(sh, sl, ph, pl)
+                    ph, pl = multiply(ah[i, k], al[i, k], bh[k, j], bl[k, j])
+                    sh, sl = add(sh, sl, ph, pl)
             ch[i, j] = sh
             cl[i, j] = sl
 
 
 @compiled()
-def arm_transition(
+def _arm_transition(
     m1: float, m2: float, ks: float, c: float, T: float, slipping: bool
 ) -> tuple[Matrix, Matrix]:
     """Return exp(M T) - I of the arm as a double-double matrix.
@@ -113,17 +64,17 @@ def arm_transition(
         norm *= 0.5
         step *= 0.5
         halvings += 1
-    h, l = _two_product(ks, step)  # noqa: E741 (high and low part)
+    h, l = two_product(ks, step)  # noqa: E741 (high and low part)
     mh[2, 3] = -step
     mh[4, 3] = step
-    mh[3, 2], ml[3, 2] = _divide(h, l, m2)
+    mh[3, 2], ml[3, 2] = divide(h, l, m2)
     if slipping:
         mh[0, 1] = step
         mh[2, 1] = step
-        mh[1, 2], ml[1, 2] = _divide(-h, -l, m1)
-        h, l = _two_product(c, step)  # noqa: E741
-        mh[1, 1], ml[1, 1] = _divide(-h, -l, m1)
-        mh[1, 5], ml[1, 5] = _divide(step, 0.0, m1)
+        mh[1, 2], ml[1, 2] = divide(-h, -l, m1)
+        h, l = two_product(c, step)  # noqa: E741
+        mh[1, 1], ml[1, 1] = divide(-h, -l, m1)
+        mh[1, 5], ml[1, 5] = divide(step, 0.0, m1)
     # Horner's scheme for E = M (I + M/2 (I + M/3 (...))), in increments: E <- M/k + (M/k) E
     eh = np.zeros((n, n))
     el = np.zeros((n, n))
@@ -137,14 +88,14 @@ def arm_transition(
         _matrix_product(mh, ml, eh, el, ph, pl)
         for i in range(n):
             for j in range(n):
-                h, l = _add(mh[i, j], ml[i, j], ph[i, j], pl[i, j])  # noqa: E741
-                eh[i, j], el[i, j] = _divide(h, l, float(k)) if h != 0.0 else (0.0, 0.0)
+                h, l = add(mh[i, j], ml[i, j], ph[i, j], pl[i, j])  # noqa: E741
+                eh[i, j], el[i, j] = divide(h, l, float(k)) if h != 0.0 else (0.0, 0.0)
     # exp(2M) - I = 2E + E E
     for _ in range(halvings):
         _matrix_product(eh, el, eh, el, ph, pl)
         for i in range(n):
             for j in range(n):
-                eh[i, j], el[i, j] = _add(2.0 * eh[i, j], 2.0 * el[i, j], ph[i, j], pl[i, j])
+                eh[i, j], el[i, j] = add(2.0 * eh[i, j], 2.0 * el[i, j], ph[i, j], pl[i, j])
     return eh, el
 
 
@@ -164,7 +115,9 @@ def arm_increment(
     -------
     The high and the low part of the matrix, stacked; read-only.
     """
-    high, low = arm_transition(mass_1, mass_2, stiffness, viscous_friction, sampling_time, slipping)
+    high, low = _arm_transition(
+        mass_1, mass_2, stiffness, viscous_friction, sampling_time, slipping
+    )
     increment = np.stack([high[:5, [1, 2, 3, 5]], low[:5, [1, 2, 3, 5]]])
     increment.flags.writeable = False
     return increment
