@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from stickslip.estimation.regression import MotionSummary, Regression
+from stickslip.estimation.regression import MotionSummary, Regression, least_squares
 from stickslip.records import ParameterEstimate, Status, Verdict
 
 __all__ = [
@@ -23,10 +23,10 @@ SMALLEST_SINGULAR_RATIO = 0.01
 """Columns of unit norm with a smaller singular value (relative to the largest) are told apart by
 less than 1 % of their content, which sensor and model errors exceed."""
 
-LEAST_SIGNAL_TO_NOISE = 3.0
-"""A regressor less than three times its own noise is mostly noise, and would be biased to zero."""
+LEAST_SIGNAL_TO_NOISE = 5.0
+"""A regressor less than five times its own noise would be biased to zero by more than 4 %."""
 
-INVOLVED = 0.1
+INVOLVED = 0.01
 """Component of a null direction above which a parameter takes part in it."""
 
 LEAST_SPEED_VARIATION = 0.05
@@ -70,7 +70,7 @@ def cross_validation_residual(
     for block in np.array_split(np.arange(n), FOLDS):
         kept = np.ones(n, dtype=bool)
         kept[block] = False
-        values, *_ = np.linalg.lstsq(regressors[kept], target[kept], rcond=None)
+        values = least_squares(regressors[kept], target[kept])
         left_out += float(np.sum((target[block] - regressors[block] @ values) ** 2))
     return float(np.sqrt(left_out / np.sum(target**2)))
 
@@ -114,7 +114,7 @@ def determined(
     """Find which directions of the parameter space the rows determine.
 
     A direction is not determined if the columns, combined along it, are below 1 % of the strongest
-    combination, or below three times what the noise in the columns would make of it: there, least
+    combination, or below five times what the noise in the columns would make of it: there, least
     squares is biased to zero.
 
     Parameters
@@ -221,7 +221,10 @@ def verdicts_of(regression: Regression, found: Determined) -> tuple[Verdict, ...
 
 
 def status_of(
-    parameters: Sequence[ParameterEstimate], relative_residual: float, motion: MotionSummary
+    parameters: Sequence[ParameterEstimate],
+    relative_residual: float,
+    cross_validation: float | None,
+    motion: MotionSummary,
 ) -> Status:
     """Return whether an estimate can be trusted, and if not, the first reason why not.
 
@@ -231,14 +234,16 @@ def status_of(
         What was found.
     relative_residual
         Norm of the residual over norm of the target [-].
+    cross_validation
+        The same on rows left out of the fit [-], or None.
     motion
         What the log excites.
     """
-    if hardly_moves(motion) or not any(p.identified for p in parameters):
+    if hardly_moves(motion):
         return Status.INSUFFICIENT_EXCITATION
     if not all(p.identified for p in parameters):
         return Status.NOT_IDENTIFIABLE
-    if relative_residual > POOR_FIT:
+    if max(relative_residual, cross_validation or 0.0) > POOR_FIT:
         return Status.POOR_FIT
     for p in parameters:
         if p.name != "offset" and p.ci95 is not None and p.ci95[1] < 0:

@@ -13,6 +13,7 @@ from stickslip.estimation.observation import (
     motion_noise,
     observe,
 )
+from stickslip.estimation.regression import least_squares
 from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, InputError
 
@@ -206,7 +207,7 @@ def _rough_axis(
 ) -> _RoughAxis:
     """Fit the levels without any weights."""
     columns = np.column_stack([regressors, np.ones(dissipated.size)])
-    fitted, *_ = np.linalg.lstsq(columns, dissipated, rcond=None)
+    fitted = least_squares(columns, dissipated)
     values = fitted.tolist()
     inertia = abs(values.pop(0)) if model.inertia is None else model.inertia
     found = dict(zip(model.terms.names, values, strict=False))

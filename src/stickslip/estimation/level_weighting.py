@@ -10,6 +10,7 @@ from scipy.optimize import minimize_scalar
 from stickslip.estimation.energy_balance import whiten_levels
 from stickslip.estimation.energy_levels import EnergyLevels, summed
 from stickslip.estimation.observation import MotionNoise
+from stickslip.estimation.regression import least_squares
 
 __all__ = [
     "LevelBlocks",
@@ -157,7 +158,7 @@ def likeliest_ratio(blocks: Sequence[LevelBlocks]) -> float:
 
     def cost(decades: float) -> float:
         white, variances, _ = whitened(blocks, 10.0**decades)
-        values, *_ = np.linalg.lstsq(white[:, 1:], white[:, 0], rcond=None)
+        values = least_squares(white[:, 1:], white[:, 0])
         squares = float(np.sum((white[:, 0] - white[:, 1:] @ values) ** 2))
         floor = np.finfo(float).eps ** 2 * float(np.sum(white[:, 0] ** 2))
         n = white.shape[0]

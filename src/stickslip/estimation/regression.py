@@ -10,7 +10,7 @@ from jaxtyping import Float
 from stickslip.estimation.kinematics import slow_speed
 from stickslip.records import AxisKind
 
-__all__ = ["MotionSummary", "Regression", "summarise_motion"]
+__all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -132,3 +132,17 @@ class Regression:
         values = np.array([parameters[name] for name in self.names])
         residual = self.target - self.regressors @ values
         return float(np.linalg.norm(residual) / np.linalg.norm(self.target))
+
+
+def least_squares(
+    regressors: Float[np.ndarray, "n p"], target: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, " p"]:
+    """Return the least-squares parameters, whatever the units of the columns.
+
+    Columns are scaled to unit norm first: otherwise the solver takes a column that is small in its
+    unit for one that says nothing.
+    """
+    norms = np.linalg.norm(regressors, axis=0)
+    norms[norms == 0] = 1.0
+    values, *_ = np.linalg.lstsq(regressors / norms, target, rcond=None)
+    return values / norms

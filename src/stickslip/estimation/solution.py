@@ -111,9 +111,9 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         half = std * t_quantile(float(fit.degrees_of_freedom[k]))
-        if mask[k] and name in {"mass", "inertia"} and half > abs(value):
+        reason = _withheld(name, value, half, partly=found.undetermined != ())
+        if mask[k] and reason:
             mask[k] = False
-            reason = "its 95 % interval is wider than the value itself"
             verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
         parameters[name] = ParameterEstimate(
             name=name,
@@ -123,15 +123,16 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
             unit=unit_of(name, regression.kind),
         )
     relative = float(np.linalg.norm(fit.residual) / np.linalg.norm(target))
+    left_out = cross_validation_residual(target, regressors)
     return FrictionEstimate(
         estimator=estimator,
         kind=regression.kind,
         parameters=parameters,
         covariance=fit.covariance[np.ix_(mask, mask)],
-        status=status_of(list(parameters.values()), relative, regression.motion),
+        status=status_of(list(parameters.values()), relative, left_out, regression.motion),
         diagnostics=Diagnostics(
             relative_residual=relative,
-            cross_validation_residual=cross_validation_residual(target, regressors),
+            cross_validation_residual=left_out,
             condition_number=condition_number(regressors),
             residual_autocorrelation=float(autocorrelation(fit.residual, 1)[1]),
             effective_samples=float(np.min(effective[mask])) if np.any(mask) else 1.0,
@@ -146,6 +147,15 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         ),
         provenance=provenance,
     )
+
+
+def _withheld(name: str, value: float, half_width: float, *, partly: bool) -> str:
+    """Return why a value is not given although its column says something; empty if it is given."""
+    if name in {"mass", "inertia"} and half_width > abs(value):
+        return "its 95 % interval is wider than the value itself"
+    if partly and name != "offset" and value <= 0:
+        return "what the log cannot tell apart leaves no positive value for it"
+    return ""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -176,6 +186,10 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     covariance[np.ix_(columns, columns)] = found_uncertainty.covariance
     resolution = RESOLUTION * float(np.linalg.norm(regression.target))
     covariance[columns, columns] += (resolution / found.norms) ** 2
+    # Noise in the columns biases the values by about this much
+    noise = regression.target.size * regression.regressor_noise[columns] ** 2
+    bias = to_values @ (to_values.T @ (noise * values[columns]))
+    covariance[columns, columns] += bias**2
     degrees[columns] = found_uncertainty.degrees_of_freedom
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))

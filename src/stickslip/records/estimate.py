@@ -64,7 +64,7 @@ _STATUS_TEXT = {
         "the ones you know."
     ),
     Status.INSUFFICIENT_EXCITATION: (
-        "The axis hardly moves in this log; record a motion with several speeds and reversals."
+        "The axis moves too little in this log; record a motion with several speeds and reversals."
     ),
     Status.UNPHYSICAL: (
         "The best fit needs a negative mass or friction; check units, signs and the effort's scale."
