@@ -15,12 +15,12 @@ from stickslip.estimation.kinematics import (
     rests,
 )
 from stickslip.estimation.observation import fuse, motion_noise
-from stickslip.estimation.velocity_delay import velocity_delay
+from stickslip.estimation.velocity_delay import velocity_match
 from stickslip.records import InputError
 
 ROUNDING = 1e-9
 POLYNOMIAL = 1e-6
-"""Digits that a filter of order 8 loses when it is written as one polynomial, as scipy's is here."""
+"""Digits that a filter of order 8 loses when it is written as one polynomial, as scipy's is."""
 
 
 @pytest.mark.parametrize("derivatives", [0, 1, 2])
@@ -136,9 +136,10 @@ def test_a_late_velocity_is_found(late: float) -> None:
     T, time = 0.001, np.arange(8000) * 0.001
     x = np.sin(3 * time) + 1e-6 * generator.normal(size=time.size)
     v = 3 * np.cos(3 * (time - late * T)) + 1e-3 * generator.normal(size=time.size)
-    delay, std = velocity_delay(x, v, LowPass(order=4, cutoff=100.0), T)
-    assert delay == pytest.approx(late * T, abs=4 * std)
-    assert std < 0.1 * T
+    match = velocity_match(x, v, LowPass(order=4, cutoff=100.0), T)
+    assert match is not None
+    assert match.delay == pytest.approx(late * T, abs=4 * match.delay_std)
+    assert match.delay_std < 0.1 * T
 
 
 def test_whitened_levels_are_generalised_least_squares() -> None:

@@ -23,7 +23,7 @@ from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import VALUES, energy_step
-from stickslip.estimation.velocity_delay import without_late_velocity
+from stickslip.estimation.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
 from stickslip.records import (
     AxisKind,
@@ -210,7 +210,8 @@ class EnergyEstimator:
         check_excited(log)
         T = log.sampling_time
         if self.variant == "held_effort":
-            log, late = without_late_velocity(log, self._low_pass(T))
+            arm = self.load_inertia is not None
+            log, late = without_wrong_velocity(log, self._low_pass(T), load=arm)
         else:
             late = ()
         size, least = self._block_size(T), self._least_samples(T)
@@ -235,7 +236,9 @@ class EnergyEstimator:
         noise = self._noise(parts, T)
         levels = [energy_levels(part, self.model, self._low_pass(T), noise, T) for part in parts]
         # A filter knows nothing beyond the ends, so velocities made by one are wrong there
-        derived = log.measured_velocity is None
+        derived = log.measured_velocity is None or (
+            self.load_inertia is not None and log.measured_load_velocity is None
+        )
         edge = round(_EDGE_PERIODS / (self._low_pass(T).cutoff * T)) if derived else 0
         shortest = size
         if self.inertia is None:
@@ -279,7 +282,8 @@ class EnergyEstimator:
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
         T = log.sampling_time
-        log, _ = without_late_velocity(log, self._low_pass(T))
+        arm = self.load_inertia is not None
+        log, _ = without_wrong_velocity(log, self._low_pass(T), load=arm)
         parts = [part for part in log.segments() if len(part) >= self._least_samples(T)]
         noise = self._noise(parts, T)
         low_pass = self._low_pass(T)

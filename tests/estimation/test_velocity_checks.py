@@ -1,0 +1,133 @@
+"""Measured velocities that are not those of the positions, and what becomes of them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip.estimation import EnergyEstimator
+from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.velocity_delay import velocity_match
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import AxisLog, InputError, Status
+from stickslip.simulation import Sensors, simulate
+
+TRUTH = {"mass": 20.0, "viscous_friction": 30.0, "coulomb_friction": 8.0}
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=8.0, viscous_friction=30.0)
+SENSORS = {
+    "ideal": Sensors(),
+    "noisy": Sensors(position_noise=1e-6, velocity_noise=1e-3),
+}
+# Velocities from positions come through a filter
+DERIVED = 0.001
+
+ARM = EnergyEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0)
+ARM_TRUTH = {"viscous_friction": 0.1, "coulomb_friction": 0.1}
+
+
+def stage_log(sensors: Sensors) -> AxisLog:
+    time = np.arange(20_000) * 0.001
+    effort = 25 * np.sin(2 * time) + 20 * np.sin(5 * time)
+    motion = simulate(SingleMass(mass=20.0, friction=LAW), effort, sampling_time=0.001)
+    return sensors.measure(motion, np.random.default_rng(0))
+
+
+@pytest.fixture(scope="module", params=list(SENSORS))
+def log(request: pytest.FixtureRequest) -> AxisLog:
+    return stage_log(SENSORS[request.param])
+
+
+@pytest.fixture(scope="module")
+def arm_log() -> AxisLog:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    time = np.arange(6000) * 0.01
+    effort = np.where(time < 5, 1.0, np.where(time < 10, -1.0, 0.0))
+    return Sensors().measure(simulate(arm, effort, sampling_time=0.01))
+
+
+def velocity_of(log: AxisLog) -> np.ndarray:
+    assert log.measured_velocity is not None
+    return log.measured_velocity
+
+
+@pytest.mark.parametrize(
+    ("factor", "message"),
+    [
+        (1000.0, "it is 1000 times .* check the units"),
+        (0.001, "it is 0.001 times .* check the units"),
+        (-1.0, "it is -1 times .* turn the sign"),
+        (0.0, "is 0 m/s in all"),
+    ],
+)
+def test_a_velocity_in_another_unit_or_sign_is_refused(
+    log: AxisLog, factor: float, message: str
+) -> None:
+    wrong = replace(log, measured_velocity=factor * velocity_of(log))
+    with pytest.raises(InputError, match=message):
+        EnergyEstimator().fit(wrong)
+
+
+@pytest.mark.parametrize("factor", [1.05, 0.98])
+def test_a_velocity_that_is_too_large_is_not_used(log: AxisLog, factor: float) -> None:
+    estimate = EnergyEstimator().fit(replace(log, measured_velocity=factor * velocity_of(log)))
+    for name, value in TRUTH.items():
+        assert estimate.value(name) == pytest.approx(value, rel=DERIVED)
+    assert any(f"velocity is {factor:g} times" in note for note in estimate.diagnostics.notes)
+
+
+def test_a_good_velocity_is_used(log: AxisLog) -> None:
+    estimate = EnergyEstimator().fit(log)
+    assert not any("instead" in note for note in estimate.diagnostics.notes)
+
+
+@pytest.mark.parametrize(("samples", "side"), [(1, "late"), (-1, "early")])
+def test_a_shifted_velocity_is_called_by_its_side(log: AxisLog, samples: int, side: str) -> None:
+    shifted = np.roll(velocity_of(log), samples)
+    estimate = EnergyEstimator().fit(replace(log, measured_velocity=shifted))
+    (note,) = [note for note in estimate.diagnostics.notes if "instead" in note]
+    assert f"ms {side} against" in note
+    assert "-" not in note
+    for name, value in TRUTH.items():
+        assert estimate.value(name) == pytest.approx(value, rel=DERIVED)
+
+
+def test_noise_of_the_velocity_does_not_lower_its_gain() -> None:
+    generator = np.random.default_rng(1)
+    T, time = 0.001, np.arange(20_000) * 0.001
+    x = np.sin(3 * time) + 1e-6 * generator.normal(size=time.size)
+    # A tenth of the speed's power is noise that passes the filter
+    v = 3 * np.cos(3 * time) + 1.5 * generator.normal(size=time.size)
+    match = velocity_match(x, v, LowPass(order=4, cutoff=100.0), T)
+    assert match is not None
+    assert match.gain == pytest.approx(1.0, abs=4 * match.gain_std)
+    assert match.gain_std < 0.02
+    assert not match.scaled
+
+
+def test_without_the_velocity_of_the_load_the_filter_does_no_harm(arm_log: AxisLog) -> None:
+    estimate = ARM.fit(replace(arm_log, measured_load_velocity=None))
+    assert estimate.status is Status.OK
+    for name, value in ARM_TRUTH.items():
+        assert estimate.value(name) == pytest.approx(value, rel=DERIVED)
+    assert estimate.value("offset") == pytest.approx(0.0, abs=1e-4)
+
+
+@pytest.mark.parametrize(("factor", "late"), [(1.05, 0), (1.0, 2), (1.0, -2)])
+def test_a_wrong_velocity_of_the_load_is_not_used(
+    arm_log: AxisLog, factor: float, late: int
+) -> None:
+    assert arm_log.measured_load_velocity is not None
+    wrong = factor * np.roll(arm_log.measured_load_velocity, late)
+    estimate = ARM.fit(replace(arm_log, measured_load_velocity=wrong))
+    for name, value in ARM_TRUTH.items():
+        assert estimate.value(name) == pytest.approx(value, rel=DERIVED)
+    assert any("load velocity is" in note for note in estimate.diagnostics.notes)
+
+
+def test_a_velocity_of_the_load_in_another_unit_is_refused(arm_log: AxisLog) -> None:
+    assert arm_log.measured_load_velocity is not None
+    wrong = replace(arm_log, measured_load_velocity=57.3 * arm_log.measured_load_velocity)
+    with pytest.raises(InputError, match=r"load velocity does not belong .* 57.3 times"):
+        ARM.fit(wrong)
