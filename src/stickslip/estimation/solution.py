@@ -37,7 +37,7 @@ from stickslip.records import (
 
 __all__ = ["check_excited", "provenance_of", "solve"]
 
-RESOLUTION = 1e-4
+RESOLUTION = 2e-5
 """What sums over samples and filters resolve of a signal. It bounds the intervals below: without
 noise they would otherwise shrink to nothing around a value that these errors have shifted."""
 
@@ -104,7 +104,8 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     mask = found.mask(p)
     fit = _fit(regression, found)
     variances = np.diag(fit.covariance)
-    ratio = np.divide(fit.classical_std**2, variances, out=np.ones(p), where=variances > 0)
+    sampled = fit.sampling_variance
+    ratio = np.divide(fit.classical_std**2, sampled, out=np.ones(p), where=sampled > 0)
     effective = np.clip(n * ratio, 1.0, float(n))
     verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
@@ -164,6 +165,7 @@ class _Fit:
 
     values: Float[np.ndarray, " p"]
     covariance: Float[np.ndarray, "p p"]
+    sampling_variance: Float[np.ndarray, " p"]
     classical_std: Float[np.ndarray, " p"]
     residual: Float[np.ndarray, " n"]
     degrees_of_freedom: Float[np.ndarray, " p"]
@@ -184,6 +186,7 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     residual = regression.target - regression.regressors @ values
     found_uncertainty = robust_uncertainty(found.left, to_values, residual)
     covariance[np.ix_(columns, columns)] = found_uncertainty.covariance
+    sampling = np.diag(covariance).copy()
     resolution = RESOLUTION * float(np.linalg.norm(regression.target))
     covariance[columns, columns] += (resolution / found.norms) ** 2
     # Noise in the columns biases the values by about this much
@@ -196,6 +199,7 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     return _Fit(
         values=values,
         covariance=covariance,
+        sampling_variance=sampling,
         classical_std=classical,
         residual=residual,
         degrees_of_freedom=degrees,
