@@ -6,7 +6,7 @@ import pytest
 from stickslip.compiled import compiled
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import InputError
+from stickslip.records import EventBudgetError, InputError
 from stickslip.simulation import Sensors, SensorSample, simulate_closed_loop
 
 LAW = CoulombViscousFriction.symmetric(
@@ -126,6 +126,44 @@ def test_an_effort_that_is_not_finite_is_an_error_with_its_time(make):
 
     with pytest.raises(InputError, match=r"effort at 0\.05 s \(sample 5\) is not a finite"):
         simulate_closed_loop(MASS, controller(make(step)), sampling_time=0.01, samples=10)
+
+
+@pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
+@pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+def test_a_motion_that_overflows_is_an_error_with_its_sample(plant, make):
+    def step(state, sample):
+        return state, 1e308
+
+    with pytest.raises(InputError, match=r"sample 1: the motion is too large"):
+        simulate_closed_loop(plant, controller(make(step)), sampling_time=100.0, samples=10)
+
+
+@pytest.mark.parametrize("make", [compiled(cached=False), lambda step: step])
+def test_too_many_events_are_an_error_with_their_time(make):
+    free = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1e4, friction=free)
+
+    def step(state, sample):
+        return state, 0.0
+
+    with pytest.raises(EventBudgetError, match=r"more than 50 events in the sample at 0 s"):
+        simulate_closed_loop(
+            arm,
+            controller(make(step)),
+            sampling_time=10.0,
+            samples=3,
+            initial_state=(0.0, 1.0, 0.0, -1.0),
+            event_budget=50,
+        )
+
+
+@pytest.mark.parametrize(
+    ("what", "missing"),
+    [(object(), "init"), (SimpleNamespace(init=lambda: 0), "step")],
+)
+def test_refuses_what_is_no_controller(what, missing):
+    with pytest.raises(InputError, match=f"has no method {missing}; give one with init"):
+        simulate_closed_loop(MASS, what, sampling_time=0.01, samples=5)
 
 
 def test_refuses_a_run_of_nothing():

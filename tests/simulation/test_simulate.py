@@ -4,12 +4,14 @@ import pytest
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import EventBudgetError, InputError
-from stickslip.simulation import simulate, simulate_batch
+from stickslip.simulation import PlantStepper, simulate, simulate_batch
 
 FREE = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
 STICKY = CoulombViscousFriction.symmetric(
     coulomb_friction=0.1, viscous_friction=0.0, static_friction=0.2
 )
+MASS = SingleMass(mass=1.0, friction=STICKY)
+ARM = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STICKY)
 
 
 def test_a_double_crossing_inside_one_sample_is_found():
@@ -114,3 +116,62 @@ def test_refuses_bad_input(options, message):
     arguments = {"commanded_effort": [0.0], "sampling_time": 0.1} | options
     with pytest.raises(InputError, match=message):
         simulate(arm, **arguments)
+
+
+@pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
+def test_a_motion_that_overflows_is_an_error(plant):
+    efforts = [[0.0] * 3, [1e308] * 3]
+    with pytest.raises(InputError, match=r"sample 1: the motion is too large"):
+        simulate(plant, efforts[1], sampling_time=100.0)
+    with pytest.raises(InputError, match=r"trajectory 1: the motion is too large"):
+        simulate_batch(plant, efforts, sampling_time=100.0)
+
+
+@pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
+def test_every_way_to_simulate_checks_the_event_budget(plant):
+    with pytest.raises(InputError, match="event_budget is -5, it must be at least 1"):
+        simulate(plant, [0.0], sampling_time=0.1, event_budget=-5)
+    with pytest.raises(InputError, match="event_budget is -5, it must be at least 1"):
+        simulate_batch(plant, [[0.0]], sampling_time=0.1, event_budget=-5)
+    with pytest.raises(InputError, match="event_budget is -5, it must be at least 1"):
+        PlantStepper(plant, sampling_time=0.1, event_budget=-5)
+
+
+def stiff(damping):
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=damping)
+    return FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+
+
+def test_an_arm_far_too_stiff_for_its_sampling_time_is_an_error():
+    """Its samples would take as many polynomials as they hold time constants."""
+    message = (
+        r"the sampling time 1 s is 1e\+05 times the arm's fastest time constant, 1e-05 s, "
+        r"it must be at most 10000 times that long; shorten"
+    )
+    for make in (simulate, simulate_batch):
+        with pytest.raises(InputError, match=message):
+            make(stiff(1e5), [1.0], sampling_time=1.0)
+    with pytest.raises(InputError, match="fastest time constant"):
+        simulate(stiff(1e300), [1.0], sampling_time=1e10)
+
+
+def test_a_stiff_arm_moves_as_in_short_samples():
+    arm, effort = stiff(9e3), np.array([1.0, -1.0, 0.5])
+    coarse = simulate(arm, effort, sampling_time=1.0)
+    fine = simulate(arm, np.repeat(effort, 1000), sampling_time=1e-3)
+    np.testing.assert_allclose(coarse.event_time, fine.event_time, rtol=1e-12)
+    np.testing.assert_allclose(coarse.position, fine.position[::1000], rtol=1e-10)
+    np.testing.assert_allclose(coarse.load_velocity, fine.load_velocity[::1000], rtol=1e-10)
+
+
+@pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
+@pytest.mark.parametrize("velocity", [0.0, 1.0, -1.0])
+@pytest.mark.parametrize("effort", [np.nan, np.inf, -np.inf])
+def test_a_step_under_an_effort_that_is_not_finite_ends_in_nan(plant, velocity, effort):
+    stepper = PlantStepper(plant, sampling_time=0.1)
+    state = stepper.init((0.0, velocity) if plant is MASS else (0.0, velocity, 0.0, 0.0))
+    state, _ = stepper.step(state, effort)
+    assert np.isnan(state[-1])
+    state, output = stepper.step(state, 0.0)  # nothing mends it
+    assert np.isnan(state[-1])
+    assert np.isnan(output).all()

@@ -51,6 +51,7 @@ GRAZING, BUDGET_EXCEEDED = 1, 2
 GRAZING_TOLERANCE = 1e-10  # of the velocity's (or amplitude's) bound
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
 TWO_PI = 2.0 * math.pi
+NO_STATE = (math.nan,) * 10
 MAGNITUDE = np.int64(0x7FFFFFFFFFFFFFFF)  # all bits of a double but its sign
 INVERSE = np.array([0.0] + [1.0 / k for k in range(1, DEGREE + 2)])
 
@@ -288,7 +289,8 @@ def arm_events(
     """Propagate over one sample through every event in it.
 
     ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
-    as there is room. Returns the state, the mode, the new count and the flags.
+    as there is room. Returns the state, the mode, the new count and the flags. From an effort or a
+    state that is not finite follows a state of NaN.
     """
     T, ks, omega = model[TIME], model[KS], model[OMEGA]
     fc_n, fc_p, fs_n, fs_p = model[FC_N], model[FC_P], model[FS_N], model[FS_P]
@@ -298,6 +300,8 @@ def arm_events(
         + abs(y[3])
         + (model[ROOT_KS] * abs(y[2]) + model[GROWTH] * abs(U)) / model[ROOT_M1]
     )
+    if not close < math.inf:
+        return NO_STATE, mode, count, 0
     if y[1] == 0.0:
         mode = 0
     y0, mode0, count0 = y, mode, count
@@ -364,7 +368,7 @@ def arm_events(
         else:
             if sudden and (dip < close or abs(y[1]) < close):
                 flags |= GRAZING
-            if rem <= 0.0:
+            if not rem > 0.0:  # nor after an overflow
                 break
     if count == count0:
         c, low = increments(model, mode0)

@@ -3,6 +3,8 @@
 What a sample does is in `arm_events`; here are the loops around its fast path.
 """
 
+import math
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -61,11 +63,13 @@ def arm_step(
     Returns
     -------
     state, output
-        The state at the end and (x1, v1, x2, v2). The mode is NaN if the event budget was exceeded.
+        The state at the end and (x1, v1, x2, v2). The mode is NaN if the event budget was exceeded
+        or the effort or the motion is not finite; from such a state follows one of NaN.
     """
     y = state[:10]
-    mode = int(state[10])
-    U = effort - model[OFFSET]
+    has_failed = math.isnan(state[10])
+    mode = 0 if has_failed else int(state[10])
+    U = math.nan if has_failed else effort - model[OFFSET]
     R = energy_root(model, y[1], y[2], y[3]) + model[GROWTH] * abs(U)
     c, low = increments(model, mode)
     if mode == 0:
@@ -77,12 +81,13 @@ def arm_step(
         ny = slip(c, low, model[FINE] != 0.0, U - model[FC_P] if mode > 0 else U + model[FC_N], y)
         threshold = slip_threshold(model, R, abs(U))
         ok = mode * y[1] > threshold and mode * ny[1] > threshold
-    new_mode = float(mode)
+    flags = 0
     if not ok:
         ny, mode, _, flags = arm_events(
             model, np.empty(WORK_SIZE), np.empty(0), np.empty(0, np.int8), 0, 0.0, mode, U, y
         )
-        new_mode = np.nan if flags & BUDGET_EXCEEDED else float(mode)
+    failed = flags & BUDGET_EXCEEDED != 0 or not abs(ny[1]) < math.inf
+    new_mode = math.nan if failed else float(mode)
     return (*ny, new_mode), (ny[0], ny[1], ny[4], ny[3])
 
 

@@ -15,7 +15,7 @@ from stickslip.records import AxisKind, InputError, quantity_field, unit_of
 from stickslip.simulation.arm_batch_kernel import LANES, arm_batch
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import make_arrays_read_only
-from stickslip.simulation.simulate import budget_error
+from stickslip.simulation.simulate import budget_error, overflow_error
 from stickslip.simulation.single_mass_kernel import mass_batch
 
 __all__ = ["SimulatedBatch", "simulate_batch"]
@@ -165,7 +165,9 @@ def _efforts(commanded_efforts: ArrayLike, plant: Plant) -> Float[np.ndarray, "b
             remedy="give shape (batch, n), or (n,) for one that all trajectories share",
         )
     # One pass that allocates nothing; a sum that overflows is looked at in detail
-    if not np.isfinite(efforts.sum()) and not np.isfinite(efforts).all():
+    with np.errstate(over="ignore", invalid="ignore"):
+        total = efforts.sum()
+    if not np.isfinite(total) and not np.isfinite(efforts).all():
         row, sample = np.argwhere(~np.isfinite(efforts))[0].tolist()
         raise InputError(
             f"commanded effort is {efforts[row, sample]} {unit} in trajectory {row} at sample "
@@ -212,3 +214,6 @@ def _run(
     for trajectory, sample in results:
         if trajectory >= 0:
             raise budget_error(sample * sampling_time, event_budget, trajectory)
+    finite = np.isfinite(states).all(axis=1)
+    if not finite.all():
+        raise overflow_error(f"trajectory {int(finite.argmin())}")

@@ -16,7 +16,7 @@ from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kern
 from stickslip.simulation.motion import SimulatedMotion
 from stickslip.simulation.sensor_kernel import measure_one
 from stickslip.simulation.sensors import Noise, Sensors
-from stickslip.simulation.simulate import budget_error, simulate
+from stickslip.simulation.simulate import simulate
 from stickslip.simulation.single_mass_kernel import mass_step
 
 __all__ = ["ClosedLoopRun", "Controller", "SensorSample", "simulate_closed_loop"]
@@ -72,7 +72,7 @@ class ClosedLoopRun(Generic[ControllerState]):
     controller_state: ControllerState
 
 
-_OK, _BUDGET, _EFFORT = 0, 1, 2
+_OK, _FAILED, _EFFORT = 0, 1, 2
 
 
 @compiled()
@@ -125,7 +125,7 @@ def _loop(
         effort[k] = u
         state, output = plant_step(model, state, u)
         if np.isnan(state[-1]):
-            return controller_state, _BUDGET, k
+            return controller_state, _FAILED, k
     return controller_state, _OK, n
 
 
@@ -212,6 +212,12 @@ def simulate_closed_loop(
         noise = Noise(noise.position, noise.velocity, nothing, nothing)
     effort = np.empty(samples)
     seen = np.empty((4, samples + 1))
+    for method in ("init", "step"):
+        if not callable(getattr(controller, method, None)):
+            raise InputError(
+                f"the controller, a {type(controller).__name__}, has no method {method}",
+                remedy="give one with init() -> state and step(state, sample) -> (state, effort)",
+            )
     step = controller.step
     loop: Any = _compiled_loop if is_jitted(step) else _loop
     controller_state, status, at = loop(
@@ -227,18 +233,17 @@ def simulate_closed_loop(
         effort,
         seen,
     )
-    if status == _BUDGET:
-        raise budget_error(at * sampling_time, event_budget)
     if status == _EFFORT:
         raise InputError(
             f"the controller's effort at {at * sampling_time:.9g} s (sample {at}) is not a finite "
             f"number of {unit_of('effort', plant.kind)}",
             remedy="limit what it commands",
         )
-    # The same efforts once more, for the events: to the last bit the motion of the loop
+    # The same efforts once more, for the events: to the last bit the motion of the loop, and the
+    # error too, when its last sample could not be propagated
     motion = simulate(
         plant,
-        effort,
+        effort[: at + 1],
         sampling_time=sampling_time,
         initial_state=initial_state,
         event_budget=event_budget,

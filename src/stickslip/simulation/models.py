@@ -19,6 +19,9 @@ __all__ = ["EVENT_BUDGET", "initial_kernel_state", "kernel_model"]
 EVENT_BUDGET = 10_000
 """Events allowed in one sample."""
 
+_LONGEST = 10_000.0
+"""Fastest time constants of an arm in a sample: so many Taylor polynomials may have to be taken."""
+
 _SHORT = 0.1
 """Radians a sample up to which increments rounded to doubles are exact enough while slipping."""
 
@@ -32,10 +35,15 @@ def kernel_model(
     Raises
     ------
     InputError
-        If the sampling time is not positive or the friction law is not one that can be
+        If the sampling time is not positive, or of an arm too long for its fastest time constant;
+        if the event budget is not at least 1; or if the friction law is not one that can be
         propagated exactly.
     """
     T = positive("sampling time", sampling_time, "s")
+    if not event_budget >= 1:
+        raise InputError(
+            f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
+        )
     law: Any = plant.friction  # what later laws are, whatever the annotation allows today
     if not isinstance(law, CoulombViscousFriction):
         raise InputError(
@@ -65,6 +73,14 @@ def _arm_model(
 ) -> Float[np.ndarray, " p"]:
     m1, m2, ks = plant.mass_1, plant.mass_2, plant.stiffness
     cs = (law.viscous_friction_negative, 0.0, law.viscous_friction_positive)
+    c = max(cs)
+    norm = math.sqrt(ks / m1 + ks / m2) + c / m1
+    if not norm * T <= _LONGEST:
+        raise InputError(
+            f"the sampling time {T:g} s is {norm * T:.3g} times the arm's fastest time constant, "
+            f"{1.0 / norm:.3g} s, it must be at most {_LONGEST:g} times that long",
+            remedy="shorten the sampling time, or leave out what is so stiff (SingleMass)",
+        )
     model = np.zeros(arm.MODEL_SIZE)
     for mode, c in zip((-1, 0, 1), cs, strict=True):
         high, low = arm_increment(m1, m2, ks, c, T, slipping=mode != 0)
@@ -72,7 +88,6 @@ def _arm_model(
         model[place : place + arm.BLOCK_SIZE] = high.ravel()
         place += arm.LOW_PART
         model[place : place + arm.BLOCK_SIZE] = low.ravel()
-    c = max(cs)
     root_m1, root_m2, root_ks = math.sqrt(m1), math.sqrt(m2), math.sqrt(ks)
     omega = math.sqrt(ks / m2)
     # |v1| <= R/sqrt(m1), |v2| <= R/sqrt(m2), ks |d| <= sqrt(ks) R bound
@@ -87,10 +102,10 @@ def _arm_model(
     model[arm.C_N], model[arm.C_P] = cs[0], cs[2]
     model[arm.OFFSET] = law.offset
     model[arm.OMEGA] = omega
-    model[arm.NORM] = math.sqrt(ks / m1 + ks / m2) + c / m1
+    model[arm.NORM] = norm
     model[arm.GROWTH] = T / root_m1
     model[arm.BOUND_R] = bend * T * T / 8
-    model[arm.BOUND_U] = c / m1**2 * T * T / 8
+    model[arm.BOUND_U] = c / m1 / m1 * T * T / 8
     model[arm.SAG] = root_ks * (omega * T) ** 2 / 8
     model[arm.FC_MAX] = max(fc_n, fc_p)
     # What the low parts add in n samples is n eps/2 of NORM T: nothing where samples are short

@@ -10,7 +10,7 @@ from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kern
 from stickslip.simulation.motion import SimulatedMotion
 from stickslip.simulation.single_mass_kernel import mass_run
 
-__all__ = ["budget_error", "simulate"]
+__all__ = ["budget_error", "overflow_error", "simulate"]
 
 
 def budget_error(time: float, event_budget: int, trajectory: int | None = None) -> EventBudgetError:
@@ -19,6 +19,15 @@ def budget_error(time: float, event_budget: int, trajectory: int | None = None) 
     return EventBudgetError(
         f"more than {event_budget} events in the sample at {time:.9g} s{whose}; "
         "shorten the sampling time, or raise event_budget if the axis really sticks so often"
+    )
+
+
+def overflow_error(where: str) -> InputError:
+    """Return the error for a motion that leaves the range of floating-point numbers."""
+    return InputError(
+        "the motion is too large for floating-point numbers",
+        where=where,
+        remedy="give smaller efforts or a smaller initial state",
     )
 
 
@@ -56,7 +65,7 @@ def simulate(
     Raises
     ------
     InputError
-        If an argument is not finite, or out of its range.
+        If an argument is not finite, or out of its range, or so large that the motion overflows.
     EventBudgetError
         If a sample holds more events than allowed.
 
@@ -70,10 +79,6 @@ def simulate(
     (0.0002, [1, 0])
     """
     effort = finite_vector("commanded effort", commanded_effort, unit_of("effort", plant.kind))
-    if event_budget < 1:
-        raise InputError(
-            f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
-        )
     model = kernel_model(plant, sampling_time, event_budget)
     state = initial_kernel_state(plant, initial_state)
     n = effort.size
@@ -109,6 +114,9 @@ def simulate(
         if count <= capacity:
             break
         capacity = count  # an eventful run: once more, with room for all of them
+    if not np.isfinite(outputs[:, -1]).all():  # what is not finite stays so
+        at = int(np.isfinite(outputs).all(axis=0).argmin())
+        raise overflow_error(f"sample {at}")
     return SimulatedMotion(
         kind=plant.kind,
         sampling_time=float(sampling_time),

@@ -102,8 +102,11 @@ def _events(
     """Propagate over one sample in which the mass starts to move, stops or reverses.
 
     ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
-    as there is room. Returns the state, the mode, the new count and the flags.
+    as there is room. Returns the state, the mode, the new count and the flags. From an effort or a
+    state that is not finite follows a state of NaN.
     """
+    if not abs(U) + abs(v) < math.inf:
+        return math.nan, math.nan, math.nan, math.nan, mode, count, 0
     T, m = model[TIME], model[MASS]
     rem = T
     flags = 0
@@ -180,17 +183,19 @@ def mass_step(model: Vector, state: State, effort: float) -> tuple[State, tuple[
     Returns
     -------
     state, output
-        The state at the end and (x, v).
+        The state at the end and (x, v). The mode is NaN if the effort or the motion is not finite;
+        from such a state follows one of NaN.
     """
     x, v, xl, vl, mode_float = state
-    U = effort - model[OFFSET]
-    mode = int(mode_float)
+    has_failed = math.isnan(mode_float)
+    mode = 0 if has_failed else int(mode_float)
+    U = math.nan if has_failed else effort - model[OFFSET]
     nx, nv, nxl, nvl, ok = _sample(model, mode, U, x, v, xl, vl)
     if not ok:
         nx, nv, nxl, nvl, mode, _, _ = _events(
             model, np.empty(0), np.empty(0, dtype=np.int8), 0, 0.0, mode, U, x, v, xl, vl
         )
-    return (nx, nv, nxl, nvl, float(mode)), (nx, nv)
+    return (nx, nv, nxl, nvl, float(mode) if abs(nv) < math.inf else math.nan), (nx, nv)
 
 
 @compiled()

@@ -26,14 +26,21 @@ class PlantStepper:
     sampling_time
         [s].
     event_budget
-        Events allowed in one sample; when exceeded, the last number of the state is NaN.
+        Events allowed in one sample.
 
     Attributes
     ----------
     step
         ``step(state, effort) -> (state, output)`` with the effort held over the sample [N or N m]
         and the output ``(position, velocity)``, of the arm ``(position, velocity, load_position,
-        load_velocity)``, at its end.
+        load_velocity)``, at its end. The last number of the state is NaN when the effort was not
+        finite, the motion has overflowed or the event budget was exceeded, and from then on: a step
+        that a compiled loop may take raises nothing.
+
+    Raises
+    ------
+    InputError
+        As `simulate` does for the plant, the sampling time and the event budget.
 
     Examples
     --------
