@@ -43,10 +43,16 @@ def test_is_a_friction_law():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"coulomb_friction_positive": -1.0}, "coulomb_friction_positive is -1 N"),
-        ({"viscous_friction_negative": -0.1}, "viscous_friction_negative is -0.1 N s/m"),
-        ({"static_friction_positive": 0.5}, "below the Coulomb friction of that direction, 1 N"),
-        ({"offset": float("nan")}, "offset is nan N, it must be finite"),
+        ({"coulomb_friction_positive": -1.0}, "coulomb_friction_positive is -1 N or N m, it"),
+        (
+            {"viscous_friction_negative": -0.1},
+            "viscous_friction_negative is -0.1 N s/m or N m s/rad, it",
+        ),
+        (
+            {"static_friction_positive": 0.5},
+            "below the Coulomb friction of that direction, 1 N or N m",
+        ),
+        ({"offset": float("nan")}, "offset is nan N or N m, it must be finite"),
         ({"coulomb_friction_negative": float("inf")}, "must be finite"),
     ],
 )

@@ -81,10 +81,15 @@ def test_a_load_without_sensors_and_a_rigid_axis_have_no_load_columns():
 @pytest.mark.parametrize(
     ("options", "message"),
     [
-        ({"position_noise": -1.0}, "position_noise is -1 m"),
-        ({"velocity_noise": float("nan")}, "velocity_noise is nan m/s"),
-        ({"encoder_step": -0.1}, "encoder_step is -0.1 m"),
+        ({"position_noise": -1.0}, "position_noise is -1 m or rad, it"),
+        ({"velocity_noise": float("nan")}, "velocity_noise is nan m/s or rad/s, it"),
+        ({"encoder_step": -0.1}, "encoder_step is -0.1 m or rad, it"),
         ({"delay": -1}, "delay is -1 samples"),
+        (
+            {"velocity_noise": 0.1, "velocity": "differences"},
+            r"velocity_noise is 0\.1 m/s or rad/s where no velocity is measured",
+        ),
+        ({"velocity_noise": 0.1, "velocity": "none"}, "where no velocity is measured"),
     ],
 )
 def test_refuses_impossible_sensors(options, message):

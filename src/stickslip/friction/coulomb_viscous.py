@@ -57,7 +57,8 @@ class CoulombViscousFriction:
     def __post_init__(self) -> None:
         for name, field in self.__dataclass_fields__.items():
             value = float(getattr(self, name))
-            unit = field.metadata["quantity"].linear
+            quantity = field.metadata["quantity"]
+            unit = f"{quantity.linear} or {quantity.rotary}"  # whichever the axis has
             if not np.isfinite(value):
                 raise InputError(
                     f"{name} is {value:g} {unit}, it must be finite", remedy=f"give the {name}"
@@ -73,8 +74,8 @@ class CoulombViscousFriction:
             coulomb = getattr(self, f"coulomb_friction_{side}")
             if static < coulomb:
                 raise InputError(
-                    f"static_friction_{side} is {static:g} N, below the Coulomb friction of that "
-                    f"direction, {coulomb:g} N",
+                    f"static_friction_{side} is {static:g} N or N m, below the Coulomb friction of "
+                    f"that direction, {coulomb:g} N or N m",
                     remedy="give a static friction of at least the Coulomb friction",
                 )
 

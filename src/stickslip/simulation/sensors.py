@@ -48,7 +48,8 @@ class Sensors:
     Raises
     ------
     InputError
-        If a value is negative or not finite.
+        If a value is negative or not finite, or velocity noise is given where no velocity is
+        measured.
 
     Examples
     --------
@@ -66,12 +67,19 @@ class Sensors:
 
     def __post_init__(self) -> None:
         for name in ("position_noise", "velocity_noise", "encoder_step"):
-            unit = self.__dataclass_fields__[name].metadata["quantity"].linear
+            quantity = self.__dataclass_fields__[name].metadata["quantity"]
+            unit = f"{quantity.linear} or {quantity.rotary}"  # whichever the axis has
             object.__setattr__(self, name, non_negative(name, getattr(self, name), unit))
         if self.velocity not in ("measured", "differences", "none"):
             raise InputError(
                 f"velocity is {self.velocity!r}",
                 remedy="give 'measured', 'differences' or 'none'",
+            )
+        if self.velocity_noise > 0 and self.velocity != "measured":
+            raise InputError(
+                f"velocity_noise is {self.velocity_noise:g} m/s or rad/s where no velocity is "
+                f"measured (velocity is {self.velocity!r})",
+                remedy="leave it at 0; the noise of differences comes from position_noise",
             )
         if self.delay < 0:
             raise InputError(
