@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.kinematics import LowPass, default_cutoff
+from stickslip.estimation.observation import motion_noise
 from stickslip.estimation.velocity_delay import velocity_match
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
@@ -131,3 +132,32 @@ def test_a_velocity_of_the_load_in_another_unit_is_refused(arm_log: AxisLog) -> 
     wrong = replace(arm_log, measured_load_velocity=57.3 * arm_log.measured_load_velocity)
     with pytest.raises(InputError, match=r"load velocity does not belong .* 57.3 times"):
         ARM.fit(wrong)
+
+
+SLOW_SAMPLING = 0.01
+"""What a switched force leaves in 20 values between two of its switchings."""
+
+
+@pytest.mark.parametrize("sampling_time", [0.001, 0.01, 0.02, 0.05, 0.1])
+def test_sharp_motion_is_not_taken_for_noise(sampling_time: float) -> None:
+    """Bang-bang and sines, ideal sensors: once 6 % and 26 % off at 0.05 s and 0.1 s."""
+    time = np.arange(round(40.0 / sampling_time)) * sampling_time
+    effort = 30 * np.sign(np.sin(2.1 * time)) + 10 * np.sin(3 * time) + 8 * np.sin(7 * time)
+    motion = simulate(SingleMass(mass=20.0, friction=LAW), effort, sampling_time=sampling_time)
+    estimate = EnergyEstimator().fit(Sensors().measure(motion))
+    assert estimate.status is Status.OK
+    for name, value in TRUTH.items():
+        assert estimate.value(name) == pytest.approx(value, rel=SLOW_SAMPLING)
+
+
+@pytest.mark.parametrize("sampling_time", [0.001, 0.01, 0.02, 0.05, 0.1])
+def test_white_noise_on_that_motion_is_still_found(sampling_time: float) -> None:
+    time = np.arange(round(200.0 / sampling_time)) * sampling_time
+    effort = 30 * np.sign(np.sin(2.1 * time)) + 10 * np.sin(3 * time) + 8 * np.sin(7 * time)
+    motion = simulate(SingleMass(mass=20.0, friction=LAW), effort, sampling_time=sampling_time)
+    sensors = Sensors(position_noise=0.002 * sampling_time, velocity_noise=0.02)
+    log = sensors.measure(motion, np.random.default_rng(0))
+    low_pass = LowPass(order=4, cutoff=default_cutoff(sampling_time))
+    noise = motion_noise(log.measured_position, velocity_of(log), low_pass, sampling_time)
+    assert noise.noisy
+    assert noise.velocity == pytest.approx(0.02, rel=0.1)

@@ -188,7 +188,7 @@ def _load_motion(part: AxisLog, low_pass: LowPass, sampling_time: float) -> Load
         velocity = central_difference(position, T)
     else:
         position = fuse(position, velocity, noise.position, noise.velocity, T)
-    smooth = velocity if noise.velocity == 0 else low_pass.apply(velocity, T)
+    smooth = low_pass.apply(velocity, T) if noise.noisy else velocity
     return LoadMotion(position=position, velocity=velocity, smooth_velocity=smooth, noise=noise)
 
 

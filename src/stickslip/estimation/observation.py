@@ -17,7 +17,7 @@ from stickslip.estimation.kinematics import (
 )
 from stickslip.records import AxisLog
 
-__all__ = ["MotionNoise", "ObservedMotion", "fuse", "motion_noise", "observe"]
+__all__ = ["MotionNoise", "ObservedMotion", "fuse", "largest_noise", "motion_noise", "observe"]
 
 CLEAN = 1e-6
 """Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
@@ -25,6 +25,17 @@ CLEAN = 1e-6
 HYSTERESIS = 10.0
 """A reversal counts beyond so many standard deviations of the smoothed position: its noise is
 correlated, and a false reversal adds twice its size to the way travelled."""
+
+CERTIFIED = 1.4
+"""Rough values count as noise if they are at most so many times what the disagreement of positions
+and velocities allows."""
+
+HARMLESS = 0.01
+"""Noise below this fraction of the rms speed is smoothed only if it is certified: it does less harm
+than a filter that smooths the motion too."""
+
+_QUANTILE = 0.8  # the largest fifth of the disagreements are jumps of the force, not noise
+_QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,12 +48,16 @@ class MotionNoise:
         Of the measured values [m or rad, m/s or rad/s]; velocity is zero if it is not measured.
     smooth_position, smooth_velocity
         Of what is used in the regressors [m or rad, m/s or rad/s].
+    noisy
+        Whether the measured velocity is better smoothed, and its sign in a single sample means
+        nothing.
     """
 
     position: float
     velocity: float
     smooth_position: float
     smooth_velocity: float
+    noisy: bool
 
     @property
     def used_velocity(self) -> float:
@@ -100,8 +115,13 @@ def motion_noise(
             velocity=0.0,
             smooth_position=sw * low_pass.noise_gain(sampling_time, derivatives=0),
             smooth_velocity=sw * low_pass.noise_gain(sampling_time, derivatives=1),
+            noisy=False,
         )
     sv = noise_level(velocity)
+    most_sw, most_sv = largest_noise(position, velocity, sampling_time)
+    harmless = HARMLESS * float(np.sqrt(np.mean(velocity**2)))
+    smoothing_pays = sv <= CERTIFIED * most_sv or most_sv > harmless
+    sw, sv = min(sw, most_sw), min(sv, most_sv)
     sw = sw if sw > CLEAN * float(np.ptp(position)) else 0.0
     sv = sv if sv > CLEAN * float(np.max(np.abs(velocity))) else 0.0
     # Smoothed local level: steps of variance q between measurements of variance sw^2
@@ -112,7 +132,34 @@ def motion_noise(
         velocity=sv,
         smooth_position=sw * float(np.sqrt(share)),
         smooth_velocity=sv * low_pass.noise_gain(sampling_time, derivatives=0),
+        noisy=sv > 0 and smoothing_pays,
     )
+
+
+def largest_noise(
+    position: Float[np.ndarray, " n"], velocity: Float[np.ndarray, " n"], sampling_time: float
+) -> tuple[float, float]:
+    """Return the largest noise that positions and velocities can have, as well as they agree.
+
+    Where the force is held over each sample, dx / T is the mean velocity of its ends, however fast
+    the motion is for the sampling. With noise sigma_x and sigma_v the difference d of both has
+    var(d(k) - d(k-1)) = 6 sigma_x^2 / T^2 + sigma_v^2 / 2 and
+    var(d(k) + d(k-1)) = 2 sigma_x^2 / T^2 + 3 sigma_v^2 / 2, so that each bounds one of them.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s].
+    sampling_time
+        [s].
+    """
+    T = sampling_time
+    d = np.diff(position) / T - 0.5 * (velocity[1:] + velocity[:-1])
+    less, more = (
+        float(np.quantile(np.abs(part), _QUANTILE)) / _QUANTILE_NORMAL
+        for part in (np.diff(d), d[1:] + d[:-1])
+    )
+    return T * less / float(np.sqrt(6.0)), more * float(np.sqrt(2.0 / 3.0))
 
 
 def fuse(
@@ -176,10 +223,9 @@ def observe(
     else:
         v = log.measured_velocity
         x = fuse(log.measured_position, v, noise.position, noise.velocity, T)
-        smooth = v if noise.velocity == 0 else low_pass.apply(v, T)
+        smooth = low_pass.apply(v, T) if noise.noisy else v
     direction = travel_direction(x, HYSTERESIS * noise.smooth_position)
-    noisy = noise.velocity > 0
-    path, squared = sample_integrals(x, v, smooth, direction, T, noisy)
+    path, squared = sample_integrals(x, v, smooth, direction, T, noise.noisy)
     largest = float(np.max(np.abs(smooth)))
     threshold = slow_speed(largest, noise.smooth_velocity)
     least = round(REST_PERIODS / (low_pass.cutoff * T))
