@@ -22,6 +22,7 @@ from stickslip.estimation.kinematics import (
     slow_speed,
 )
 from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.resampling import resampled
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
@@ -121,6 +122,7 @@ class IdimLeastSquares:
             If the log is too short, or nothing moves or pushes in it.
         """
         check_excited(log)
+        log, changes = resampled(log)
         T = log.sampling_time
         cutoff = default_cutoff(T) if self.cutoff is None else self.cutoff
         low_pass = LowPass(order=self.filter_order, cutoff=cutoff)
@@ -138,7 +140,7 @@ class IdimLeastSquares:
         if not parts:
             raise InputError(
                 f"the log has no stretch of {least} samples without a gap, which the filter and "
-                f"the decimation by {factor} need ({len(log)} samples in all)",
+                f"the decimation by {factor} need ({len(log)} samples in all, one every {T:.4g} s)",
                 where=log.name,
                 remedy="record a longer log, or raise the cutoff frequency",
             )
@@ -188,7 +190,7 @@ class IdimLeastSquares:
                 (position_noise, speed_noise),
             ),
             samples=len(log),
-            notes=tuple(notes),
+            notes=(*notes, *changes),
         )
 
     def _rows(
