@@ -126,6 +126,7 @@ def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -
         frictions.append(friction[moving])
     velocity, friction = np.concatenate(velocities), np.concatenate(frictions)
     step = max(-(-velocity.size // LARGEST_PLOT), 1)
+    quantile = max(estimate.parameters[name].quantile for name in names)
     parts: list[Float[np.ndarray, "p 4"]] = []
     for end in (float(np.min(velocity)), float(np.max(velocity))):
         grid = np.linspace(end, 0.0, _CURVE_POINTS)
@@ -133,7 +134,7 @@ def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -
         law = columns @ values
         keep = [list(estimate.parameters).index(name) for name in names]
         covariance = estimate.covariance[np.ix_(keep, keep)]
-        half = _NORMAL_95 * np.sqrt(np.einsum("ij,jk,ik->i", columns, covariance, columns))
+        half = quantile * np.sqrt(np.einsum("ij,jk,ik->i", columns, covariance, columns))
         block = np.column_stack([grid, law, law - half, law + half])
         parts.append(block if end < 0 else block[::-1])
     gap = np.full((1, 4), np.nan)

@@ -116,6 +116,13 @@ class ParameterEstimate:
         """Whether the log determined this parameter."""
         return self.value is not None
 
+    @property
+    def quantile(self) -> float:
+        """Half of the 95 % interval over the standard deviation [-]; 0 if there is neither."""
+        if self.ci95 is None or not self.std:
+            return 0.0
+        return (self.ci95[1] - self.ci95[0]) / (2.0 * self.std)
+
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict:
