@@ -257,7 +257,9 @@ def test_no_rest_makes_it_forget(factor: float, noisy: bool, seed: int) -> None:
     sensors = Sensors(position_noise=1e-5, velocity_noise=1e-3) if noisy else CLEAN
     log = measured(MOVE_THEN_REST, sensors, seed)
     stopped = int(np.flatnonzero(np.diff(MOVE_THEN_REST.velocity != 0))[-1]) + 100
-    estimator = EnergyEstimator(inertia=3.0, offset=False, forgetting_factor=factor)
+    estimator = EnergyEstimator(
+        inertia=3.0, offset=False, forgetting_factor=factor, initial_variance=1e8
+    )
     state, history = estimator.run(estimator.init(sampling_time=0.001), log.part(0, stopped))
     known, spread = history[-1].copy(), estimator.covariance(state)
     state, history = estimator.run(state, log.part(stopped, len(log)))

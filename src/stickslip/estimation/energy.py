@@ -8,8 +8,8 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation import streaming
 from stickslip.estimation.energy_levels import AxisModel, EnergyLevels, energy_levels
+from stickslip.estimation.energy_online import first_state, take_log, take_sample
 from stickslip.estimation.kinematics import LowPass, default_cutoff
 from stickslip.estimation.level_weighting import (
     block_means,
@@ -18,11 +18,12 @@ from stickslip.estimation.level_weighting import (
     velocity_noise_of_block,
     whitened,
 )
-from stickslip.estimation.observation import HYSTERESIS, MotionNoise, motion_noise
+from stickslip.estimation.observation import MotionNoise, motion_noise
 from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.resampling import resampled
 from stickslip.estimation.solution import check_excited, provenance_of, solve
-from stickslip.estimation.streaming import VALUES, energy_step
+from stickslip.estimation.streaming import VALUES, covariance_in
 from stickslip.estimation.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
 from stickslip.records import (
@@ -38,7 +39,7 @@ __all__ = ["EnergyEstimator"]
 
 _LEAST_ROWS = 50
 _EDGE_PERIODS = 2.0  # of the cutoff, at both ends
-_FIRST_VARIANCE = 1e8  # P(0): knows nothing
+_VARIANTS = ("held_effort", "report")
 _REPORT_VARIANCE = 1e3  # P(0) with which the report's figures are reproduced
 _ROWS_PER_PERIOD = 2.0  # of the cutoff: the rate that a signal filtered there can be sampled at
 
@@ -82,10 +83,13 @@ class EnergyEstimator:
         First guesses of the recursion by parameter name [SI]; 0 for those not named.
     initial_variance
         Diagonal of P(0) of the recursion [squared unit of the parameters over the level noise];
-        None takes 1e3 in the report's variant, else 1e8.
+        None takes 1e3 in the report's variant, else one that follows the size of the regressors and
+        weighs nothing against them, whatever the units.
     level_noise, force_noise
         For the recursion only: standard deviation of the energy level [J] and of a disturbing force
-        [N or N m]; their ratio decides between levels and differences.
+        [N or N m]; their ratio decides between levels and differences. Without a disturbing force
+        the level noise need not be given: 1 J is taken, on which no estimate depends unless there
+        is an initial variance too.
     position_noise, velocity_noise
         For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
         None estimates it on the way.
@@ -93,8 +97,8 @@ class EnergyEstimator:
     Raises
     ------
     InputError
-        If a setting is out of range, offset and per_direction are both asked for, or only one of
-        load inertia and stiffness is given.
+        If a setting is out of range, offset and per_direction are both asked for, only one of load
+        inertia and stiffness is given, or a first guess for what is not estimated.
 
     Examples
     --------
@@ -113,7 +117,7 @@ class EnergyEstimator:
     forgetting_factor: float = 1.0
     initial_values: Mapping[str, float] | None = None
     initial_variance: float | None = None
-    level_noise: float = 1.0
+    level_noise: float | None = None
     force_noise: float = 0.0
     position_noise: float | None = None
     velocity_noise: float | None = None
@@ -135,9 +139,9 @@ class EnergyEstimator:
                 "a flexible arm needs both the load inertia and the stiffness of its spring",
                 remedy="give both, or neither for a rigid axis",
             )
-        if self.filter_order < 1:
+        if not (self.filter_order >= 1 and float(self.filter_order).is_integer()):
             raise InputError(
-                f"filter_order is {self.filter_order}, it must be at least 1",
+                f"filter_order is {self.filter_order}, it must be a whole number, 1 or more",
                 remedy="leave it at its default",
             )
         for name, unit in (
@@ -152,13 +156,28 @@ class EnergyEstimator:
                 f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
                 remedy="give 1 to forget nothing, or a value just below",
             )
-        known = ("mass", "inertia", *self.terms.names)
+        if self.force_noise > 0 and self.level_noise is None:
+            raise InputError(
+                f"force_noise is {self.force_noise:g} N or N m and no level_noise is given",
+                remedy="give level_noise [J] as well: their ratio decides",
+            )
+        if self.variant not in _VARIANTS:
+            raise InputError(
+                f"variant is {self.variant!r}, there is no such one",
+                remedy=f"use one of {', '.join(map(repr, _VARIANTS))}",
+            )
+        known = (*(() if self.inertia is not None else ("mass", "inertia")), *self.terms.names)
         guesses = dict(self.initial_values or {})
-        for name in guesses:
+        for name, value in guesses.items():
             if name not in known:
                 raise InputError(
                     f"a first guess is given for {name!r}, which is not estimated",
                     remedy=f"use {', '.join(known)}",
+                )
+            if not np.isfinite(value):
+                raise InputError(
+                    f"the first guess of {name!r} is {value}, it must be finite",
+                    remedy="leave it out to begin at 0",
                 )
         object.__setattr__(self, "initial_values", MappingProxyType(guesses))
 
@@ -208,18 +227,18 @@ class EnergyEstimator:
             As `fit` does.
         """
         check_excited(log)
+        log, changes = resampled(log)
         T = log.sampling_time
         if self.variant == "held_effort":
             arm = self.load_inertia is not None
             log, late = without_wrong_velocity(log, self._low_pass(T), load=arm)
-        else:
-            late = ()
+            changes += late
         size, least = self._block_size(T), self._least_samples(T)
         parts = [part for part in log.segments() if len(part) >= least]
         if not parts:
             raise InputError(
                 f"the log has no stretch of {least} samples without a gap ({len(log)} samples in "
-                "all)",
+                f"all, one every {T:.4g} s)",
                 where=log.name,
                 remedy="record a longer log, or raise the cutoff frequency",
             )
@@ -231,7 +250,7 @@ class EnergyEstimator:
                 self._low_pass(T),
                 forgetting_factor=self.forgetting_factor,
                 initial_values=self._first_guesses(log.kind),
-                initial_variance=self._first_variance(),
+                initial_variance=self.initial_variance or _REPORT_VARIANCE,
             )
         noise = self._noise(parts, T)
         levels = [energy_levels(part, self.model, self._low_pass(T), noise, T) for part in parts]
@@ -275,12 +294,13 @@ class EnergyEstimator:
                 f"energies averaged over {size} samples; noise of the energy level is taken as "
                 f"{ratio:.2g} of what a disturbing force adds in a typical row (maximum "
                 "likelihood)",
-                *late,
+                *changes,
             ),
         )
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
+        log, _ = resampled(log)
         T = log.sampling_time
         arm = self.load_inertia is not None
         log, _ = without_wrong_velocity(log, self._low_pass(T), load=arm)
@@ -319,31 +339,20 @@ class EnergyEstimator:
             causal low-pass, and the positions are differentiated.
         """
         T = positive("sampling time", sampling_time, "s")
-        p = len(self.parameter_names("linear"))
-        s = np.zeros(VALUES + p)
-        cutoff = default_cutoff(T) if self.cutoff is None else self.cutoff
-        variance = self._first_variance()
-        s[streaming.SAMPLING_TIME] = T
-        s[streaming.FORGETTING] = self.forgetting_factor
-        s[streaming.PARAMETERS] = p
-        s[streaming.INERTIA] = self.inertia or 0.0
-        s[streaming.INERTIA_KNOWN] = self.inertia is not None
-        s[streaming.LOAD_INERTIA] = self.load_inertia or 0.0
-        s[streaming.STIFFNESS] = self.stiffness or 0.0
-        s[streaming.PER_DIRECTION] = self.per_direction
-        s[streaming.OFFSET] = "offset" in self.terms.names
-        s[streaming.PRINTED] = self.variant == "report"
-        s[streaming.DERIVED] = not velocity_measured
-        s[streaming.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
-        s[streaming.POSITION_NOISE] = -1.0 if self.position_noise is None else self.position_noise
-        s[streaming.VELOCITY_NOISE] = -1.0 if self.velocity_noise is None else self.velocity_noise
-        s[streaming.LEVEL_VARIANCE] = self.level_noise**2
-        s[streaming.FORCE_VARIANCE] = self.force_noise**2
-        s[streaming.HYSTERESIS] = HYSTERESIS
-        s[VALUES:] = self._first_guesses("linear")
-        s[streaming.FIRST_SPREAD : streaming.FIRST_SPREAD + p] = variance
-        s[streaming.SPREAD : streaming.SPREAD + p * p] = (variance * np.eye(p)).ravel()
-        return s
+        return first_state(
+            model=self.model,
+            sampling_time=T,
+            velocity_measured=velocity_measured,
+            printed=self.variant == "report",
+            cutoff=self._low_pass(T).cutoff,
+            forgetting_factor=self.forgetting_factor,
+            initial_values=self._first_guesses("linear"),
+            initial_variance=self._first_variance(),
+            level_noise=self.level_noise,
+            force_noise=self.force_noise,
+            position_noise=self.position_noise,
+            velocity_noise=self.velocity_noise,
+        )
 
     def step(
         self, state: Float[np.ndarray, " s"], sample: tuple[float, float, float, float, float]
@@ -361,9 +370,14 @@ class EnergyEstimator:
         Returns
         -------
         The state, and the estimates in the order of `parameter_names`.
+
+        Raises
+        ------
+        InputError
+            If the sample does not hold five finite numbers.
         """
         after = state.copy()
-        energy_step(after, *sample)
+        take_sample(after, sample)
         return after, after[VALUES:]
 
     def run(
@@ -377,26 +391,23 @@ class EnergyEstimator:
             From `init` or an earlier step.
         log
             The samples.
+
+        Raises
+        ------
+        InputError
+            If the log has a gap or another sampling time than the state, or lacks a signal that the
+            state was made for.
         """
-        absent = np.zeros(len(log))
-        columns = [
-            log.effort,
-            log.measured_position,
-            absent if log.measured_velocity is None else log.measured_velocity,
-            absent if log.measured_load_position is None else log.measured_load_position,
-            absent if log.measured_load_velocity is None else log.measured_load_velocity,
-        ]
-        return streaming.energy_run(state, np.column_stack(columns))
+        return take_log(state, log)
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
-        """Return P of the recursion."""
-        p = int(state[streaming.PARAMETERS])
-        return state[streaming.SPREAD : streaming.SPREAD + p * p].reshape(p, p).copy()
+        """Return P of the recursion; infinite for a parameter that nothing has told about yet."""
+        return covariance_in(state)
 
-    def _first_variance(self) -> float:
-        if self.initial_variance is not None:
-            return self.initial_variance
-        return _REPORT_VARIANCE if self.variant == "report" else _FIRST_VARIANCE
+    def _first_variance(self) -> float | None:
+        if self.initial_variance is None and self.variant == "report":
+            return _REPORT_VARIANCE
+        return self.initial_variance
 
     def _first_guesses(self, kind: AxisKind) -> list[float]:
         guesses = self.initial_values or {}

@@ -14,6 +14,7 @@ from stickslip.estimation.streaming import (
     PARAMETERS,
     SPREAD,
     VALUES,
+    covariance_in,
     rls_run,
     rls_step,
 )
@@ -124,5 +125,4 @@ class RecursiveLeastSquares:
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return P, the inverse of the information."""
-        p = int(state[PARAMETERS])
-        return state[SPREAD : SPREAD + p * p].reshape(p, p).copy()
+        return covariance_in(state)

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.energy_balance import report_step, squared_velocity, turning_way
 
 __all__ = [
     "COUNT",
@@ -27,11 +28,14 @@ __all__ = [
     "POLE",
     "POSITION_NOISE",
     "PRINTED",
+    "RELATIVE_PRIOR",
     "SAMPLING_TIME",
     "SPREAD",
+    "SQUARE_BIAS",
     "STIFFNESS",
     "VALUES",
     "VELOCITY_NOISE",
+    "covariance_in",
     "energy_run",
     "energy_step",
     "rls_run",
@@ -59,7 +63,9 @@ MOST_PARAMETERS = 5
     LEVEL_VARIANCE,
     FORCE_VARIANCE,
     HYSTERESIS,  # in standard deviations of the fused position
-) = range(17)
+    SQUARE_BIAS,  # of a differentiated velocity's square, over the variance of the position [1/s^2]
+    RELATIVE_PRIOR,  # P(0) follows the largest regressors so far
+) = range(19)
 # What changes
 (
     COUNT,
@@ -72,14 +78,16 @@ MOST_PARAMETERS = 5
     _CONSTANT_SPREAD,  # variance of the level's constant
     _KNOWN,  # samples in the differentiating filter, up to 2
     _ROUGHNESS,  # running means of squared third differences of position and velocity
-) = range(17, 27)
-_LAST = 28  # effort, fused position, velocity, load position, load velocity
-_FILTER = 33  # two stages each for effort, position, load position
-_EARLIER = 39  # filtered effort, position, load position, one and two samples ago
-_DIFFERENCES = 45  # last value, first and second difference of position, then of velocity
-_SUMS = 51  # regressors
+) = range(19, 29)
+_LAST = _ROUGHNESS + 2  # effort, fused position, velocity
+_FILTER = _LAST + 3  # two stages each for effort, position, load position
+_EARLIER = _FILTER + 6  # filtered effort, position, load position, one and two samples ago
+_DIFFERENCES = _EARLIER + 6  # last value, first and second difference of position, of velocity
+_SUMS = _DIFFERENCES + 6  # regressors
 _CONSTANT = _SUMS + MOST_PARAMETERS  # level of the balance, then of each regressor
-FIRST_SPREAD = _CONSTANT + MOST_PARAMETERS + 1  # diagonal of P(0)
+_MEAN = _CONSTANT + MOST_PARAMETERS + 1  # means of the same since the last accepted row
+_AVERAGED = _MEAN + MOST_PARAMETERS + 1  # samples in them
+FIRST_SPREAD = _AVERAGED + 1  # diagonal of P(0)
 SPREAD = FIRST_SPREAD + MOST_PARAMETERS  # P, row by row
 _ROW = SPREAD + MOST_PARAMETERS**2  # regressor of the row being taken
 _GAIN = _ROW + MOST_PARAMETERS
@@ -87,7 +95,9 @@ _TYPICAL = _GAIN + MOST_PARAMETERS  # running mean squares of the regressors tha
 _COUNTED = _TYPICAL + MOST_PARAMETERS  # rows that counted
 VALUES = _COUNTED + 1  # estimates: the rest of the vector
 
+_SETTLING = 16.0  # samples before the noise is known well enough to tell motion from it
 _NOISE_MEMORY = 256.0  # samples that the running noise estimate looks back
+_PRIOR = 1e-10  # information of a relative prior, over that of the largest row so far
 _SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
 _THIRD_DIFFERENCE = 20.0  # variance of the third difference of unit white noise
 
@@ -109,6 +119,30 @@ def _counts(s: Float[np.ndarray, " s"], p: int, forgetting: float) -> bool:
 
 
 @compiled(inline=True)
+def _widen_prior(s: Float[np.ndarray, " s"], p: int) -> None:
+    """Let P(0) be that of a small fraction of the largest row so far, whatever its units.
+
+    A regressor counts from its first value other than zero; as it grows, so does the information
+    that P begins with, which leaves the estimates as they are.
+    """
+    for k in range(p):
+        size = _PRIOR * s[_ROW + k] * s[_ROW + k]
+        first = s[FIRST_SPREAD + k]
+        if first == 0.0 and size > 0.0:
+            s[FIRST_SPREAD + k] = 1.0 / size
+            s[SPREAD + k * p + k] = 1.0 / size
+        elif size * first > 2.0:
+            s[FIRST_SPREAD + k] = 1.0 / size
+            added = size - 1.0 / first
+            for i in range(p):
+                s[_GAIN + i] = s[SPREAD + i * p + k]
+            drop = added / (1.0 + added * s[_GAIN + k])
+            for i in range(p):
+                for j in range(p):
+                    s[SPREAD + i * p + j] -= drop * s[_GAIN + i] * s[_GAIN + j]
+
+
+@compiled(inline=True)
 def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> None:
     """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
 
@@ -121,6 +155,8 @@ def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bo
     both are ordinary recursive least squares.
     """
     p = int(s[PARAMETERS])
+    if s[RELATIVE_PRIOR] > 0.0:
+        _widen_prior(s, p)
     g = 0.0
     e = y
     for i in range(p):
@@ -143,10 +179,13 @@ def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bo
         drop = eps / (1.0 + eps * g)
     if forgetting < 1.0 and (printed or drop < 0.0):
         spread, square = 0.0, 0.0
+        started = 0
         for i in range(p):
-            spread += s[SPREAD + i * p + i] / s[FIRST_SPREAD + i]
-            square += s[_GAIN + i] * s[_GAIN + i] / s[FIRST_SPREAD + i]
-        if grown * spread - drop * square > p:
+            if s[FIRST_SPREAD + i] > 0.0:
+                started += 1
+                spread += s[SPREAD + i * p + i] / s[FIRST_SPREAD + i]
+                square += s[_GAIN + i] * s[_GAIN + i] / s[FIRST_SPREAD + i]
+        if grown * spread - drop * square > started:
             weight, grown, drop = 1.0, 1.0, 1.0 / (1.0 + g)
     step = e / (weight + g)
     for i in range(p):
@@ -212,24 +251,27 @@ def _track_noise(s: Float[np.ndarray, " s"], which: int, value: float, count: fl
 
 @compiled(inline=True)
 def _regress(s: Float[np.ndarray, " s"], level: float, way: float, least: float) -> None:
-    """Take the levels as they stand into the estimate, unless there is nothing new to forget for.
+    """Take the levels as they stand into the estimate, unless the axis rests.
 
-    With forgetting, a row is accepted only when the axis has got further than the noise since the
-    last one: at rest nothing is learned, and nothing forgotten. The constant in the level is
-    followed by the Kalman filter of a random walk whose steps are a disturbing force times the way.
+    A row is accepted only when the axis has got further than the noise since the last one: at rest
+    nothing is learned, and nothing forgotten. It holds the means over the samples since then, so
+    that none is lost. The constant in the level is followed by the Kalman filter of a random walk
+    whose steps are a disturbing force times the way.
     """
     p = int(s[PARAMETERS])
     forgetting = s[FORGETTING]
-    s[_SINCE] += abs(way)
-    if forgetting < 1.0 and s[_ACCEPTED] > 0.0:
-        progress = abs(s[_EXTREME] - s[_MARK])
-        if progress <= least:
-            return
+    s[_SINCE] += way  # with its sign, so that noise does not add up
+    s[_AVERAGED] += 1.0
+    share = 1.0 / s[_AVERAGED]
+    s[_MEAN] += share * (level - s[_MEAN])
+    for j in range(p):
+        s[_MEAN + 1 + j] += share * (s[_SUMS + j] - s[_MEAN + 1 + j])
+    if s[_ACCEPTED] > 0.0 and abs(s[_EXTREME] - s[_MARK]) <= least:
+        return
     s[_MARK] = s[_EXTREME]
     if s[_ACCEPTED] == 0.0:
-        s[_CONSTANT] = level
-        for j in range(p):
-            s[_CONSTANT + 1 + j] = s[_SUMS + j]
+        for j in range(p + 1):
+            s[_CONSTANT + j] = s[_MEAN + j]
         s[_CONSTANT_SPREAD] = s[LEVEL_VARIANCE]
     else:
         step = s[FORCE_VARIANCE] * s[_SINCE] * s[_SINCE]
@@ -237,15 +279,16 @@ def _regress(s: Float[np.ndarray, " s"], level: float, way: float, least: float)
         variance = spread + s[LEVEL_VARIANCE]
         K = spread / variance
         scale = 1.0 / np.sqrt(variance)
-        y = (level - s[_CONSTANT]) * scale
-        s[_CONSTANT] += K * (level - s[_CONSTANT])
+        y = (s[_MEAN] - s[_CONSTANT]) * scale
+        s[_CONSTANT] += K * (s[_MEAN] - s[_CONSTANT])
         for j in range(p):
-            e = s[_SUMS + j] - s[_CONSTANT + 1 + j]
+            e = s[_MEAN + 1 + j] - s[_CONSTANT + 1 + j]
             s[_ROW + j] = e * scale
             s[_CONSTANT + 1 + j] += K * e
         s[_CONSTANT_SPREAD] = K * s[LEVEL_VARIANCE]
         _update(s, y, forgetting, False)
     s[_SINCE] = 0.0
+    s[_AVERAGED] = 0.0
     s[_ACCEPTED] += 1.0
 
 
@@ -281,8 +324,9 @@ def _printed_step(
 ) -> None:
     """Take one sample by the printed equations (3.6-4.10)."""
     T = s[SAMPLING_TIME]
-    s[_WORK] += T * u * v
-    _add(s, T * v * v, T * abs(v), T * v, v > 0.0)
+    work, way, squared = report_step(u, v, T)
+    s[_WORK] += work
+    _add(s, squared, way, T * v, v > 0.0)
     if s[INERTIA_KNOWN] == 0.0:
         s[_SUMS] = 0.5 * v * v
     for j in range(int(s[PARAMETERS])):
@@ -292,14 +336,24 @@ def _printed_step(
 
 @compiled(inline=True)
 def _held_step(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
+    s: Float[np.ndarray, " s"],
+    u: float,
+    x: float,
+    v: float,
+    x2: float,
+    v2: float,
+    sw: float,
 ) -> None:
-    """Take one sample by the form that is exact under a held effort."""
+    """Take one sample, its position known to sw, by the form that is exact under a held effort."""
     T = s[SAMPLING_TIME]
-    count = s[COUNT]
-    sw = _track_noise(s, 0, x, count) if s[POSITION_NOISE] < 0.0 else s[POSITION_NOISE]
-    sv = _track_noise(s, 1, v, count) if s[VELOCITY_NOISE] < 0.0 else s[VELOCITY_NOISE]
-    if count == 0.0:
+    derived = s[DERIVED] > 0.0
+    sv = 0.0
+    if not derived:
+        sv = s[VELOCITY_NOISE]
+        if sv < 0.0:
+            sv = _track_noise(s, 1, v, s[COUNT])
+    estimated = s[POSITION_NOISE] < 0.0 or (not derived and s[VELOCITY_NOISE] < 0.0)
+    if s[COUNT] < (_SETTLING if estimated else 1.0):
         s[_EXTREME] = x
         s[_MARK] = x
         z = x
@@ -307,7 +361,7 @@ def _held_step(
         u0, z0, v0 = s[_LAST], s[_LAST + 1], s[_LAST + 2]
         # Fuse: the position goes on by the velocities, corrected by a steady Kalman gain
         gain = 1.0
-        if sw > 0.0 and s[DERIVED] == 0.0:
+        if sw > 0.0 and not derived:
             q = (T * sv / sw) * (T * sv / sw)
             predicted = 0.5 * (q + np.sqrt(q * q + 4.0 * q))
             gain = predicted / (predicted + 1.0)
@@ -331,12 +385,11 @@ def _held_step(
             s[_WAY] = -s[_WAY]
             s[_EXTREME] = z
         if not noisy and v0 * v < 0.0:
-            turned = 0.5 * T * (v0 * v0 + v * v) / abs(v - v0)
-            way = max(turned, abs(dz))
+            way = turning_way(v0, v, dz, T)
             s[_WAY] = 1.0 if v > 0.0 else -1.0
             s[_EXTREME] = z
-        dv = v - v0
-        squared = T * (v0 * v + (dv * dv - 2.0 * sv * sv) / 3.0)
+        bias = s[SQUARE_BIAS] * sw * sw if derived else 2.0 / 3.0 * sv * sv
+        squared = squared_velocity(v0, v, v - v0, T) - T * bias
         s[_WORK] += u0 * dz
         _add(s, squared, way, dz, s[_WAY] > 0.0)
         if s[INERTIA_KNOWN] == 0.0:
@@ -351,6 +404,10 @@ def _advance(
 ) -> None:
     """Take one sample into the state, in place."""
     T = s[SAMPLING_TIME]
+    # Of the raw position: what a filter leaves of its noise is too smooth to be told from motion
+    sw = s[POSITION_NOISE]
+    if sw < 0.0 and s[PRINTED] == 0.0:
+        sw = _track_noise(s, 0, x, s[COUNT] + s[_KNOWN])
     if s[DERIVED] > 0.0:
         # Effort and positions through the same causal filter, one sample late so that the velocity
         # is a central difference
@@ -373,16 +430,24 @@ def _advance(
     if s[PRINTED] > 0.0:
         _printed_step(s, u, x, v, x2, v2)
     else:
-        _held_step(s, u, x, v, x2, v2)
+        _held_step(s, u, x, v, x2, v2, sw)
     s[COUNT] += 1.0
 
 
 @compiled()
 def energy_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> None:
-    """Take one sample into the state, in place."""
-    _advance(s, u, x, v, x2, v2)
+) -> bool:
+    """Take one sample into the state, in place; return whether all of it was finite.
+
+    One that is not is not taken.
+    """
+    finite = (
+        np.isfinite(u) and np.isfinite(x) and np.isfinite(v) and np.isfinite(x2) and np.isfinite(v2)
+    )
+    if finite:
+        _advance(s, u, x, v, x2, v2)
+    return finite
 
 
 @compiled()
@@ -398,3 +463,12 @@ def energy_run(
         for j in range(p):
             history[k, j] = s[VALUES + j]
     return s, history
+
+
+def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+    """Return P from a state; infinite for a parameter that no row has told about yet."""
+    p = int(state[PARAMETERS])
+    spread = state[SPREAD : SPREAD + p * p].reshape(p, p).copy()
+    unknown = np.flatnonzero(state[FIRST_SPREAD : FIRST_SPREAD + p] == 0.0)
+    spread[unknown, unknown] = np.inf
+    return spread

@@ -1,0 +1,200 @@
+"""The energy estimator on line: its first state, and the samples it takes."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation import streaming
+from stickslip.estimation.energy_levels import AxisModel
+from stickslip.estimation.observation import HYSTERESIS
+from stickslip.estimation.streaming import VALUES, energy_run, energy_step
+from stickslip.records import AxisLog, InputError
+
+__all__ = ["first_state", "take_log", "take_sample"]
+
+_UNIT_LEVEL = 1.0  # [J]; without a disturbing force the estimates do not depend on it
+_SAME_SAMPLING_TIME = 0.01  # relative
+_SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
+
+
+def _square_bias(pole: float, sampling_time: float) -> float:
+    """Return what white noise on a position adds to its squared derivative, over its variance.
+
+    The derivative is the central difference after two first-order stages, with autocorrelation R;
+    the integral over a sample is T (v_- v + dv^2 / 3), whose mean is T (2 R(0) + R(1)) / 3.
+
+    Parameters
+    ----------
+    pole
+        Of each stage [-].
+    sampling_time
+        [s].
+    """
+    q = pole**2
+
+    def smoothed(lag: int) -> float:
+        return (1 - pole) ** 4 * pole**lag * ((1 + q) / (1 - q) ** 3 + lag / (1 - q) ** 2)
+
+    at_once = 2 * smoothed(0) - 2 * smoothed(2)
+    one_later = smoothed(1) - smoothed(3)
+    return (2 * at_once + one_later) / 3 / (2 * sampling_time) ** 2
+
+
+def first_state(
+    *,
+    model: AxisModel,
+    sampling_time: float,
+    velocity_measured: bool,
+    printed: bool,
+    cutoff: float,
+    forgetting_factor: float,
+    initial_values: Sequence[float],
+    initial_variance: float | None,
+    level_noise: float | None,
+    force_noise: float,
+    position_noise: float | None,
+    velocity_noise: float | None,
+) -> Float[np.ndarray, " s"]:
+    """Return the state of the recursion before the first sample.
+
+    Parameters
+    ----------
+    model
+        What is known of the axis, and what is sought.
+    sampling_time
+        [s].
+    velocity_measured
+        Whether the samples hold velocities.
+    printed
+        Whether the report's sums and recursion are used.
+    cutoff
+        Of the low-pass before positions are differentiated [Hz].
+    forgetting_factor
+        In (0, 1] [-].
+    initial_values
+        First guesses [SI].
+    initial_variance
+        Diagonal of P(0) [squared unit of the parameters over the level noise]; None for one that
+        follows the size of the regressors.
+    level_noise, force_noise
+        Standard deviations [J, N or N m].
+    position_noise, velocity_noise
+        Standard deviations [m or rad, m/s or rad/s]; None estimates them on the way.
+    """
+    T = sampling_time
+    p = len(initial_values)
+    s = np.zeros(VALUES + p)
+    s[streaming.SAMPLING_TIME] = T
+    s[streaming.FORGETTING] = forgetting_factor
+    s[streaming.PARAMETERS] = p
+    s[streaming.INERTIA] = model.inertia or 0.0
+    s[streaming.INERTIA_KNOWN] = model.inertia is not None
+    s[streaming.LOAD_INERTIA] = model.load_inertia or 0.0
+    s[streaming.STIFFNESS] = model.stiffness or 0.0
+    s[streaming.PER_DIRECTION] = model.terms.per_direction
+    s[streaming.OFFSET] = "offset" in model.terms.names
+    s[streaming.PRINTED] = printed
+    s[streaming.DERIVED] = not velocity_measured
+    s[streaming.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
+    s[streaming.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
+    s[streaming.VELOCITY_NOISE] = -1.0 if velocity_noise is None else velocity_noise
+    s[streaming.LEVEL_VARIANCE] = (_UNIT_LEVEL if level_noise is None else level_noise) ** 2
+    s[streaming.FORCE_VARIANCE] = force_noise**2
+    s[streaming.HYSTERESIS] = HYSTERESIS
+    s[streaming.SQUARE_BIAS] = _square_bias(s[streaming.POLE], T)
+    s[VALUES:] = initial_values
+    if initial_variance is None:
+        s[streaming.RELATIVE_PRIOR] = 1.0
+    else:
+        s[streaming.FIRST_SPREAD : streaming.FIRST_SPREAD + p] = initial_variance
+        s[streaming.SPREAD : streaming.SPREAD + p * p] = (initial_variance * np.eye(p)).ravel()
+    return s
+
+
+def take_sample(state: Float[np.ndarray, " s"], sample: Sequence[float]) -> None:
+    """Take one sample into the state, in place.
+
+    Raises
+    ------
+    InputError
+        If the sample does not hold five finite numbers; the state is left as it is then.
+    """
+    try:
+        u, x, v, x2, v2 = sample
+        taken = energy_step(state, float(u), float(x), float(v), float(x2), float(v2))
+    except (TypeError, ValueError) as error:
+        raise _not_a_sample(sample) from error
+    if not taken:
+        k = next(k for k, value in enumerate(sample) if not np.isfinite(value))
+        raise InputError(
+            f"the {_SAMPLE[k]} of the sample is {float(sample[k])}, it must be finite",
+            remedy="leave the sample out and begin with a new state, as after a gap, or give the "
+            "last good value",
+        )
+
+
+def _not_a_sample(sample: Any) -> InputError:
+    return InputError(
+        f"the sample is {sample!r}, it must be five numbers",
+        remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for what the axis does not have or "
+        "measure",
+    )
+
+
+def take_log(
+    state: Float[np.ndarray, " s"], log: AxisLog
+) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
+    """Return the state after the samples of a log without gaps, and the estimates after each.
+
+    Raises
+    ------
+    InputError
+        If the log has a gap or another sampling time than the state, or lacks a signal that the
+        state was made for.
+    """
+    T, own = float(state[streaming.SAMPLING_TIME]), log.sampling_time
+    if log.segment_starts.size > 1:
+        k = int(log.segment_starts[1])
+        raise InputError(
+            f"the log has a gap of {log.time[k] - log.time[k - 1]:.6g} s before sample {k}",
+            where=log.name,
+            remedy="run its segments one by one, each from a new state with the last estimates as "
+            "initial_values, or use fit",
+        )
+    if abs(own - T) > _SAME_SAMPLING_TIME * T:
+        raise InputError(
+            f"the log has a sampling time of {own:.6g} s, the state was made for {T:.6g} s",
+            where=log.name,
+            remedy=f"make the state with init(sampling_time={own:.6g})",
+        )
+    derived = state[streaming.DERIVED] > 0.0
+    if log.measured_velocity is None and not derived:
+        raise InputError(
+            "the log holds no velocity, the state was made for a measured one",
+            where=log.name,
+            remedy="make the state with init(velocity_measured=False)",
+        )
+    if state[streaming.STIFFNESS] > 0.0:
+        if log.measured_load_position is None:
+            raise InputError(
+                "the log holds no position of the load, which a flexible arm needs",
+                where=log.name,
+                remedy="map the load's position, or leave out load inertia and stiffness",
+            )
+        if log.measured_load_velocity is None and not derived:
+            raise InputError(
+                "the log holds no velocity of the load, the state was made for a measured one",
+                where=log.name,
+                remedy="make the state with init(velocity_measured=False)",
+            )
+    absent = np.zeros(len(log))
+    columns = [
+        log.effort,
+        log.measured_position,
+        absent if log.measured_velocity is None else log.measured_velocity,
+        absent if log.measured_load_position is None else log.measured_load_position,
+        absent if log.measured_load_velocity is None else log.measured_load_velocity,
+    ]
+    return energy_run(state, np.column_stack(columns))

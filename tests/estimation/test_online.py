@@ -1,0 +1,225 @@
+"""The energy estimator on line: rests, units, and what it refuses."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip.estimation import EnergyEstimator
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import AxisLog, InputError
+from stickslip.simulation import Sensors, SimulatedMotion, simulate
+
+T = 0.001
+TRUTH = np.array([95.0, 200.0, 20.0])  # mass, viscous and Coulomb friction
+NOT_DRIFTED = 1e-4  # relative; a hundredth of what a tenth of a per cent of noise in the rows gives
+SCALED = 1e-6  # relative: what rounding leaves of a change of units
+SMALL_STAGE = np.array([20.0, 30.0, 8.0])
+
+
+def moved(truth: np.ndarray, effort: np.ndarray) -> SimulatedMotion:
+    mass, viscous, coulomb = truth.tolist()
+    law = CoulombViscousFriction.symmetric(coulomb_friction=coulomb, viscous_friction=viscous)
+    return simulate(SingleMass(mass=mass, friction=law), effort, sampling_time=T)
+
+
+def swing(samples: int) -> np.ndarray:
+    time = np.arange(samples) * T
+    return 70.0 * np.sin(2.0 * time) + 60.0 * np.sin(7.0 * time)
+
+
+MOVE_REST_MOVE = moved(TRUTH, np.concatenate([swing(20_000), np.zeros(100_000), swing(10_000)]))
+STOPPED, STARTED = 20_600, 120_000  # samples: the axis rests in between
+
+
+@pytest.fixture(scope="module")
+def log() -> AxisLog:
+    return Sensors().measure(moved(TRUTH, swing(3000)), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.9999, 0.99])
+@pytest.mark.parametrize("velocity", ["none", "measured"])
+def test_a_long_rest_changes_nothing(factor: float, velocity: str) -> None:
+    assert not np.any(MOVE_REST_MOVE.velocity[STOPPED:STARTED])
+    measured = velocity == "measured"
+    sensors = (
+        Sensors(position_noise=1e-6, velocity_noise=1e-3)
+        if measured
+        else Sensors(position_noise=1e-6, velocity="none")
+    )
+    log = sensors.measure(MOVE_REST_MOVE, np.random.default_rng(0))
+    estimator = EnergyEstimator(forgetting_factor=factor, offset=False)
+    state = estimator.init(sampling_time=T, velocity_measured=measured)
+    # One row may be under way when the axis stops
+    settled, first = estimator.run(state, log.part(0, STOPPED + 500))
+    rested, second = estimator.run(settled, log.part(STOPPED + 500, STARTED))
+    np.testing.assert_allclose(second[-1], first[-1], rtol=NOT_DRIFTED)
+    np.testing.assert_allclose(
+        np.diag(estimator.covariance(rested)), np.diag(estimator.covariance(settled)), rtol=0.1
+    )
+    # And nothing that went on in the rest comes in with the first motion after it
+    _, history = estimator.run(rested, log.part(STARTED, len(log)))
+    np.testing.assert_allclose(history[-1], TRUTH, rtol=0.01)
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.99])
+def test_noise_before_the_first_motion_teaches_nothing(factor: float) -> None:
+    motion = moved(TRUTH, np.concatenate([np.zeros(20_000), swing(5000)]))
+    log = Sensors(position_noise=1e-6, velocity="none").measure(motion, np.random.default_rng(3))
+    estimator = EnergyEstimator(forgetting_factor=factor, offset=False)
+    state = estimator.init(sampling_time=T, velocity_measured=False)
+    _, history = estimator.run(state, log)
+    np.testing.assert_array_equal(history[:20_000], 0.0)
+    np.testing.assert_allclose(history[-1], TRUTH, rtol=0.01)
+
+
+def small_stage(noise: float) -> AxisLog:
+    time = np.arange(10_000) * T
+    effort = 30.0 * np.sin(6.0 * time) + 15.0 * np.sin(15.0 * time)
+    sensors = Sensors(position_noise=noise, velocity_noise=100.0 * noise)
+    return sensors.measure(moved(SMALL_STAGE, effort), np.random.default_rng(0))
+
+
+@pytest.mark.parametrize("noise", [0.0, 1e-6])
+@pytest.mark.parametrize("factor", [1.0, 0.999])
+def test_the_result_does_not_depend_on_the_units(noise: float, factor: float) -> None:
+    log = small_stage(noise)
+    assert log.measured_velocity is not None
+    estimator = EnergyEstimator(offset=False, forgetting_factor=factor)
+    _, history = estimator.run(estimator.init(sampling_time=T), log)
+    np.testing.assert_allclose(history[-1], SMALL_STAGE, rtol=1e-3)
+    length_scales = [10.0**k for k in range(-6, 0)]
+    scales = [(length, 1.0, 1.0) for length in length_scales]
+    scales += [(1.0, 1e-6, 1.0), (1.0, 1e4, 1.0), (1.0, 1.0, 1e3), (1e-3, 1e-3, 1e-2)]
+    for length, force, time in scales:
+        scaled = replace(
+            log,
+            time=time * log.time,
+            effort=force * log.effort,
+            measured_position=length * log.measured_position,
+            measured_velocity=length / time * log.measured_velocity,
+        )
+        _, other = estimator.run(estimator.init(sampling_time=time * T), scaled)
+        units = np.array([force * time**2 / length, force * time / length, force])
+        np.testing.assert_allclose(other[-1] / units, history[-1], rtol=SCALED)
+
+
+def test_a_prior_that_is_given_holds() -> None:
+    log = small_stage(0.0)
+    guesses = {"mass": 1.0, "viscous_friction": 2.0, "coulomb_friction": 3.0}
+    estimator = EnergyEstimator(
+        offset=False, initial_values=guesses, initial_variance=1e-12, level_noise=1.0
+    )
+    _, history = estimator.run(estimator.init(sampling_time=T), log)
+    np.testing.assert_allclose(history[-1], list(guesses.values()), rtol=1e-3)
+
+
+def test_what_no_row_has_told_about_is_not_known() -> None:
+    log = small_stage(0.0)
+    estimator = EnergyEstimator(per_direction=True)
+    state = estimator.init(sampling_time=T)
+    assert np.all(np.isinf(np.diag(estimator.covariance(state))))
+    forward = log.part(0, int(np.flatnonzero(np.diff(log.measured_position) < 0)[0]))
+    state, history = estimator.run(state, forward)
+    unknown = np.isinf(np.diag(estimator.covariance(state)))
+    assert unknown.tolist() == [False, False, True, False, True]
+    np.testing.assert_array_equal(history[:, [2, 4]], 0.0)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_whole_numbers_will_do_in_a_sample() -> None:
+    estimator = EnergyEstimator(offset=False)
+    state = estimator.init(sampling_time=T)
+    mixed: Any = (12, np.float64(0.1), 0.2, 0, 0)
+    after, values = estimator.step(state, mixed)
+    expected, _ = estimator.step(state, (12.0, 0.1, 0.2, 0.0, 0.0))
+    np.testing.assert_array_equal(after, expected)
+    assert values.shape == (3,)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize("sample", [(1.0, 2.0, 3.0), (1.0,) * 6, 1.0, (1.0, "a", 0.0, 0.0, 0.0)])
+def test_a_sample_that_is_not_five_numbers_is_refused(sample: Any) -> None:
+    estimator = EnergyEstimator()
+    with pytest.raises(InputError, match="effort, position, velocity, load position, load velo"):
+        estimator.step(estimator.init(sampling_time=T), sample)
+
+
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
+@pytest.mark.parametrize(
+    ("place", "name"),
+    list(enumerate(["effort", "position", "velocity", "load position", "load velocity"])),
+)
+def test_a_value_that_is_not_finite_is_named_and_not_taken(
+    place: int, name: str, bad: float
+) -> None:
+    estimator = EnergyEstimator()
+    state = estimator.init(sampling_time=T)
+    before = state.copy()
+    sample: Any = [1.0, 0.1, 0.2, 0.0, 0.0]
+    sample[place] = bad
+    with pytest.raises(InputError, match=f"the {name} of the sample is {bad}"):
+        estimator.step(state, tuple(sample))
+    np.testing.assert_array_equal(state, before)
+
+
+def test_a_log_without_the_velocity_that_was_promised_is_refused(log: AxisLog) -> None:
+    estimator = EnergyEstimator()
+    with pytest.raises(InputError, match=r"holds no velocity.*velocity_measured=False"):
+        estimator.run(estimator.init(sampling_time=T), replace(log, measured_velocity=None))
+
+
+def test_a_log_with_a_gap_is_refused(log: AxisLog) -> None:
+    estimator = EnergyEstimator()
+    later = log.time + np.where(np.arange(len(log)) >= 1000, 2.0, 0.0)
+    with pytest.raises(InputError, match=r"a gap of 2\.001 s before sample 1000.*use fit"):
+        estimator.run(estimator.init(sampling_time=T), replace(log, time=later))
+
+
+def test_a_log_of_another_sampling_time_is_refused(log: AxisLog) -> None:
+    estimator = EnergyEstimator()
+    with pytest.raises(InputError, match=r"sampling time of 0\.001 s.*made for 0\.002 s"):
+        estimator.run(estimator.init(sampling_time=2 * T), log)
+
+
+def test_a_log_without_the_load_is_refused(log: AxisLog) -> None:
+    estimator = EnergyEstimator(load_inertia=1.0, stiffness=1.0)
+    with pytest.raises(InputError, match="no position of the load"):
+        estimator.run(estimator.init(sampling_time=T), log)
+    with_position = replace(log, measured_load_position=log.measured_position)
+    with pytest.raises(InputError, match="no velocity of the load"):
+        estimator.run(estimator.init(sampling_time=T), with_position)
+
+
+def test_the_load_velocity_is_derived_where_all_are() -> None:
+    """The arm of the report, with positions alone."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    time = np.arange(20_000) * T
+    motion = simulate(arm, np.sin(time), sampling_time=T)
+    log = Sensors(velocity="none").measure(motion, np.random.default_rng(0))
+    assert log.measured_load_velocity is None
+    estimator = EnergyEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False)
+    state = estimator.init(sampling_time=T, velocity_measured=False)
+    _, history = estimator.run(state, log)
+    np.testing.assert_allclose(history[-1], [0.1, 0.1], rtol=0.01)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize(
+    ("settings", "message"),
+    [
+        ({"variant": "foo"}, "variant is 'foo'.*'held_effort', 'report'"),
+        ({"filter_order": 2.5}, "filter_order is 2.5.*whole number"),
+        ({"filter_order": float("nan")}, "filter_order is nan.*whole number"),
+        ({"initial_values": {"mass": float("nan")}}, "first guess of 'mass' is nan"),
+        ({"initial_values": {"offset": float("inf")}}, "first guess of 'offset' is inf"),
+        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "for 'mass', which is not estimated"),
+        ({"force_noise": 1.0}, "no level_noise is given"),
+    ],
+)
+def test_impossible_settings_are_refused_when_made(settings: dict[str, Any], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        EnergyEstimator(**settings)
