@@ -195,7 +195,7 @@ def _inseparable_reason(
             f"the speed varies by {100 * motion.speed_variation:.2g} % only, so Coulomb and "
             "viscous friction cannot be told apart"
         )
-    return f"it cannot be told apart from {' and '.join(others)} in this motion"
+    return f"this fit cannot tell it apart from {' and '.join(others)}"
 
 
 def hardly_moves(motion: MotionSummary) -> bool:
