@@ -119,3 +119,31 @@ def test_impossible_forgetting_is_refused(factor: float) -> None:
 def test_too_many_parameters_are_refused() -> None:
     with pytest.raises(InputError, match="6 first guesses"):
         RecursiveLeastSquares().init(initial_values=[0.0] * 6, initial_variance=1.0)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_impossible_settings_are_refused() -> None:
+    with pytest.raises(InputError, match="forgetting is 'foo'"):
+        RecursiveLeastSquares(forgetting="foo")  # type: ignore[arg-type]
+    with pytest.raises(InputError, match="initial values"):
+        RecursiveLeastSquares().init(initial_values=[0.0, np.nan], initial_variance=1.0)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_rows_that_do_not_fit_or_are_not_finite_are_refused() -> None:
+    rls = RecursiveLeastSquares()
+    state = rls.init(initial_values=[0.0, 0.0], initial_variance=1.0)
+    before = state.copy()
+    with pytest.raises(InputError, match=r"shape \(3,\), there are 2 parameters"):
+        rls.step(state, (np.zeros(3), 1.0))
+    with pytest.raises(InputError, match="must be finite"):
+        rls.step(state, (np.array([1.0, np.nan]), 1.0))
+    with pytest.raises(InputError, match="must be finite"):
+        rls.step(state, (np.ones(2), np.inf))
+    with pytest.raises(InputError, match="one target a row"):
+        rls.run(state, np.ones((3, 2)), np.ones(2))
+    with pytest.raises(InputError, match="row 1 or its target is not finite"):
+        rls.run(state, np.ones((2, 2)), np.array([1.0, np.nan]))
+    np.testing.assert_array_equal(state, before)
+    _, values = rls.step(state, (np.array([1, 0]), 1))
+    np.testing.assert_allclose(values, [0.5, 0.0])

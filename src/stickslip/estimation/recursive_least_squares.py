@@ -18,7 +18,7 @@ from stickslip.estimation.streaming import (
     rls_run,
     rls_step,
 )
-from stickslip.records import InputError, positive
+from stickslip.records import InputError, finite_vector, positive
 
 __all__ = ["RecursiveLeastSquares"]
 
@@ -55,6 +55,11 @@ class RecursiveLeastSquares:
                 f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
                 remedy="give 1 to forget nothing, or a value just below",
             )
+        if self.forgetting not in {"restricted", "exponential"}:
+            raise InputError(
+                f"forgetting is {self.forgetting!r}, there is no such kind",
+                remedy="use 'restricted' or 'exponential'",
+            )
 
     def init(
         self, *, initial_values: Sequence[float], initial_variance: float
@@ -74,11 +79,12 @@ class RecursiveLeastSquares:
                 f"{p} first guesses are given, there can be 1 to {MOST_PARAMETERS}",
                 remedy="give one a parameter",
             )
+        guesses = finite_vector("initial values", initial_values, "unit of each parameter")
         variance = positive("initial variance", initial_variance, "(unit of the parameter)^2")
         s = np.zeros(VALUES + p)
         s[PARAMETERS] = p
         s[FORGETTING] = self.forgetting_factor
-        s[VALUES:] = initial_values
+        s[VALUES:] = guesses
         s[FIRST_SPREAD : FIRST_SPREAD + p] = variance
         s[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()
         return s
@@ -94,9 +100,24 @@ class RecursiveLeastSquares:
             From `init` or an earlier step; it is left as it is.
         sample
             The regressors, and what they explain [any consistent units].
+
+        Raises
+        ------
+        InputError
+            If there is not one regressor a parameter, or a value is not finite.
         """
+        row, target = np.asarray(sample[0], dtype=np.float64), float(sample[1])
         after = state.copy()
-        rls_step(after, sample[0], sample[1], self.forgetting == "exponential")
+        if row.shape != (after.size - VALUES,):
+            raise InputError(
+                f"the row has shape {row.shape}, there are {after.size - VALUES} parameters",
+                remedy="give one regressor a parameter, in the order of the first guesses",
+            )
+        if not rls_step(after, row, target, self.forgetting == "exponential"):
+            raise InputError(
+                f"the row is {row.tolist()} and its target {target}, they must be finite",
+                remedy="leave the row out: the state is as it was",
+            )
         return after, after[VALUES:]
 
     def run(
@@ -113,15 +134,29 @@ class RecursiveLeastSquares:
             From `init` or an earlier step; it is left as it is.
         rows, targets
             Regressors and what they explain [any consistent units].
+
+        Raises
+        ------
+        InputError
+            If there is not one regressor a parameter and one target a row, or a value is not
+            finite.
         """
         after = state.copy()
-        history = rls_run(
-            after,
-            np.ascontiguousarray(rows, dtype=np.float64),
-            np.ascontiguousarray(targets, dtype=np.float64),
-            self.forgetting == "exponential",
-        )
-        return after, history
+        table = np.ascontiguousarray(rows, dtype=np.float64)
+        sought = np.ascontiguousarray(targets, dtype=np.float64)
+        if table.shape != (sought.size, after.size - VALUES) or sought.ndim != 1:
+            raise InputError(
+                f"the rows have shape {table.shape} and the targets {sought.shape}, there are "
+                f"{after.size - VALUES} parameters",
+                remedy="give one target a row, and one regressor a parameter",
+            )
+        bad = np.flatnonzero(~(np.isfinite(sought) & np.all(np.isfinite(table), axis=1)))
+        if bad.size:
+            raise InputError(
+                f"row {bad[0]} or its target is not finite ({bad.size} such rows)",
+                remedy="leave such rows out",
+            )
+        return after, rls_run(after, table, sought, self.forgetting == "exponential")
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return P, the inverse of the information."""

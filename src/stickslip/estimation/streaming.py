@@ -199,11 +199,16 @@ def _update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bo
 @compiled()
 def rls_step(
     s: Float[np.ndarray, " s"], row: Float[np.ndarray, " p"], y: float, printed: bool
-) -> None:
-    """Take one row into the state, in place."""
+) -> bool:
+    """Take one row into the state, in place, if all of it is finite; return whether it is."""
+    finite = np.isfinite(y)
     for i in range(row.size):
-        s[_ROW + i] = row[i]
-    _update(s, y, s[FORGETTING], printed)
+        finite = finite and np.isfinite(row[i])
+    if finite:
+        for i in range(row.size):
+            s[_ROW + i] = row[i]
+        _update(s, y, s[FORGETTING], printed)
+    return finite
 
 
 @compiled()
