@@ -134,12 +134,22 @@ LOGS: dict[str, tuple[Callable[[Path], Path], list[str], list[str]]] = {
     "negative inertia": (
         file("log.csv", csv_text(table(200))),
         ["--inertia", "-2"],
-        ["inertia", "-2", "positive"],
+        ["mass is -2 kg, it must be positive; give a positive value"],
+    ),
+    "negative inertia of a rotary axis": (
+        file("log.csv", csv_text(table(200)).replace("[N]", "[N m]").replace("[m]", "[rad]")),
+        ["--inertia", "-2"],
+        ["inertia is -2 kg m^2, it must be positive"],
+    ),
+    "infinite stiffness": (
+        file("log.csv", csv_text(table(200))),
+        ["--stiffness", "inf", "--load-mass", "1"],
+        ["stiffness is inf N/m, it must be finite"],
     ),
     "inertia not a number": (
         file("log.csv", csv_text(table(200))),
         ["--mass", "nan"],
-        ["inertia", "nan", "positive"],
+        ["mass is nan kg, it must be positive; give a positive value"],
     ),
     "effort all zero": (
         file("log.csv", changed("force [N]", lambda x: 0 * x)),

@@ -1,5 +1,6 @@
 """What cannot be used is refused in one line that says what, where and the remedy."""
 
+import os
 from pathlib import Path
 
 import numpy as np
@@ -46,7 +47,7 @@ def file(tmp_path):
         (HEAD, "log.csv: ", "no rows of numbers"),
         ("once upon a time\nthere was\n", "log.csv: ", "no rows of numbers"),
         (b"\x00\x01\x02" * 50, "log.csv: ", "the file is not text"),
-        (HEAD + "0,0,1\n", "log.csv: ", "the log has 1 sample(s), at least 2"),
+        (HEAD + "0,0,1\n", "log.csv: ", "the log has 1 sample, at least 2"),
         (HEAD + "0,0,1\n1,2,oops\n2,3,1\n", "log.csv, row 3: ", "'force' has the text 'oops'"),
         (HEAD + "0,oops,1\n" + GOOD, "log.csv, row 2: ", "'pos' has the text 'oops'"),
         ("# c\n\n" + HEAD + "0,0,1\n\n1,2,x\n", "log.csv, row 6: ", "has the text 'x'"),
@@ -77,6 +78,19 @@ def file(tmp_path):
         ("s,t,x,f\na,0,0,1\nb,1,z,1\nc,2,3,1\n", "log.csv, row 3: ", "'x' has the text 'z'"),
         ("s t x f\na 0 0 1\nb 1 1\nc 2 3 1\n", "log.csv, row 3: ", "has 3 columns and the header"),
         ("time,pos,power\n" + GOOD, "log.csv: ", "no column is obviously the effort"),
+        (
+            "time,postion,force\n" + GOOD,
+            "log.csv: ",
+            "did you mean 'postion'? say so, as in --position \"postion\" on the command line",
+        ),
+        ("time,pos,motor torqe\n" + GOOD, "log.csv: ", "did you mean 'motor torqe'? say so"),
+        ("tme,pos,force\n" + GOOD, "log.csv: ", "did you mean 'tme'? say so"),
+        (
+            "pos,vel,force\n" + GOOD,
+            "log.csv: ",
+            "say how long a sample is: sampling_time or --sampling-time SECONDS",
+        ),
+        (HEAD + "0\n1,2,1\n2,3,1\n", "log.csv, row 2: ", "has 1 column and the header has 3"),
     ],
 )
 def test_bad_text(content, start, what, file):
@@ -91,6 +105,34 @@ def test_missing_file(tmp_path):
 
 def test_a_name_that_no_file_can_have(tmp_path):
     assert "cannot be read" in refusal(tmp_path / ("x" * 5000 + ".csv"))
+
+
+@pytest.mark.parametrize(
+    ("expression", "what"),
+    [
+        ("force * 1e400", "has the number 1e400, which is too large to compute with"),
+        ("1e-400 * force", "has the number 1e-400, which is too small to compute with"),
+        ("1e300 * force", "the effort (1e300 * force) is as large as 3e+300 N, outside 1e-20 to"),
+        ("1e-300 * force", "the effort (1e-300 * force) is at most 3e-300 N, outside 1e-20 to"),
+        ("1e300 * force * 1e300", "is too large for a number, outside 1e-20 to 1e+20 N"),
+        ("1e-300 * force * 1e-300", "is zero in all 3 samples"),
+    ],
+)
+def test_factors_that_nothing_can_be_computed_with(expression, what, file):
+    schema = LogSchema(kind="linear", effort=expression, units={"effort": "N"})
+    assert what in refusal(file(HEAD + "0,0,1\n1,2,3\n2,3,1\n"), schema)
+
+
+def test_a_pipe_is_refused(tmp_path):
+    pipe = tmp_path / "log.csv"
+    os.mkfifo(pipe)
+    assert "this is a pipe or a device, which are not supported" in refusal(pipe)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_a_data_frame_is_no_path():
+    with pytest.raises(InputError, match=r"type DataFrame is not the path .*log_from_frame"):
+        read_log(pd.DataFrame({"t": [0.0, 1.0]}))
 
 
 @pytest.mark.parametrize("name", ["log.xyz", "log"])

@@ -200,3 +200,17 @@ def test_a_computed_channel_from_si_columns(read):
 def test_full_headers_name_columns_too(read):
     log = read(["t", "q [deg]", "tau [N m]"], LogSchema(position="q [deg]", effort="tau"))
     assert log.measured_position[0] == pytest.approx(np.pi / 180, rel=1e-15)
+
+
+def test_what_is_stated_above_the_file_is_told(read):
+    schema = LogSchema(sampling_time=0.5, units={"position": "mm"})
+    assumptions = read(["t", "x [m]", "force [N]"], schema).source.assumptions
+    assert "time is the stated sampling, not column 't'" in assumptions
+    (position,) = (each for each in assumptions if each.startswith("position"))
+    assert position.endswith("its unit is mm as stated, not m as in the file")
+
+
+def test_what_is_stated_as_the_file_has_it_needs_no_words(read):
+    schema = LogSchema(units={"position": "deg"})
+    assumptions = read(["t", "x [°]", "torque [N m]"], schema).source.assumptions
+    assert not any("as stated" in each for each in assumptions)

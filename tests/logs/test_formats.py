@@ -213,3 +213,14 @@ def test_a_frame_without_columns():
 def test_a_frame_has_no_files(columns):
     with pytest.raises(InputError, match=r"leave \[files\] out"):
         log_from_frame(pd.DataFrame(columns), LogSchema(kind="linear", files={"a": "a.csv"}))
+
+
+def test_a_column_of_objects_that_are_numbers(columns, expected, same):
+    frame = pd.DataFrame(columns).astype(object)
+    same(log_from_frame(frame, LINEAR), expected, name=False)
+    frame.loc[3, "effort"] = None
+    with pytest.raises(InputError, match=r"column 'effort' is nan \(1 of 60"):
+        log_from_frame(frame, LINEAR)
+    frame.loc[3, "effort"] = "1.5"
+    with pytest.raises(InputError, match=r"column 'effort' holds Object, not numbers"):
+        log_from_frame(frame, LINEAR)

@@ -9,7 +9,8 @@ from hypothesis import strategies as st
 from stickslip.logs import read_log, write_csv
 from stickslip.records import AxisLog, InputError
 
-finite = st.floats(allow_nan=False, allow_infinity=False)
+# Of a size that a log is accepted with.
+finite = st.floats(-1e20, 1e20).filter(lambda value: value == 0 or abs(value) >= 1e-20)
 
 
 @given(

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Literal
 
 from stickslip.logs import AxisSchema, LogSchema, read_log, read_schema
-from stickslip.records import AxisLog, Identification, InputError
+from stickslip.records import AxisLog, Identification, InputError, positive, unit_of
 
 __all__ = ["identify"]
 
@@ -95,6 +95,11 @@ def identify(
     # file's name should not wait for them.
     if not isinstance(log, AxisLog):
         log = _read(log, schema, axis, columns)
+    body = "mass" if log.kind == "linear" else "inertia"
+    known = ((body, body, inertia), (f"load {body}", body, load_inertia))
+    for what, quantity, value in (*known, ("stiffness", "stiffness", stiffness)):
+        if value is not None:
+            positive(what, value, unit_of(quantity, log.kind))
     from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
 
     unused: dict[str, object] = {}

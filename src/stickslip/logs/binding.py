@@ -3,11 +3,11 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from stickslip.logs.discovery import find_column, kind_of_name
+from stickslip.logs.discovery import find_column, kind_of_name, not_found
 from stickslip.logs.expressions import Expression, column_expression, parse_expression
 from stickslip.logs.schema import CHANNELS, AxisSchema
 from stickslip.logs.table import Table
-from stickslip.logs.units import kind_of_unit, quantity_of
+from stickslip.logs.units import kind_of_unit, quantity_of, same_unit
 from stickslip.records import AxisKind, InputError, unit_of
 
 __all__ = ["Bound", "axis_kind", "bind"]
@@ -68,17 +68,8 @@ def bind(table: Table, schema: AxisSchema, where: str) -> dict[str, Bound]:
             expression = column_expression(name)
             bound[channel] = _with_unit(table, schema, channel, expression, found=True)
         elif needed:
-            raise _not_found(table, channel)
+            raise not_found(table, channel)
     return bound
-
-
-def _not_found(table: Table, channel: str) -> InputError:
-    also = ", or how long a sample is: --sampling-time SECONDS" if channel == "time" else ""
-    return InputError(
-        f"no column is obviously the {channel}; the columns are: {', '.join(table.headers)}",
-        where=table.label,
-        remedy=f'say which it is: --{channel} NAME or, in a schema, {channel} = "NAME"{also}',
-    )
 
 
 def _stated(table: Table, channel: str, text: str, where: str) -> Expression:
@@ -124,6 +115,10 @@ def _with_unit(
     origin = ""
     if unit is None:
         unit, origin = _unit_in_file(table, channel, expression)
+    elif expression.is_column:
+        in_file = table.units.get(expression.names[0])
+        if in_file is not None and not same_unit(in_file, unit):
+            origin = f"its unit is {unit} as stated, not {in_file} as in the file"
     subject = channel.replace("_", " ")
     note = f"{subject} is read from column {expression.names[0]!r}" if found else ""
     if origin:
@@ -160,7 +155,7 @@ def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[s
             f"{channel} = {expression.text!r} uses column {name!r} in {unit}, and whether it comes "
             f"out in {unit} or {si} cannot be told",
             where=table.label,
-            remedy=f"say which, as in --unit {channel}={unit} or, in a schema, under [units]",
+            remedy=f"say which, as in --unit {channel}={unit} or under units in a schema",
         )
     return None, ""
 
@@ -192,14 +187,15 @@ def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tu
         raise InputError(
             f"{' and '.join(reasons.values())}, which do not go together on one axis",
             where=label,
-            remedy="correct the units and the kind, or say with --unit what the unit is",
+            remedy="correct the units and the kind, or say with --unit (units in a schema) what "
+            "the unit is",
         )
     if not reasons:
         raise InputError(
             "whether the axis is linear or rotary cannot be told: no units are given",
             where=label,
-            remedy="say --kind linear or --kind rotary (in a schema: kind), or put units in the "
-            "header",
+            remedy="say --kind linear or --kind rotary on the command line, or kind in a schema or "
+            "LogSchema, or put units in the header",
         )
     ((kind, reason),) = reasons.items()
     return kind, "" if stated else f"the axis is taken as {kind} because {reason}"

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from difflib import get_close_matches
 from types import MappingProxyType
 
 from stickslip.logs.expressions import quoted
@@ -9,7 +10,7 @@ from stickslip.logs.table import Table
 from stickslip.logs.units import header_unit
 from stickslip.records import AxisKind, InputError
 
-__all__ = ["find_column", "kind_of_name"]
+__all__ = ["candidates", "find_column", "kind_of_name", "not_found"]
 
 _WORDS = MappingProxyType(
     {
@@ -26,6 +27,12 @@ _QUALIFIERS = frozenset({"measured", "meas", "actual", "act", "motor", "joint", 
 
 _COMMANDED = frozenset({"commanded", "command", "cmd", "applied", "drive", "input"})
 """Words that leave the meaning of an effort as it is; a commanded position is not measured."""
+
+_LIKENESS = 0.75
+"""A name this similar to a known one, from 0 to 1, may be meant for it."""
+
+_SHORTEST_LIKENESS = 4
+"""Shorter words are similar to too many others."""
 
 _CURRENTS = frozenset({"current", "cur", "i", "iq"})
 
@@ -51,14 +58,7 @@ def find_column(table: Table, channel: str) -> str | None:
     InputError
         If several columns could be it, or if the only one is a motor current without a unit.
     """
-    load = channel.startswith("load_")
-    words = _WORDS[channel.removeprefix("load_")]
-    ignored = _QUALIFIERS | (_COMMANDED if channel == "effort" else frozenset[str]())
-    found = [
-        name
-        for name in table.headers
-        if _core(_words_of(name, table), load=load, ignored=ignored) in words
-    ]
+    found = candidates(table, channel)
     currents = [name for name in found if not _CURRENTS.isdisjoint(_words_of(name, table))]
     found = [name for name in found if name not in currents] or currents
     if len(found) > 1:
@@ -76,6 +76,35 @@ def find_column(table: Table, channel: str) -> str | None:
     return found[0] if found else None
 
 
+def candidates(table: Table, channel: str) -> list[str]:
+    """Return every column whose name says that it is the channel."""
+    words = _WORDS[channel.removeprefix("load_")]
+    return [name for name in table.headers if _core_for(channel, name, table) in words]
+
+
+def not_found(table: Table, channel: str) -> InputError:
+    """Return the error that no column is obviously the channel, with the names that come near."""
+    taken = {name for each in _WORDS for name in candidates(table, each)}
+    known = [word for word in _WORDS[channel] if len(word) >= _SHORTEST_LIKENESS]
+    near = [
+        name
+        for name in table.headers
+        if name not in taken
+        and get_close_matches(_core_for(channel, name, table), known, n=1, cutoff=_LIKENESS)
+    ]
+    what = f"no column is obviously the {channel}; "
+    if near:
+        likely = " or ".join(map(repr, near))
+        remedy = f"did you mean {likely}? say so, as in {_as_option(channel, near[0])}"
+    else:
+        remedy = f"say which it is: {_as_option(channel, 'NAME')}"
+    if channel == "time":
+        remedy += "; or say how long a sample is: sampling_time or --sampling-time SECONDS"
+    return InputError(
+        f"{what}the columns are: {', '.join(table.headers)}", where=table.label, remedy=remedy
+    )
+
+
 def kind_of_name(name: str, table: Table) -> AxisKind | None:
     """Return the kind of axis that a column's name is said of, None where it may be either."""
     kinds: set[AxisKind] = {_KINDS[word] for word in _words_of(name, table) if word in _KINDS}
@@ -90,6 +119,11 @@ def _words_of(name: str, table: Table) -> list[str]:
     return [word for word in re.split(r"[^a-z0-9]+", spaced.lower()) if word]
 
 
+def _core_for(channel: str, name: str, table: Table) -> str:
+    ignored = _QUALIFIERS | (_COMMANDED if channel == "effort" else frozenset[str]())
+    return _core(_words_of(name, table), load=channel.startswith("load_"), ignored=ignored)
+
+
 def _core(words: list[str], *, load: bool, ignored: Iterable[str]) -> str:
     """Return what is left of a name without its qualifiers; empty unless load is as wanted."""
     if ("load" in words) != load:
@@ -100,7 +134,10 @@ def _core(words: list[str], *, load: bool, ignored: Iterable[str]) -> str:
 
 def _as_option(channel: str, text: str) -> str:
     """Return how to state a channel, as a flag and in a schema."""
-    return f'--{channel.replace("_", "-")} "{text}" or, in a schema, {channel} = "{text}"'
+    flag = channel.replace("_", "-")
+    return (
+        f'--{flag} "{text}" on the command line, or {channel} = "{text}" in a schema or LogSchema'
+    )
 
 
 def _listed(names: list[str]) -> str:

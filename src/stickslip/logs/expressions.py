@@ -1,5 +1,6 @@
 """Linear expressions over columns, such as ``35.15 * vir + 0.2``: read, never evaluated as code."""
 
+import math
 import re
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
@@ -174,10 +175,21 @@ class _Parser:
         kind, text = self._tokens[self._next]
         self._next += 1
         if kind == "number":
-            number = float(text)
+            number = self._number(text)
             return lambda _: number
         self.names.append(text)
         return lambda values: values[text]
+
+    def _number(self, text: str) -> float:
+        number = float(text)
+        vanished = number == 0.0 and not set(text.lower().partition("e")[0]).isdisjoint("123456789")
+        if math.isinf(number) or vanished:
+            raise InputError(
+                f"{self._text!r} has the number {text}, which is too "
+                f"{'small' if vanished else 'large'} to compute with",
+                remedy="write the factor that belongs to the columns' units",
+            )
+        return number
 
     def _unexpected(self) -> InputError:
         if self._next < len(self._tokens):

@@ -1,6 +1,7 @@
 """Data frames of any library that narwhals knows: pandas, polars, pyarrow and more."""
 
 from collections.abc import Callable, Sequence
+from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -70,6 +71,10 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
         series = series - series.min()
     if isinstance(series.dtype, nw.Duration):
         return series.dt.total_nanoseconds().cast(nw.Float64).to_numpy() * 1e-9
+    if isinstance(series.dtype, nw.Object):
+        values: list[Any] = series.to_list()
+        if all(value is None or isinstance(value, Real) for value in values):
+            return np.array([np.nan if value is None else value for value in values], np.float64)
     if not (series.dtype.is_numeric() or isinstance(series.dtype, nw.Boolean)):
         raise InputError(
             f"column {name!r} holds {series.dtype}, not numbers",

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from stickslip.logs.binding import Bound, axis_kind, bind
+from stickslip.logs.discovery import candidates
 from stickslip.logs.expressions import Value
 from stickslip.logs.frames import table_of_frame
 from stickslip.logs.matlab import read_matlab
@@ -34,6 +35,9 @@ _READERS: Mapping[str, Callable[[Path], Table]] = MappingProxyType(
 
 _NOTICEABLE_JITTER = 1e-6
 """Time steps that deviate by less than this fraction are rounded numbers, not worth a sentence."""
+
+_SMALLEST, _LARGEST = 1e-20, 1e20
+"""Sizes [SI] between which products of several channels neither vanish nor overflow."""
 
 
 def read_log(
@@ -79,7 +83,13 @@ def read_log(
     >>> log.source.assumptions[-1]
     'the axis is taken as linear because position is in mm'
     """
-    path = Path(path)
+    try:
+        path = Path(path)
+    except TypeError:
+        raise InputError(
+            f"an object of type {type(path).__name__} is not the path of a log",
+            remedy="give a path, or turn a data frame into a log with stickslip.log_from_frame",
+        ) from None
     whole, where = _given_schema(schema)
     chosen = _for_axis(whole, axis, where)
     try:
@@ -162,6 +172,12 @@ def _files(path: Path, named: Mapping[str, str], where: str) -> dict[str, Path]:
     if not path.exists():
         raise InputError(
             "there is no such file or folder", where=str(path), remedy="check the path"
+        )
+    if not (path.is_file() or path.is_dir()) or path == Path("/dev/stdin"):
+        raise InputError(
+            "this is a pipe or a device, which are not supported: a log is read more than once",
+            where=str(path),
+            remedy="write the log to a file and give that",
         )
     if not path.is_dir():
         if named:
@@ -255,7 +271,9 @@ def _channels(
     channels: dict[str, Column] = {}
     notes: list[str] = []
     for channel, each in bound.items():
-        result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
+        with np.errstate(all="ignore"):  # what overflows is found by its result
+            result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
+        factor = 1.0
         note = each.note
         if each.unit is None:
             si = unit_of(quantity_of(channel), kind)
@@ -263,11 +281,31 @@ def _channels(
             note = f"{note}; {taken}" if note else f"{channel.replace('_', ' ')}: {taken}"
         else:
             factor = scale_to_si(channel, each.unit, kind)
-            result = result if factor == 1.0 else result * factor
         if note:
             notes.append(note)
-        channels[channel] = result
+        channels[channel] = _scaled(channel, each, result, factor, kind)
     return channels, notes
+
+
+def _scaled(channel: str, bound: Bound, values: Column, factor: float, kind: AxisKind) -> Column:
+    """Return a channel in SI units, if they are of a size that can be computed with."""
+    with np.errstate(all="ignore"):
+        result = values if factor == 1.0 else values * factor
+        largest = float(np.max(np.abs(result), initial=0.0))
+    vanished = largest == 0.0 and values.any()
+    if not vanished and (largest == 0.0 or _SMALLEST <= largest <= _LARGEST):
+        return result
+    unit = unit_of(quantity_of(channel), kind)
+    size = (
+        "too large for a number"
+        if not np.isfinite(largest)
+        else f"{'at most' if largest < 1 else 'as large as'} {largest:.3g} {unit}"
+    )
+    raise InputError(
+        f"the {channel.replace('_', ' ')} ({bound.expression.text}) is {size}, outside "
+        f"{_SMALLEST:g} to {_LARGEST:g} {unit}",
+        remedy="correct its unit or the factor in front of the column",
+    )
 
 
 def _check_finite(table: Table, name: str, column: Column) -> None:
@@ -327,9 +365,11 @@ def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]
 
 
 def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]:
-    """Return sentences on what the time stamps show: jitter and gaps."""
+    """Return sentences on what the time stamps show: that they are not used, jitter and gaps."""
     if "time" not in bound:
-        return []
+        unused = candidates(table, "time")
+        listed = " and ".join(map(repr, unused))
+        return [f"time is the stated sampling, not column {listed}"] if unused else []
     notes: list[str] = []
     if log.timing_jitter > _NOTICEABLE_JITTER:
         notes.append(

@@ -9,7 +9,7 @@ import numpy as np
 
 from stickslip.logs.table import Column, Table, name_columns
 from stickslip.logs.text_layout import BLANKS, COMMENTS, SNIFFED_LINES, Layout, find_layout
-from stickslip.records import InputError
+from stickslip.records import InputError, count_of
 
 __all__ = ["read_text"]
 
@@ -133,7 +133,7 @@ def _careful(text: _Text, layout: Layout, positions: dict[str, int]) -> dict[str
         cells = layout.dialect.cells(line)
         if len(cells) != width:
             raise InputError(
-                f"the row has {len(cells)} columns and the header has {width}",
+                f"the row has {count_of(len(cells), 'column')} and the header has {width}",
                 where=f"{text.path.name}, row {number}",
                 remedy="repair or remove the row",
             )

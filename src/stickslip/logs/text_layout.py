@@ -5,7 +5,7 @@ import re
 from dataclasses import dataclass
 
 from stickslip.logs.units import is_unit
-from stickslip.records import InputError
+from stickslip.records import InputError, count_of
 
 __all__ = ["BLANKS", "COMMENTS", "SNIFFED_LINES", "Dialect", "Layout", "find_layout"]
 
@@ -152,7 +152,8 @@ def _named(dialect: Dialect, lines: list[str], first: int, width: int, label: st
     elif plain and dialect.delimiter != BLANKS and dialect.delimiter in plain[-1][1]:
         number, line = plain[-1]
         raise InputError(
-            f"the header has {len(dialect.cells(line))} columns and the rows have {width}",
+            f"the header has {count_of(len(dialect.cells(line)), 'column')} and the rows have "
+            f"{width}",
             where=f"{label}, row {number + 1}",
             remedy="give every column one name",
         )

@@ -8,7 +8,7 @@ from typing import Any
 
 from stickslip.records import AxisKind, InputError, unit_of
 
-__all__ = ["header_unit", "is_unit", "kind_of_unit", "quantity_of", "scale_to_si"]
+__all__ = ["header_unit", "is_unit", "kind_of_unit", "quantity_of", "same_unit", "scale_to_si"]
 
 _WORDS = MappingProxyType(
     {
@@ -111,6 +111,14 @@ def scale_to_si(channel: str, unit: str, kind: AxisKind) -> float:
     if factor is None:
         raise _wrong_unit(channel, unit, [target])
     return factor
+
+
+def same_unit(one: str, other: str) -> bool:
+    """Return whether two spellings mean one unit; False if one of them is no unit."""
+    try:
+        return _factor(one, other) == 1.0
+    except InputError:
+        return False
 
 
 def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:

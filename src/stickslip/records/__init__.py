@@ -33,7 +33,13 @@ from stickslip.records.quantities import (
     quantity_field,
     unit_of,
 )
-from stickslip.records.wording import parameter_label, rounded, rounded_interval, unit_text
+from stickslip.records.wording import (
+    count_of,
+    parameter_label,
+    rounded,
+    rounded_interval,
+    unit_text,
+)
 
 __all__ = [
     "GAP_RATIO",
@@ -60,6 +66,7 @@ __all__ = [
     "Status",
     "StickslipError",
     "Verdict",
+    "count_of",
     "finite_vector",
     "non_negative",
     "parameter_label",

@@ -53,8 +53,9 @@ def positive(name: str, value: float, unit: str) -> float:
         If it is not finite and above zero.
     """
     if not (np.isfinite(value) and value > 0):
+        limit = "finite" if value == np.inf else "positive"
         raise InputError(
-            f"{name} is {value:g} {unit}, it must be positive", remedy=f"give the {name}"
+            f"{name} is {value:g} {unit}, it must be {limit}", remedy="give a positive value"
         )
     return float(value)
 
@@ -77,7 +78,8 @@ def non_negative(name: str, value: float, unit: str) -> float:
         If it is not finite or below zero.
     """
     if not (np.isfinite(value) and value >= 0):
+        limit = "must be finite" if value == np.inf else "must not be negative"
         raise InputError(
-            f"{name} is {value:g} {unit}, it must not be negative", remedy=f"give the {name} or 0"
+            f"{name} is {value:g} {unit}, it {limit}", remedy="give a positive value, or 0"
         )
     return float(value)

@@ -4,7 +4,7 @@ import math
 
 from stickslip.records.quantities import QUANTITIES
 
-__all__ = ["parameter_label", "rounded", "rounded_interval", "unit_text"]
+__all__ = ["count_of", "parameter_label", "rounded", "rounded_interval", "unit_text"]
 
 _DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
 _MOST_DECIMALS = 15
@@ -23,6 +23,17 @@ def parameter_label(name: str) -> str:
             return parameter_label(name.removesuffix(suffix)) + words
     term = QUANTITIES[name].name.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
     return term[0].upper() + term[1:]
+
+
+def count_of(number: int, thing: str) -> str:
+    """Return how many things there are, in words that agree.
+
+    Examples
+    --------
+    >>> count_of(1, "sample"), count_of(0, "sample")
+    ('1 sample', '0 samples')
+    """
+    return f"{number} {thing}{'' if number == 1 else 's'}"
 
 
 def unit_text(unit: str) -> str:
