@@ -20,10 +20,10 @@ from stickslip.estimation.level_weighting import (
 )
 from stickslip.estimation.observation import MotionNoise, motion_noise
 from stickslip.estimation.printed_balance import printed_regression
+from stickslip.estimation.recursion import VALUES, covariance_in
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.solution import check_excited, provenance_of, solve
-from stickslip.estimation.streaming import VALUES, covariance_in
 from stickslip.estimation.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
 from stickslip.records import (

@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation import streaming
+from stickslip.estimation import recursion
 from stickslip.estimation.energy_levels import AxisModel
 from stickslip.estimation.observation import HYSTERESIS
-from stickslip.estimation.streaming import VALUES, energy_run, energy_step
+from stickslip.estimation.recursion import VALUES
+from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.records import AxisLog, InputError
 
 __all__ = ["first_state", "take_log", "take_sample"]
@@ -86,30 +87,30 @@ def first_state(
     T = sampling_time
     p = len(initial_values)
     s = np.zeros(VALUES + p)
-    s[streaming.SAMPLING_TIME] = T
-    s[streaming.FORGETTING] = forgetting_factor
-    s[streaming.PARAMETERS] = p
-    s[streaming.INERTIA] = model.inertia or 0.0
-    s[streaming.INERTIA_KNOWN] = model.inertia is not None
-    s[streaming.LOAD_INERTIA] = model.load_inertia or 0.0
-    s[streaming.STIFFNESS] = model.stiffness or 0.0
-    s[streaming.PER_DIRECTION] = model.terms.per_direction
-    s[streaming.OFFSET] = "offset" in model.terms.names
-    s[streaming.PRINTED] = printed
-    s[streaming.DERIVED] = not velocity_measured
-    s[streaming.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
-    s[streaming.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
-    s[streaming.VELOCITY_NOISE] = -1.0 if velocity_noise is None else velocity_noise
-    s[streaming.LEVEL_VARIANCE] = (_UNIT_LEVEL if level_noise is None else level_noise) ** 2
-    s[streaming.FORCE_VARIANCE] = force_noise**2
-    s[streaming.HYSTERESIS] = HYSTERESIS
-    s[streaming.SQUARE_BIAS] = _square_bias(s[streaming.POLE], T)
+    s[recursion.SAMPLING_TIME] = T
+    s[recursion.FORGETTING] = forgetting_factor
+    s[recursion.PARAMETERS] = p
+    s[recursion.INERTIA] = model.inertia or 0.0
+    s[recursion.INERTIA_KNOWN] = model.inertia is not None
+    s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0
+    s[recursion.STIFFNESS] = model.stiffness or 0.0
+    s[recursion.PER_DIRECTION] = model.terms.per_direction
+    s[recursion.OFFSET] = "offset" in model.terms.names
+    s[recursion.PRINTED] = printed
+    s[recursion.DERIVED] = not velocity_measured
+    s[recursion.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
+    s[recursion.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
+    s[recursion.VELOCITY_NOISE] = -1.0 if velocity_noise is None else velocity_noise
+    s[recursion.LEVEL_VARIANCE] = (_UNIT_LEVEL if level_noise is None else level_noise) ** 2
+    s[recursion.FORCE_VARIANCE] = force_noise**2
+    s[recursion.HYSTERESIS] = HYSTERESIS
+    s[recursion.SQUARE_BIAS] = _square_bias(s[recursion.POLE], T)
     s[VALUES:] = initial_values
     if initial_variance is None:
-        s[streaming.RELATIVE_PRIOR] = 1.0
+        s[recursion.RELATIVE_PRIOR] = 1.0
     else:
-        s[streaming.FIRST_SPREAD : streaming.FIRST_SPREAD + p] = initial_variance
-        s[streaming.SPREAD : streaming.SPREAD + p * p] = (initial_variance * np.eye(p)).ravel()
+        s[recursion.FIRST_SPREAD : recursion.FIRST_SPREAD + p] = initial_variance
+        s[recursion.SPREAD : recursion.SPREAD + p * p] = (initial_variance * np.eye(p)).ravel()
     return s
 
 
@@ -154,7 +155,7 @@ def take_log(
         If the log has a gap or another sampling time than the state, or lacks a signal that the
         state was made for.
     """
-    T, own = float(state[streaming.SAMPLING_TIME]), log.sampling_time
+    T, own = float(state[recursion.SAMPLING_TIME]), log.sampling_time
     if log.segment_starts.size > 1:
         k = int(log.segment_starts[1])
         raise InputError(
@@ -169,14 +170,14 @@ def take_log(
             where=log.name,
             remedy=f"make the state with init(sampling_time={own:.6g})",
         )
-    derived = state[streaming.DERIVED] > 0.0
+    derived = state[recursion.DERIVED] > 0.0
     if log.measured_velocity is None and not derived:
         raise InputError(
             "the log holds no velocity, the state was made for a measured one",
             where=log.name,
             remedy="make the state with init(velocity_measured=False)",
         )
-    if state[streaming.STIFFNESS] > 0.0:
+    if state[recursion.STIFFNESS] > 0.0:
         if log.measured_load_position is None:
             raise InputError(
                 "the log holds no position of the load, which a flexible arm needs",

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.streaming import (
+from stickslip.estimation.recursion import (
     FIRST_SPREAD,
     FORGETTING,
     MOST_PARAMETERS,

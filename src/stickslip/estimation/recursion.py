@@ -1,0 +1,255 @@
+"""The state of what is estimated on line, and kernels for recursive least squares in it.
+
+All that a step remembers is one vector of fixed size, so that the same step runs from Python, in a
+compiled loop and on a drive. What lies where in the vector is given by the constants below.
+"""
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+
+__all__ = [
+    "ACCEPTED",
+    "AVERAGED",
+    "CONSTANT",
+    "CONSTANT_SPREAD",
+    "COUNT",
+    "COUNTED",
+    "DERIVED",
+    "DIFFERENCES",
+    "EARLIER",
+    "EXTREME",
+    "FILTER",
+    "FIRST_SPREAD",
+    "FORCE_VARIANCE",
+    "FORGETTING",
+    "GAIN",
+    "HYSTERESIS",
+    "INERTIA",
+    "INERTIA_KNOWN",
+    "KNOWN",
+    "LAST",
+    "LEVEL_VARIANCE",
+    "LOAD_INERTIA",
+    "MARK",
+    "MEAN",
+    "MOST_PARAMETERS",
+    "OFFSET",
+    "PARAMETERS",
+    "PER_DIRECTION",
+    "POLE",
+    "POSITION_NOISE",
+    "PRINTED",
+    "RELATIVE_PRIOR",
+    "ROUGHNESS",
+    "ROW",
+    "SAMPLING_TIME",
+    "SINCE",
+    "SPREAD",
+    "SQUARE_BIAS",
+    "STIFFNESS",
+    "SUMS",
+    "TYPICAL",
+    "VALUES",
+    "VELOCITY_NOISE",
+    "WAY",
+    "WORK",
+    "covariance_in",
+    "rls_run",
+    "rls_step",
+    "update",
+]
+
+MOST_PARAMETERS = 5
+
+# Settings
+(
+    SAMPLING_TIME,
+    FORGETTING,
+    PARAMETERS,
+    INERTIA,
+    INERTIA_KNOWN,
+    LOAD_INERTIA,
+    STIFFNESS,
+    PER_DIRECTION,
+    OFFSET,
+    PRINTED,  # the report's sums and updates, as printed
+    DERIVED,  # velocities are not measured but differentiated
+    POLE,  # of the causal low-pass used then
+    POSITION_NOISE,  # standard deviations; negative: estimated on the way
+    VELOCITY_NOISE,
+    LEVEL_VARIANCE,
+    FORCE_VARIANCE,
+    HYSTERESIS,  # in standard deviations of the fused position
+    SQUARE_BIAS,  # of a differentiated velocity's square, over the variance of the position [1/s^2]
+    RELATIVE_PRIOR,  # P(0) follows the largest regressors so far
+) = range(19)
+# What changes
+(
+    COUNT,
+    WORK,
+    WAY,  # direction of travel
+    EXTREME,  # furthest point in that direction
+    MARK,  # that point at the last accepted row
+    SINCE,  # way since then
+    ACCEPTED,
+    CONSTANT_SPREAD,  # variance of the level's constant
+    KNOWN,  # samples in the differentiating filter, up to 2
+    ROUGHNESS,  # running means of squared third differences of position and velocity
+) = range(19, 29)
+LAST = ROUGHNESS + 2  # effort, fused position, velocity
+FILTER = LAST + 3  # two stages each for effort, position, load position
+EARLIER = FILTER + 6  # filtered effort, position, load position, one and two samples ago
+DIFFERENCES = EARLIER + 6  # last value, first and second difference of position, of velocity
+SUMS = DIFFERENCES + 6  # regressors
+CONSTANT = SUMS + MOST_PARAMETERS  # level of the balance, then of each regressor
+MEAN = CONSTANT + MOST_PARAMETERS + 1  # means of the same since the last accepted row
+AVERAGED = MEAN + MOST_PARAMETERS + 1  # samples in them
+FIRST_SPREAD = AVERAGED + 1  # diagonal of P(0)
+SPREAD = FIRST_SPREAD + MOST_PARAMETERS  # P, row by row
+ROW = SPREAD + MOST_PARAMETERS**2  # regressor of the row being taken
+GAIN = ROW + MOST_PARAMETERS
+TYPICAL = GAIN + MOST_PARAMETERS  # running mean squares of the regressors that count
+COUNTED = TYPICAL + MOST_PARAMETERS  # rows that counted
+VALUES = COUNTED + 1  # estimates: the rest of the vector
+
+_PRIOR = 1e-10  # information of a relative prior, over that of the largest row so far
+_SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
+
+
+@compiled(inline=True)
+def _counts(s: Float[np.ndarray, " s"], p: int, forgetting: float) -> bool:
+    """Return whether the row is not far smaller than a typical one, and let it count as typical."""
+    size = 0.0
+    for i in range(p):
+        if s[TYPICAL + i] > 0.0:
+            size = max(size, s[ROW + i] * s[ROW + i] / s[TYPICAL + i])
+    if s[COUNTED] > 0.0 and size < _SMALL_ROW:
+        return False
+    s[COUNTED] += 1.0
+    weight = max(1.0 / s[COUNTED], 1.0 - forgetting)
+    for i in range(p):
+        s[TYPICAL + i] += weight * (s[ROW + i] * s[ROW + i] - s[TYPICAL + i])
+    return True
+
+
+@compiled(inline=True)
+def _widen_prior(s: Float[np.ndarray, " s"], p: int) -> None:
+    """Let P(0) be that of a small fraction of the largest row so far, whatever its units.
+
+    A regressor counts from its first value other than zero; as it grows, so does the information
+    that P begins with, which leaves the estimates as they are.
+    """
+    for k in range(p):
+        size = _PRIOR * s[ROW + k] * s[ROW + k]
+        first = s[FIRST_SPREAD + k]
+        if first == 0.0 and size > 0.0:
+            s[FIRST_SPREAD + k] = 1.0 / size
+            s[SPREAD + k * p + k] = 1.0 / size
+        elif size * first > 2.0:
+            s[FIRST_SPREAD + k] = 1.0 / size
+            added = size - 1.0 / first
+            for i in range(p):
+                s[GAIN + i] = s[SPREAD + i * p + k]
+            drop = added / (1.0 + added * s[GAIN + k])
+            for i in range(p):
+                for j in range(p):
+                    s[SPREAD + i * p + j] -= drop * s[GAIN + i] * s[GAIN + j]
+
+
+@compiled(inline=True)
+def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> None:
+    """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
+
+    Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
+    the information P^-1 grows by eps W W' with eps = lambda - (1 - lambda) / g and g = W' P W, so
+    that only what the row tells about is forgotten. A row far smaller than those before it (a rest,
+    with its noise) tells nothing new, and nothing is forgotten for it: eps >= 0 there. Either way
+    nothing is forgotten in a step that would leave the estimates less certain than they were at the
+    start, on average over the parameters: P stays bounded whatever the rows are. Without forgetting
+    both are ordinary recursive least squares.
+    """
+    p = int(s[PARAMETERS])
+    if s[RELATIVE_PRIOR] > 0.0:
+        _widen_prior(s, p)
+    g = 0.0
+    e = y
+    for i in range(p):
+        total = 0.0
+        for j in range(p):
+            total += s[SPREAD + i * p + j] * s[ROW + j]
+        s[GAIN + i] = total
+        g += total * s[ROW + i]
+        e -= s[ROW + i] * s[VALUES + i]
+    if not (g > 0.0 and np.isfinite(g)):
+        return
+    weight, grown = 1.0, 1.0
+    if printed:
+        weight, grown = forgetting, 1.0 / forgetting
+        drop = grown / (forgetting + g)
+    else:
+        eps = forgetting - (1.0 - forgetting) / g
+        if forgetting < 1.0 and not _counts(s, p, forgetting) and eps < 0.0:
+            eps = 0.0
+        drop = eps / (1.0 + eps * g)
+    if forgetting < 1.0 and (printed or drop < 0.0):
+        spread, square = 0.0, 0.0
+        started = 0
+        for i in range(p):
+            if s[FIRST_SPREAD + i] > 0.0:
+                started += 1
+                spread += s[SPREAD + i * p + i] / s[FIRST_SPREAD + i]
+                square += s[GAIN + i] * s[GAIN + i] / s[FIRST_SPREAD + i]
+        if grown * spread - drop * square > started:
+            weight, grown, drop = 1.0, 1.0, 1.0 / (1.0 + g)
+    step = e / (weight + g)
+    for i in range(p):
+        s[VALUES + i] += s[GAIN + i] * step
+        for j in range(i, p):
+            value = grown * s[SPREAD + i * p + j] - drop * s[GAIN + i] * s[GAIN + j]
+            s[SPREAD + i * p + j] = value
+            s[SPREAD + j * p + i] = value
+
+
+@compiled()
+def rls_step(
+    s: Float[np.ndarray, " s"], row: Float[np.ndarray, " p"], y: float, printed: bool
+) -> bool:
+    """Take one row into the state, in place, if all of it is finite; return whether it is."""
+    finite = np.isfinite(y)
+    for i in range(row.size):
+        finite = finite and np.isfinite(row[i])
+    if finite:
+        for i in range(row.size):
+            s[ROW + i] = row[i]
+        update(s, y, s[FORGETTING], printed)
+    return finite
+
+
+@compiled()
+def rls_run(
+    s: Float[np.ndarray, " s"],
+    rows: Float[np.ndarray, "n p"],
+    targets: Float[np.ndarray, " n"],
+    printed: bool,
+) -> Float[np.ndarray, "n p"]:
+    """Take many rows, in place, and return the estimates after each."""
+    n, p = rows.shape
+    history = np.empty((n, p))
+    for k in range(n):
+        for i in range(p):
+            s[ROW + i] = rows[k, i]
+        update(s, targets[k], s[FORGETTING], printed)
+        for i in range(p):
+            history[k, i] = s[VALUES + i]
+    return history
+
+
+def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+    """Return P from a state; infinite for a parameter that no row has told about yet."""
+    p = int(state[PARAMETERS])
+    spread = state[SPREAD : SPREAD + p * p].reshape(p, p).copy()
+    unknown = np.flatnonzero(state[FIRST_SPREAD : FIRST_SPREAD + p] == 0.0)
+    spread[unknown, unknown] = np.inf
+    return spread
