@@ -7,16 +7,18 @@ from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from stickslip.records.checks import finite_vector
 from stickslip.records.errors import InputError
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+from stickslip.records.wording import count_of
 
 __all__ = ["GAP_RATIO", "AxisLog", "LogSource"]
 
-GAP_RATIO = 1.5
-"""A time step longer than this many sampling times is a gap and starts a new segment."""
+GAP_RATIO = 3.5
+"""A time step longer than this many typical ones is a gap and starts a new segment; up to three are
+jitter or a lost sample or two, of a bus or an operating system."""
 
 _MINIMUM_SAMPLES = 2
 
@@ -97,7 +99,8 @@ class AxisLog:
         time = self._store("time", self.time)
         if time.size < _MINIMUM_SAMPLES:
             raise InputError(
-                f"the log has {time.size} sample(s), at least {_MINIMUM_SAMPLES} are needed",
+                f"the log has {count_of(time.size, 'sample')}, at least {_MINIMUM_SAMPLES} are "
+                "needed",
                 remedy="record a longer log",
             )
         backward = np.flatnonzero(np.diff(time) <= 0)
@@ -137,23 +140,30 @@ class AxisLog:
 
     @cached_property
     def sampling_time(self) -> float:
-        """Sampling time [s]: the mean step within the segments."""
+        """Sampling time [s]: the span of the segments over the periods in it.
+
+        A step of about two or three typical ones is one with samples missing, and counts as such.
+        """
         steps = np.diff(self.time)
-        typical = float(np.median(steps))
-        return float(np.mean(steps[steps <= GAP_RATIO * typical]))
+        periods = np.maximum(np.rint(steps / np.median(steps)), 1.0)
+        inside = ~self._gaps
+        return float(np.sum(steps[inside]) / np.sum(periods[inside]))
+
+    @cached_property
+    def _gaps(self) -> Bool[np.ndarray, " steps"]:
+        steps = np.diff(self.time)
+        return steps > GAP_RATIO * np.median(steps)
 
     @cached_property
     def timing_jitter(self) -> float:
         """Largest deviation of a step within the segments, as a fraction of the sampling time."""
-        steps = np.diff(self.time)
-        inside = steps[steps <= GAP_RATIO * self.sampling_time]
+        inside = np.diff(self.time)[~self._gaps]
         return float(np.max(np.abs(inside - self.sampling_time)) / self.sampling_time)
 
     @cached_property
     def segment_starts(self) -> Int[np.ndarray, " segments"]:
         """Index of the first sample of each segment; a log without gaps has one, at 0."""
-        gaps = np.flatnonzero(np.diff(self.time) > GAP_RATIO * self.sampling_time) + 1
-        return np.concatenate(([0], gaps))
+        return np.concatenate(([0], np.flatnonzero(self._gaps) + 1))
 
     def segments(self) -> Iterator["AxisLog"]:
         """Yield the stretches between gaps, each as a log of its own (not single samples)."""
