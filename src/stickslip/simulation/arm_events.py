@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.simulation.double_double import accumulate
+from stickslip.simulation.event_list import GRAZING, record_event
 from stickslip.simulation.first_root import DEGREE, first_root
 
 # Places in the model vector. The first hold, for mode -1, 0, +1, the 5 x 4 increments of
@@ -46,7 +47,7 @@ ROOT_M1, ROOT_KS = FIRST + 19, FIRST + 20
 FINE = FIRST + 21  # 1 if the low parts of the increments matter, else 0
 MODEL_SIZE = FIRST + 22
 
-GRAZING, BUDGET_EXCEEDED = 1, 2
+BUDGET_EXCEEDED = 2  # flag of a sample, beside GRAZING
 
 GRAZING_TOLERANCE = 1e-10  # of the velocity's (or amplitude's) bound
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
@@ -272,16 +273,6 @@ def _taylor(
 
 
 @compiled()
-def _record(
-    event_time: Vector, event_mode: NDArray[np.int8], count: int, time: float, mode: int
-) -> int:
-    if count < event_time.size:
-        event_time[count] = time
-        event_mode[count] = mode
-    return count + 1
-
-
-@compiled()
 def arm_events(
     model: Vector, work: Vector, event_time: Vector, event_mode: NDArray[np.int8], count: int,
     t0: float, mode: int, U: float, y: State,
@@ -327,14 +318,14 @@ def arm_events(
                     flags |= GRAZING
                 if mode != 0:
                     if arrived:
-                        count = _record(event_time, event_mode, count, t0 + (T - rem), 0)
+                        count = record_event(event_time, event_mode, count, t0 + (T - rem), 0)
                     rem -= wait
                     g = fs_p - fc_p if mode > 0 else fc_n - fs_n
                     deflate = 2 if g == 0.0 else 1
                     z, zl = accumulate(z, zl, -((d_star - d) - dl))
                     y = (x, v, d_star, w_star, z, xl, vl, 0.0, 0.0, zl)
         if arrived or deflate:
-            count = _record(event_time, event_mode, count, t0 + (T - rem), mode)
+            count = record_event(event_time, event_mode, count, t0 + (T - rem), mode)
             if count - count0 > model[BUDGET]:
                 return y, mode, count, BUDGET_EXCEEDED
             arrived = False

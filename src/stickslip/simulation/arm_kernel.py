@@ -16,7 +16,6 @@ from stickslip.simulation.arm_events import (
     FINE,
     FS_N,
     FS_P,
-    GRAZING,
     GROWTH,
     KS,
     OFFSET,
@@ -32,6 +31,7 @@ from stickslip.simulation.arm_events import (
     slip_threshold,
     stick_margin,
 )
+from stickslip.simulation.event_list import GRAZING
 from stickslip.simulation.first_root import WORK_SIZE
 
 __all__ = ["arm_run", "arm_step"]

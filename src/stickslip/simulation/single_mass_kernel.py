@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.simulation.double_double import accumulate
+from stickslip.simulation.event_list import GRAZING, record_event
 
 __all__ = ["mass_batch", "mass_model", "mass_run", "mass_step"]
 
@@ -26,7 +27,6 @@ DECAY, GAIN, TRAVEL, SHIFT = 9, 10, 11, 12
 POSITIVE = 4  # from the negative direction's places to the positive direction's
 MODEL_SIZE = 17
 
-GRAZING = 1
 GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
 
 Vector = NDArray[np.float64]
@@ -133,10 +133,7 @@ def _events(
         elif -model[FS_N] > U:
             mode = -1
     if arrived or mode != 0:
-        if count < event_time.size:
-            event_time[count] = t0 + (T - rem)
-            event_mode[count] = mode
-        count += 1
+        count = record_event(event_time, event_mode, count, t0 + (T - rem), mode)
     if mode != 0:
         force = U - model[FC_P] if mode > 0 else U + model[FC_N]
         z = -(model[C_P] if mode > 0 else model[C_N]) * rem / m

@@ -8,7 +8,7 @@ from stickslip.simulation.arm_kernel import arm_step
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.single_mass_kernel import mass_step
 
-__all__ = ["PlantStepper", "State"]
+__all__ = ["PlantStepper"]
 
 State = tuple[float, ...]
 
