@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip.records import Identification, InputError
+from stickslip.records import Identification, InputError, Status
 from stickslip.report import write_report
 
 FIGURES = (
@@ -185,6 +185,91 @@ def test_an_estimate_that_failed_says_so_first_and_draws_nothing(
     assert page.text.index("Not enough motion") < page.text.index("Parameters")
     assert page.text.count("✗ not identified: the axis does not move <at all>") == 4
     assert "Not drawn" in page.text
+
+
+def test_reasons_and_notes_are_said_in_words(doubtful: Identification, tmp_path: Path) -> None:
+    diagnostics = replace(
+        doubtful.estimate.diagnostics,
+        verdicts=tuple(
+            replace(each, reason="it looks like coulomb_friction_negative")
+            for each in doubtful.estimate.diagnostics.verdicts
+        ),
+        notes=("viscous_friction was hard",),
+    )
+    estimate = replace(doubtful.estimate, diagnostics=diagnostics)
+    text = page_of(replace(doubtful, estimate=estimate), tmp_path).text
+    assert "not identified: it looks like Coulomb friction (backward)" in text
+    assert "viscous friction was hard" in text
+    assert "coulomb_friction" not in text
+
+
+def test_a_value_that_cannot_be_is_not_called_identified(
+    identification: Identification, tmp_path: Path
+) -> None:
+    parameters = dict(identification.estimate.parameters)
+    parameters["mass"] = replace(parameters["mass"], value=-2.0, ci95=(-2.1, -1.9))
+    estimate = replace(identification.estimate, parameters=parameters, status=Status.UNPHYSICAL)
+    text = page_of(replace(identification, estimate=estimate), tmp_path).text
+    assert text.count("✓ identified") == 3
+    assert text.count("unphysical: it cannot be negative") == 1
+
+
+def test_without_an_offset_none_is_spoken_of(
+    identification: Identification, tmp_path: Path
+) -> None:
+    parameters = dict(identification.estimate.parameters)
+    curve = "curve-plot"
+    with_it = page_of(identification, tmp_path).plots()[curve]
+    assert with_it["data"][-1]["name"] == "fitted law with offset"
+    del parameters["offset"]
+    assert identification.evolution is not None
+    evolution = replace(
+        identification.evolution,
+        values={key: identification.evolution.values[key] for key in parameters},
+        stds={key: identification.evolution.stds[key] for key in parameters},
+    )
+    estimate = replace(identification.estimate, parameters=parameters)
+    without = replace(identification, estimate=estimate, evolution=evolution)
+    plot = page_of(without, tmp_path).plots()[curve]
+    assert plot["data"][-1]["name"] == "fitted law"
+    assert plot["layout"]["yaxis"]["title"]["text"] == "friction [N]"
+
+
+def test_the_evolution_ends_at_the_interval_of_the_table(
+    identification: Identification, tmp_path: Path
+) -> None:
+    wide = 2.5  # standard deviations, as of Student's t with few degrees of freedom
+    parameters = {
+        key: replace(each, ci95=(each.value - wide * each.std, each.value + wide * each.std))
+        for key, each in identification.estimate.parameters.items()
+        if each.value is not None and each.std is not None
+    }
+    assert identification.evolution is not None
+    stds = {
+        key: np.full_like(each, parameters[key].std)
+        for key, each in identification.evolution.stds.items()
+    }
+    found = replace(
+        identification,
+        estimate=replace(identification.estimate, parameters=parameters),
+        evolution=replace(identification.evolution, stds=stds),
+    )
+    for key, parameter in parameters.items():
+        anchor = f"evolution-{key.replace('_', '-')}"
+        band = page_of(found, tmp_path).plots()[anchor]["data"][0]
+        last = max(band["x"])
+        ends = [y for x, y in zip(band["x"], band["y"], strict=True) if x == last]
+        assert parameter.ci95 is not None
+        width = parameter.ci95[1] - parameter.ci95[0]
+        assert max(ends) - min(ends) == pytest.approx(width, rel=1e-4)
+
+
+def test_small_jitter_keeps_its_digits(identification: Identification, tmp_path: Path) -> None:
+    time = identification.log.time.copy()
+    time[5] += 2.4e-5 * identification.log.sampling_time
+    log = replace(identification.log, time=time)
+    text = page_of(replace(identification, log=log), tmp_path).text
+    assert "jitter at most 0.0024 % of it" in text
 
 
 def test_figures_of_merit_that_do_not_exist_are_said_in_words(

@@ -15,7 +15,7 @@ __all__ = ["print_identification"]
 
 def print_identification(console: "Console", identification: "Identification") -> None:
     """Print what was assumed, the parameters, the verdict with its remedy, and the notes."""
-    from stickslip.records import parameter_label
+    from stickslip.records import in_words, parameter_label
 
     log, estimate = identification.log, identification.estimate
     diagnostics = estimate.diagnostics
@@ -49,10 +49,10 @@ def print_identification(console: "Console", identification: "Identification") -
             reasons.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter))
     if reasons:
         console.print("Not identified:")
-        _listed(console, [f"{', '.join(names)}: {why}" for why, names in reasons.items()])
+        _listed(console, [f"{', '.join(names)}: {in_words(why)}" for why, names in reasons.items()])
     if diagnostics.notes:
         console.print("Notes:")
-        _listed(console, diagnostics.notes)
+        _listed(console, [in_words(note) for note in diagnostics.notes])
 
 
 def _listed(console: "Console", sentences: Sequence[str]) -> None:
@@ -68,7 +68,7 @@ def _table(identification: "Identification") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.records import parameter_label, rounded, rounded_interval, unit_text
+    from stickslip.records import Status, parameter_label, rounded, rounded_interval, unit_text
 
     truth, estimate = identification.truth, identification.estimate
     verdicts = {each.parameter: each for each in estimate.diagnostics.verdicts}
@@ -93,7 +93,10 @@ def _table(identification: "Identification") -> "Table":
             cells.append("-" if true_value is None else f"{true_value:.6g}")
             cells.append(f"{value / true_value - 1:+.2%}" if value and true_value else "-")
         verdict = verdicts.get(name)
-        if parameter.identified and (verdict is None or verdict.identifiable):
+        impossible = name != "offset" and value is not None and value <= 0
+        if impossible and estimate.status is Status.UNPHYSICAL:
+            judged = Text("unphysical")
+        elif parameter.identified and (verdict is None or verdict.identifiable):
             judged = Text("identified", style="green")
         else:
             judged = Text("not identified", style="red")

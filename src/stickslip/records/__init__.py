@@ -35,9 +35,11 @@ from stickslip.records.quantities import (
 )
 from stickslip.records.wording import (
     count_of,
+    in_words,
     parameter_label,
     rounded,
     rounded_interval,
+    share_text,
     unit_text,
 )
 
@@ -68,12 +70,14 @@ __all__ = [
     "Verdict",
     "count_of",
     "finite_vector",
+    "in_words",
     "non_negative",
     "parameter_label",
     "positive",
     "quantity_field",
     "rounded",
     "rounded_interval",
+    "share_text",
     "unit_of",
     "unit_text",
 ]

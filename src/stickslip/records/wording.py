@@ -1,13 +1,25 @@
 """How values, units and parameter names are put before a reader, in tables, pages and terminals."""
 
 import math
+import re
 
 from stickslip.records.quantities import QUANTITIES
 
-__all__ = ["count_of", "parameter_label", "rounded", "rounded_interval", "unit_text"]
+__all__ = [
+    "count_of",
+    "in_words",
+    "parameter_label",
+    "rounded",
+    "rounded_interval",
+    "share_text",
+    "unit_text",
+]
 
 _DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
 _MOST_DECIMALS = 15
+_NAMES = re.compile(
+    rf"\b(?:{'|'.join(key for key in QUANTITIES if '_' in key)})(?:_positive|_negative)?\b"
+)
 
 
 def parameter_label(name: str) -> str:
@@ -34,6 +46,39 @@ def count_of(number: int, thing: str) -> str:
     ('1 sample', '0 samples')
     """
     return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def in_words(sentence: str) -> str:
+    """Return a sentence with the field's terms in place of the names of quantities in it.
+
+    Examples
+    --------
+    >>> in_words("it cannot be told apart from viscous_friction and coulomb_friction_positive")
+    'it cannot be told apart from viscous friction and Coulomb friction (forward)'
+    """
+    return _NAMES.sub(_term_of, sentence)
+
+
+def _term_of(name: re.Match[str]) -> str:
+    term, _, direction = parameter_label(name[0]).partition(", ")
+    term = term if term.startswith(("Coulomb", "Stribeck")) else term[0].lower() + term[1:]
+    return f"{term} ({direction})" if direction else term
+
+
+def share_text(share: float) -> str:
+    """Return a share in percent, with two digits however small it is.
+
+    Parameters
+    ----------
+    share
+        The share, 1 being the whole [-].
+
+    Examples
+    --------
+    >>> share_text(0.000024), share_text(0.0)
+    ('0.0024 %', '0 %')
+    """
+    return f"{100 * share:.2g} %"
 
 
 def unit_text(unit: str) -> str:

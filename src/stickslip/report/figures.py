@@ -12,6 +12,7 @@ from stickslip.records import (
     FrictionCurve,
     FrictionEstimate,
     Identification,
+    ParameterEstimate,
     Residuals,
     Resimulation,
     parameter_label,
@@ -41,13 +42,12 @@ from stickslip.report.drawing import (
 __all__ = ["balance_plot", "curve_plot", "evolution_plots", "residual_plots", "resimulation_plot"]
 
 _CLOUD = 3000
-_NORMAL_95 = 1.959963984540054
-"""Standard deviations from the centre of a normal distribution to the ends of its 95 % interval."""
 
 
 def curve_plot(curve: FrictionCurve, identification: Identification) -> Plot:
     """Draw friction against velocity: the data cloud, the fitted law and its band."""
     kind = identification.log.kind
+    also = " and offset" if "offset" in identification.estimate.parameters else ""
     stride = max(1, math.ceil(curve.velocity.size / _CLOUD))
     cloud: Trace = {
         "type": "scatter",
@@ -84,14 +84,14 @@ def curve_plot(curve: FrictionCurve, identification: Identification) -> Plot:
             line(
                 curve.fitted_velocity,
                 curve.fitted_friction,
-                name="fitted law with offset",
+                name="fitted law" + also.replace("and", "with"),
                 colour=BLUE,
                 width=2.4,
             ),
         ],
         layout=layout(
             x=axis(axis_title("velocity", kind)),
-            y=[axis(f"friction and offset [{unit_text(unit_of('effort', kind))}]")],
+            y=[axis(f"friction{also} [{unit_text(unit_of('effort', kind))}]")],
             hovermode="closest",
         ),
         height=420,
@@ -101,6 +101,7 @@ def curve_plot(curve: FrictionCurve, identification: Identification) -> Plot:
 def balance_plot(energy: EnergyBalance, identification: Identification) -> Plot:
     """Draw where the input energy went, and what was dissipated against what the law explains."""
     kind = identification.log.kind
+    also = " and offset" if "offset" in identification.estimate.parameters else ""
     upper = [
         line(energy.time, energy.input, name="input", colour=ORANGE),
         line(energy.time, energy.kinetic, name="kinetic", colour=SKY),
@@ -139,9 +140,10 @@ def balance_plot(energy: EnergyBalance, identification: Identification) -> Plot:
         ),
         caption=(
             "Above, where the input energy is stored. Below, what is left of it when kinetic and "
-            "potential energy are taken off (measured) and what the fitted friction and offset "
-            "take (explained). The two should lie on each other; a gap that grows with time is "
-            "dissipation that the law does not know, or a wrong mass or effort scale."
+            f"potential energy are taken off (measured) and what the fitted friction{also} "
+            f"{'take' if also else 'takes'} (explained). The two should lie on each other; a gap "
+            "that grows with time is dissipation that the law does not know, or a wrong mass or "
+            "effort scale."
         ),
         traces=[*upper, *lower],
         layout=layout(
@@ -161,15 +163,15 @@ def evolution_plots(
     """Draw how each estimate settles, with its band, and the true value where it is known."""
     plots: list[Plot] = []
     for name, values in evolution.values.items():
-        stds = evolution.stds[name]
+        widths = _interval_factor(estimate.parameters[name]) * evolution.stds[name]
         label = parameter_label(name)
         true_value = None if truth is None else truth.get(name)
         unit = unit_text(unit_of(name, estimate.kind))
         traces = [
             *band(
                 evolution.time,
-                values - _NORMAL_95 * stds,
-                values + _NORMAL_95 * stds,
+                values - widths,
+                values + widths,
                 name="95 % interval",
             ),
             line(evolution.time, values, name="estimate", colour=BLUE, width=2.2),
@@ -198,7 +200,7 @@ def evolution_plots(
                     y=[
                         axis(
                             f"{symbol(name)} [{unit}]",
-                            **_settled_range(values, stds, true_value),
+                            **_settled_range(values, widths, true_value),
                         )
                     ],
                 ),
@@ -251,9 +253,9 @@ def residual_plots(residuals: Residuals, identification: Identification) -> list
         ),
         caption=(
             f"A white residual stays inside the shaded band at 95 % of the lags; here "
-            f"{1 - outside:.0%} do. Where it does not, samples repeat one another, and the "
-            "intervals above are computed from this autocorrelation instead of assuming that "
-            "every sample is news."
+            f"{1 - outside:.0%} do. Where it does not, samples repeat one another. The intervals "
+            "above allow for that: they are computed from how slowly the residual varies along "
+            "with the motion, and do not assume that every sample is news."
         ),
         traces=[
             *band(
@@ -323,12 +325,20 @@ def _stems(x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"]) -> Trace:
     }
 
 
+def _interval_factor(parameter: ParameterEstimate) -> float:
+    """Return how many standard deviations the estimate's own 95 % interval reaches to each side."""
+    if parameter.ci95 is None or not parameter.std:
+        return math.nan
+    low, high = parameter.ci95
+    return (high - low) / 2 / parameter.std
+
+
 def _settled_range(
-    values: Float[np.ndarray, " n"], stds: Float[np.ndarray, " n"], true_value: float | None
+    values: Float[np.ndarray, " n"], widths: Float[np.ndarray, " n"], true_value: float | None
 ) -> dict[str, list[float]]:
     """Choose a vertical range that shows how the estimate settles, not its first wild guesses."""
     later = slice(values.size // 4, None)
-    settled = values[later], (values - _NORMAL_95 * stds)[-1:], (values + _NORMAL_95 * stds)[-1:]
+    settled = values[later], (values - widths)[-1:], (values + widths)[-1:]
     shown = np.concatenate([*settled, [] if true_value is None else [true_value]])
     shown = shown[np.isfinite(shown)]
     if not shown.size:

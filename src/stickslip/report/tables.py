@@ -10,9 +10,11 @@ from stickslip.records import (
     Identification,
     ParameterEstimate,
     Status,
+    in_words,
     parameter_label,
     rounded,
     rounded_interval,
+    share_text,
     unit_of,
     unit_text,
 )
@@ -42,7 +44,8 @@ def header(identification: Identification) -> str:
         if not verdict.identifiable:
             grouped.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter))
     reasons = "".join(
-        f"<li>{', '.join(names)}: {_escape(reason)}</li>" for reason, names in grouped.items()
+        f"<li>{', '.join(names)}: {_escape(in_words(reason))}</li>"
+        for reason, names in grouped.items()
     )
     listed = f"<ul>{reasons}</ul>" if reasons else ""
     return (
@@ -107,10 +110,12 @@ def parameters(identification: Identification) -> str:
         cells = _parameter_cells(parameter)
         if truth is not None:
             cells.append(("True (error)", "number", _true_value(parameter, truth.get(name))))
-        if parameter.identified and (verdict is None or verdict.identifiable):
+        if estimate.status is Status.UNPHYSICAL and _impossible(parameter):
+            word = "<span>unphysical: it cannot be negative</span>"
+        elif parameter.identified and (verdict is None or verdict.identifiable):
             word = '<span class="mark-yes">✓ identified</span>'
         else:
-            reason = "" if verdict is None else f": {_escape(verdict.reason)}"
+            reason = "" if verdict is None else f": {_escape(in_words(verdict.reason))}"
             word = f'<span><span class="mark-no">✗ not identified</span>{reason}</span>'
         cells.append(("Verdict", "", word))
         row = "".join(
@@ -125,6 +130,11 @@ def parameters(identification: Identification) -> str:
         "offset − friction(velocity). Intervals allow for correlated residuals.</caption>\n"
         f"<thead><tr>{columns}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody></table>\n"
     )
+
+
+def _impossible(parameter: ParameterEstimate) -> bool:
+    """Return whether a value is negative that cannot be."""
+    return parameter.name != "offset" and parameter.value is not None and parameter.value <= 0
 
 
 def _parameter_cells(parameter: ParameterEstimate) -> list[tuple[str, str, str]]:
@@ -155,7 +165,7 @@ def provenance(identification: Identification) -> str:
     log, estimate = identification.log, identification.estimate
     parts: list[str] = []
     if estimate.diagnostics.notes:
-        parts.append("<h3>Notes</h3>\n" + _list(estimate.diagnostics.notes))
+        parts.append("<h3>Notes</h3>\n" + _list(tuple(map(in_words, estimate.diagnostics.notes))))
     if estimate.provenance.assumptions:
         parts.append(
             "<h3>Assumed in reading the log</h3>\n" + _list(estimate.provenance.assumptions)
@@ -171,7 +181,7 @@ def provenance(identification: Identification) -> str:
         ("Duration", f"{_duration(log):.6g} s"),
         (
             "Sampling time",
-            f"{log.sampling_time:.6g} s, jitter at most {log.timing_jitter:.2%} of it",
+            f"{log.sampling_time:.6g} s, jitter at most {share_text(log.timing_jitter)} of it",
         ),
         (
             "Range of motion",
