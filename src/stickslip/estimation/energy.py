@@ -1,7 +1,7 @@
 """The energy-based estimator of Coulomb and viscous friction (report part A chapters 3 and 4)."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -23,6 +23,7 @@ from stickslip.estimation.printed_balance import printed_regression
 from stickslip.estimation.recursion import VALUES, covariance_in
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.resampling import resampled
+from stickslip.estimation.sensor_noise import chosen_cutoff
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
@@ -70,7 +71,7 @@ class EnergyEstimator:
         Whether a constant offset is estimated; None does unless ``per_direction``.
     cutoff
         Of the low-pass that smooths what is noisy [Hz]; None takes a tenth of the sampling rate and
-        at most 100 Hz.
+        at most 100 Hz, and `fit` less where velocities from noisy positions need it.
     filter_order
         Of one pass of that low-pass.
     variant
@@ -227,12 +228,24 @@ class EnergyEstimator:
             As `fit` does.
         """
         check_excited(log)
+        settled, log, changes = self._settled(log)
+        return settled._regression(log, changes)
+
+    def _settled(self, log: AxisLog) -> tuple["EnergyEstimator", AxisLog, tuple[str, ...]]:
+        """Return the estimator with its cutoff chosen, the log as it is used, and notes on both."""
         log, changes = resampled(log)
+        if self.variant == "report":
+            return self, log, changes
+        arm = self.load_inertia is not None
+        low_pass = self._low_pass(log.sampling_time)
+        log, wrong = without_wrong_velocity(log, low_pass, load=arm)
+        if self.cutoff is not None:
+            return self, log, (*changes, *wrong)
+        cutoff, lowered = chosen_cutoff(log, low_pass, _LEAST_ROWS, load=arm)
+        return replace(self, cutoff=cutoff), log, (*changes, *wrong, *lowered)
+
+    def _regression(self, log: AxisLog, changes: tuple[str, ...]) -> Regression:
         T = log.sampling_time
-        if self.variant == "held_effort":
-            arm = self.load_inertia is not None
-            log, late = without_wrong_velocity(log, self._low_pass(T), load=arm)
-            changes += late
         size, least = self._block_size(T), self._least_samples(T)
         parts = [part for part in log.segments() if len(part) >= least]
         if not parts:
@@ -300,13 +313,11 @@ class EnergyEstimator:
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
-        log, _ = resampled(log)
+        settled, log, _ = self._settled(log)
         T = log.sampling_time
-        arm = self.load_inertia is not None
-        log, _ = without_wrong_velocity(log, self._low_pass(T), load=arm)
-        parts = [part for part in log.segments() if len(part) >= self._least_samples(T)]
-        noise = self._noise(parts, T)
-        low_pass = self._low_pass(T)
+        parts = [part for part in log.segments() if len(part) >= settled._least_samples(T)]
+        noise = settled._noise(parts, T)
+        low_pass = settled._low_pass(T)
         return [(energy_levels(part, self.model, low_pass, noise, T), part) for part in parts]
 
     def _low_pass(self, sampling_time: float) -> LowPass:

@@ -15,6 +15,7 @@ from stickslip.estimation.kinematics import (
     rests,
     slow_speed,
 )
+from stickslip.estimation.sensor_noise import position_noise
 from stickslip.records import AxisLog
 
 __all__ = ["MotionNoise", "ObservedMotion", "fuse", "largest_noise", "motion_noise", "observe"]
@@ -108,8 +109,8 @@ def motion_noise(
     sampling_time
         [s].
     """
-    sw = noise_level(position)
     if velocity is None:
+        sw = position_noise(position)
         return MotionNoise(
             position=sw,
             velocity=0.0,
@@ -117,7 +118,7 @@ def motion_noise(
             smooth_velocity=sw * low_pass.noise_gain(sampling_time, derivatives=1),
             noisy=False,
         )
-    sv = noise_level(velocity)
+    sw, sv = noise_level(position), noise_level(velocity)
     most_sw, most_sv = largest_noise(position, velocity, sampling_time)
     harmless = HARMLESS * float(np.sqrt(np.mean(velocity**2)))
     smoothing_pays = sv <= CERTIFIED * most_sv or most_sv > harmless
@@ -229,6 +230,10 @@ def observe(
     largest = float(np.max(np.abs(smooth)))
     threshold = slow_speed(largest, noise.smooth_velocity)
     least = round(REST_PERIODS / (low_pass.cutoff * T))
+    resting = rests(smooth, threshold, least)
+    if log.measured_velocity is None:
+        # The same noise is in both ends of a sample, so its square is in their product
+        squared -= np.where(resting[:-1], 0.0, T * noise.smooth_velocity**2)
     return ObservedMotion(
         position=x,
         velocity=v,
@@ -236,5 +241,5 @@ def observe(
         direction=direction,
         path=path,
         velocity_squared=squared,
-        resting=rests(smooth, threshold, least),
+        resting=resting,
     )

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.kinematics import slow_speed
+from stickslip.estimation.sensor_noise import encoder_step
 from stickslip.records import AxisKind
 
 __all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
@@ -70,14 +71,13 @@ def summarise_motion(
     moving = v[np.abs(v) >= slow_speed(largest, noise[1])]
     speed = np.abs(moving)
     variance = max(float(np.var(speed)) - noise[1] ** 2, 0.0) if speed.size else 0.0
-    steps = np.diff(np.unique(x))
     return MotionSummary(
         largest_speed=largest,
         speed_noise=noise[1],
         forward_travel=float(np.sum(moving[moving > 0])) * sampling_time,
         backward_travel=-float(np.sum(moving[moving < 0])) * sampling_time,
         position_range=float(np.ptp(x)),
-        position_noise=max(noise[0], float(np.min(steps)) if steps.size else 0.0),
+        position_noise=max(noise[0], *(encoder_step(part) for part in positions)),
         speed_variation=float(np.sqrt(variance) / np.mean(speed)) if speed.size else 0.0,
     )
 
