@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import jaxtyping
+import pooch
 import pytest
 from hypothesis import settings
 
 _ROOT = Path(__file__).parents[1]
-_PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout"
+_PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout, then the user's cache"
 
 # The same examples in every run, and no deadline: a first call may compile.
 settings.register_profile("stickslip", derandomize=True, deadline=None)
@@ -44,7 +45,8 @@ def without_shape_checks() -> Iterator[None]:
 @pytest.fixture(scope="session")
 def benchmark_data() -> Callable[[str], Path]:
     """Return a function that finds a benchmark file or folder, or skips the test with a reason."""
-    roots = [_ROOT.parent / "shared" / "data"]
+    cache = Path(pooch.os_cache("stickslip"))  # where `stickslip data` puts what it fetches
+    roots = [_ROOT.parent / "shared" / "data", cache]
     if "STICKSLIP_DATA" in os.environ:
         roots.insert(0, Path(os.environ["STICKSLIP_DATA"]))
 

@@ -53,7 +53,7 @@ def test_fetched_once_and_said(registered, caplog):
     with caplog.at_level(logging.WARNING, logger="stickslip"):
         folder = find_benchmark("stage")
     assert {path.name: path.read_bytes() for path in folder.iterdir()} == CONTENT
-    assert [record.getMessage().split()[0] for record in caplog.records] == ["fetching"] * 2
+    assert [record.getMessage().split()[0] for record in caplog.records] == ["fetched"] * 2
     for path in registered.iterdir():
         path.unlink()
     assert find_benchmark("stage") == folder
@@ -80,13 +80,14 @@ def test_no_such_page(registered):
         find_benchmark("stage")
 
 
-def test_no_network(registered, monkeypatch):
+def test_no_network(registered, monkeypatch, caplog):
     closed = benchmarks._Benchmark(
         address="http://127.0.0.1:1/", files=benchmarks._BENCHMARKS["stage"].files
     )
     monkeypatch.setattr(benchmarks, "_BENCHMARKS", {"stage": closed})
     with pytest.raises(InputError, match=r"cannot be fetched from http.*put it by hand into "):
         find_benchmark("stage")
+    assert caplog.records == [], "a refusal is one line"
 
 
 def test_a_folder_of_ones_own_comes_first(registered, tmp_path, monkeypatch):
@@ -100,7 +101,24 @@ def test_a_folder_of_ones_own_comes_first(registered, tmp_path, monkeypatch):
     with pytest.raises(InputError, match=r"one\.mat: the file is not the published one"):
         find_benchmark("stage")
     (own / "one.mat").unlink()
+    with pytest.raises(InputError, match=r"one\.mat: there is no such file.*unset STICKSLIP_DATA"):
+        find_benchmark("stage")
+    (own / "two.mat").unlink()
+    own.rmdir()
     assert find_benchmark("stage") != own
+
+
+def test_a_folder_of_ones_own_that_is_not_there(registered, tmp_path, monkeypatch):
+    for place in (tmp_path / "nowhere", tmp_path / "published" / "one.mat"):
+        monkeypatch.setenv("STICKSLIP_DATA", str(place))
+        with pytest.raises(InputError, match=r"STICKSLIP_DATA names no folder; correct it"):
+            find_benchmark("stage")
+
+
+def test_a_cache_that_cannot_be_written(registered, tmp_path):
+    (tmp_path / "cache").write_text("a file where the cache's folder would be")
+    with pytest.raises(InputError, match=r"the cache of data sets cannot be made \(.*; make that"):
+        find_benchmark("stage")
 
 
 def test_an_unknown_data_set():

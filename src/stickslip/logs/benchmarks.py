@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from types import MappingProxyType
 
+from stickslip.outputs import check_output
 from stickslip.records import InputError
 
 __all__ = ["find_benchmark"]
@@ -71,7 +72,8 @@ def find_benchmark(name: str) -> Path:
     Raises
     ------
     InputError
-        If there is no such data set, if a file found is another one, or if it cannot be fetched.
+        If there is no such data set, if a file found is another one, or if it cannot be fetched
+        or kept.
     """
     if name not in _BENCHMARKS:
         raise InputError(
@@ -79,8 +81,14 @@ def find_benchmark(name: str) -> Path:
         )
     benchmark = _BENCHMARKS[name]
     if place := os.environ.get(_PLACE):
+        if not Path(place).is_dir():
+            raise InputError(
+                f"the environment variable {_PLACE} names no folder",
+                where=place,
+                remedy="correct it, or unset it",
+            )
         folder = Path(place) / name
-        if all((folder / file).is_file() for file in benchmark.files):
+        if folder.exists():
             for file, digest in benchmark.files.items():
                 _check(folder / file, digest)
             return folder
@@ -92,10 +100,17 @@ def _digest(path: Path) -> str:
 
 
 def _check(path: Path, digest: str) -> None:
+    if not path.is_file():
+        raise InputError(
+            f"there is no such file, and the data set has one (looked in {_PLACE})",
+            where=str(path),
+            remedy=f"copy it there, or unset {_PLACE}",
+        )
     found = _digest(path)
     if found != digest:
         raise InputError(
-            f"the file is not the published one: its sha256 is {found}, not {digest}",
+            f"the file is not the published one: it has {path.stat().st_size} bytes with the "
+            f"sha256 {found}, not {digest}",
             where=str(path),
             remedy="remove it, or copy it again",
         )
@@ -111,7 +126,7 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
         address = benchmark.address + file
         if (folder / file).is_file() and _digest(folder / file) == digest:
             continue
-        _logger.warning("fetching %s", address)
+        _check_cache(folder, file)
         try:
             pooch.retrieve(address, known_hash=f"sha256:{digest}", fname=file, path=folder)
         except (OSError, ValueError) as error:  # no network or no such page; another file's hash
@@ -125,4 +140,18 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
                 remedy=f"put it by hand into {folder}, or into a folder {name!r} inside the folder "
                 f"that the environment variable {_PLACE} names",
             ) from error
+        _logger.warning("fetched %s", address)
     return folder
+
+
+def _check_cache(folder: Path, file: str) -> None:
+    """Find out that nothing can be written to the cache before anything is fetched for it."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(
+            f"the cache of data sets cannot be made ({error.strerror or type(error).__name__})",
+            where=str(folder),
+            remedy=f"make that folder, or put the data set into one that {_PLACE} names",
+        ) from error
+    check_output(folder / file, what="the cache of data sets")
