@@ -64,6 +64,15 @@ def test_a_long_rest_changes_nothing(factor: float, velocity: str) -> None:
     np.testing.assert_allclose(history[-1], TRUTH, rtol=0.01)
 
 
+def test_noise_of_the_velocity_adds_no_way_in_a_rest() -> None:
+    """Noise of 10 mm/s changes the sign of the velocity at every other sample of a rest."""
+    sensors = Sensors(position_noise=1e-6, velocity_noise=1e-2)
+    log = sensors.measure(MOVE_REST_MOVE, np.random.default_rng(0))
+    estimator = EnergyEstimator(inertia=TRUTH[0], offset=False)
+    _, history = estimator.run(estimator.init(sampling_time=T), log)
+    np.testing.assert_allclose(history[-1], TRUTH[1:], rtol=0.05)
+
+
 @pytest.mark.parametrize("factor", [1.0, 0.99])
 def test_noise_before_the_first_motion_teaches_nothing(factor: float) -> None:
     motion = moved(TRUTH, np.concatenate([np.zeros(20_000), swing(5000)]))

@@ -199,7 +199,8 @@ def _held_step(
         least = s[HYSTERESIS] * sw * np.sqrt(gain)
         dz = z - z0
         way = s[WAY] * dz
-        noisy = least > 0.5 * T * (abs(v0) + abs(v))
+        # The sign of a velocity means something only beyond its own noise and that of the position
+        noisy = max(least, s[HYSTERESIS] * T * sv) > 0.5 * T * (abs(v0) + abs(v))
         if s[WAY] == 0.0:
             if abs(z - s[EXTREME]) > least:
                 s[WAY] = 1.0 if z > s[EXTREME] else -1.0
