@@ -30,8 +30,9 @@ def write_csv(log: AxisLog, path: str | Path) -> None:
     Examples
     --------
     >>> from tempfile import TemporaryDirectory
-    >>> log = AxisLog(name="stage", kind="linear", time=[0.0, 0.1], effort=[1.0, 1.0],
-    ...               measured_position=[0.0, 0.005])
+    >>> import numpy as np
+    >>> log = AxisLog(name="stage", kind="linear", time=np.array([0.0, 0.1]), effort=np.ones(2),
+    ...               measured_position=np.array([0.0, 0.005]))
     >>> with TemporaryDirectory() as folder:
     ...     write_csv(log, Path(folder, "stage.csv"))
     ...     print(Path(folder, "stage.csv").read_text())

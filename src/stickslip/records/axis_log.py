@@ -75,8 +75,8 @@ class AxisLog:
 
     Examples
     --------
-    >>> log = AxisLog(name="stage", kind="linear", time=[0.0, 0.1, 0.2], effort=[1.0, 1.0, 0.0],
-    ...               measured_position=[0.0, 0.005, 0.02])
+    >>> log = AxisLog(name="stage", kind="linear", time=np.array([0.0, 0.1, 0.2]),
+    ...               effort=np.ones(3), measured_position=np.array([0.0, 0.005, 0.02]))
     >>> round(log.sampling_time, 6), len(log)
     (0.1, 3)
     """
