@@ -190,8 +190,7 @@ class EnergyEstimator:
     @property
     def terms(self) -> FrictionTerms:
         """The friction parameters that are estimated."""
-        offset = not self.per_direction if self.offset is None else self.offset
-        return FrictionTerms(per_direction=self.per_direction, offset=offset)
+        return FrictionTerms.asked(per_direction=self.per_direction, offset=self.offset)
 
     @property
     def model(self) -> AxisModel:

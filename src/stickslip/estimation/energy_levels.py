@@ -17,7 +17,7 @@ from stickslip.estimation.regression import least_squares
 from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, InputError
 
-__all__ = ["AxisModel", "EnergyLevels", "energy_levels", "summed"]
+__all__ = ["AxisModel", "EnergyLevels", "energy_levels", "load_position", "summed"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -173,15 +173,26 @@ def energy_levels(
     )
 
 
-def _load_motion(part: AxisLog, low_pass: LowPass, sampling_time: float) -> LoadMotion:
-    T = sampling_time
-    position, velocity = part.measured_load_position, part.measured_load_velocity
-    if position is None:
+def load_position(log: AxisLog) -> Float[np.ndarray, " n"]:
+    """Return the measured position of the load [m or rad].
+
+    Raises
+    ------
+    InputError
+        If the log does not hold it.
+    """
+    if log.measured_load_position is None:
         raise InputError(
             "the log holds no position of the load, which a flexible arm needs",
-            where=part.name,
+            where=log.name,
             remedy="map the load's position, or leave out load inertia and stiffness",
         )
+    return log.measured_load_position
+
+
+def _load_motion(part: AxisLog, low_pass: LowPass, sampling_time: float) -> LoadMotion:
+    T = sampling_time
+    position, velocity = load_position(part), part.measured_load_velocity
     noise = motion_noise(position, velocity, low_pass, T)
     if velocity is None:
         position = low_pass.apply(position, T)

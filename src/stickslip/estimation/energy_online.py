@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation import recursion
-from stickslip.estimation.energy_levels import AxisModel
+from stickslip.estimation.energy_levels import AxisModel, load_position
 from stickslip.estimation.observation import HYSTERESIS
 from stickslip.estimation.recursion import VALUES
 from stickslip.estimation.streaming import energy_run, energy_step
@@ -178,12 +178,7 @@ def take_log(
             remedy="make the state with init(velocity_measured=False)",
         )
     if state[recursion.STIFFNESS] > 0.0:
-        if log.measured_load_position is None:
-            raise InputError(
-                "the log holds no position of the load, which a flexible arm needs",
-                where=log.name,
-                remedy="map the load's position, or leave out load inertia and stiffness",
-            )
+        load_position(log)
         if log.measured_load_velocity is None and not derived:
             raise InputError(
                 "the log holds no velocity of the load, the state was made for a measured one",

@@ -5,10 +5,10 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy_levels import AxisModel, summed
+from stickslip.estimation.energy_levels import AxisModel, load_position, summed
 from stickslip.estimation.kinematics import LowPass, central_difference
 from stickslip.estimation.regression import Regression, summarise_motion
-from stickslip.records import AxisLog, InputError
+from stickslip.records import AxisLog
 
 __all__ = ["printed_regression", "printed_rows"]
 
@@ -40,13 +40,7 @@ def printed_rows(
         v = central_difference(low_pass.apply(x, T), T)
     stored = np.zeros(len(part)) if model.inertia is None else 0.5 * model.inertia * v**2
     if model.load_inertia is not None and model.stiffness is not None:
-        x2, v2 = part.measured_load_position, part.measured_load_velocity
-        if x2 is None:
-            raise InputError(
-                "the log holds no position of the load, which a flexible arm needs",
-                where=part.name,
-                remedy="map the load's position, or leave out load inertia and stiffness",
-            )
+        x2, v2 = load_position(part), part.measured_load_velocity
         if v2 is None:
             v2 = central_difference(low_pass.apply(x2, T), T)
         stored = stored + 0.5 * model.load_inertia * v2**2

@@ -48,6 +48,13 @@ class FrictionTerms:
                 remedy="ask for one of them",
             )
 
+    @classmethod
+    def asked(cls, *, per_direction: bool, offset: bool | None) -> "FrictionTerms":
+        """Return the terms a user asks for; None takes an offset unless ``per_direction``."""
+        return cls(
+            per_direction=per_direction, offset=not per_direction if offset is None else offset
+        )
+
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters in the order of the columns."""

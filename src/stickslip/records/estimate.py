@@ -1,5 +1,6 @@
 """The result of an estimator: values, intervals, and what they are worth."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
@@ -118,9 +119,9 @@ class ParameterEstimate:
 
     @property
     def quantile(self) -> float:
-        """Half of the 95 % interval over the standard deviation [-]; 0 if there is neither."""
+        """Half of the 95 % interval over the standard deviation [-]; NaN if there is neither."""
         if self.ci95 is None or not self.std:
-            return 0.0
+            return math.nan
         return (self.ci95[1] - self.ci95[0]) / (2.0 * self.std)
 
 

@@ -12,7 +12,6 @@ from stickslip.records import (
     FrictionCurve,
     FrictionEstimate,
     Identification,
-    ParameterEstimate,
     Residuals,
     Resimulation,
     parameter_label,
@@ -163,7 +162,7 @@ def evolution_plots(
     """Draw how each estimate settles, with its band, and the true value where it is known."""
     plots: list[Plot] = []
     for name, values in evolution.values.items():
-        widths = _interval_factor(estimate.parameters[name]) * evolution.stds[name]
+        widths = estimate.parameters[name].quantile * evolution.stds[name]
         label = parameter_label(name)
         true_value = None if truth is None else truth.get(name)
         unit = unit_text(unit_of(name, estimate.kind))
@@ -323,14 +322,6 @@ def _stems(x: Float[np.ndarray, " n"], y: Float[np.ndarray, " n"]) -> Trace:
         "connectgaps": False,
         "line": {"color": INK, "width": 1.5},
     }
-
-
-def _interval_factor(parameter: ParameterEstimate) -> float:
-    """Return how many standard deviations the estimate's own 95 % interval reaches to each side."""
-    if parameter.ci95 is None or not parameter.std:
-        return math.nan
-    low, high = parameter.ci95
-    return (high - low) / 2 / parameter.std
 
 
 def _settled_range(
