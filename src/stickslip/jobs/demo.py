@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip.jobs import surrogate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import write_json
 from stickslip.logs import LogSchema, read_log, write_csv
@@ -12,19 +13,6 @@ from stickslip.records import Identification, InputError
 from stickslip.report import write_report
 
 __all__ = ["Demonstration", "demonstrate"]
-
-# The report's table of parameters is lost; these surrogate values reproduce what its text says of
-# the motion. Masses [kg], stiffness [N/m], friction [N, N s/m], times [s], noise [m, m/s].
-_MASS_1 = _MASS_2 = 1.0
-_STIFFNESS = 1.0
-_COULOMB_FRICTION = 0.15
-_VISCOUS_FRICTION = 0.1
-_EFFORT = 1.0
-_SWITCHING_TIME = 5.0
-_DURATION = 60.0
-_SAMPLING_TIME = 0.01
-_POSITION_NOISE = 0.005
-_VELOCITY_NOISE = 0.05
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -77,43 +65,28 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
             where=str(place),
             remedy="choose a folder you may write to",
         ) from error
-    # Imported here, as the compiler behind them takes a second to load.
-    from stickslip.friction import CoulombViscousFriction
-    from stickslip.plants import FlexibleArm
-    from stickslip.simulation import Sensors, simulate
+    # Imported here, as the compiler behind it takes a second to load.
+    from stickslip.simulation import simulate
 
-    law = CoulombViscousFriction.symmetric(
-        coulomb_friction=_COULOMB_FRICTION, viscous_friction=_VISCOUS_FRICTION
+    motion = simulate(
+        surrogate.surrogate_arm(),
+        surrogate.bang_bang_effort(),
+        sampling_time=surrogate.SAMPLING_TIME,
     )
-    arm = FlexibleArm(mass_1=_MASS_1, mass_2=_MASS_2, stiffness=_STIFFNESS, friction=law)
-    held = round(_SWITCHING_TIME / _SAMPLING_TIME)
-    effort = np.zeros(round(_DURATION / _SAMPLING_TIME))
-    effort[:held] = _EFFORT
-    effort[held : 2 * held] = -_EFFORT
-    motion = simulate(arm, effort, sampling_time=_SAMPLING_TIME)
-    sensors = Sensors(position_noise=_POSITION_NOISE, velocity_noise=_VELOCITY_NOISE)
+    sensors = surrogate.surrogate_sensors()
     log_file = place / "surrogate_arm.csv"
     write_csv(sensors.measure(motion, np.random.default_rng(seed)), log_file)
     # Read back what was written: the demonstration takes the way that a user's log takes.
     log = read_log(log_file, LogSchema(name="Surrogate arm (simulated)"))
     identification = identify(
         log,
-        inertia=_MASS_1,
-        load_inertia=_MASS_2,
-        stiffness=_STIFFNESS,
-        truth={
-            "coulomb_friction": _COULOMB_FRICTION,
-            "viscous_friction": _VISCOUS_FRICTION,
-            "offset": 0.0,
-        },
+        inertia=surrogate.MASS_1,
+        load_inertia=surrogate.MASS_2,
+        stiffness=surrogate.STIFFNESS,
+        truth={**surrogate.TRUTH, "offset": 0.0},
     )
     return Demonstration(
-        setting=(
-            f"Simulated with surrogate values: masses {_MASS_1:g} and {_MASS_2:g} kg, spring "
-            f"{_STIFFNESS:g} N/m (known to the estimator); Coulomb friction "
-            f"{_COULOMB_FRICTION:g} N, viscous friction {_VISCOUS_FRICTION:g} N s/m (to be found); "
-            f"sensor noise {_POSITION_NOISE:g} m and {_VELOCITY_NOISE:g} m/s."
-        ),
+        setting=f"Simulated with surrogate values: {surrogate.SETTING}.",
         identification=identification,
         log_file=log_file,
         json_file=write_json(identification.estimate.to_dict(), place / "estimate.json"),
