@@ -3,7 +3,6 @@
 import html
 import json
 from collections.abc import Iterable, Mapping
-from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ from stickslip.report.figures import (
     residual_plots,
     resimulation_plot,
 )
+from stickslip.report.sheet import contents, head, section, template
 
 __all__ = ["write_report"]
 
@@ -66,23 +66,17 @@ def _page(identification: Identification) -> Iterable[str]:
     sections = [(anchor, name, lead, drawn) for anchor, name, lead, drawn in every if drawn]
     missing = [name for _, name, _, drawn in every if not drawn]
     plots = [plot for _, _, _, drawn in sections for plot in drawn]
-    title = html.escape(identification.log.name)
-    yield (
-        '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
-        f'<meta http-equiv="Content-Security-Policy" content="{_POLICY}">\n'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
-        f"<title>Friction of {title}</title>\n<style>\n{_template('page.css')}</style>\n"
-        "</head>\n<body>\n"
-    )
+    yield head(f"Friction of {identification.log.name}", policy=_POLICY)
     yield tables.header(identification)
-    yield _contents([(anchor, name) for anchor, name, _, _ in sections])
+    named = [(anchor, name) for anchor, name, _, _ in sections]
+    yield contents([("parameters", "Parameters"), *named, ("provenance", "Provenance")])
     yield "<main>\n"
-    yield _section("parameters", "Parameters", tables.parameters(identification))
+    yield section("parameters", "Parameters", tables.parameters(identification))
     for anchor, name, lead, drawn in sections:
-        yield _section(anchor, name, _figures(anchor, lead, drawn))
+        yield section(anchor, name, _figures(anchor, lead, drawn))
     if missing:
         yield f'<p class="missing">{_NOT_DRAWN}{", ".join(missing).lower()}.</p>\n'
-    yield _section("provenance", "Notes and provenance", tables.provenance(identification))
+    yield section("provenance", "Notes and provenance", tables.provenance(identification))
     yield "</main>\n"
     yield tables.footer(identification)
     yield (
@@ -91,7 +85,7 @@ def _page(identification: Identification) -> Iterable[str]:
     )
     yield f'<script type="application/json" id="plots">{_drawings(plots)}</script>\n'
     yield f"<script>{get_plotlyjs()}</script>\n"
-    yield f"<script>{_template('page.js')}</script>\n</body>\n</html>\n"
+    yield f"<script>{template('page.js')}</script>\n</body>\n</html>\n"
 
 
 _Section = tuple[str, str, str, list[Plot] | None]
@@ -139,16 +133,6 @@ def _sections(identification: Identification) -> list[_Section]:
     ]
 
 
-def _contents(sections: list[tuple[str, str]]) -> str:
-    listed = [("parameters", "Parameters"), *sections, ("provenance", "Provenance")]
-    items = "".join(f'<li><a href="#{anchor}">{name}</a></li>' for anchor, name in listed)
-    return f'<nav class="contents" aria-label="Contents"><ul>{items}</ul></nav>\n'
-
-
-def _section(anchor: str, name: str, body: str) -> str:
-    return f'<section id="{anchor}">\n<h2>{name}</h2>\n{body}</section>\n'
-
-
 def _figures(anchor: str, lead: str, drawn: list[Plot]) -> str:
     opening = f'<p class="lead">{lead}</p>\n' if lead else ""
     if anchor != "evolution":
@@ -175,7 +159,3 @@ def _drawings(plots: Iterable[Plot]) -> str:
     }
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
     return text.replace("<", "\\u003c")
-
-
-def _template(name: str) -> str:
-    return files("stickslip.report").joinpath("template", name).read_text(encoding="utf-8")
