@@ -6,9 +6,14 @@ Run it: python examples/02_stop_short.py
 
 from dataclasses import dataclass
 
-from stickslip import CoulombViscousFriction, Sensors, SingleMass, simulate_closed_loop
+from stickslip import (
+    CoulombViscousFriction,
+    Sensors,
+    SensorSample,
+    SingleMass,
+    simulate_closed_loop,
+)
 from stickslip.compiled import compiled
-from stickslip.simulation import SensorSample
 
 TARGET, KP, KD = 0.01, 20_000.0, 2_500.0  # m, N/m, N s/m
 

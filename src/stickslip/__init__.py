@@ -7,27 +7,51 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
+    from stickslip.control import (
+        PD,
+        FeedbackController,
+        FrictionCompensation,
+        Move,
+        Notch,
+        OnlineFriction,
+        PointToPoint,
+    )
     from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
     from stickslip.friction import CoulombViscousFriction
     from stickslip.jobs import identify
     from stickslip.logs import LogSchema, log_from_frame, read_log, write_csv
     from stickslip.plants import FlexibleArm, SingleMass
-    from stickslip.records import AxisLog, FrictionEstimate, Identification, InputError, Status
+    from stickslip.records import (
+        AxisLog,
+        FrictionEstimate,
+        Identification,
+        InputError,
+        SensorSample,
+        Status,
+    )
     from stickslip.report import write_report
     from stickslip.simulation import Sensors, simulate, simulate_batch, simulate_closed_loop
 
 __version__ = "0.1.0"
 
 __all__ = [
+    "PD",
     "AxisLog",
     "CoulombViscousFriction",
     "EnergyEstimator",
+    "FeedbackController",
     "FlexibleArm",
+    "FrictionCompensation",
     "FrictionEstimate",
     "Identification",
     "IdimLeastSquares",
     "InputError",
     "LogSchema",
+    "Move",
+    "Notch",
+    "OnlineFriction",
+    "PointToPoint",
+    "SensorSample",
     "Sensors",
     "SingleMass",
     "Status",
@@ -44,12 +68,28 @@ __all__ = [
 ]
 
 _HOMES = {
+    "control": (
+        "PD",
+        "FeedbackController",
+        "FrictionCompensation",
+        "Move",
+        "Notch",
+        "OnlineFriction",
+        "PointToPoint",
+    ),
     "estimation": ("EnergyEstimator", "IdimLeastSquares", "examine"),
     "friction": ("CoulombViscousFriction",),
     "jobs": ("identify",),
     "logs": ("LogSchema", "log_from_frame", "read_log", "write_csv"),
     "plants": ("FlexibleArm", "SingleMass"),
-    "records": ("AxisLog", "FrictionEstimate", "Identification", "InputError", "Status"),
+    "records": (
+        "AxisLog",
+        "FrictionEstimate",
+        "Identification",
+        "InputError",
+        "SensorSample",
+        "Status",
+    ),
     "report": ("write_report",),
     "simulation": ("Sensors", "simulate", "simulate_batch", "simulate_closed_loop"),
 }

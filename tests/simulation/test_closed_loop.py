@@ -6,8 +6,8 @@ import pytest
 from stickslip.compiled import compiled
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import EventBudgetError, InputError
-from stickslip.simulation import Sensors, SensorSample, simulate_closed_loop
+from stickslip.records import EventBudgetError, InputError, SensorSample
+from stickslip.simulation import Sensors, simulate_closed_loop
 
 LAW = CoulombViscousFriction.symmetric(
     coulomb_friction=0.1, viscous_friction=0.05, static_friction=0.12

@@ -43,6 +43,7 @@ from stickslip.records.reproduction import (
     Reproduction,
     VariantScore,
 )
+from stickslip.records.sensor_sample import SensorSample
 from stickslip.records.wording import (
     count_of,
     in_words,
@@ -82,6 +83,7 @@ __all__ = [
     "Reproduction",
     "Residuals",
     "Resimulation",
+    "SensorSample",
     "Status",
     "StickslipError",
     "VariantScore",

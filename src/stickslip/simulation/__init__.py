@@ -4,7 +4,6 @@ from stickslip.simulation.batch import SimulatedBatch, simulate_batch
 from stickslip.simulation.closed_loop import (
     ClosedLoopRun,
     Controller,
-    SensorSample,
     simulate_closed_loop,
 )
 from stickslip.simulation.motion import SimulatedMotion
@@ -17,7 +16,6 @@ __all__ = [
     "Controller",
     "Noise",
     "PlantStepper",
-    "SensorSample",
     "Sensors",
     "SimulatedBatch",
     "SimulatedMotion",

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, Generic, NamedTuple, Protocol, TypeVar
+from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
 from numba.extending import is_jitted
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.plants import Plant, SingleMass
-from stickslip.records import AxisLog, InputError, unit_of
+from stickslip.records import AxisLog, InputError, SensorSample, unit_of
 from stickslip.simulation.arm_kernel import arm_step
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
@@ -19,23 +19,10 @@ from stickslip.simulation.sensors import Noise, Sensors
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.single_mass_kernel import mass_step
 
-__all__ = ["ClosedLoopRun", "Controller", "SensorSample", "simulate_closed_loop"]
+__all__ = ["ClosedLoopRun", "Controller", "simulate_closed_loop"]
 
 ControllerState = TypeVar("ControllerState")
 Vector = NDArray[np.float64]
-
-
-class SensorSample(NamedTuple):
-    """What a controller sees at a sample instant: sensor values, in SI units; never the truth.
-
-    A channel without a sensor is NaN.
-    """
-
-    time: float
-    measured_position: float
-    measured_velocity: float
-    measured_load_position: float
-    measured_load_velocity: float
 
 
 class Controller(Protocol[ControllerState]):

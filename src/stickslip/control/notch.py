@@ -1,0 +1,151 @@
+"""A notch: a second-order filter that takes out one frequency."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from stickslip.compiled import compiled
+from stickslip.records import InputError, non_negative, positive
+
+__all__ = ["Notch", "NotchCoefficients", "notch_step"]
+
+
+@compiled(inline=True)
+def notch_step(
+    b0: float, b1: float, b2: float, a1: float, a2: float, z1: float, z2: float, e: float
+) -> tuple[float, float, float]:
+    """Return output and memory of a second-order filter (transposed direct form II).
+
+    y(k) = b0 e(k) + z1(k), z1(k+1) = b1 e(k) - a1 y(k) + z2(k), z2(k+1) = b2 e(k) - a2 y(k).
+    """
+    y = b0 * e + z1
+    return y, b1 * e - a1 * y + z2, b2 * e - a2 * y
+
+
+class NotchCoefficients(NamedTuple):
+    """Of ``(b0 + b1/z + b2/z^2) / (1 + a1/z + a2/z^2)``; no unit.
+
+    Attributes
+    ----------
+    b0, b1, b2
+        Of the numerator [-].
+    a1, a2
+        Of the denominator [-].
+    """
+
+    b0: float
+    b1: float
+    b2: float
+    a1: float
+    a2: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Notch:
+    """A second-order notch, sampled.
+
+    ``H(s) = (s^2 + 2 depth damping w s + w^2) / (s^2 + 2 damping w s + w^2)``: the gain is
+    ``depth`` at the angular frequency ``w``, where the phase is 0, and 1 far from it. It is sampled
+    by Tustin's substitution, pre-warped at ``w``: gain and phase are exact there, and at all other
+    frequencies they are those of ``H`` at ``(w / tan(w T / 2)) tan(W T / 2)`` in place of ``W``.
+
+    Attributes
+    ----------
+    angular_frequency
+        Centre [rad/s]; must be below pi over the sampling time it is used with.
+    depth
+        Gain at the centre [-], 0 to below 1.
+    damping
+        Damping ratio of the poles [-]; the notch is about ``2 damping`` centre frequencies wide.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> notch = Notch.at_resonance(
+    ...     mass_1=1.0, mass_2=1.0, stiffness=1.0, depth=0.1, damping=0.5)
+    >>> round(notch.angular_frequency, 6)
+    1.414214
+    """
+
+    angular_frequency: float
+    depth: float
+    damping: float
+
+    def __post_init__(self) -> None:
+        for name, unit in (("angular_frequency", "rad/s"), ("damping", "(no unit)")):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        depth = non_negative("depth", self.depth, "(no unit)")
+        if depth >= 1:
+            raise InputError(
+                f"depth is {depth:g} (no unit), it must be below 1",
+                remedy="give the gain wanted at the centre, or leave the notch out",
+            )
+        object.__setattr__(self, "depth", depth)
+
+    @classmethod
+    def at_resonance(
+        cls, *, mass_1: float, mass_2: float, stiffness: float, depth: float, damping: float
+    ) -> "Notch":
+        """Return the notch at the resonance of an arm, ``sqrt(k (1/m1 + 1/m2))``.
+
+        Parameters
+        ----------
+        mass_1, mass_2
+            Driven mass and load [kg or kg m^2].
+        stiffness
+            Of the spring [N/m or N m/rad].
+        depth, damping
+            As of the class [-].
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range.
+        """
+        m1 = positive("mass_1", mass_1, "kg or kg m^2")
+        m2 = positive("mass_2", mass_2, "kg or kg m^2")
+        k = positive("stiffness", stiffness, "N/m or N m/rad")
+        resonance = float(np.sqrt(k * (1.0 / m1 + 1.0 / m2)))
+        return cls(angular_frequency=resonance, depth=depth, damping=damping)
+
+    def coefficients(self, sampling_time: float) -> NotchCoefficients:
+        """Return the sampled filter.
+
+        With ``K = w / tan(w T / 2)``, ``s = K (1 - 1/z) / (1 + 1/z)`` is put into ``H(s)``.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+
+        Raises
+        ------
+        InputError
+            If the sampling time is not positive or too long for the notch's frequency.
+        """
+        T = positive("sampling time", sampling_time, "s")
+        w = self.angular_frequency
+        if w * T >= np.pi:
+            raise InputError(
+                f"the notch is at {w:g} rad/s, samples {T:g} s apart reach up to {np.pi / T:g} "
+                "rad/s only",
+                remedy="sample faster, or leave the notch out",
+            )
+        # Over w^2: no overflow, whatever the unit of time
+        K = 1.0 / np.tan(0.5 * w * T)
+        poles = 2.0 * self.damping * K
+        zeros = self.depth * poles
+        scale = 1.0 / (K * K + poles + 1.0)
+        middle = 2.0 * (1.0 - K * K) * scale
+        return NotchCoefficients(
+            b0=float((K * K + zeros + 1.0) * scale),
+            b1=float(middle),
+            b2=float((K * K - zeros + 1.0) * scale),
+            a1=float(middle),
+            a2=float((K * K - poles + 1.0) * scale),
+        )

@@ -1,0 +1,78 @@
+"""How a running estimate of friction comes into a controller."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records import InputError, finite_vector
+
+__all__ = ["OnlineFriction"]
+
+_PARAMETERS = 2  # Coulomb and viscous friction
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
+class OnlineFriction:
+    """An estimator of Coulomb and viscous friction that a controller asks and feeds.
+
+    At each sample the controller first compensates the friction with the estimates as they stand,
+    then hands the sample and the effort it computed to the estimator.
+
+    Attributes
+    ----------
+    kernel
+        ``kernel(state, effort, position, velocity, load_position, load_velocity) -> taken``, all in
+        SI units. It changes the state in place and returns whether it could use the sample. When
+        it is a compiled kernel, so is the controller.
+    first_state
+        State before the first sample, a vector [any units, those of the kernel]; copied.
+    values_at
+        Where in the state the two estimates lie, Coulomb friction [N or N m] first, then viscous
+        friction [N s/m or N m s/rad]; a step of -1 reads them the other way round.
+    needs_load
+        Whether the kernel needs the load's position and velocity. If not, it gets 0 where the axis
+        has no sensor for them; if so, a sample without them is not taken.
+
+    Raises
+    ------
+    InputError
+        If the first state is not a finite vector or the slice does not name two of its places.
+
+    Examples
+    --------
+    >>> def never_learns(state, u, x, v, x2, v2):
+    ...     return True
+    >>> online = OnlineFriction(kernel=never_learns, first_state=np.array([0.1, 0.2]),
+    ...                         values_at=slice(0, 2), needs_load=False)
+    >>> online.places
+    (0, 1)
+    """
+
+    kernel: Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]
+    first_state: Float[np.ndarray, " s"]
+    values_at: slice
+    needs_load: bool
+
+    def __post_init__(self) -> None:
+        state = finite_vector("first_state", self.first_state, "units of the estimator")
+        object.__setattr__(self, "first_state", state)
+        found = range(*self.values_at.indices(state.size))
+        if len(found) != _PARAMETERS:
+            raise InputError(
+                f"values_at is {self.values_at}, which names {len(found)} of the {state.size} "
+                "values in the estimator's state, it must name 2",
+                remedy="give where Coulomb and viscous friction lie, in this order",
+            )
+        if not callable(self.kernel):
+            raise InputError(
+                f"the kernel is a {type(self.kernel).__name__}, it cannot be called",
+                remedy="give the function that takes a sample into the estimator's state",
+            )
+
+    @property
+    def places(self) -> tuple[int, int]:
+        """Places in the state of Coulomb and of viscous friction."""
+        coulomb, viscous = range(*self.values_at.indices(self.first_state.size))
+        return coulomb, viscous
