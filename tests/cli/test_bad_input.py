@@ -185,8 +185,23 @@ LOGS: dict[str, tuple[Callable[[Path], Path], list[str], list[str]]] = {
     ),
     "a forgetting factor above one": (
         file("log.csv", csv_text(table(200))),
-        ["--variant", "report", "--forgetting-factor", "1.5"],
+        ["--variant", "report", "--mass", "3", "--forgetting-factor", "1.5"],
         ["forgetting factor", "1.5", "(0, 1]"],
+    ),
+    "a printed recursion without a mass": (
+        file("log.csv", csv_text(table(200))),
+        ["--variant", "report"],
+        ["report", "mass as known", "give the mass"],
+    ),
+    "a printed recursion for each direction": (
+        file("log.csv", csv_text(table(200))),
+        ["--variant", "report", "--mass", "3", "--per-direction"],
+        ["friction per direction", "report", "only"],
+    ),
+    "a printed recursion with an offset": (
+        file("log.csv", csv_text(table(200))),
+        ["--variant", "report", "--mass", "3", "--offset"],
+        ["an offset", "report", "only"],
     ),
     "a load without a spring": (
         file("log.csv", csv_text(table(200))),

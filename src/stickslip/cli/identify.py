@@ -138,7 +138,7 @@ def identify(
         Parameter(
             group=_WANTED,
             help="Of energy. held-effort: exact while the effort is held over each sample; report: "
-            "sums and recursion as the report prints them.",
+            "sums and recursion as the report prints them, for a known mass, without an offset.",
         ),
     ] = "held-effort",
     forgetting_factor: Annotated[

@@ -11,6 +11,7 @@ from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.intervals import autocorrelation
 from stickslip.estimation.kinematics import LowPass, central_difference, default_cutoff, noise_level
 from stickslip.estimation.regression import Regression
+from stickslip.estimation.report_estimator import ReportEstimator
 from stickslip.estimation.resimulation import LARGEST_PLOT, identified_plant, resimulate
 from stickslip.records import (
     AxisLog,
@@ -37,7 +38,7 @@ _CLOUD_NOISE = 0.25
 
 def examine(
     log: AxisLog,
-    estimator: EnergyEstimator | IdimLeastSquares,
+    estimator: EnergyEstimator | IdimLeastSquares | ReportEstimator,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
     """Fit a log and compute all that its report shows.
@@ -82,8 +83,18 @@ def examine(
     )
 
 
-def _balance_of(estimator: EnergyEstimator | IdimLeastSquares, inertia: float) -> EnergyEstimator:
+def _balance_of(
+    estimator: EnergyEstimator | IdimLeastSquares | ReportEstimator, inertia: float
+) -> EnergyEstimator:
     """Return what takes the energies of an axis whose inertia is known by now."""
+    if isinstance(estimator, ReportEstimator):
+        return EnergyEstimator(
+            inertia=inertia,
+            load_inertia=estimator.load_inertia,
+            stiffness=estimator.stiffness,
+            offset=False,
+            cutoff=estimator.cutoff,
+        )
     arm = isinstance(estimator, EnergyEstimator)
     return EnergyEstimator(
         inertia=inertia,

@@ -56,7 +56,9 @@ def identify(
         at most 100 Hz.
     variant
         Of the energy estimator: ``"held_effort"`` is exact while the effort is held over each
-        sample; ``"report"`` takes the sums and the recursion as printed.
+        sample; ``"report"`` takes the sums and the recursion as printed, for a known inertia,
+        without an offset and alike in both directions (`stickslip.estimation.ReportEstimator` has
+        its compensation of noise too).
     forgetting_factor
         Of the printed recursion, in (0, 1] [-]; None forgets nothing.
     initial_variance
@@ -100,7 +102,7 @@ def identify(
     for what, quantity, value in (*known, ("stiffness", "stiffness", stiffness)):
         if value is not None:
             positive(what, value, unit_of(quantity, log.kind))
-    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
+    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
 
     unused: dict[str, object] = {}
     if estimator != "energy":
@@ -112,6 +114,16 @@ def identify(
     if estimator != "energy" or variant != "report":
         unused |= {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
     _refuse(unused, "idim-ls" if estimator != "energy" else "this variant of energy")
+    if estimator == "energy" and variant == "report":
+        chosen = ReportEstimator(
+            inertia=_known_to_the_report(inertia, body, per_direction, offset),
+            load_inertia=load_inertia,
+            stiffness=stiffness,
+            cutoff=cutoff,
+            forgetting_factor=1.0 if forgetting_factor is None else forgetting_factor,
+            initial_variance=1e3 if initial_variance is None else initial_variance,
+        )
+        return examine(log, chosen, truth=truth)
     if estimator == "energy":
         chosen = EnergyEstimator(
             inertia=inertia,
@@ -120,15 +132,31 @@ def identify(
             per_direction=per_direction,
             offset=offset,
             cutoff=cutoff,
-            variant=variant,
-            forgetting_factor=1.0 if forgetting_factor is None else forgetting_factor,
-            initial_variance=initial_variance,
         )
         return examine(log, chosen, truth=truth)
     rigid = IdimLeastSquares(
         inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
     )
     return examine(log, rigid, truth=truth)
+
+
+def _known_to_the_report(
+    inertia: float | None, body: str, per_direction: bool, offset: bool | None
+) -> float:
+    """Return the inertia that the report's variant needs; refuse what it does not estimate."""
+    for what, asked in (("friction per direction", per_direction), ("an offset", offset)):
+        if asked:
+            raise InputError(
+                f"{what} is asked for, and variant 'report' estimates Coulomb and viscous friction "
+                "only",
+                remedy="leave it out, or leave the variant at its default",
+            )
+    if inertia is None:
+        raise InputError(
+            f"variant 'report' takes the {body} as known, and none is given",
+            remedy=f"give the {body}, or leave the variant at its default",
+        )
+    return inertia
 
 
 def _refuse(unused: Mapping[str, object], method: str) -> None:

@@ -1,0 +1,425 @@
+"""The report's estimator of Coulomb and viscous friction, whole (part A chapters 3 to 6)."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields
+from functools import cached_property
+from types import MappingProxyType
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation import report_recursion as at
+from stickslip.estimation.kinematics import LowPass, default_cutoff
+from stickslip.estimation.noise_compensation import SensorNoise, sensor_noise_of
+from stickslip.estimation.recursion import (
+    FIRST_SPREAD,
+    FORGETTING,
+    PARAMETERS,
+    SPREAD,
+    VALUES,
+    covariance_in,
+)
+from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.report_recursion import report_energy_run, report_energy_step
+from stickslip.estimation.report_rows import (
+    check_fits,
+    noise_shares,
+    refused,
+    samples_of,
+    weighted_rows,
+    without_error_terms,
+)
+from stickslip.estimation.resampling import resampled
+from stickslip.estimation.solution import check_excited, provenance_of, solve
+from stickslip.records import AxisLog, FrictionEstimate, InputError, non_negative, positive
+
+__all__ = ["ReportEstimator"]
+
+_FRICTION = ("coulomb_friction", "viscous_friction")
+_ERROR_TERMS = ("level_bias", "slope")
+_COMPENSATIONS = ("none", "printed", "settled")
+_SUMS = ("printed", "settled")
+_FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
+_WORTH_TELLING = 0.001  # share of noise in a regressor
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReportEstimator:
+    """Coulomb and viscous friction from the energy balance, as the report has it.
+
+    Input energy less stored energy is regressed on the way travelled and the integral of the
+    squared velocity, level by level (Eqs. 4.3, 4.4), by recursive least squares (Eqs. 4.6-4.10).
+    What sensor noise adds can be subtracted in expectation (chapter 5), and errors of that can be
+    estimated beside the friction (Eqs. 6.1, 6.2). A run is taken to begin at rest with the spring
+    relaxed, and the masses and the spring to be known.
+
+    Attributes
+    ----------
+    inertia
+        Of the (first) mass [kg or kg m^2].
+    load_inertia, stiffness
+        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
+    sums
+        ``"printed"``: by backward Euler (Eqs. 3.6, 4.3), biased when the effort is held over each
+        sample; ``"settled"``: exact work under a held effort, the way from positions and its sign
+        from two velocities, squared velocities to second order, reversals inside a sample.
+    compensation
+        Of sensor noise. ``"none"``; ``"printed"``: by the polynomials (Eqs. 5.21-5.27), for printed
+        sums only; ``"settled"``: the same expectations exactly.
+    position_noise, velocity_noise
+        Assumed standard deviations of the noise on both masses [m or rad, m/s or rad/s]; None
+        estimates them, for each mass, from the log that `fit` or `run` gets.
+    error_terms
+        Whether the errors of a compensation are estimated too: B of the level [J] and S of the
+        slope in time [N or N m] (Eqs. 6.1, 6.2), ``level_bias`` and ``slope``.
+    forgetting_factor
+        In (0, 1] [-]; 1 forgets nothing.
+    initial_values
+        First guesses by parameter name [SI]; 0 for those not named.
+    initial_variance
+        Diagonal of P(0) [squared unit of the parameters over J^2].
+    cutoff
+        Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
+        takes a tenth of the sampling rate and at most 100 Hz.
+
+    Raises
+    ------
+    InputError
+        If a setting is out of range, only one of load inertia and stiffness is given, the printed
+        compensation is asked for with settled sums, or error terms without compensation.
+
+    Examples
+    --------
+    >>> arm = ReportEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0, error_terms=True,
+    ...                       compensation="printed", position_noise=0.005, velocity_noise=0.05)
+    >>> arm.parameter_names
+    ('coulomb_friction', 'viscous_friction', 'level_bias', 'slope')
+    >>> state = arm.init(sampling_time=0.01)
+    >>> state, estimates = arm.step(state, (1.0, 0.0, 0.01, 0.0, 0.0))
+    >>> estimates.shape
+    (4,)
+    """
+
+    inertia: float
+    load_inertia: float | None = None
+    stiffness: float | None = None
+    sums: Literal["printed", "settled"] = "printed"
+    compensation: Literal["none", "printed", "settled"] = "none"
+    position_noise: float | None = None
+    velocity_noise: float | None = None
+    error_terms: bool = False
+    forgetting_factor: float = 1.0
+    initial_values: Mapping[str, float] | None = None
+    initial_variance: float = 1e3
+    cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        for name, unit in (
+            ("inertia", "kg or kg m^2"),
+            ("load_inertia", "kg or kg m^2"),
+            ("stiffness", "N/m or N m/rad"),
+            ("initial_variance", "(unit of the parameter)^2/J^2"),
+            ("cutoff", "Hz"),
+        ):
+            if getattr(self, name) is not None:
+                positive(name.replace("_", " "), getattr(self, name), unit)
+        for name, unit in (("position_noise", "m or rad"), ("velocity_noise", "m/s or rad/s")):
+            if getattr(self, name) is not None:
+                non_negative(name.replace("_", " "), getattr(self, name), unit)
+        if (self.load_inertia is None) != (self.stiffness is None):
+            raise InputError(
+                "a flexible arm needs both the load inertia and the stiffness of its spring",
+                remedy="give both, or neither for a rigid axis",
+            )
+        if not 0 < self.forgetting_factor <= 1:
+            raise InputError(
+                f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
+                remedy="give 1 to forget nothing, or a value just below",
+            )
+        self._check_choices()
+        guesses = dict(self.initial_values or {})
+        for name, value in guesses.items():
+            if name not in self.parameter_names:
+                raise InputError(
+                    f"a first guess is given for {name!r}, which is not estimated",
+                    remedy=f"use {', '.join(self.parameter_names)}",
+                )
+            if not np.isfinite(value):
+                raise InputError(
+                    f"the first guess of {name!r} is {value}, it must be finite",
+                    remedy="leave it out to begin at 0",
+                )
+        object.__setattr__(self, "initial_values", MappingProxyType(guesses))
+
+    def _check_choices(self) -> None:
+        for name, known in (("sums", _SUMS), ("compensation", _COMPENSATIONS)):
+            if getattr(self, name) not in known:
+                raise InputError(
+                    f"{name} is {getattr(self, name)!r}, there is no such one",
+                    remedy=f"use one of {', '.join(map(repr, known))}",
+                )
+        if (self.position_noise is None) != (self.velocity_noise is None):
+            raise InputError(
+                "the noise of positions or of velocities is given alone",
+                remedy="give both standard deviations, or neither to have them estimated",
+            )
+        if self.sums == "settled" and self.compensation == "printed":
+            raise InputError(
+                "the printed compensation is asked for with settled sums, but its polynomial "
+                "corrects sums of abs(v)",
+                remedy="use compensation='settled', or sums='printed'",
+            )
+        if self.error_terms and self.compensation == "none":
+            raise InputError(
+                "error terms are asked for without compensation: B and S are the errors of one",
+                remedy="use compensation='printed' or 'settled'",
+            )
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return "energy"
+
+    @cached_property
+    def parameter_names(self) -> tuple[str, ...]:
+        """Names of the parameters in the order of the estimates."""
+        return (*_FRICTION, *(_ERROR_TERMS if self.error_terms else ()))
+
+    @cached_property
+    def values_at(self) -> slice:
+        """Where the estimates lie in a state: Coulomb friction, viscous friction, then B and S."""
+        return slice(VALUES, VALUES + len(self.parameter_names))
+
+    @property
+    def kernel(
+        self,
+    ) -> Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]:
+        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
+
+        It takes no sample that is not finite, and none while the noise is needed and not known.
+        """
+        return report_energy_step
+
+    def init(self, *, sampling_time: float) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+        """
+        p = len(self.parameter_names)
+        s = np.zeros(at.STATE_SIZE)
+        s[PARAMETERS] = p
+        s[FORGETTING] = self.forgetting_factor
+        s[FIRST_SPREAD : FIRST_SPREAD + p] = self.initial_variance
+        s[SPREAD : SPREAD + p * p] = (self.initial_variance * np.eye(p)).ravel()
+        guesses = self.initial_values or {}
+        s[self.values_at] = [guesses.get(name, 0.0) for name in self.parameter_names]
+        s[at.SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
+        s[at.INERTIA] = self.inertia
+        s[at.LOAD_INERTIA] = self.load_inertia or 0.0
+        s[at.STIFFNESS] = self.stiffness or 0.0
+        s[at.SETTLED_SUMS] = self.sums == "settled"
+        s[at.COMPENSATION] = _COMPENSATIONS.index(self.compensation)
+        if self.compensation == "none" and self.sums == "printed":
+            return s
+        noise = self._assumed_noise()
+        if noise is None:
+            s[at.NOISE] = -1.0
+        else:
+            self._let_know(s, noise)
+        return s
+
+    def resume(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, " s"]:
+        """Return the state before another run: estimates and P as they are, all sums at zero.
+
+        Parameters
+        ----------
+        state
+            From an earlier run; it is left as it is.
+        """
+        after = state.copy()
+        after[at.SUMS : at.SUMS_END] = 0.0
+        return after
+
+    def step(
+        self, state: Float[np.ndarray, " s"], sample: tuple[float, float, float, float, float]
+    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " p"]]:
+        """Take one sample; return the new state and the estimates.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step; it is left as it is.
+        sample
+            Effort, position, velocity, load position and load velocity [SI], with 0 for the load of
+            a rigid axis.
+
+        Returns
+        -------
+        The state, and the estimates in the order of `parameter_names`.
+
+        Raises
+        ------
+        InputError
+            If the sample does not hold five finite numbers, or the noise is needed and not known.
+        """
+        after = state.copy()
+        try:
+            u, x, v, x2, v2 = sample
+            taken = report_energy_step(after, u, x, v, x2, v2)
+        except (TypeError, ValueError) as error:
+            raise refused(after, sample) from error
+        if not taken:
+            raise refused(after, sample)
+        return after, after[self.values_at]
+
+    def run(
+        self, state: Float[np.ndarray, " s"], log: AxisLog
+    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
+        """Take the samples of a log without gaps.
+
+        Parameters
+        ----------
+        state
+            From `init`, `resume` or an earlier step; it is left as it is.
+        log
+            The samples; where the noise is needed and not known yet, it is estimated from them.
+
+        Returns
+        -------
+        The new state, the estimates after each sample [SI], and the prediction error before it
+        [J] (Eq. 4.9).
+
+        Raises
+        ------
+        InputError
+            If the log has a gap or another sampling time than the state, or lacks the load of a
+            flexible arm.
+        """
+        check_fits(log, float(state[at.SAMPLING_TIME]))
+        after = state.copy()
+        if after[at.NOISE] < 0.0:
+            self._let_know(after, self._noise_of(log))
+        return after, *report_energy_run(after, self._samples(log))
+
+    def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+        """Return P (Eq. 4.7), whose scale is that of a level noise of 1 J."""
+        return covariance_in(state)
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Estimate the parameters from a whole log.
+
+        The values are those that the recursion ends at. B and S are told in the notes.
+
+        Raises
+        ------
+        InputError
+            If the log lacks the load of a flexible arm, or nothing moves or pushes in it.
+        """
+        return self.solution(log, self.regression(log))
+
+    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
+        """Return the estimate from rows that `regression` made of this log."""
+        options = {field.name: getattr(self, field.name) for field in fields(self)}
+        options |= {"initial_values": dict(self.initial_values or {})}
+        return solve(
+            regression,
+            estimator=self.name,
+            provenance=provenance_of(log, {"estimator": self.name, "variant": "report", **options}),
+        )
+
+    def regression(self, log: AxisLog) -> Regression:
+        """Return rows whose least-squares solution is what the recursion ends at.
+
+        B and S are projected out.
+
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        check_excited(log)
+        log, changes = resampled(log)
+        parts = list(log.segments())
+        samples = [self._samples(part) for part in parts]
+        state = self.init(sampling_time=log.sampling_time)
+        noise = self._assumed_noise() or self._noise_of(log)
+        if state[at.NOISE] < 0.0:
+            self._let_know(state, noise)
+        target, columns = weighted_rows(state, samples)
+        priors = columns.shape[1]
+        notes = (*self._notes(noise, noise_shares(state, samples, noise.velocity)), *changes)
+        if self.error_terms:
+            target, columns, (level_bias, slope) = without_error_terms(target, columns)
+            errors = f"B {level_bias:.4g} J, S {slope:.4g} {log.unit('effort')}"
+            notes = (*notes, f"errors of the compensation: {errors}")
+        time = np.concatenate([part.time for part in parts])
+        return Regression(
+            kind=log.kind,
+            names=_FRICTION,
+            time=np.concatenate([np.full(priors, time[0]), time]),
+            target=target,
+            regressors=columns,
+            regressor_noise=np.zeros(len(_FRICTION)),
+            quantity="energy",
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                [part[:, 2] for part in samples],
+                log.sampling_time,
+                (noise.position, noise.velocity),
+            ),
+            samples=time.size,
+            notes=notes,
+        )
+
+    def _notes(self, noise: SensorNoise, shares: tuple[float, float]) -> tuple[str, ...]:
+        """Return what is known of the biases, one sentence each."""
+        first = (
+            "sums by backward Euler as printed: biased when the effort is held over each sample"
+            if self.sums == "printed"
+            else "sums that are exact while the effort is held over each sample"
+        )
+        if shares[0] < _WORTH_TELLING:
+            return (first,)
+        source = "estimated from the log" if self.velocity_noise is None else "assumed"
+        size = (
+            f"velocity noise ({source}) of {noise.velocity:.3g} in SI makes about "
+            f"{100 * shares[0]:.2g} % of the sum of absolute velocities and {100 * shares[1]:.2g} "
+            "% of the sum of squares"
+        )
+        if self.compensation == "none":
+            return first, f"{size}; nothing is compensated, and no interval allows for that bias"
+        return first, (
+            f"{size}; its expectation is compensated, which is biased itself, and the regressors "
+            "stay noisy: no interval allows for either"
+        )
+
+    def _assumed_noise(self) -> SensorNoise | None:
+        if self.position_noise is None or self.velocity_noise is None:
+            return None
+        return SensorNoise(
+            position=self.position_noise,
+            velocity=self.velocity_noise,
+            load_position=self.position_noise,
+            load_velocity=self.velocity_noise,
+        )
+
+    def _noise_of(self, log: AxisLog) -> SensorNoise:
+        return sensor_noise_of(log, self._low_pass(log.sampling_time))
+
+    def _let_know(self, state: Float[np.ndarray, " s"], noise: SensorNoise) -> None:
+        """Write the noise into a state, in place."""
+        state[at.NOISE] = noise.velocity
+        state[at.LEVEL_BIAS] = noise.level_bias(
+            self.inertia, self.load_inertia or 0.0, self.stiffness or 0.0
+        )
+
+    def _low_pass(self, sampling_time: float) -> LowPass:
+        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
+        return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+
+    def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
+        return samples_of(part, self._low_pass(part.sampling_time), load=self.stiffness is not None)
