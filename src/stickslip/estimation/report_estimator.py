@@ -186,9 +186,14 @@ class ReportEstimator:
         """Names of the parameters in the order of the estimates."""
         return (*_FRICTION, *(_ERROR_TERMS if self.error_terms else ()))
 
-    @cached_property
+    @property
     def values_at(self) -> slice:
-        """Where the estimates lie in a state: Coulomb friction, viscous friction, then B and S."""
+        """Where the friction lies in a state: Coulomb first, then viscous."""
+        return slice(VALUES, VALUES + len(_FRICTION))
+
+    @cached_property
+    def _estimates_at(self) -> slice:
+        """Where all estimates lie in a state."""
         return slice(VALUES, VALUES + len(self.parameter_names))
 
     @property
@@ -216,7 +221,7 @@ class ReportEstimator:
         s[FIRST_SPREAD : FIRST_SPREAD + p] = self.initial_variance
         s[SPREAD : SPREAD + p * p] = (self.initial_variance * np.eye(p)).ravel()
         guesses = self.initial_values or {}
-        s[self.values_at] = [guesses.get(name, 0.0) for name in self.parameter_names]
+        s[self._estimates_at] = [guesses.get(name, 0.0) for name in self.parameter_names]
         s[at.SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
         s[at.INERTIA] = self.inertia
         s[at.LOAD_INERTIA] = self.load_inertia or 0.0
@@ -274,7 +279,7 @@ class ReportEstimator:
             raise refused(after, sample) from error
         if not taken:
             raise refused(after, sample)
-        return after, after[self.values_at]
+        return after, after[self._estimates_at]
 
     def run(
         self, state: Float[np.ndarray, " s"], log: AxisLog
