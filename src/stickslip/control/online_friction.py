@@ -23,9 +23,9 @@ class OnlineFriction:
     Attributes
     ----------
     kernel
-        ``kernel(state, effort, position, velocity, load_position, load_velocity) -> taken``, all in
-        SI units. It changes the state in place and returns whether it could use the sample. When
-        it is a compiled kernel, so is the controller.
+        ``kernel(state, effort, position, velocity, load_position, load_velocity) -> taken``
+        [N or N m, m or rad, m/s or rad/s]. It changes the state in place and returns whether it
+        could use the sample. When it is a compiled kernel, so is the controller.
     first_state
         State before the first sample, a vector [any units, those of the kernel]; copied.
     values_at

@@ -1,0 +1,62 @@
+"""The loop that the tests of controllers share: the surrogate arm and a controller for it."""
+
+import numpy as np
+import pytest
+
+from stickslip.control import (
+    PD,
+    FeedbackController,
+    FrictionCompensation,
+    Move,
+    Notch,
+    OnlineFriction,
+    PointToPoint,
+)
+from stickslip.estimation import EnergyEstimator
+from stickslip.estimation.recursion import VALUES
+from stickslip.estimation.streaming import energy_step
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm
+
+SAMPLING_TIME = 0.01
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
+
+
+@pytest.fixture(scope="session")
+def arm() -> FlexibleArm:
+    return FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=LAW)
+
+
+@pytest.fixture(scope="session")
+def controller() -> FeedbackController:
+    """The feedback loop of the surrogate arm, with its friction known."""
+    return FeedbackController(
+        sampling_time=SAMPLING_TIME,
+        pd=PD(position_gain=1.5, velocity_gain=2.5),
+        notch=Notch.at_resonance(mass_1=1.0, mass_2=1.0, stiffness=1.0, depth=0.5, damping=0.4),
+        compensation=FrictionCompensation(friction=LAW),
+        inertia=2.0,
+        effort_limit=2.0,
+        reference=PointToPoint(
+            moves=(
+                Move(target=1.5, duration=5.0, dwell=0.5),
+                Move(target=-1.0, duration=7.0, dwell=0.5),
+                Move(target=0.5, duration=5.0, dwell=0.5),
+                Move(target=0.0, duration=5.0),
+            )
+        ),
+    )
+
+
+@pytest.fixture(scope="session")
+def online() -> OnlineFriction:
+    """A running estimate of the arm's friction; its state holds viscous friction first."""
+    estimator = EnergyEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False)
+    state = estimator.init(sampling_time=SAMPLING_TIME)
+    assert estimator.terms.names == ("viscous_friction", "coulomb_friction")
+    return OnlineFriction(
+        kernel=energy_step,
+        first_state=np.asarray(state),
+        values_at=slice(VALUES + 1, VALUES - 1, -1),
+        needs_load=True,
+    )
