@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import numpy as np
+import pytest
 from scipy import signal
 
 from stickslip.control import FrictionCompensation, Move, PointToPoint
@@ -120,6 +121,19 @@ def test_noise_neither_pushes_hard_nor_moves_the_resting_mass_far(arm, controlle
     assert np.abs(run.log.effort).max() < 1.5
     assert np.diff(run.log.effort).std() < 0.2
     assert np.abs(np.diff(run.motion.position[3000:])).sum() < 0.05
+
+
+@pytest.mark.parametrize(("velocity", "rests"), [("reference", True), ("measured", False)])
+def test_friction_taken_for_twice_too_much_is_harmless_on_the_reference(
+    arm, controller, velocity, rests
+):
+    double = CoulombViscousFriction.symmetric(coulomb_friction=0.3, viscous_friction=0.2)
+    wrong = replace(
+        controller, compensation=FrictionCompensation(friction=double, velocity=velocity)
+    )
+    run, _ = tracking_error(arm, wrong)
+    way = np.abs(np.diff(run.motion.position[3000:])).sum()
+    assert way < 1e-3 if rests else way > 1.0
 
 
 def test_a_running_estimate_does_for_the_compensation(arm, controller, online):

@@ -34,7 +34,7 @@ class FeedbackController:
     Attributes
     ----------
     sampling_time
-        [s].
+        That of the loop [s]; the notch is sampled with it.
     pd
         Gains.
     reference

@@ -108,9 +108,8 @@ def _step_alone(
     return s, command(s, sample.time, sample.measured_position, sample.measured_velocity)
 
 
-@cache
 def step_for(kernel: Any) -> Step:
-    """Return the step that feeds an estimator's kernel; compiled when the kernel is.
+    """Return the step that feeds an estimator's kernel; compiled, and only once, when that is.
 
     Parameters
     ----------
@@ -119,7 +118,15 @@ def step_for(kernel: Any) -> Step:
     """
     if kernel is None:
         return _step_alone
+    return _compiled_step(kernel) if is_jitted(kernel) else _step_with(kernel)
 
+
+@cache
+def _compiled_step(kernel: Any) -> Step:
+    return compiled(cached=False)(_step_with(kernel))
+
+
+def _step_with(kernel: Any) -> Step:
     def step(state: Vector, sample: SensorSample) -> tuple[Vector, float]:
         s = state.copy()
         x, v = sample.measured_position, sample.measured_velocity
@@ -133,4 +140,4 @@ def step_for(kernel: Any) -> Step:
                 s[REFUSED] += 1.0
         return s, u
 
-    return compiled(cached=False)(step) if is_jitted(kernel) else step
+    return step

@@ -38,9 +38,13 @@ class FrictionCompensation:
     The report does not say which velocity gives the sign. By default it is that of the reference:
     the compensation is then a feedforward, which cannot make the loop unstable however wrong
     running estimates are at first, does not flip with the sensors' noise, and already pushes the
-    right way when the axis is still at rest. The measured velocity closes a positive feedback,
-    which takes away the damping that friction gives; use it, with a dead band of some standard
-    deviations of the velocity's noise, where the axis moves without its reference.
+    right way when the axis is still at rest. Friction taken for twice what it is leaves the
+    surrogate arm at rest after its moves.
+
+    The measured velocity closes a positive feedback, which takes away the damping that friction
+    gives: the same wrong estimate keeps that arm swinging without end. Use it, with a dead band of
+    some standard deviations of the velocity's noise and friction rather under- than overestimated,
+    where an axis moves without its reference.
 
     Attributes
     ----------
