@@ -273,7 +273,7 @@ class ReportEstimator:
         """
         after = state.copy()
         try:
-            u, x, v, x2, v2 = sample
+            u, x, v, x2, v2 = map(float, sample)
             taken = report_energy_step(after, u, x, v, x2, v2)
         except (TypeError, ValueError) as error:
             raise refused(after, sample) from error

@@ -1,0 +1,406 @@
+"""The report's estimator: its known biases, batch references, five runs, and what it refuses."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from statsmodels.regression.recursive_ls import RecursiveLS
+
+from stickslip.estimation import (
+    ReportEstimator,
+    absolute_bias,
+    absolute_bias_polynomial,
+    examine,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import AxisLog, InputError, Status
+from stickslip.simulation import Sensors, simulate
+
+T = 0.01
+ARM = {"inertia": 1.0, "load_inertia": 1.0, "stiffness": 1.0}
+SIGMA_W, SIGMA_V = 0.005, 0.05  # noise of the surrogate arm
+FULL = {"position_noise": SIGMA_W, "velocity_noise": SIGMA_V}
+HALF = {"position_noise": 0.5 * SIGMA_W, "velocity_noise": 0.5 * SIGMA_V}
+RUNS = 60
+BATCH = 1e-7  # relative: rounding in 6000 recursive updates of levels that go up to 10
+STANDARD_ERRORS = 4.0  # missed by chance once in 16 000 comparisons
+
+
+def arm_log(sampling_time: float, noise: float, seed: int = 0) -> AxisLog:
+    """Simulate the arm of report part A under 5 s of push, 5 s of pull, then nothing."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    held = round(5.0 / sampling_time)
+    effort = np.repeat([1.0, -1.0, 0.0], [held, held, 10 * held])
+    motion = simulate(arm, effort, sampling_time=sampling_time)
+    sensors = Sensors(position_noise=noise * SIGMA_W, velocity_noise=noise * SIGMA_V)
+    return sensors.measure(motion, np.random.default_rng(seed))
+
+
+@pytest.fixture(scope="module")
+def clean() -> AxisLog:
+    return arm_log(T, 0.0)
+
+
+@pytest.fixture(scope="module")
+def noisy() -> list[AxisLog]:
+    return [arm_log(T, 1.0, seed) for seed in range(RUNS)]
+
+
+def ends(estimator: ReportEstimator, log: AxisLog) -> np.ndarray:
+    _, history, _ = estimator.run(estimator.init(sampling_time=log.sampling_time), log)
+    return history[-1]
+
+
+def columns_of(log: AxisLog) -> tuple[np.ndarray, ...]:
+    x, v = log.measured_position, log.measured_velocity
+    x2, v2 = log.measured_load_position, log.measured_load_velocity
+    assert v is not None
+    assert x2 is not None
+    assert v2 is not None
+    return log.effort, x, v, x2, v2
+
+
+@pytest.mark.parametrize(
+    ("sampling_time", "sums", "expected", "tolerance"),
+    [
+        (0.01, "printed", (0.1021, 0.0957), 5e-5),  # half of the last digit that is known
+        (0.1, "printed", (0.1216, 0.0563), 5e-5),
+        (0.01, "settled", (0.1, 0.1), 1e-6),
+        (0.1, "settled", (0.1, 0.1), 5e-5),
+    ],
+)
+def test_the_known_biases_without_noise(
+    sampling_time: float, sums: Any, expected: tuple[float, float], tolerance: float
+) -> None:
+    log = arm_log(sampling_time, 0.0)
+    estimator = ReportEstimator(**ARM, sums=sums, initial_variance=1e9)
+    np.testing.assert_allclose(ends(estimator, log), expected, atol=tolerance)
+
+
+@pytest.mark.parametrize(
+    ("chosen", "expected"),
+    [
+        ({}, (0.0635, 0.1305)),
+        ({"compensation": "settled", **FULL}, (0.0937, 0.1030)),
+        ({"compensation": "settled", **HALF}, (0.0719, 0.1227)),
+        ({"compensation": "settled", "error_terms": True, **FULL}, (0.1038, 0.0933)),
+        ({"compensation": "settled", "error_terms": True, **HALF}, (0.1029, 0.0939)),
+        # The polynomials as printed take off more between 2 and 3 sigma
+        ({"compensation": "printed", **FULL}, (0.0950, 0.1023)),
+        ({"compensation": "printed", "error_terms": True, **HALF}, (0.1032, 0.0943)),
+    ],
+)
+def test_the_known_biases_with_noise(
+    noisy: list[AxisLog], chosen: dict[str, Any], expected: tuple[float, float]
+) -> None:
+    """Both are means of 60 runs, so their difference wanders by the root of two."""
+    estimator = ReportEstimator(**ARM, **chosen)
+    found = np.array([ends(estimator, log)[:2] for log in noisy])
+    error = np.sqrt(2.0 / RUNS) * found.std(axis=0, ddof=1)
+    assert np.all(np.abs(found.mean(axis=0) - expected) < STANDARD_ERRORS * error)
+    assert np.all(STANDARD_ERRORS * error < 0.002)  # tight enough to tell the cases apart
+
+
+def test_settled_sums_stay_near_the_truth_under_noise(noisy: list[AxisLog]) -> None:
+    """The noise that stays in the way from positions draws Coulomb friction down by 2 to 4 %."""
+    for chosen, largest in (
+        ({"compensation": "settled", **FULL}, 0.03),
+        ({"compensation": "settled", **HALF}, 0.05),
+        ({"compensation": "settled", "error_terms": True, **FULL}, 0.02),
+    ):
+        estimator = ReportEstimator(**ARM, sums="settled", **chosen)  # type: ignore[arg-type]
+        found = np.mean([ends(estimator, log)[:2] for log in noisy], axis=0)
+        # Their spread of 7 % leaves 0.9 % to a mean of 60
+        np.testing.assert_allclose(found, 0.1, atol=0.1 * (largest + 3.0 * 0.009))
+
+
+def reference(log: AxisLog, estimator: ReportEstimator) -> tuple[np.ndarray, np.ndarray]:
+    """Return levels and rows of a log, written down from the equations in array form."""
+    u, x, v, x2, v2 = columns_of(log)
+    sigma = estimator.velocity_noise or 0.0
+    k = np.arange(1.0, v.size + 1.0)
+    polynomial = estimator.compensation == "printed"
+    bias = np.zeros(v.size)
+    if estimator.compensation != "none":
+        bias = (
+            absolute_bias_polynomial(v, sigma, of="polynomial")
+            if polynomial
+            else absolute_bias(v, sigma)
+        )
+    stored = 0.5 * v**2 + 0.5 * v2**2 + 0.5 * (x - x2) ** 2
+    if estimator.compensation != "none":
+        stored = stored - sigma**2 - (estimator.position_noise or 0.0) ** 2
+    square = sigma**2 * T * k if estimator.compensation != "none" else 0.0 * k
+    if estimator.sums == "printed":
+        correction = np.cumsum(T * bias)
+        work = np.cumsum(T * u * v)
+        rows = [np.cumsum(T * np.abs(v)) - correction, np.cumsum(T * v**2) - square]
+    else:
+        dx, low, high = np.diff(x), v[:-1], v[1:]
+        turned = (low * high < 0) & (np.abs(high - low) > 12.0 * sigma)
+        arc = np.maximum(
+            0.5 * T * (low**2 + high**2) / np.where(turned, np.abs(high - low), 1.0), np.abs(dx)
+        )
+        way = np.where(turned, arc, np.where(low + high >= 0, dx, -dx))
+        correction = np.cumsum(np.append(0.0, T * bias[1:]))
+        work = np.cumsum(np.append(0.0, u[:-1] * dx))
+        squared = np.cumsum(np.append(0.0, T * (low**2 + low * high + high**2) / 3.0))
+        rows = [np.cumsum(np.append(0.0, way)), squared - 2.0 / 3.0 * (square - square[0])]
+    if estimator.error_terms:
+        rows += [np.ones(v.size), correction]
+    return work - stored, np.column_stack(rows)
+
+
+VARIANTS = [
+    {},
+    {"sums": "settled"} | FULL,
+    {"compensation": "printed"} | FULL,
+    {"compensation": "printed", "error_terms": True} | HALF,
+    {"compensation": "settled", "error_terms": True} | FULL,
+    {"sums": "settled", "compensation": "settled", "error_terms": True} | FULL,
+]
+
+
+@pytest.mark.parametrize("factor", [1.0, 0.999])
+@pytest.mark.parametrize("chosen", VARIANTS)
+def test_recursion_and_fit_are_the_batch_solution(
+    noisy: list[AxisLog], chosen: dict[str, Any], factor: float
+) -> None:
+    """Least squares by numpy over all levels, with P(0) and the first guesses as rows."""
+    estimator = ReportEstimator(
+        **ARM, **chosen, forgetting_factor=factor, initial_values={"coulomb_friction": 0.3}
+    )
+    # In motion: what a long rest would forget is kept
+    log = noisy[0].part(0, 1900)
+    y, W = reference(log, estimator)
+    n, p = W.shape
+    weight = factor ** (0.5 * np.arange(n - 1, -1, -1))
+    prior = factor ** (0.5 * n) / np.sqrt(1e3)
+    guess = np.zeros(p)
+    guess[0] = 0.3
+    stacked = np.vstack([prior * np.eye(p), weight[:, None] * W])
+    target = np.concatenate([prior * guess, weight * y])
+    expected = np.linalg.lstsq(stacked, target, rcond=None)[0]
+    state, history, error = estimator.run(estimator.init(sampling_time=T), log)
+    np.testing.assert_allclose(history[-1], expected, rtol=BATCH, atol=BATCH)
+    np.testing.assert_allclose(
+        estimator.covariance(state), np.linalg.inv(stacked.T @ stacked), rtol=1e-5, atol=1e-9
+    )
+    before = np.vstack([guess, history[:-1]])
+    np.testing.assert_allclose(error, y - np.sum(W * before, axis=1), atol=1e-10)  # Eq. 4.9
+    fit = estimator.fit(log)
+    found = [fit.value(name) for name in ("coulomb_friction", "viscous_friction")]
+    np.testing.assert_allclose(found, expected[:2], rtol=BATCH)
+    if estimator.error_terms:
+        told = f"B {expected[2]:.4g} J, S {expected[3]:.4g} N"
+        assert any(note.endswith(told) for note in fit.diagnostics.notes)
+
+
+def test_the_recursion_is_that_of_another_library(noisy: list[AxisLog]) -> None:
+    estimator = ReportEstimator(**ARM, compensation="settled", **FULL, initial_variance=1e9)
+    _, history, _ = estimator.run(estimator.init(sampling_time=T), noisy[1])
+    y, W = reference(noisy[1], estimator)
+    theirs = RecursiveLS(y, W).fit().recursive_coefficients.filtered.T
+    # Diffuse beginnings differ; they are forgotten after the first second
+    np.testing.assert_allclose(history[100:], theirs[100:], rtol=1e-5, atol=1e-7)
+
+
+def test_five_runs_carry_over_what_was_learned(noisy: list[AxisLog]) -> None:
+    """Sums begin anew with each run; estimates and P go on: all rows of all runs count alike."""
+    estimator = ReportEstimator(**ARM, compensation="printed", error_terms=True, **HALF)
+    state = estimator.init(sampling_time=T)
+    made = [reference(log, estimator) for log in noisy[:5]]
+    for log in noisy[:5]:
+        state, history, _ = estimator.run(estimator.resume(state), log)
+    stacked = np.vstack([np.eye(4) / np.sqrt(1e3), *(rows for _, rows in made)])
+    target = np.concatenate([np.zeros(4), *(levels for levels, _ in made)])
+    expected = np.linalg.lstsq(stacked, target, rcond=None)[0]
+    np.testing.assert_allclose(history[-1], expected, rtol=BATCH)
+    again = estimator.resume(state)
+    np.testing.assert_array_equal(again[estimator.values_at], history[-1][:2])
+    np.testing.assert_array_equal(estimator.covariance(again), estimator.covariance(state))
+
+
+@pytest.mark.parametrize("chosen", VARIANTS)
+def test_steps_and_kernel_are_the_run_and_leave_the_state_alone(
+    noisy: list[AxisLog], chosen: dict[str, Any]
+) -> None:
+    estimator = ReportEstimator(**ARM, **chosen, forgetting_factor=0.999)
+    start = estimator.init(sampling_time=T)
+    before, in_place = start.copy(), start.copy()
+    part = noisy[0].part(0, 300)
+    state, values = start, np.empty(0)
+    for sample in zip(*(column.tolist() for column in columns_of(part)), strict=True):
+        state, values = estimator.step(state, sample)
+        assert estimator.kernel(in_place, *sample)
+    whole, history, _ = estimator.run(start, part)
+    np.testing.assert_array_equal(state, whole)
+    np.testing.assert_array_equal(in_place, whole)
+    np.testing.assert_array_equal(values, history[-1])
+    np.testing.assert_array_equal(whole[estimator.values_at], history[-1, :2])
+    np.testing.assert_array_equal(start, before)
+
+
+def test_noise_that_is_not_given_is_estimated(noisy: list[AxisLog]) -> None:
+    estimator = ReportEstimator(**ARM, compensation="settled")
+    known = ReportEstimator(**ARM, compensation="settled", **FULL)
+    found = np.mean([ends(estimator, log) for log in noisy[:20]], axis=0)
+    given = np.mean([ends(known, log) for log in noisy[:20]], axis=0)
+    # One per cent of sigma moves the estimates by half a per cent
+    np.testing.assert_allclose(found, given, rtol=0.01)
+    fit = estimator.fit(noisy[0])
+    np.testing.assert_allclose(
+        [fit.value("coulomb_friction"), fit.value("viscous_friction")],
+        ends(estimator, noisy[0]),
+        rtol=BATCH,
+    )
+    assert any("estimated from the log" in note for note in fit.diagnostics.notes)
+
+
+def test_noise_that_is_not_known_yet_is_asked_for(clean: AxisLog) -> None:
+    estimator = ReportEstimator(**ARM, sums="settled")
+    state = estimator.init(sampling_time=T)
+    sample = (1.0, 0.0, 0.0, 0.0, 0.0)
+    assert not estimator.kernel(state.copy(), *sample)
+    with pytest.raises(InputError, match=r"noise of the sensors is needed.*velocity_noise"):
+        estimator.step(state, sample)
+    after, _, _ = estimator.run(state, clean)
+    estimator.step(after, sample)
+
+
+def test_a_fit_says_what_noise_does_to_it(clean: AxisLog, noisy: list[AxisLog]) -> None:
+    plain = ReportEstimator(**ARM).fit(noisy[0])
+    assert any("no interval allows for that bias" in note for note in plain.diagnostics.notes)
+    coulomb = plain.parameters["coulomb_friction"].ci95
+    assert coulomb is not None
+    assert coulomb[1] < 0.1  # as the note says
+    notes = ReportEstimator(**ARM, compensation="printed", **FULL).fit(noisy[0]).diagnostics.notes
+    assert any("(assumed) of 0.05" in note and "biased itself" in note for note in notes)
+    assert not any("noise" in note for note in ReportEstimator(**ARM).fit(clean).diagnostics.notes)
+
+
+def test_a_rigid_axis_and_velocities_from_positions() -> None:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=5.0)
+    time = np.arange(10_000) * 0.001
+    effort = 30 * np.sin(2 * time) + 15 * np.sin(5 * time)
+    motion = simulate(SingleMass(mass=3.0, friction=law), effort, sampling_time=0.001)
+    log = Sensors().measure(motion, np.random.default_rng(0))
+    positions_only = replace(log, measured_velocity=None)
+    for sums, rel in (("printed", 0.03), ("settled", 1e-4)):
+        estimator = ReportEstimator(inertia=3.0, sums=sums, initial_variance=1e9)  # type: ignore[arg-type]
+        np.testing.assert_allclose(ends(estimator, log), [2.0, 5.0], rtol=rel)
+        np.testing.assert_allclose(ends(estimator, positions_only), [2.0, 5.0], rtol=0.03)
+    assert estimator.fit(log).status is Status.OK
+
+
+def test_gaps_split_a_fit_and_refuse_a_run(clean: AxisLog) -> None:
+    """After the arm has stopped: the energies of a run begin at rest."""
+    twice = AxisLog(
+        name="twice",
+        kind="linear",
+        time=np.concatenate([clean.time, clean.time + 100.0]),
+        effort=np.tile(clean.effort, 2),
+        measured_position=np.tile(clean.measured_position, 2),
+        measured_velocity=np.tile(columns_of(clean)[2], 2),
+        measured_load_position=np.tile(columns_of(clean)[3], 2),
+        measured_load_velocity=np.tile(columns_of(clean)[4], 2),
+    )
+    estimator = ReportEstimator(**ARM)
+    state = estimator.init(sampling_time=T)
+    for _ in range(2):
+        state, history, _ = estimator.run(estimator.resume(state), clean)
+    fit = estimator.fit(twice)
+    found = [fit.value(name) for name in estimator.parameter_names]
+    np.testing.assert_allclose(found, history[-1], rtol=BATCH)
+    with pytest.raises(InputError, match="gap of 40"):
+        estimator.run(estimator.init(sampling_time=T), twice)
+
+
+def test_everything_a_report_draws_is_there(noisy: list[AxisLog]) -> None:
+    found = examine(noisy[0], ReportEstimator(**ARM, compensation="settled", **FULL))
+    for figure in ("curve", "energy", "evolution", "residuals", "resimulation"):
+        assert getattr(found, figure) is not None, figure
+    options = found.estimate.provenance.options
+    assert (options["variant"], options["compensation"]) == ("report", "settled")
+
+
+@settings(max_examples=20)
+@given(
+    factor=st.floats(0.5, 1.0, exclude_min=True),
+    variant=st.integers(0, len(VARIANTS) - 1),
+    seed=st.integers(0, RUNS - 1),
+)
+def test_no_rest_winds_it_up(noisy: list[AxisLog], factor: float, variant: int, seed: int) -> None:
+    estimator = ReportEstimator(**ARM, **VARIANTS[variant], forgetting_factor=factor)
+    state, history, error = estimator.run(estimator.init(sampling_time=T), noisy[seed])
+    assert np.all(np.isfinite(history))
+    assert np.all(np.isfinite(error))
+    P = estimator.covariance(state)
+    # Rounding of products of P, relative to its size
+    assert np.all(np.linalg.eigvalsh(P) > -1e-9 * np.trace(P))
+    assert np.trace(P) <= P.shape[0] * 1e3 * (1 + 1e-9)
+
+
+@pytest.mark.parametrize(
+    ("wrong", "message"),
+    [
+        ({"inertia": -1.0}, "inertia is -1"),
+        ({"stiffness": None}, "both the load inertia and the stiffness"),
+        ({"initial_variance": 0.0}, "initial variance is 0"),
+        ({"cutoff": -1.0}, "cutoff is -1 Hz"),
+        ({"position_noise": -1.0, "velocity_noise": 1.0}, "position noise is -1"),
+        ({"velocity_noise": 0.1}, "given alone.*give both"),
+        ({"forgetting_factor": 1.5}, "forgetting factor is 1.5"),
+        ({"sums": "exact"}, "sums is 'exact'.*'printed', 'settled'"),
+        ({"compensation": "full"}, "compensation is 'full'.*'none', 'printed', 'settled'"),
+        ({"sums": "settled", "compensation": "printed"}, "printed compensation .* settled sums"),
+        ({"error_terms": True}, "error terms are asked for without compensation"),
+        ({"initial_values": {"slope": 1.0}}, "first guess is given for 'slope'"),
+        ({"initial_values": {"coulomb_friction": np.nan}}, "'coulomb_friction' is nan"),
+    ],
+)
+def test_impossible_settings_are_refused(
+    without_shape_checks: None, wrong: dict[str, Any], message: str
+) -> None:
+    with pytest.raises(InputError, match=message):
+        ReportEstimator(**(ARM | wrong))
+
+
+@pytest.mark.parametrize(
+    ("sample", "message"),
+    [
+        ((1.0, np.nan, 0.0, 0.0, 0.0), "the position of the sample is nan"),
+        ((1.0, 0.0, 0.0, 0.0, np.inf), "the load velocity of the sample is inf"),
+        ((1.0, 0.0), "must be five numbers"),
+        ((1.0, 0.0, "fast", 0.0, 0.0), "must be five numbers"),
+    ],
+)
+def test_bad_samples_are_refused(
+    without_shape_checks: None, sample: tuple[Any, ...], message: str
+) -> None:
+    estimator = ReportEstimator(**ARM)
+    state = estimator.init(sampling_time=T)
+    before = state.copy()
+    with pytest.raises(InputError, match=message):
+        estimator.step(state, sample)  # type: ignore[arg-type]
+    np.testing.assert_array_equal(state, before)
+
+
+def test_logs_that_do_not_fit_are_refused(clean: AxisLog) -> None:
+    estimator = ReportEstimator(**ARM)
+    state = estimator.init(sampling_time=0.02)
+    with pytest.raises(InputError, match=r"0\.01 s, the state was made for 0\.02 s"):
+        estimator.run(state, clean)
+    alone = replace(clean, measured_load_position=None, measured_load_velocity=None)
+    with pytest.raises(InputError, match="no position of the load"):
+        estimator.run(estimator.init(sampling_time=T), alone)
+    with pytest.raises(InputError, match="sampling time is 0 s"):
+        estimator.init(sampling_time=0.0)
+    idle = replace(clean, effort=np.zeros(len(clean)))
+    with pytest.raises(InputError, match="the effort is 0 N in all"):
+        estimator.fit(idle)
