@@ -277,6 +277,7 @@ def test_a_fit_says_what_noise_does_to_it(clean: AxisLog, noisy: list[AxisLog]) 
     plain = ReportEstimator(**ARM).fit(noisy[0])
     assert any("no interval allows for that bias" in note for note in plain.diagnostics.notes)
     coulomb = plain.parameters["coulomb_friction"].ci95
+    assert plain.status is Status.OK
     assert coulomb is not None
     assert coulomb[1] < 0.1  # as the note says
     notes = ReportEstimator(**ARM, compensation="printed", **FULL).fit(noisy[0]).diagnostics.notes
@@ -295,7 +296,8 @@ def test_a_rigid_axis_and_velocities_from_positions() -> None:
         estimator = ReportEstimator(inertia=3.0, sums=sums, initial_variance=1e9)  # type: ignore[arg-type]
         np.testing.assert_allclose(ends(estimator, log), [2.0, 5.0], rtol=rel)
         np.testing.assert_allclose(ends(estimator, positions_only), [2.0, 5.0], rtol=0.03)
-    assert estimator.fit(log).status is Status.OK
+    # In a steady swing both sums grow alike, and a fit of levels says so
+    assert estimator.fit(log).status is Status.NOT_IDENTIFIABLE
 
 
 def test_gaps_split_a_fit_and_refuse_a_run(clean: AxisLog) -> None:

@@ -273,8 +273,8 @@ class ReportEstimator:
         """
         after = state.copy()
         try:
-            u, x, v, x2, v2 = map(float, sample)
-            taken = report_energy_step(after, u, x, v, x2, v2)
+            u, x, v, x2, v2 = sample
+            taken = report_energy_step(after, float(u), float(x), float(v), float(x2), float(v2))
         except (TypeError, ValueError) as error:
             raise refused(after, sample) from error
         if not taken:
