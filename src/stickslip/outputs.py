@@ -6,13 +6,14 @@ A leaf beside the packages: the report, the log writer and the jobs all write fi
 import contextlib
 import os
 import secrets
+import shutil
 from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import TextIO
 
 from stickslip.records import InputError
 
-__all__ = ["check_output", "whole_file"]
+__all__ = ["check_output", "files_at_once", "whole_file"]
 
 
 def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the output") -> None:
@@ -98,6 +99,47 @@ def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     finally:
         if replaceable:
             written.unlink(missing_ok=True)
+
+
+@contextlib.contextmanager
+def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
+    """Write several files into a folder that appear there together, once all are complete.
+
+    What is written into the folder yielded is moved to ``folder`` when the block ends; existing
+    files of the same names are replaced. If it fails nothing appears, and a folder that was made
+    for it is removed.
+
+    Parameters
+    ----------
+    folder
+        Where the files shall go; made if it is missing.
+    what
+        What the files are called in the message.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    """
+    missing = [each for each in (folder, *folder.parents) if not each.exists()]
+    scratch = folder / f".{secrets.token_hex(4)}.part"
+    try:
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            scratch.mkdir()
+        except OSError as error:
+            raise _unwritable(folder, error, what) from error
+        yield scratch
+        for path in sorted(scratch.iterdir()):
+            try:
+                path.replace(folder / path.name)
+            except OSError as error:
+                raise _unwritable(folder / path.name, error, what) from error
+    finally:
+        shutil.rmtree(scratch, ignore_errors=True)
+        for made in missing:
+            with contextlib.suppress(OSError):  # it holds the files, or was never made
+                made.rmdir()
 
 
 def _sibling(path: Path) -> Path:

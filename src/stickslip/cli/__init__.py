@@ -1,4 +1,4 @@
-"""The command line: ``stickslip identify``, ``stickslip demo``, ``stickslip data``."""
+"""The command line: ``stickslip identify``, ``demo``, ``reproduce`` and ``data``."""
 
 from stickslip.cli.entry import main
 

@@ -11,6 +11,7 @@ from stickslip import __version__
 from stickslip.cli.data import data
 from stickslip.cli.demo import demo
 from stickslip.cli.identify import EXAMPLES, identify
+from stickslip.cli.reproduce import reproduce
 from stickslip.cli.terminal import one_line, reader_may_leave, say
 
 __all__ = ["run"]
@@ -38,6 +39,11 @@ def _help(command: Callable[..., int]) -> str:
 
 app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
 app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
+app.command(
+    reproduce,
+    help=_help(reproduce),
+    help_epilogue="Example:\n  stickslip reproduce part-a --out part-a --runs 20",
+)
 app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
 
 

@@ -3,16 +3,19 @@
 from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
+from stickslip.jobs.reproduce import Reproduced, reproduce_part_a
 from stickslip.logs import AxisSchema, find_benchmark
 from stickslip.report import write_report
 
 __all__ = [
     "AxisSchema",
     "Demonstration",
+    "Reproduced",
     "demonstrate",
     "find_benchmark",
     "identify",
     "json_text",
+    "reproduce_part_a",
     "write_json",
     "write_report",
 ]

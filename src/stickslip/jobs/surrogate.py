@@ -10,6 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 if TYPE_CHECKING:
+    from stickslip.control import FeedbackController
+    from stickslip.estimation import ReportEstimator
     from stickslip.plants import FlexibleArm
     from stickslip.simulation import Sensors
 
@@ -26,6 +28,7 @@ __all__ = [
     "VELOCITY_NOISE",
     "VISCOUS_FRICTION",
     "bang_bang_effort",
+    "feedback_controller",
     "surrogate_arm",
     "surrogate_sensors",
 ]
@@ -50,6 +53,17 @@ SETTING = (
 _EFFORT = 1.0
 _SWITCHING_TIME = 5.0
 
+# The report says of its feedback only what it consists of: PD, a notch, and compensation of
+# friction. These gains let noise alone, K_d sigma_v = 0.125 N, not free the resting mass, and damp
+# the load's swing as well as a loop around the first mass can.
+_POSITION_GAIN = 1.5
+_VELOCITY_GAIN = 2.5
+_NOTCH_DEPTH = 0.5
+_NOTCH_DAMPING = 0.4
+_EFFORT_LIMIT = 2.0
+# Target [m], duration [s] and dwell [s]; as long as the bang-bang input moves the arm.
+_MOVES = ((1.5, 5.0, 0.5), (-1.0, 7.0, 0.5), (0.5, 5.0, 0.5), (0.0, 5.0, 0.0))
+
 
 def surrogate_arm() -> "FlexibleArm":
     """Return the arm: two masses and a spring, friction on the first, static equal to Coulomb."""
@@ -67,10 +81,16 @@ def surrogate_arm() -> "FlexibleArm":
     )
 
 
-def bang_bang_effort() -> Float[np.ndarray, " n"]:
-    """Return the effort held over each sample [N]: one way, the other way, then none."""
-    held = round(_SWITCHING_TIME / SAMPLING_TIME)
-    effort = np.zeros(round(DURATION / SAMPLING_TIME))
+def bang_bang_effort(sampling_time: float = SAMPLING_TIME) -> Float[np.ndarray, " n"]:
+    """Return the effort held over each sample [N]: one way, the other way, then none.
+
+    Parameters
+    ----------
+    sampling_time
+        [s].
+    """
+    held = round(_SWITCHING_TIME / sampling_time)
+    effort = np.zeros(round(DURATION / sampling_time))
     effort[:held] = _EFFORT
     effort[held : 2 * held] = -_EFFORT
     return effort
@@ -87,3 +107,55 @@ def surrogate_sensors(noise: float = 1.0) -> "Sensors":
     from stickslip.simulation import Sensors
 
     return Sensors(position_noise=noise * POSITION_NOISE, velocity_noise=noise * VELOCITY_NOISE)
+
+
+def feedback_controller(
+    estimator: "ReportEstimator", state: Float[np.ndarray, " s"]
+) -> "FeedbackController":
+    """Return the feedback of section 6.2, which compensates what an estimator finds on the way.
+
+    Parameters
+    ----------
+    estimator
+        Whose estimates are compensated.
+    state
+        What it begins with [units of the estimator].
+    """
+    from stickslip.control import (
+        PD,
+        FeedbackController,
+        FrictionCompensation,
+        Move,
+        Notch,
+        OnlineFriction,
+        PointToPoint,
+    )
+
+    first = estimator.values_at.start
+    return FeedbackController(
+        sampling_time=SAMPLING_TIME,
+        pd=PD(position_gain=_POSITION_GAIN, velocity_gain=_VELOCITY_GAIN),
+        notch=Notch.at_resonance(
+            mass_1=MASS_1,
+            mass_2=MASS_2,
+            stiffness=STIFFNESS,
+            depth=_NOTCH_DEPTH,
+            damping=_NOTCH_DAMPING,
+        ),
+        compensation=FrictionCompensation(
+            friction=OnlineFriction(
+                kernel=estimator.kernel,
+                first_state=state,
+                values_at=slice(first, first + len(TRUTH)),
+                needs_load=True,
+            )
+        ),
+        inertia=MASS_1 + MASS_2,
+        effort_limit=_EFFORT_LIMIT,
+        reference=PointToPoint(
+            moves=tuple(
+                Move(target=target, duration=duration, dwell=dwell)
+                for target, duration, dwell in _MOVES
+            )
+        ),
+    )

@@ -1,5 +1,7 @@
-"""The page that shows an identification: it draws finished results and computes nothing."""
+"""Pages and pictures of finished results: they draw, and compute nothing."""
 
 from stickslip.report.page import write_report
+from stickslip.report.pictures import picture
+from stickslip.report.reproduction_page import reproduction_page
 
-__all__ = ["write_report"]
+__all__ = ["picture", "reproduction_page", "write_report"]

@@ -1,0 +1,159 @@
+"""The cases of the report's simulations, and the variants of the estimator put beside them."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+from stickslip.estimation import EnergyEstimator, ReportEstimator
+from stickslip.jobs import surrogate
+
+__all__ = ["CASES", "VARIANTS", "Case", "Variant", "report_estimator", "robust_estimator"]
+
+Form = Literal["printed", "settled"]
+
+_HALF = 0.5  # the report's wrong standard deviations are 50 % of the true ones
+
+
+def report_estimator(
+    *,
+    sums: Form = "printed",
+    compensation: Literal["none", "printed", "settled"] = "none",
+    assumed: float = 1.0,
+    error_terms: bool = False,
+) -> ReportEstimator:
+    """Return the report's estimator for the surrogate arm.
+
+    Parameters
+    ----------
+    sums, compensation, error_terms
+        As `ReportEstimator` takes them.
+    assumed
+        Standard deviations that are assumed, over those of the surrogate values [-].
+    """
+    compensated = compensation != "none"
+    return ReportEstimator(
+        inertia=surrogate.MASS_1,
+        load_inertia=surrogate.MASS_2,
+        stiffness=surrogate.STIFFNESS,
+        sums=sums,
+        compensation=compensation,
+        position_noise=assumed * surrogate.POSITION_NOISE if compensated else None,
+        velocity_noise=assumed * surrogate.VELOCITY_NOISE if compensated else None,
+        error_terms=error_terms,
+    )
+
+
+def robust_estimator() -> EnergyEstimator:
+    """Return this package's own estimator for the surrogate arm; it is told no noise."""
+    return EnergyEstimator(
+        inertia=surrogate.MASS_1,
+        load_inertia=surrogate.MASS_2,
+        stiffness=surrogate.STIFFNESS,
+        offset=False,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One of the six cases of chapter 6.
+
+    Attributes
+    ----------
+    key
+        Its short name.
+    label
+        What it is called in a legend.
+    noise
+        Of the sensors, over that of the surrogate values [-].
+    estimator
+        What estimates.
+    """
+
+    key: str
+    label: str
+    noise: float
+    estimator: ReportEstimator
+
+
+CASES = (
+    Case(key="clean", label="without noise", noise=0.0, estimator=report_estimator()),
+    Case(key="noisy", label="with noise", noise=1.0, estimator=report_estimator()),
+    Case(
+        key="full",
+        label="noise, fully compensated",
+        noise=1.0,
+        estimator=report_estimator(compensation="printed"),
+    ),
+    Case(
+        key="wrong",
+        label="noise, compensated with half of each σ",
+        noise=1.0,
+        estimator=report_estimator(compensation="printed", assumed=_HALF),
+    ),
+    Case(
+        key="terms",
+        label="noise, compensated, with B and S",
+        noise=1.0,
+        estimator=report_estimator(compensation="printed", error_terms=True),
+    ),
+    Case(
+        key="wrong-terms",
+        label="noise, half of each σ, with B and S",
+        noise=1.0,
+        estimator=report_estimator(compensation="printed", assumed=_HALF, error_terms=True),
+    ),
+)
+"""The lines of Figures 6.1, 6.2, 6.6 and 6.7, and the columns of 6.3-6.5 and 6.8-6.10."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variant:
+    """One form of the report's estimator, scored by Monte Carlo.
+
+    Attributes
+    ----------
+    name
+        What it is called.
+    sums, compensation, error_terms
+        As `ReportEstimator` takes them.
+    """
+
+    name: str
+    sums: Form
+    compensation: Literal["none", "printed", "settled"] = "none"
+    error_terms: bool = False
+
+    @property
+    def told(self) -> bool:
+        """Whether it is told standard deviations."""
+        return self.compensation != "none"
+
+    def estimator(self, assumed: float) -> ReportEstimator:
+        """Return the estimator, told this much of the surrogate's standard deviations [-]."""
+        return report_estimator(
+            sums=self.sums,
+            compensation=self.compensation,
+            assumed=assumed,
+            error_terms=self.error_terms,
+        )
+
+
+_FORMS: tuple[tuple[str, Form, Form], ...] = (
+    ("printed sums, printed compensation", "printed", "printed"),
+    ("printed sums, settled compensation", "printed", "settled"),
+    ("exact sums, settled compensation", "settled", "settled"),
+)
+
+VARIANTS = (
+    Variant(name="printed sums", sums="printed"),
+    Variant(name="exact sums", sums="settled"),
+    *(
+        Variant(
+            name=name + (", B and S" if error_terms else ""),
+            sums=sums,
+            compensation=compensation,
+            error_terms=error_terms,
+        )
+        for name, sums, compensation in _FORMS
+        for error_terms in (False, True)
+    ),
+)

@@ -1,0 +1,94 @@
+"""Figures of a reproduction as pictures; what is drawn was computed before."""
+
+import io
+from typing import TYPE_CHECKING, Any
+
+from stickslip.records import CurveRole, Panel, ReproducedFigure
+from stickslip.report.drawing import BLUE, GREY, INK, ORANGE, PINK, VERMILION
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+__all__ = ["picture"]
+
+_DOTS_PER_INCH = 160
+_WIDTH = 9.0  # inches, as all sizes here
+_SINGLE_HEIGHT = 3.6
+_ROW_HEIGHT = 1.75
+_HEAD = 0.45
+
+_STYLE: dict[Any, Any] = {
+    "font.family": "DejaVu Sans",  # the one font that comes with the library
+    "font.size": 9,
+    "axes.titlesize": 9,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.edgecolor": GREY,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e5e7eb",
+    "grid.linewidth": 0.6,
+    "legend.frameon": False,
+    "legend.fontsize": 8,
+}
+
+# Lines that share a panel differ in dash or width as well, so that a grey print can be read.
+_LOOKS: dict[CurveRole, dict[str, Any]] = {
+    "truth": {"color": INK, "lw": 1.0, "ls": (0, (5, 3)), "zorder": 3},
+    "first": {"color": BLUE, "lw": 1.6},
+    "second": {"color": VERMILION, "lw": 1.0},
+    "third": {"color": ORANGE, "lw": 1.4, "ls": "-."},
+    "fourth": {"color": PINK, "lw": 1.4, "ls": ":"},
+}
+
+
+def picture(figure: ReproducedFigure) -> bytes:
+    """Return a figure as PNG; the same figure gives the same bytes."""
+    # Loaded here, as it takes half a second.
+    from matplotlib import rc_context
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    rows = -(-len(figure.panels) // figure.columns)
+    height = _SINGLE_HEIGHT if rows == 1 else _HEAD + rows * _ROW_HEIGHT
+    with rc_context(_STYLE):
+        drawn = Figure(figsize=(_WIDTH, height), dpi=_DOTS_PER_INCH, layout="constrained")
+        drawn.suptitle(
+            f"Figure {figure.number}: {figure.title}",
+            x=0.01,
+            ha="left",
+            fontsize=10,
+            fontweight="bold",
+        )
+        axes = drawn.subplots(rows, figure.columns, squeeze=False)
+        for k, panel in enumerate(figure.panels):
+            row, column = divmod(k, figure.columns)
+            lowest = row == rows - 1 or panel.x_label != figure.panels[k + figure.columns].x_label
+            _draw(axes[row, column], panel, x_label=lowest, alone=figure.columns == 1)
+        written = io.BytesIO()
+        # No date and no version inside.
+        FigureCanvasAgg(drawn).print_png(written, metadata={"Software": None})
+    return written.getvalue()
+
+
+def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
+    for curve in panel.curves:
+        axes.plot(curve.x, curve.y, label=curve.label, **_LOOKS[curve.role])
+    axes.set_title(panel.title)
+    axes.set_ylabel(panel.y_label)
+    if x_label:
+        axes.set_xlabel(panel.x_label)
+    axes.margins(x=0.01)
+    if panel.y_range is not None:
+        axes.set_ylim(*panel.y_range)
+    if len({curve.label for curve in panel.curves}) > 1:
+        if alone:  # above the panel, beside its title, where there is room for it
+            axes.legend(
+                ncols=len(panel.curves),
+                loc="lower right",
+                bbox_to_anchor=(1.0, 0.99),
+                borderaxespad=0.0,
+            )
+        else:
+            axes.legend(loc="best")

@@ -1,0 +1,261 @@
+"""The page of a reproduction: claims beside measurements, tables, and figures as pictures."""
+
+import base64
+import html
+import math
+from collections.abc import Mapping, Sequence
+
+from stickslip.records import (
+    Claim,
+    FiveRuns,
+    ReproducedFigure,
+    Reproduction,
+    VariantScore,
+    parameter_label,
+    unit_of,
+    unit_text,
+)
+from stickslip.report.drawing import symbol
+from stickslip.report.sheet import contents, head, section
+
+__all__ = ["reproduction_page"]
+
+_POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+    "form-action 'none'"
+)
+_SECTIONS = (
+    ("claims", "The report's claims"),
+    ("estimates", "Estimates and ITSE"),
+    ("variants", "All variants"),
+    ("figures", "Figures"),
+    ("provenance", "Provenance"),
+)
+
+
+def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes]) -> str:
+    """Return a reproduction as one HTML page that works offline and on paper, without a script.
+
+    Parameters
+    ----------
+    reproduction
+        What to show; nothing is computed from it.
+    pictures
+        PNG of each figure, by the figure's number.
+    """
+    names = dict(_SECTIONS)
+    bodies = {
+        "claims": _claims(reproduction.claims),
+        "estimates": _estimates(reproduction.five_runs),
+        "variants": _variants(reproduction.variants),
+        "figures": "".join(_figure(each, pictures[each.number]) for each in reproduction.figures),
+        "provenance": _provenance(reproduction),
+    }
+    return (
+        head(reproduction.title, policy=_POLICY)
+        + _header(reproduction)
+        + contents(list(_SECTIONS))
+        + "<main>\n"
+        + "".join(section(anchor, names[anchor], bodies[anchor]) for anchor in names)
+        + "</main>\n"
+        + f"<footer>Written by stickslip {html.escape(reproduction.stickslip_version)}. This page "
+        "holds everything it shows and fetches nothing.</footer>\n</body>\n</html>\n"
+    )
+
+
+def _header(reproduction: Reproduction) -> str:
+    agree = sum(each.agrees for each in reproduction.claims)
+    return (
+        '<header class="top">\n'
+        '<p class="kicker">stickslip · the report, part A, made anew</p>\n'
+        f"<h1>{html.escape(reproduction.title)}</h1>\n"
+        f"<p>{html.escape(reproduction.setting)}</p>\n"
+        f"<p>Of {len(reproduction.claims)} claims of the report, {agree} agree with what was "
+        f"measured and {len(reproduction.claims) - agree} differ.</p>\n</header>\n"
+    )
+
+
+def _claims(claims: Sequence[Claim]) -> str:
+    rows: list[str] = []
+    for claim in claims:
+        word = (
+            '<span class="mark-yes">✓ agrees</span>'
+            if claim.agrees
+            else '<span class="mark-no">✗ differs</span>'
+        )
+        cells = (
+            (
+                "Measured",
+                f"{html.escape(claim.measured)}"
+                f"<span class='meaning'>Agrees if {html.escape(claim.criterion)}.</span>",
+            ),
+            ("Verdict", word),
+            ("Why", html.escape(claim.why)),
+        )
+        body = "".join(f'<td data-label="{label}">{text}</td>' for label, text in cells)
+        rows.append(
+            f'<tr><th scope="row">{html.escape(claim.statement)}'
+            f"<span class='meaning'>{html.escape(claim.place)}</span></th>{body}</tr>\n"
+        )
+    heads = "".join(
+        f'<th scope="col">{name}</th>' for name in ("The report says", "Measured", "", "Why")
+    )
+    return (
+        '<table class="parameters claims"><caption>Every verdict is computed from the numbers '
+        "beside it, by the criterion that stands there; they are also in the JSON file."
+        f"</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody></table>\n"
+    )
+
+
+def _estimates(every: Sequence[FiveRuns]) -> str:
+    parts = [
+        "<p>What the estimators had learned after each of five consecutive runs, and the integral "
+        "of time-multiplied squared prediction error of each run (Eq. 6.3), over that of the first "
+        "run without noise in the same loop. These are the runs of Figures 6.1 to 6.10.</p>\n"
+    ]
+    for loop in dict.fromkeys(each.loop for each in every):
+        there = [each for each in every if each.loop == loop]
+        names = list(there[0].values)
+        runs = range(1, there[0].itse.size + 1)
+        top = "".join(
+            f'<th scope="colgroup" colspan="{len(runs)}">{_quantity(name)} after run</th>'
+            for name in names
+        )
+        top += f'<th scope="colgroup" colspan="{len(runs)}">ITSE of run [-]</th>'
+        numbers = "".join(f'<th scope="col">{run}</th>' for run in runs) * (len(names) + 1)
+        body = "".join(
+            _row(
+                each.case,
+                [
+                    *(_fixed(value) for name in names for value in each.values[name].tolist()),
+                    *(_short(value) for value in each.itse.tolist()),
+                ],
+            )
+            for each in there
+        )
+        parts.append(
+            f"<h3>{loop.capitalize()}</h3>\n"
+            '<div class="wide"><table class="dense"><thead>'
+            f"<tr><td></td>{top}</tr><tr><td></td>{numbers}</tr></thead>\n"
+            f"<tbody>\n{body}</tbody></table></div>\n"
+        )
+    return "".join(parts)
+
+
+def _variants(scores: Sequence[VariantScore]) -> str:
+    parts = [
+        f"<p>Every variant over {scores[0].runs} runs for each loop and each noise, each run from "
+        "first guesses of zero: mean error, and in brackets root mean square error, in % of the "
+        "truth. Noise is over that of the surrogate values; σ assumed is over the true one. In the "
+        "feedback all variants see the same logs, made while the controller compensates with the "
+        "report's own best form (printed sums, true σ, B and S).</p>\n"
+    ]
+    for loop in dict.fromkeys(each.loop for each in scores):
+        there = [each for each in scores if each.loop == loop]
+        parts.append(f"<h3>{loop.capitalize()}</h3>\n{_variant_table(there)}")
+    sure = [each for each in scores if each.coverage is not None]
+    if sure:
+        parts.append(
+            "<h3>Intervals</h3>\n<p>Share of the runs in which the 95 % interval holds the truth. "
+            "The report's recursion gives no interval.</p>\n" + _coverage_table(sure)
+        )
+    return "".join(parts)
+
+
+def _variant_table(scores: Sequence[VariantScore]) -> str:
+    names = list(scores[0].bias)
+    noises = list(dict.fromkeys(each.noise for each in scores))
+    found = {(each.variant, each.assumed, each.noise): each for each in scores}
+    top = "".join(
+        f'<th scope="colgroup" colspan="{len(names)}">noise × {noise:g}</th>' for noise in noises
+    )
+    second = "".join(f'<th scope="col">{symbol(name)} [%]</th>' for name in names) * len(noises)
+    rows: list[str] = []
+    for variant, assumed in dict.fromkeys((each.variant, each.assumed) for each in scores):
+        cells = ["–" if assumed is None else f"× {assumed:g}"]
+        for noise in noises:
+            score = found[variant, assumed, noise]
+            cells += [_error(score.bias[name], score.rmse[name]) for name in names]
+        rows.append(_row(variant, cells))
+    return (
+        '<div class="wide"><table class="dense"><thead>'
+        f"<tr><td></td><td></td>{top}</tr>"
+        f'<tr><th scope="col">variant</th><th scope="col">σ assumed</th>{second}</tr></thead>\n'
+        f"<tbody>\n{''.join(rows)}</tbody></table></div>\n"
+    )
+
+
+def _coverage_table(scores: Sequence[VariantScore]) -> str:
+    names = list(scores[0].bias)
+    heads = "".join(
+        f'<th scope="col">{name}</th>'
+        for name in ("variant", "loop", "noise", *(f"{symbol(n)} [%]" for n in names))
+    )
+    body = "".join(
+        _row(
+            each.variant,
+            [
+                each.loop,
+                f"× {each.noise:g}",
+                *(
+                    "–" if each.coverage is None else f"{100 * each.coverage[name]:.1f}"
+                    for name in names
+                ),
+            ],
+        )
+        for each in scores
+    )
+    return (
+        f'<table class="dense"><thead><tr>{heads}</tr></thead>\n<tbody>\n{body}</tbody></table>\n'
+    )
+
+
+def _figure(figure: ReproducedFigure, picture: bytes) -> str:
+    data = base64.b64encode(picture).decode("ascii")
+    title = html.escape(f"Figure {figure.number}: {figure.title}")
+    return (
+        f'<figure id="figure-{figure.number}">'
+        f'<img alt="{title}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{html.escape(figure.caption)}</figcaption></figure>\n"
+    )
+
+
+def _provenance(reproduction: Reproduction) -> str:
+    rows = [
+        ("stickslip", html.escape(reproduction.stickslip_version)),
+        *((html.escape(name), str(value)) for name, value in reproduction.options.items()),
+        (
+            "Source",
+            "J. J. M. van de Wijdeven, Conjunction of “Energy-based approach for estimating "
+            "Coulomb and viscous friction” and “Adaptive pulse amplitude pulse width control of "
+            "systems subject to Coulomb and viscous friction”, Technische Universiteit Eindhoven, "
+            "DCT 2002-29, 2002",
+        ),
+    ]
+    body = "".join(f'<tr><th scope="row">{term}</th><td>{value}</td></tr>' for term, value in rows)
+    return f'<table class="options"><tbody>{body}</tbody></table>\n'
+
+
+def _row(name: str, cells: Sequence[str]) -> str:
+    numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+    return f'<tr><th scope="row">{html.escape(name)}</th>{numbers}</tr>\n'
+
+
+def _quantity(name: str) -> str:
+    return f"{parameter_label(name)} {symbol(name)} [{unit_text(unit_of(name, 'linear'))}]"
+
+
+def _fixed(value: float) -> str:
+    return f"{value:.4f}".replace("-", "−")
+
+
+def _short(value: float) -> str:
+    """Return a positive number with three digits, and without an exponent where it is large."""
+    return f"{value:.3g}" if value < 1000 else f"{value:,.0f}".replace(",", "\u202f")
+
+
+def _error(bias: float, rmse: float) -> str:
+    if not (math.isfinite(bias) and math.isfinite(rmse)):
+        return "–"
+    decimals = 2 if 100 * rmse < 100 else 0
+    return f"{100 * bias:+.{decimals}f} ({100 * rmse:.{decimals}f})".replace("-", "−")
