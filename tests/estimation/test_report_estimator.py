@@ -15,6 +15,7 @@ from stickslip.estimation import (
     absolute_bias_polynomial,
     examine,
 )
+from stickslip.estimation.report_rows import noise_shares, weighted_rows
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status
@@ -406,3 +407,55 @@ def test_logs_that_do_not_fit_are_refused(clean: AxisLog) -> None:
     idle = replace(clean, effort=np.zeros(len(clean)))
     with pytest.raises(InputError, match="the effort is 0 N in all"):
         estimator.fit(idle)
+
+
+def drifting(speed: float, samples: int, seed: int) -> AxisLog:
+    """Return a log of a rigid axis at constant speed, with noise."""
+    noise = np.random.default_rng(seed).standard_normal((2, samples))
+    time = T * np.arange(samples)
+    return AxisLog(
+        name="drift",
+        kind="linear",
+        time=time,
+        effort=np.ones(samples),
+        measured_position=speed * time + SIGMA_W * noise[0],
+        measured_velocity=speed + SIGMA_V * noise[1],
+    )
+
+
+@pytest.mark.parametrize("speed", [0.0, 0.4])
+def test_noise_lengthens_no_settled_sum(speed: float) -> None:
+    """Whole sums of 400 runs: at rest and where the sign is safe, no bias is left of chapter 5."""
+    runs, samples = 400, 200
+    sums = []
+    for seed in range(runs):
+        estimator = ReportEstimator(inertia=1.0, sums="settled", compensation="settled", **FULL)
+        state = estimator.init(sampling_time=T)
+        _, rows = weighted_rows(state, [samples_of_rigid(drifting(speed, samples, seed))])
+        sums.append(rows[-1])
+    found = np.array(sums)
+    duration = T * (samples - 1)
+    error = found.std(axis=0, ddof=1) / np.sqrt(runs)
+    expected = np.array([speed * duration, speed**2 * duration])
+    assert np.all(np.abs(found.mean(axis=0) - expected) < STANDARD_ERRORS * error)
+    # Without its two thirds of sigma^2 T a sample, the second would be seen to be biased
+    assert 2 / 3 * SIGMA_V**2 * duration > 2 * STANDARD_ERRORS * error[1]
+
+
+def samples_of_rigid(log: AxisLog) -> np.ndarray:
+    nothing = np.zeros(len(log))
+    assert log.measured_velocity is not None
+    return np.column_stack(
+        [log.effort, log.measured_position, log.measured_velocity, nothing, nothing]
+    )
+
+
+def test_the_share_of_noise_that_a_note_tells(clean: AxisLog, noisy: list[AxisLog]) -> None:
+    estimator = ReportEstimator(**ARM)
+    state = estimator.init(sampling_time=T)
+    tables = [np.column_stack(columns_of(log)) for log in (noisy[0], clean)]
+    told = noise_shares(state, tables[:1], SIGMA_V)
+    ends_of_sums = [weighted_rows(state, [table])[1][-1] for table in tables]
+    share = 1.0 - ends_of_sums[1] / ends_of_sums[0]
+    # Of absolute velocities the double expectation sees three quarters at rest; squares wander
+    np.testing.assert_allclose(told, share, rtol=0.35)

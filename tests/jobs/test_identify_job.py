@@ -2,11 +2,13 @@
 
 import json
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import stickslip
+from stickslip.estimation import ReportEstimator
 from stickslip.jobs import Demonstration, demonstrate, identify, json_text, write_json
 from stickslip.records import AxisLog, InputError
 
@@ -100,3 +102,25 @@ def test_every_public_name_of_the_package_loads() -> None:
     assert set(stickslip.__all__) <= set(dir(stickslip))
     with pytest.raises(AttributeError, match="no attribute 'nothing'"):
         _ = stickslip.nothing  # type: ignore[attr-defined]
+
+
+def test_the_reports_variant_is_its_estimator(log: AxisLog) -> None:
+    found = identify(log, variant="report", inertia=MASS, forgetting_factor=0.9999).estimate
+    direct = ReportEstimator(inertia=MASS, forgetting_factor=0.9999).fit(log)
+    assert found.to_dict() == direct.to_dict()
+    assert tuple(found.parameters) == ("coulomb_friction", "viscous_friction")
+
+
+@pytest.mark.parametrize(
+    ("asked", "message"),
+    [
+        ({}, "takes the mass as known, and none is given"),
+        ({"inertia": MASS, "offset": True}, "an offset is asked for.*default"),
+        ({"inertia": MASS, "per_direction": True}, "friction per direction is asked for"),
+    ],
+)
+def test_the_reports_variant_refuses_what_it_does_not_estimate(
+    asked: dict[str, Any], message: str, log: AxisLog
+) -> None:
+    with pytest.raises(InputError, match=message):
+        identify(log, variant="report", **asked)
