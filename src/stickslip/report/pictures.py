@@ -1,6 +1,7 @@
 """Figures of a reproduction as pictures; what is drawn was computed before."""
 
 import io
+import re
 from typing import TYPE_CHECKING, Any
 
 from stickslip.records import CurveRole, Panel, ReproducedFigure
@@ -16,6 +17,9 @@ _WIDTH = 9.0  # inches, as all sizes here
 _SINGLE_HEIGHT = 3.6
 _ROW_HEIGHT = 1.75
 _HEAD = 0.45
+_ALONE = 0.9  # width of a line that has a panel for itself [points]
+
+_SYMBOL = re.compile(r"\b([A-Za-z])_([a-z]+\d?)")
 
 _STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # the one font that comes with the library
@@ -55,7 +59,7 @@ def picture(figure: ReproducedFigure) -> bytes:
     with rc_context(_STYLE):
         drawn = Figure(figsize=(_WIDTH, height), dpi=_DOTS_PER_INCH, layout="constrained")
         drawn.suptitle(
-            f"Figure {figure.number}: {figure.title}",
+            _typeset(f"Figure {figure.number}: {figure.title}"),
             x=0.01,
             ha="left",
             fontsize=10,
@@ -74,11 +78,14 @@ def picture(figure: ReproducedFigure) -> bytes:
 
 def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
     for curve in panel.curves:
-        axes.plot(curve.x, curve.y, label=curve.label, **_LOOKS[curve.role])
-    axes.set_title(panel.title)
-    axes.set_ylabel(panel.y_label)
+        look = dict(_LOOKS[curve.role])
+        if len(panel.curves) == 1:
+            look["lw"] = _ALONE
+        axes.plot(curve.x, curve.y, label=_typeset(curve.label), **look)
+    axes.set_title(_typeset(panel.title))
+    axes.set_ylabel(_typeset(panel.y_label))
     if x_label:
-        axes.set_xlabel(panel.x_label)
+        axes.set_xlabel(_typeset(panel.x_label))
     axes.margins(x=0.01)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
@@ -92,3 +99,8 @@ def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
             )
         else:
             axes.legend(loc="best")
+
+
+def _typeset(text: str) -> str:
+    """Return text with the indices of its symbols set low."""
+    return _SYMBOL.sub(r"$\1_{\2}$", text)

@@ -3,6 +3,7 @@
 import base64
 import html
 import math
+import re
 from collections.abc import Mapping, Sequence
 
 from stickslip.records import (
@@ -24,6 +25,8 @@ _POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
     "form-action 'none'"
 )
+_SYMBOL = re.compile(r"\b([A-Za-zσ])_([a-z]+\d?)")
+
 _SECTIONS = (
     ("claims", "The report's claims"),
     ("estimates", "Estimates and ITSE"),
@@ -86,16 +89,16 @@ def _claims(claims: Sequence[Claim]) -> str:
         cells = (
             (
                 "Measured",
-                f"{html.escape(claim.measured)}"
-                f"<span class='meaning'>Agrees if {html.escape(claim.criterion)}.</span>",
+                f"{_text(claim.measured)}"
+                f"<span class='meaning'>Agrees if {_text(claim.criterion)}.</span>",
             ),
             ("Verdict", word),
-            ("Why", html.escape(claim.why)),
+            ("Why", _text(claim.why)),
         )
         body = "".join(f'<td data-label="{label}">{text}</td>' for label, text in cells)
         rows.append(
-            f'<tr><th scope="row">{html.escape(claim.statement)}'
-            f"<span class='meaning'>{html.escape(claim.place)}</span></th>{body}</tr>\n"
+            f'<tr><th scope="row">{_text(claim.statement)}'
+            f"<span class='meaning'>{_text(claim.place)}</span></th>{body}</tr>\n"
         )
     heads = "".join(
         f'<th scope="col">{name}</th>' for name in ("The report says", "Measured", "", "Why")
@@ -109,37 +112,49 @@ def _claims(claims: Sequence[Claim]) -> str:
 
 def _estimates(every: Sequence[FiveRuns]) -> str:
     parts = [
-        "<p>What the estimators had learned after each of five consecutive runs, and the integral "
-        "of time-multiplied squared prediction error of each run (Eq. 6.3), over that of the first "
-        "run without noise in the same loop. These are the runs of Figures 6.1 to 6.10.</p>\n"
+        "<p>What the estimators had learned after each of five consecutive runs: the runs of "
+        "Figures 6.1 to 6.10.</p>\n"
     ]
-    for loop in dict.fromkeys(each.loop for each in every):
+    loops = list(dict.fromkeys(each.loop for each in every))
+    for loop in loops:
         there = [each for each in every if each.loop == loop]
         names = list(there[0].values)
-        runs = range(1, there[0].itse.size + 1)
-        top = "".join(
-            f'<th scope="colgroup" colspan="{len(runs)}">{_quantity(name)} after run</th>'
-            for name in names
-        )
-        top += f'<th scope="colgroup" colspan="{len(runs)}">ITSE of run [-]</th>'
-        numbers = "".join(f'<th scope="col">{run}</th>' for run in runs) * (len(names) + 1)
-        body = "".join(
-            _row(
-                each.case,
-                [
-                    *(_fixed(value) for name in names for value in each.values[name].tolist()),
-                    *(_short(value) for value in each.itse.tolist()),
-                ],
-            )
-            for each in there
-        )
         parts.append(
             f"<h3>{loop.capitalize()}</h3>\n"
-            '<div class="wide"><table class="dense"><thead>'
-            f"<tr><td></td>{top}</tr><tr><td></td>{numbers}</tr></thead>\n"
-            f"<tbody>\n{body}</tbody></table></div>\n"
+            + _table_of_runs(
+                [f"{_quantity(name)} after run" for name in names],
+                there[0].itse.size,
+                {
+                    each.case: [
+                        _fixed(value) for name in names for value in each.values[name].tolist()
+                    ]
+                    for each in there
+                },
+            )
         )
+    errors: dict[str, list[str]] = {}
+    for each in every:
+        errors.setdefault(each.case, []).extend(map(_short, each.itse.tolist()))
+    parts.append(
+        "<h3>Prediction error</h3>\n<p>Its integral of time-multiplied squared error (Eq. 6.3), "
+        "over that of the first run without noise in the same loop.</p>\n"
+        + _table_of_runs(
+            [f"{loop.capitalize()}, run" for loop in loops], every[0].itse.size, errors
+        )
+    )
     return "".join(parts)
+
+
+def _table_of_runs(groups: Sequence[str], runs: int, rows: Mapping[str, Sequence[str]]) -> str:
+    """Return a table with a group of columns, one a run, under each head."""
+    top = "".join(f'<th scope="colgroup" colspan="{runs}">{group}</th>' for group in groups)
+    numbers = "".join(f'<th scope="col">{run}</th>' for run in range(1, runs + 1)) * len(groups)
+    body = "".join(_row(name, cells) for name, cells in rows.items())
+    return (
+        '<div class="wide"><table class="dense"><thead>'
+        f"<tr><td></td>{top}</tr><tr><td></td>{numbers}</tr></thead>\n"
+        f"<tbody>\n{body}</tbody></table></div>\n"
+    )
 
 
 def _variants(scores: Sequence[VariantScore]) -> str:
@@ -216,7 +231,7 @@ def _figure(figure: ReproducedFigure, picture: bytes) -> str:
     return (
         f'<figure id="figure-{figure.number}">'
         f'<img alt="{title}" src="data:image/png;base64,{data}">'
-        f"<figcaption>{html.escape(figure.caption)}</figcaption></figure>\n"
+        f"<figcaption>{_text(figure.caption)}</figcaption></figure>\n"
     )
 
 
@@ -234,6 +249,11 @@ def _provenance(reproduction: Reproduction) -> str:
     ]
     body = "".join(f'<tr><th scope="row">{term}</th><td>{value}</td></tr>' for term, value in rows)
     return f'<table class="options"><tbody>{body}</tbody></table>\n'
+
+
+def _text(text: str) -> str:
+    """Return plain text as HTML, with the indices of its symbols set low."""
+    return _SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", html.escape(text))
 
 
 def _row(name: str, cells: Sequence[str]) -> str:

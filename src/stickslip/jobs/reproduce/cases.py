@@ -85,19 +85,19 @@ CASES = (
     ),
     Case(
         key="wrong",
-        label="noise, compensated with half of each σ",
+        label="noise, compensated with half σ",
         noise=1.0,
         estimator=report_estimator(compensation="printed", assumed=_HALF),
     ),
     Case(
         key="terms",
-        label="noise, compensated, with B and S",
+        label="noise, compensated, B and S",
         noise=1.0,
         estimator=report_estimator(compensation="printed", error_terms=True),
     ),
     Case(
         key="wrong-terms",
-        label="noise, half of each σ, with B and S",
+        label="noise, half σ, B and S",
         noise=1.0,
         estimator=report_estimator(compensation="printed", assumed=_HALF, error_terms=True),
     ),

@@ -161,7 +161,7 @@ def _expected_value() -> ReproducedFigure:
         columns=1,
         panels=(
             Panel(
-                title="expected of the measured velocity, true velocity",
+                title="expectation over the noise",
                 x_label=f"true {_VELOCITY}",
                 y_label=_ABSOLUTE,
                 curves=(

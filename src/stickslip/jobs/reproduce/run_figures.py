@@ -13,6 +13,7 @@ from stickslip.records import (
     FiveRuns,
     Panel,
     ReproducedFigure,
+    in_words,
     parameter_label,
     unit_of,
 )
@@ -94,7 +95,7 @@ def _evolution(number: int, parameter: int, traces: Mapping[str, Trace]) -> Repr
     runs = traces["clean"].error.shape[0]
     return ReproducedFigure(
         number=f"6.{number}",
-        title=f"{loop.capitalize()}: evolution of the estimate of {parameter_label(name)}",
+        title=f"{loop.capitalize()}: evolution of the estimate of {in_words(name)}",
         caption=(
             f"The estimate over {runs} consecutive runs of {surrogate.DURATION:g} s, each "
             "beginning with the estimates and P that the run before ended with. From above: "
@@ -147,8 +148,7 @@ def _errors(number: int, traces: Sequence[Trace], reference: float) -> Reproduce
     runs = left.error.shape[0]
     return ReproducedFigure(
         number=f"6.{number}",
-        title=f"{left.loop.capitalize()}: prediction error e_y, {left.case.label} (left) and "
-        f"{right.case.label} (right)",
+        title=f"{left.loop.capitalize()}: prediction error e_y",
         caption=(
             f"Left column: {left.case.label}; right column: {right.case.label}. From above, the "
             f"{runs} consecutive runs; the report does not say how it arranges them. Above each "
@@ -159,7 +159,7 @@ def _errors(number: int, traces: Sequence[Trace], reference: float) -> Reproduce
         columns=2,
         panels=tuple(
             Panel(
-                title=f"run {run + 1}, ITSE {_short(relative[column][run])}",
+                title=(f"{trace.case.label}: run {run + 1}, ITSE {_short(relative[column][run])}"),
                 x_label="time [s]",
                 y_label="e_y [J]",
                 y_range=(-sizes[column] * (1 + _MARGIN), sizes[column] * (1 + _MARGIN)),
