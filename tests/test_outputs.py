@@ -5,7 +5,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.outputs import check_output, whole_file
+from stickslip.outputs import check_output, files_at_once, whole_file
 from stickslip.records import InputError
 
 
@@ -89,3 +89,39 @@ def test_a_full_disk_is_said_so() -> None:
     check_output(full)
     with pytest.raises(InputError, match="No space left"), whole_file(full) as stream:
         stream.write("x")
+
+
+def test_several_files_appear_together(tmp_path: Path) -> None:
+    folder = tmp_path / "a" / "b"
+    with files_at_once(folder) as scratch:
+        for name in ("one", "two"):
+            (scratch / name).write_text(name)
+        assert [path.is_dir() for path in folder.iterdir()] == [True]
+    assert {path.name: path.read_text() for path in folder.iterdir()} == {
+        "one": "one",
+        "two": "two",
+    }
+
+
+def test_a_failure_takes_all_of_several_files_back(tmp_path: Path) -> None:
+    (tmp_path / "old").mkdir()
+    (tmp_path / "old" / "one").write_text("old")
+
+    def fail_half_way(folder: Path) -> None:
+        with files_at_once(folder) as scratch:
+            (scratch / "one").write_text("new")
+            raise ZeroDivisionError
+
+    for folder in (tmp_path / "old", tmp_path / "new" / "deep"):
+        with pytest.raises(ZeroDivisionError):
+            fail_half_way(folder)
+    assert [path.name for path in tmp_path.iterdir()] == ["old"]
+    assert {path.name: path.read_text() for path in (tmp_path / "old").iterdir()} == {"one": "old"}
+
+
+def test_several_files_need_a_folder_to_go_to(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("kept")
+    for folder in (tmp_path / "file", tmp_path / "file" / "below"):
+        with pytest.raises(InputError, match="cannot be written"), files_at_once(folder):
+            pass
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]

@@ -6,7 +6,7 @@ from typing import Literal
 from stickslip.estimation import EnergyEstimator, ReportEstimator
 from stickslip.jobs import surrogate
 
-__all__ = ["CASES", "VARIANTS", "Case", "Variant", "report_estimator", "robust_estimator"]
+__all__ = ["CASES", "PRINTED_COMPENSATED", "VARIANTS", "Case", "Variant", "report_estimator", "robust_estimator"]
 
 Form = Literal["printed", "settled"]
 
@@ -137,8 +137,11 @@ class Variant:
         )
 
 
+PRINTED_COMPENSATED = "printed sums, printed compensation"
+"""The variant that the report compensates noise with, before B and S."""
+
 _FORMS: tuple[tuple[str, Form, Form], ...] = (
-    ("printed sums, printed compensation", "printed", "printed"),
+    (PRINTED_COMPENSATED, "printed", "printed"),
     ("printed sums, settled compensation", "printed", "settled"),
     ("exact sums, settled compensation", "settled", "settled"),
 )

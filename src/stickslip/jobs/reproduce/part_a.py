@@ -123,6 +123,7 @@ def _computed(
     from stickslip.jobs.reproduce.cases import CASES
     from stickslip.jobs.reproduce.evidence import Evidence, rest_of_the_arm, sampling_errors
     from stickslip.jobs.reproduce.expectations import absolute_value, expectation_figures
+    from stickslip.jobs.reproduce.loop_claims import loop_claims
     from stickslip.jobs.reproduce.monte_carlo import NOISES, monte_carlo
     from stickslip.jobs.reproduce.noise_claims import noise_claims
     from stickslip.jobs.reproduce.parallel import in_parallel
@@ -177,7 +178,11 @@ def _computed(
         ),
         five_runs=five_run_table(drawn),
         variants=evidence.study.scores,
-        claims=(*noise_claims(evidence), *simulation_claims(evidence)),
+        claims=(
+            *noise_claims(evidence),
+            *simulation_claims(evidence),
+            *loop_claims(evidence),
+        ),
         options={"runs": runs, "seed": seed},
         stickslip_version=__version__,
     )

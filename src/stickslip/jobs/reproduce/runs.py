@@ -106,7 +106,8 @@ def five_runs(loop: Loop, case: Case, seeds: Sequence[np.random.SeedSequence]) -
         state = estimator.resume(state)
         run = one_run(loop, case.noise, np.random.default_rng(seed), estimator, state)
         time = run.log.time
-        # The log holds what the controller's own estimator was handed, so this repeats it.
+        # The log holds what the controller's own estimator was handed, so this repeats it, and
+        # takes the last sample, after which nothing was commanded, as well.
         state, estimates, error = estimator.run(state, run.log)
         values.append(estimates[:, :2])
         errors.append(error)

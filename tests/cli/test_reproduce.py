@@ -1,0 +1,136 @@
+"""``stickslip reproduce``: what it asks the job for, what it prints, and how it refuses."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+from stage_log import Run
+
+from stickslip.jobs import Reproduced
+from stickslip.records import Claim, FiveRuns, Reproduction, VariantScore
+
+NAMES = ("coulomb_friction", "viscous_friction")
+
+
+@pytest.fixture
+def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
+    """Let a small finished reproduction stand for the job; return what the job was asked for."""
+    calls: list[dict[str, object]] = []
+    claims = [
+        Claim(
+            place=f"place {agrees}",
+            statement=f"statement {agrees}",
+            criterion="criterion",
+            measured="measured",
+            agrees=agrees,
+            why="why",
+        )
+        for agrees in (True, False)
+    ]
+
+    def job(
+        folder: Path,
+        *,
+        runs: int,
+        seed: int,
+        progress: Callable[[int, int], None] | None,
+    ) -> Reproduced:
+        calls.append({"folder": folder, "runs": runs, "seed": seed, "progress": progress})
+        reproduction = Reproduction(
+            title="A part",
+            setting="With surrogate values.",
+            figures=(),
+            five_runs=(
+                FiveRuns(
+                    loop="feedback",
+                    case="with noise",
+                    values={name: np.array([0.1, 0.1234]) for name in NAMES},
+                    itse=np.array([1.0, 0.5]),
+                ),
+            ),
+            variants=tuple(
+                VariantScore(
+                    loop=loop,
+                    variant="exact sums",
+                    noise=1.0,
+                    assumed=None,
+                    runs=runs,
+                    failed=0,
+                    bias=dict.fromkeys(NAMES, -0.0123),
+                    rmse=dict.fromkeys(NAMES, 0.0456),
+                    coverage=None,
+                )
+                for loop in ("feedforward", "feedback")
+            ),
+            claims=tuple(claims),
+            options={"runs": runs, "seed": seed},
+            stickslip_version="1.2.3",
+        )
+        return Reproduced(
+            reproduction=reproduction,
+            page=folder / "part-a.html",
+            numbers=folder / "part-a.json",
+            pictures=(folder / "figure-5.1.png", folder / "figure-5.2.png"),
+        )
+
+    monkeypatch.setattr("stickslip.jobs.reproduce_part_a", job)
+    return calls
+
+
+def test_tables_differences_and_files_are_printed(
+    run: Run, asked: list[dict[str, object]], tmp_path: Path
+) -> None:
+    outcome = run("reproduce", "part-a", "--out", tmp_path, "--runs", 7, "--seed", 3)
+    assert outcome.code == 0, outcome.err
+    assert asked == [{"folder": tmp_path, "runs": 7, "seed": 3, "progress": None}]
+    for words in (
+        "surrogate values",
+        "0.1234",
+        "-1.23 (4.56)",
+        "7 runs",
+        "1 of 2 claims",
+        "statement False",
+        "part-a.html",
+        "part-a.json",
+        "and 1 more",
+    ):
+        assert words in outcome.out, words
+    assert "statement True" not in outcome.out
+
+
+def test_what_is_not_said_has_a_default(
+    run: Run, asked: list[dict[str, object]], tmp_path: Path
+) -> None:
+    assert run("reproduce", "part-a", "--out", tmp_path).code == 0
+    assert (asked[0]["runs"], asked[0]["seed"]) == (20, 1)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["part-a", "--out", "OUT", "--runs", "1"], ["runs is 1", "give 5 or more"]),
+        (["part-a", "--out", "OUT", "--seed", "-1"], ["seed is -1"]),
+        (["part-a", "--out", "OUT", "--runs", "many"], ["many", "reproduce --help"]),
+        (["part-z", "--out", "OUT"], ["part-z", "reproduce --help"]),
+        (["part-a"], ["--out", "reproduce --help"]),
+        (["part-a", "--out", "FILE"], ["cannot be written", "file"]),
+    ],
+)
+def test_bad_input_is_one_line_and_leaves_nothing(
+    arguments: list[str], words: list[str], run: Run, tmp_path: Path
+) -> None:
+    (tmp_path / "file").write_text("kept")
+    places = {"OUT": str(tmp_path / "out"), "FILE": str(tmp_path / "file")}
+    outcome = run("reproduce", *(places.get(word, word) for word in arguments))
+    assert outcome.code == 2
+    for word in words:
+        assert word in outcome.line()
+    assert [path.name for path in tmp_path.iterdir()] == ["file"]
+
+
+def test_the_help_says_what_it_does(run: Run) -> None:
+    outcome = run("reproduce", "--help")
+    assert outcome.code == 0
+    for word in ("part-a", "--out", "--runs", "--seed", "surrogate", "Example:"):
+        assert word in outcome.out
