@@ -183,6 +183,13 @@ def test_tables_show_every_number_once(reproduction: Reproduction) -> None:
     assert not re.search(r"\bnan\b", text)
 
 
+def test_runs_without_a_result_are_told(reproduction: Reproduction) -> None:
+    assert "nothing was identified" not in page_of(reproduction).text
+    failed = tuple(replace(each, failed=3) for each in reproduction.variants[:1])
+    text = page_of(replace(reproduction, variants=failed)).text
+    assert "printed, noise × 0.5: nothing was identified in 3 of 20 runs" in text
+
+
 def test_a_picture_depends_on_its_record_alone() -> None:
     first = picture(figure())
     assert first[:8] == b"\x89PNG\r\n\x1a\n"

@@ -168,6 +168,12 @@ def _variants(scores: Sequence[VariantScore]) -> str:
     for loop in dict.fromkeys(each.loop for each in scores):
         there = [each for each in scores if each.loop == loop]
         parts.append(f"<h3>{loop.capitalize()}</h3>\n{_variant_table(there)}")
+        parts += [
+            f"<p>{html.escape(each.variant)}, noise × {each.noise:g}: nothing was identified in "
+            f"{each.failed} of {each.runs} runs, which count in nothing else.</p>\n"
+            for each in there
+            if each.failed
+        ]
     sure = [each for each in scores if each.coverage is not None]
     if sure:
         parts.append(

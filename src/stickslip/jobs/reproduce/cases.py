@@ -6,7 +6,15 @@ from typing import Literal
 from stickslip.estimation import EnergyEstimator, ReportEstimator
 from stickslip.jobs import surrogate
 
-__all__ = ["CASES", "PRINTED_COMPENSATED", "VARIANTS", "Case", "Variant", "report_estimator", "robust_estimator"]
+__all__ = [
+    "CASES",
+    "PRINTED_COMPENSATED",
+    "VARIANTS",
+    "Case",
+    "Variant",
+    "report_estimator",
+    "robust_estimator",
+]
 
 Form = Literal["printed", "settled"]
 

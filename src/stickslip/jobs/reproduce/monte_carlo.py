@@ -150,7 +150,7 @@ def _scores(loop: Loop, noise: float, outcomes: list[_Outcome]) -> Iterator[Vari
         errors = np.array([each.values[variant, assumed] for each in outcomes]) / truth - 1.0
         found = np.isfinite(errors).all(axis=1)
         covered = [each.covered.get((variant, assumed)) for each in outcomes]
-        shares = None if covered[0] is None else np.array(covered)[found].mean(axis=0)
+        shares = None if covered[0] is None else _mean(np.array(covered)[found])
         kept = errors[found]
         yield VariantScore(
             loop=loop,
@@ -159,10 +159,15 @@ def _scores(loop: Loop, noise: float, outcomes: list[_Outcome]) -> Iterator[Vari
             assumed=assumed,
             runs=len(outcomes),
             failed=int(np.sum(~found)),
-            bias=_by_name(kept.mean(axis=0)),
-            rmse=_by_name(np.sqrt(np.mean(kept**2, axis=0))),
+            bias=_by_name(_mean(kept)),
+            rmse=_by_name(np.sqrt(_mean(kept**2))),
             coverage=None if shares is None else _by_name(shares),
         )
+
+
+def _mean(values: Float[np.ndarray, "found 2"]) -> Float[np.ndarray, " 2"]:
+    """Return the mean of each column, NaN of none."""
+    return np.mean(values, axis=0) if len(values) else np.full(2, np.nan)
 
 
 def _by_name(values: Float[np.ndarray, " 2"]) -> dict[str, float]:
