@@ -68,13 +68,7 @@ def clean_arm() -> AxisLog:
     return measured(arm_motion(0.1), CLEAN)
 
 
-def test_the_printed_sums_have_the_bias_that_is_known_of_them(clean_arm: AxisLog) -> None:
-    estimate = EnergyEstimator(**ARM, offset=False, variant="report").fit(clean_arm)
-    assert round(estimate.value("coulomb_friction"), 4) == 0.1021
-    assert round(estimate.value("viscous_friction"), 4) == 0.0957
-
-
-@pytest.mark.parametrize(("sampling_time", "tolerance"), [(0.01, 1e-5), (0.1, 1e-3)])
+@pytest.mark.parametrize(("sampling_time", "tolerance"), [(0.01, 1e-6), (0.1, 1e-4)])
 def test_the_held_effort_form_has_no_such_bias(sampling_time: float, tolerance: float) -> None:
     log = measured(arm_motion(0.1, sampling_time), CLEAN)
     estimate = EnergyEstimator(**ARM, offset=False).fit(log)
@@ -93,9 +87,13 @@ def test_the_mass_is_one_more_parameter(clean_arm: AxisLog) -> None:
 @pytest.mark.parametrize(
     ("settings", "largest_spread"),
     [
-        # Plain levels of the report, with the sums settled, reach 2.1 and 3.5 % without an offset
-        ({"inertia": 1.0, "offset": False}, {"coulomb_friction": 0.010, "viscous_friction": 0.016}),
-        ({"inertia": 1.0}, {"coulomb_friction": 0.026, "viscous_friction": 0.042}),
+        # Levels of measured energies reach 0.6 and 1.0 % at best; the Cramer-Rao bound is 0.011 and
+        # 0.015 % for who also knows when the first mass sticks
+        (
+            {"inertia": 1.0, "offset": False},
+            {"coulomb_friction": 0.0007, "viscous_friction": 0.0016},
+        ),
+        ({"inertia": 1.0}, {"coulomb_friction": 0.0011, "viscous_friction": 0.002}),
         ({}, {"mass": 0.007, "coulomb_friction": 0.026, "viscous_friction": 0.042}),
         ({"inertia": 1.0, "per_direction": True}, {}),
     ],
@@ -181,26 +179,11 @@ def test_gaps_split_the_log_and_cost_nothing() -> None:
     assert estimate.value("mass") == pytest.approx(3.0, rel=1e-4)
 
 
-@pytest.mark.parametrize("factor", [1.0, 0.9999])
-def test_the_printed_recursion_ends_where_the_fit_does(clean_arm: AxisLog, factor: float) -> None:
-    estimator = EnergyEstimator(
-        **ARM,
-        offset=False,
-        variant="report",
-        forgetting_factor=factor,
-        initial_values={"coulomb_friction": 0.3},
-    )
-    _, history = estimator.run(estimator.init(sampling_time=0.01), clean_arm)
-    estimate = estimator.fit(clean_arm)
-    expected = [estimate.value(name) for name in estimator.parameter_names("linear")]
-    np.testing.assert_allclose(history[-1], expected, rtol=1e-6)
-
-
 @pytest.mark.parametrize("factor", [1.0, 0.999, 0.99])
 def test_on_line_it_finds_the_truth(clean_arm: AxisLog, factor: float) -> None:
     estimator = EnergyEstimator(**ARM, offset=False, forgetting_factor=factor)
     _, history = estimator.run(estimator.init(sampling_time=0.01), clean_arm)
-    np.testing.assert_allclose(history[-1], [0.1, 0.1], rtol=2e-5)
+    np.testing.assert_allclose(history[-1], [0.1, 0.1], rtol=1e-6)
 
 
 def test_on_line_noise_leaves_no_bias() -> None:
@@ -210,8 +193,9 @@ def test_on_line_noise_leaves_no_bias() -> None:
         estimator.run(estimator.init(sampling_time=0.01), measured(motion, NOISY, seed))[1][-1]
         for seed in range(40)
     ]
-    np.testing.assert_allclose(np.mean(ends, axis=0), [0.1, 0.15], rtol=0.01)
-    assert np.all(np.std(ends, axis=0) < [0.003, 0.003])
+    # Standard errors of the means are 0.02 and 0.008 %
+    np.testing.assert_allclose(np.mean(ends, axis=0), [0.1, 0.15], rtol=0.001)
+    assert np.all(np.std(ends, axis=0) < [0.0002, 0.0001])
 
 
 def test_on_line_without_velocity() -> None:

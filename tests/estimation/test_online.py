@@ -220,7 +220,6 @@ def test_the_load_velocity_is_derived_where_all_are() -> None:
 @pytest.mark.parametrize(
     ("settings", "message"),
     [
-        ({"variant": "foo"}, "variant is 'foo'.*'held_effort', 'report'"),
         ({"filter_order": 2.5}, "filter_order is 2.5.*whole number"),
         ({"filter_order": float("nan")}, "filter_order is nan.*whole number"),
         ({"initial_values": {"mass": float("nan")}}, "first guess of 'mass' is nan"),

@@ -1,31 +1,28 @@
 """The energy-based estimator of Coulomb and viscous friction (report part A chapters 3 and 4)."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
+from functools import cached_property
 from types import MappingProxyType
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy_levels import AxisModel, EnergyLevels, energy_levels
-from stickslip.estimation.energy_online import first_state, take_log, take_sample
+from stickslip.estimation.energy_online import first_state, samples_of, take_sample
 from stickslip.estimation.kinematics import LowPass, default_cutoff
-from stickslip.estimation.level_weighting import (
-    block_means,
-    likeliest_ratio,
-    quiet_block_size,
-    velocity_noise_of_block,
-    whitened,
-)
-from stickslip.estimation.observation import MotionNoise, motion_noise
-from stickslip.estimation.printed_balance import printed_regression
+from stickslip.estimation.level_regression import block_size, level_regression, noise_of_longest
 from stickslip.estimation.recursion import VALUES, covariance_in
-from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.sensor_noise import chosen_cutoff
 from stickslip.estimation.solution import check_excited, provenance_of, solve
+from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.estimation.velocity_delay import without_wrong_velocity
+from stickslip.estimation.work_balance import work_regression
+from stickslip.estimation.work_online import first_work_state, work_covariance
+from stickslip.estimation.work_recursion import work_run, work_step
 from stickslip.friction import FrictionTerms
 from stickslip.records import (
     AxisKind,
@@ -39,23 +36,25 @@ from stickslip.records import (
 __all__ = ["EnergyEstimator"]
 
 _LEAST_ROWS = 50
-_EDGE_PERIODS = 2.0  # of the cutoff, at both ends
-_VARIANTS = ("held_effort", "report")
-_REPORT_VARIANCE = 1e3  # P(0) with which the report's figures are reproduced
-_ROWS_PER_PERIOD = 2.0  # of the cutoff: the rate that a signal filtered there can be sampled at
 
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyEstimator:
     """Friction from the balance of energies: what goes in and is not stored was dissipated.
 
-    The measured energies are regressed on the way travelled (Coulomb friction), the integral of the
-    squared velocity (viscous friction), the displacement (offset) and, if it is sought, the kinetic
-    energy of a unit inertia.
+    With the inertia known (and the spring, of a flexible arm), the balance is taken as work along
+    motions without noise: states are smoothed with friction as a free force, which tells where
+    friction acts which way, and the balance is whitened by the Kalman filter of the known masses
+    (see `stickslip.estimation.work_balance`). Neither the noise nor how the effort depends on it
+    has to be known.
 
-    Sensor noise makes the level of the measured energy uncertain at every sample; a disturbing
-    force adds up in it. How much there is of each is found by maximum likelihood, and the levels
-    are weighted accordingly (generalised least squares).
+    With the inertia sought, the measured energies are regressed on the way travelled (Coulomb
+    friction), the integral of the squared velocity (viscous friction), the displacement (offset)
+    and the kinetic energy of a unit inertia. Sensor noise makes the level of the measured energy
+    uncertain at every sample; a disturbing force adds up in it.
+
+    Either way, how much disturbance there is beside the noise is found by maximum likelihood, and
+    the rows are weighted accordingly (generalised least squares).
 
     Attributes
     ----------
@@ -74,26 +73,25 @@ class EnergyEstimator:
         at most 100 Hz, and `fit` less where velocities from noisy positions need it.
     filter_order
         Of one pass of that low-pass.
-    variant
-        ``"held_effort"``: exact while the effort is held over each sample; ``"report"``: the sums
-        and the recursion as printed, to reproduce the report.
     forgetting_factor
-        Of the recursion, in (0, 1] [-]; 1 forgets nothing. `fit` uses it in the report's variant
-        only.
+        Of the recursion and of one sample, in (0, 1] [-]; 1 forgets nothing. `fit` does not use it.
     initial_values
         First guesses of the recursion by parameter name [SI]; 0 for those not named.
     initial_variance
-        Diagonal of P(0) of the recursion [squared unit of the parameters over the level noise];
-        None takes 1e3 in the report's variant, else one that follows the size of the regressors and
+        Diagonal of P(0) of the recursion [squared unit of the parameters; over that of the level
+        noise with the inertia sought]; None takes one that follows the size of the regressors and
         weighs nothing against them, whatever the units.
-    level_noise, force_noise
-        For the recursion only: standard deviation of the energy level [J] and of a disturbing force
-        [N or N m]; their ratio decides between levels and differences. Without a disturbing force
-        the level noise need not be given: 1 J is taken, on which no estimate depends unless there
-        is an initial variance too.
+    level_noise
+        For the recursion with the inertia sought: standard deviation of the energy level [J]. Its
+        ratio to that of a disturbing force decides between levels and differences. Without a
+        disturbing force it need not be given: 1 J is taken, on which no estimate depends unless
+        there is an initial variance too.
+    force_noise
+        For the recursion only: standard deviation of a disturbing force [N or N m].
     position_noise, velocity_noise
         For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
-        None estimates it on the way.
+        None estimates it on the way. With the inertia known it is estimated on the way in any
+        case, and this is its first guess.
 
     Raises
     ------
@@ -114,7 +112,6 @@ class EnergyEstimator:
     offset: bool | None = None
     cutoff: float | None = None
     filter_order: int = 4
-    variant: Literal["held_effort", "report"] = "held_effort"
     forgetting_factor: float = 1.0
     initial_values: Mapping[str, float] | None = None
     initial_variance: float | None = None
@@ -157,15 +154,10 @@ class EnergyEstimator:
                 f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
                 remedy="give 1 to forget nothing, or a value just below",
             )
-        if self.force_noise > 0 and self.level_noise is None:
+        if self.inertia is None and self.force_noise > 0 and self.level_noise is None:
             raise InputError(
                 f"force_noise is {self.force_noise:g} N or N m and no level_noise is given",
                 remedy="give level_noise [J] as well: their ratio decides",
-            )
-        if self.variant not in _VARIANTS:
-            raise InputError(
-                f"variant is {self.variant!r}, there is no such one",
-                remedy=f"use one of {', '.join(map(repr, _VARIANTS))}",
             )
         known = (*(() if self.inertia is not None else ("mass", "inertia")), *self.terms.names)
         guesses = dict(self.initial_values or {})
@@ -219,7 +211,7 @@ class EnergyEstimator:
         return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
 
     def regression(self, log: AxisLog) -> Regression:
-        """Return the whitened rows of the energy balance.
+        """Return the whitened rows of the balance.
 
         Raises
         ------
@@ -228,24 +220,8 @@ class EnergyEstimator:
         """
         check_excited(log)
         settled, log, changes = self._settled(log)
-        return settled._regression(log, changes)
-
-    def _settled(self, log: AxisLog) -> tuple["EnergyEstimator", AxisLog, tuple[str, ...]]:
-        """Return the estimator with its cutoff chosen, the log as it is used, and notes on both."""
-        log, changes = resampled(log)
-        if self.variant == "report":
-            return self, log, changes
-        arm = self.load_inertia is not None
-        low_pass = self._low_pass(log.sampling_time)
-        log, wrong = without_wrong_velocity(log, low_pass, load=arm)
-        if self.cutoff is not None:
-            return self, log, (*changes, *wrong)
-        cutoff, lowered = chosen_cutoff(log, low_pass, _LEAST_ROWS, load=arm)
-        return replace(self, cutoff=cutoff), log, (*changes, *wrong, *lowered)
-
-    def _regression(self, log: AxisLog, changes: tuple[str, ...]) -> Regression:
         T = log.sampling_time
-        size, least = self._block_size(T), self._least_samples(T)
+        least = settled._least_samples(T)
         parts = [part for part in log.segments() if len(part) >= least]
         if not parts:
             raise InputError(
@@ -254,81 +230,47 @@ class EnergyEstimator:
                 where=log.name,
                 remedy="record a longer log, or raise the cutoff frequency",
             )
-        if self.variant == "report":
-            return printed_regression(
-                parts,
-                self.model,
-                self.parameter_names(log.kind),
-                self._low_pass(T),
-                forgetting_factor=self.forgetting_factor,
-                initial_values=self._first_guesses(log.kind),
-                initial_variance=self.initial_variance or _REPORT_VARIANCE,
-            )
-        noise = self._noise(parts, T)
-        levels = [energy_levels(part, self.model, self._low_pass(T), noise, T) for part in parts]
-        # A filter knows nothing beyond the ends, so velocities made by one are wrong there
-        derived = log.measured_velocity is None or (
-            self.load_inertia is not None and log.measured_load_velocity is None
-        )
-        edge = round(_EDGE_PERIODS / (self._low_pass(T).cutoff * T)) if derived else 0
-        shortest = size
-        if self.inertia is None:
-            size = quiet_block_size(levels, shortest, noise, T)
-        blocks = [block_means(level, size, edge) for level in levels]
-        ratio = likeliest_ratio(blocks)
-        white, variances, times = whitened(blocks, ratio)
-        scale = float(np.sqrt(np.mean(variances)))
-        names = self.parameter_names(log.kind)
-        regressors = white[:, 1:] * scale
-        speeds = [level.motion.smooth_velocity for level in levels]
-        column_noise = np.zeros(len(names))
-        if self.inertia is None:
-            # Noise of the kinetic energy of a unit inertia, in the difference of two blocks
-            squares = np.concatenate([b.speed_squared for b in blocks])
-            block_noise = velocity_noise_of_block(noise, size, shortest, T)
-            column_noise[0] = scale * block_noise * float(np.sqrt(np.mean(squares / variances)))
-        return Regression(
-            kind=log.kind,
-            names=names,
-            time=times,
-            target=white[:, 0] * scale,
-            regressors=regressors,
-            regressor_noise=column_noise,
-            quantity="energy",
-            motion=summarise_motion(
-                [part.measured_position for part in parts],
-                speeds,
-                T,
-                (noise.position, noise.smooth_velocity),
-            ),
+        low_pass = settled._low_pass(T)
+        if self.inertia is not None:
+            return work_regression(parts, self.model, low_pass, samples=len(log), notes=changes)
+        return level_regression(
+            parts,
+            self.model,
+            self.parameter_names(log.kind),
+            low_pass,
+            sampling_time=T,
             samples=len(log),
-            notes=(
-                f"energies averaged over {size} samples; noise of the energy level is taken as "
-                f"{ratio:.2g} of what a disturbing force adds in a typical row (maximum "
-                "likelihood)",
-                *changes,
-            ),
+            notes=changes,
         )
+
+    def _settled(self, log: AxisLog) -> tuple["EnergyEstimator", AxisLog, tuple[str, ...]]:
+        """Return the estimator with its cutoff chosen, the log as it is used, and notes on both."""
+        log, changes = resampled(log)
+        arm = self.load_inertia is not None
+        low_pass = self._low_pass(log.sampling_time)
+        log, wrong = without_wrong_velocity(log, low_pass, load=arm)
+        if self.cutoff is not None or self.inertia is not None:
+            return self, log, (*changes, *wrong)
+        cutoff, lowered = chosen_cutoff(log, low_pass, _LEAST_ROWS, load=arm)
+        return replace(self, cutoff=cutoff), log, (*changes, *wrong, *lowered)
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
         settled, log, _ = self._settled(log)
         T = log.sampling_time
         parts = [part for part in log.segments() if len(part) >= settled._least_samples(T)]
-        noise = settled._noise(parts, T)
         low_pass = settled._low_pass(T)
+        noise = noise_of_longest(parts, low_pass)
         return [(energy_levels(part, self.model, low_pass, noise, T), part) for part in parts]
 
     def _low_pass(self, sampling_time: float) -> LowPass:
         cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
         return LowPass(order=self.filter_order, cutoff=cutoff)
 
-    def _block_size(self, sampling_time: float) -> int:
-        cutoff = self._low_pass(sampling_time).cutoff
-        return max(round(1.0 / (_ROWS_PER_PERIOD * cutoff * sampling_time)), 1)
-
     def _least_samples(self, sampling_time: float) -> int:
-        return _LEAST_ROWS * self._block_size(sampling_time)
+        if self.inertia is not None:
+            return _LEAST_ROWS
+        return _LEAST_ROWS * block_size(self._low_pass(sampling_time), sampling_time)
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated, in the order of the online estimates."""
@@ -349,20 +291,56 @@ class EnergyEstimator:
             causal low-pass, and the positions are differentiated.
         """
         T = positive("sampling time", sampling_time, "s")
+        if self.inertia is not None:
+            return first_work_state(
+                model=self.model,
+                inertia=self.inertia,
+                sampling_time=T,
+                velocity_measured=velocity_measured,
+                forgetting_factor=self.forgetting_factor,
+                initial_values=self._first_guesses("linear"),
+                initial_variance=self.initial_variance,
+                force_noise=self.force_noise,
+                position_noise=self.position_noise,
+                velocity_noise=self.velocity_noise,
+            )
         return first_state(
             model=self.model,
             sampling_time=T,
             velocity_measured=velocity_measured,
-            printed=self.variant == "report",
             cutoff=self._low_pass(T).cutoff,
             forgetting_factor=self.forgetting_factor,
             initial_values=self._first_guesses("linear"),
-            initial_variance=self._first_variance(),
+            initial_variance=self.initial_variance,
             level_noise=self.level_noise,
             force_noise=self.force_noise,
             position_noise=self.position_noise,
             velocity_noise=self.velocity_noise,
         )
+
+    @property
+    def kernel(
+        self,
+    ) -> Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]:
+        """Compiled kernel: takes one sample into a state, in place; whether it was finite."""
+        return energy_step if self.inertia is None else work_step
+
+    @property
+    def values_at(self) -> slice:
+        """Where Coulomb and viscous friction lie in a state, in that order.
+
+        Raises
+        ------
+        InputError
+            If there are two of each.
+        """
+        if self.per_direction:
+            raise InputError(
+                "per_direction is asked for, so that there are two Coulomb frictions",
+                remedy="estimate both directions together",
+            )
+        viscous = VALUES + self._names.index("viscous_friction")
+        return slice(viscous + 1, viscous - 1, -1)
 
     def step(
         self, state: Float[np.ndarray, " s"], sample: tuple[float, float, float, float, float]
@@ -387,8 +365,8 @@ class EnergyEstimator:
             If the sample does not hold five finite numbers.
         """
         after = state.copy()
-        take_sample(after, sample)
-        return after, after[VALUES:]
+        take_sample(self.kernel, after, sample)
+        return after, after[VALUES : VALUES + len(self._names)]
 
     def run(
         self, state: Float[np.ndarray, " s"], log: AxisLog
@@ -408,16 +386,16 @@ class EnergyEstimator:
             If the log has a gap or another sampling time than the state, or lacks a signal that the
             state was made for.
         """
-        return take_log(state, log)
+        run = energy_run if self.inertia is None else work_run
+        return run(state, samples_of(state, log))
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return P of the recursion; infinite for a parameter that nothing has told about yet."""
-        return covariance_in(state)
+        return covariance_in(state) if self.inertia is None else work_covariance(state)
 
-    def _first_variance(self) -> float | None:
-        if self.initial_variance is None and self.variant == "report":
-            return _REPORT_VARIANCE
-        return self.initial_variance
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return self.parameter_names("linear")
 
     def _first_guesses(self, kind: AxisKind) -> list[float]:
         guesses = self.initial_values or {}
@@ -430,12 +408,3 @@ class EnergyEstimator:
     def _options(self) -> dict[str, Any]:
         options = {field.name: getattr(self, field.name) for field in fields(self)}
         return {**options, "initial_values": dict(self.initial_values or {})}
-
-    def _noise(self, parts: list[AxisLog], sampling_time: float) -> MotionNoise:
-        longest = max(parts, key=len)
-        return motion_noise(
-            longest.measured_position,
-            longest.measured_velocity,
-            self._low_pass(sampling_time),
-            sampling_time,
-        )

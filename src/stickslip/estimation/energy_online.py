@@ -1,6 +1,6 @@
 """The energy estimator on line: its first state, and the samples it takes."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,10 +10,9 @@ from stickslip.estimation import recursion
 from stickslip.estimation.energy_levels import AxisModel, load_position
 from stickslip.estimation.observation import HYSTERESIS
 from stickslip.estimation.recursion import VALUES
-from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.records import AxisLog, InputError
 
-__all__ = ["first_state", "take_log", "take_sample"]
+__all__ = ["first_state", "samples_of", "take_sample"]
 
 _UNIT_LEVEL = 1.0  # [J]; without a disturbing force the estimates do not depend on it
 _SAME_SAMPLING_TIME = 0.01  # relative
@@ -48,7 +47,6 @@ def first_state(
     model: AxisModel,
     sampling_time: float,
     velocity_measured: bool,
-    printed: bool,
     cutoff: float,
     forgetting_factor: float,
     initial_values: Sequence[float],
@@ -68,8 +66,6 @@ def first_state(
         [s].
     velocity_measured
         Whether the samples hold velocities.
-    printed
-        Whether the report's sums and recursion are used.
     cutoff
         Of the low-pass before positions are differentiated [Hz].
     forgetting_factor
@@ -90,13 +86,10 @@ def first_state(
     s[recursion.SAMPLING_TIME] = T
     s[recursion.FORGETTING] = forgetting_factor
     s[recursion.PARAMETERS] = p
-    s[recursion.INERTIA] = model.inertia or 0.0
-    s[recursion.INERTIA_KNOWN] = model.inertia is not None
     s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0
     s[recursion.STIFFNESS] = model.stiffness or 0.0
     s[recursion.PER_DIRECTION] = model.terms.per_direction
     s[recursion.OFFSET] = "offset" in model.terms.names
-    s[recursion.PRINTED] = printed
     s[recursion.DERIVED] = not velocity_measured
     s[recursion.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
     s[recursion.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
@@ -114,8 +107,10 @@ def first_state(
     return s
 
 
-def take_sample(state: Float[np.ndarray, " s"], sample: Sequence[float]) -> None:
-    """Take one sample into the state, in place.
+def take_sample(
+    kernel: Callable[..., bool], state: Float[np.ndarray, " s"], sample: Sequence[float]
+) -> None:
+    """Take one sample into the state by a kernel, in place.
 
     Raises
     ------
@@ -124,7 +119,7 @@ def take_sample(state: Float[np.ndarray, " s"], sample: Sequence[float]) -> None
     """
     try:
         u, x, v, x2, v2 = sample
-        taken = energy_step(state, float(u), float(x), float(v), float(x2), float(v2))
+        taken = kernel(state, float(u), float(x), float(v), float(x2), float(v2))
     except (TypeError, ValueError) as error:
         raise _not_a_sample(sample) from error
     if not taken:
@@ -144,10 +139,8 @@ def _not_a_sample(sample: Any) -> InputError:
     )
 
 
-def take_log(
-    state: Float[np.ndarray, " s"], log: AxisLog
-) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
-    """Return the state after the samples of a log without gaps, and the estimates after each.
+def samples_of(state: Float[np.ndarray, " s"], log: AxisLog) -> Float[np.ndarray, "n 5"]:
+    """Return the samples of a log without gaps, in the form that a kernel takes.
 
     Raises
     ------
@@ -193,4 +186,4 @@ def take_log(
         absent if log.measured_load_position is None else log.measured_load_position,
         absent if log.measured_load_velocity is None else log.measured_load_velocity,
     ]
-    return energy_run(state, np.column_stack(columns))
+    return np.column_stack(columns)

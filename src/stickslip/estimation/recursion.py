@@ -26,8 +26,6 @@ __all__ = [
     "FORGETTING",
     "GAIN",
     "HYSTERESIS",
-    "INERTIA",
-    "INERTIA_KNOWN",
     "KNOWN",
     "LAST",
     "LEVEL_VARIANCE",
@@ -40,7 +38,6 @@ __all__ = [
     "PER_DIRECTION",
     "POLE",
     "POSITION_NOISE",
-    "PRINTED",
     "RELATIVE_PRIOR",
     "ROUGHNESS",
     "ROW",
@@ -68,13 +65,10 @@ MOST_PARAMETERS = 5
     SAMPLING_TIME,
     FORGETTING,
     PARAMETERS,
-    INERTIA,
-    INERTIA_KNOWN,
     LOAD_INERTIA,
     STIFFNESS,
     PER_DIRECTION,
     OFFSET,
-    PRINTED,  # the report's sums and updates, as printed
     DERIVED,  # velocities are not measured but differentiated
     POLE,  # of the causal low-pass used then
     POSITION_NOISE,  # standard deviations; negative: estimated on the way
@@ -84,7 +78,7 @@ MOST_PARAMETERS = 5
     HYSTERESIS,  # in standard deviations of the fused position
     SQUARE_BIAS,  # of a differentiated velocity's square, over the variance of the position [1/s^2]
     RELATIVE_PRIOR,  # P(0) follows the largest regressors so far
-) = range(19)
+) = range(16)
 # What changes
 (
     COUNT,
@@ -97,7 +91,7 @@ MOST_PARAMETERS = 5
     CONSTANT_SPREAD,  # variance of the level's constant
     KNOWN,  # samples in the differentiating filter, up to 2
     ROUGHNESS,  # running means of squared third differences of position and velocity
-) = range(19, 29)
+) = range(16, 26)
 LAST = ROUGHNESS + 2  # effort, fused position, velocity
 FILTER = LAST + 3  # two stages each for effort, position, load position
 EARLIER = FILTER + 6  # filtered effort, position, load position, one and two samples ago
@@ -159,7 +153,7 @@ def _widen_prior(s: Float[np.ndarray, " s"], p: int) -> None:
 
 
 @compiled(inline=True)
-def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> None:
+def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> float:
     """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
 
     Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
@@ -169,6 +163,8 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
     nothing is forgotten in a step that would leave the estimates less certain than they were at the
     start, on average over the parameters: P stays bounded whatever the rows are. Without forgetting
     both are ordinary recursive least squares.
+
+    Returns the squared prediction error over its variance, that of a row's noise being 1.
     """
     p = int(s[PARAMETERS])
     if s[RELATIVE_PRIOR] > 0.0:
@@ -183,7 +179,7 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
         g += total * s[ROW + i]
         e -= s[ROW + i] * s[VALUES + i]
     if not (g > 0.0 and np.isfinite(g)):
-        return
+        return e * e
     weight, grown = 1.0, 1.0
     if printed:
         weight, grown = forgetting, 1.0 / forgetting
@@ -210,6 +206,7 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
             value = grown * s[SPREAD + i * p + j] - drop * s[GAIN + i] * s[GAIN + j]
             s[SPREAD + i * p + j] = value
             s[SPREAD + j * p + i] = value
+    return e * e / (1.0 + g)
 
 
 @compiled()

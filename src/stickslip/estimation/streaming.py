@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.energy_balance import report_step, squared_velocity, turning_way
+from stickslip.estimation.energy_balance import squared_velocity, turning_way
 from stickslip.estimation.recursion import (
     ACCEPTED,
     AVERAGED,
@@ -19,8 +19,6 @@ from stickslip.estimation.recursion import (
     FORCE_VARIANCE,
     FORGETTING,
     HYSTERESIS,
-    INERTIA,
-    INERTIA_KNOWN,
     KNOWN,
     LAST,
     LEVEL_VARIANCE,
@@ -32,7 +30,6 @@ from stickslip.estimation.recursion import (
     PER_DIRECTION,
     POLE,
     POSITION_NOISE,
-    PRINTED,
     ROUGHNESS,
     ROW,
     SAMPLING_TIME,
@@ -126,7 +123,7 @@ def _add(
     s: Float[np.ndarray, " s"], squared: float, way: float, displacement: float, forward: bool
 ) -> None:
     """Add one sample's share to the friction regressors (Eq. 4.3)."""
-    k = SUMS + (0 if s[INERTIA_KNOWN] > 0.0 else 1)
+    k = SUMS + 1  # behind the kinetic energy of a unit inertia
     if s[PER_DIRECTION] > 0.0:
         side = 0 if forward else 1
         s[k + side] += squared
@@ -139,28 +136,9 @@ def _add(
 
 
 @compiled(inline=True)
-def _stored(s: Float[np.ndarray, " s"], x: float, v: float, x2: float, v2: float) -> float:
-    """Return the known kinetic and potential energy (Eqs. 3.7, 3.8 with its squares)."""
-    stored = 0.5 * s[LOAD_INERTIA] * v2 * v2 + 0.5 * s[STIFFNESS] * (x - x2) * (x - x2)
-    if s[INERTIA_KNOWN] > 0.0:
-        stored += 0.5 * s[INERTIA] * v * v
-    return stored
-
-
-@compiled(inline=True)
-def _printed_step(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> None:
-    """Take one sample by the printed equations (3.6-4.10)."""
-    T = s[SAMPLING_TIME]
-    work, way, squared = report_step(u, v, T)
-    s[WORK] += work
-    _add(s, squared, way, T * v, v > 0.0)
-    if s[INERTIA_KNOWN] == 0.0:
-        s[SUMS] = 0.5 * v * v
-    for j in range(int(s[PARAMETERS])):
-        s[ROW + j] = s[SUMS + j]
-    update(s, s[WORK] - _stored(s, x, v, x2, v2), s[FORGETTING], True)
+def _stored(s: Float[np.ndarray, " s"], x: float, x2: float, v2: float) -> float:
+    """Return the energy of the load and of the spring (Eqs. 3.7, 3.8 with its squares)."""
+    return 0.5 * s[LOAD_INERTIA] * v2 * v2 + 0.5 * s[STIFFNESS] * (x - x2) * (x - x2)
 
 
 @compiled(inline=True)
@@ -222,9 +200,8 @@ def _held_step(
         squared = squared_velocity(v0, v, v - v0, T) - T * bias
         s[WORK] += u0 * dz
         _add(s, squared, way, dz, s[WAY] > 0.0)
-        if s[INERTIA_KNOWN] == 0.0:
-            s[SUMS] = 0.5 * v * v
-        _regress(s, s[WORK] - _stored(s, z, v, x2, v2), way, least)
+        s[SUMS] = 0.5 * v * v
+        _regress(s, s[WORK] - _stored(s, z, x2, v2), way, least)
     s[LAST], s[LAST + 1], s[LAST + 2] = u, z, v
 
 
@@ -236,7 +213,7 @@ def _advance(
     T = s[SAMPLING_TIME]
     # Of the raw position: what a filter leaves of its noise is too smooth to be told from motion
     sw = s[POSITION_NOISE]
-    if sw < 0.0 and s[PRINTED] == 0.0:
+    if sw < 0.0:
         sw = _track_noise(s, 0, x, s[COUNT] + s[KNOWN])
     if s[DERIVED] > 0.0:
         # Effort and positions through the same causal filter, one sample late so that the velocity
@@ -257,10 +234,7 @@ def _advance(
         if known < 2.0:
             s[KNOWN] += 1.0
             return
-    if s[PRINTED] > 0.0:
-        _printed_step(s, u, x, v, x2, v2)
-    else:
-        _held_step(s, u, x, v, x2, v2, sw)
+    _held_step(s, u, x, v, x2, v2, sw)
     s[COUNT] += 1.0
 
 

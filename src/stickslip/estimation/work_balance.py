@@ -1,0 +1,275 @@
+"""The balance of work along motions that carry no noise, for an axis whose masses are known.
+
+The report multiplies the balance of forces by the measured velocity and sums: noise of the velocity
+then meets noise of the forces, and what their product leaves has to be compensated. The balance of
+work holds along any other velocity as well (virtual work). Along those that the Kalman filter of
+the known masses and spring picks, the sensors' noise enters once only and cancels best: no product
+of noises, no variance that would have to be known, and feedback of the noise into the effort does
+no harm, as the effort is known. The measured motion decides only where friction acts which way.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize_scalar
+
+from stickslip.estimation.energy_levels import AxisModel, load_position
+from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming
+from stickslip.estimation.innovations import HeldAxis, whiten
+from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.observation import MotionNoise, motion_noise
+from stickslip.estimation.regression import Regression, least_squares, summarise_motion
+from stickslip.records import AxisLog
+
+__all__ = ["work_regression"]
+
+CERTAIN = 5.0
+"""Standard deviations of the smoothed velocity beyond which its sign is certain."""
+
+_ROUNDING = 1e-7  # of the largest value: noise that a log without any is taken to have
+_DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
+_GRID = 9
+_DECADE_TOLERANCE = 0.2
+
+
+class SensorNoise(NamedTuple):
+    """Standard deviations of the noise on a mass' position and velocity [SI]."""
+
+    position: float
+    velocity: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Stretch:
+    """One stretch without gaps, ready for the filter.
+
+    Attributes
+    ----------
+    part
+        Of the log, n samples.
+    measured, channels, first
+        As `whiten` takes them.
+    motion
+        Of the driven mass, smoothed.
+    friction, slope
+        Regressors of the friction force and their slopes over each sample, shape (n, p).
+    unknown
+        Whether the direction of friction is uncertain in each sample, as 0 or 1, shape (n,).
+    """
+
+    part: AxisLog
+    measured: Float[np.ndarray, "n m"]
+    channels: Float[np.ndarray, "m 2"]
+    first: Float[np.ndarray, " s"]
+    motion: FreeMotion
+    friction: Float[np.ndarray, "n p"]
+    slope: Float[np.ndarray, "n p"]
+    unknown: Float[np.ndarray, " n"]
+
+
+def work_regression(
+    parts: Sequence[AxisLog],
+    model: AxisModel,
+    low_pass: LowPass,
+    *,
+    samples: int,
+    notes: tuple[str, ...],
+) -> Regression:
+    """Return the whitened rows of the balance; their least squares is the estimate.
+
+    Friction enters where the direction of the smoothed motion is certain; elsewhere, at reversals
+    and rests, it is any force of the size that friction has. How much of a disturbing force there
+    is besides is found by maximum likelihood.
+
+    Parameters
+    ----------
+    parts
+        Stretches of a log without gaps.
+    model
+        What is known of the axis; the inertia must be.
+    low_pass
+        By which the noise of the sensors is told from motion.
+    samples
+        Of the whole log.
+    notes
+        What was done to the log before.
+
+    Raises
+    ------
+    InputError
+        If the model has a load and the log does not hold its position.
+    """
+    T = parts[0].sampling_time
+    inertia = 0.0 if model.inertia is None else model.inertia
+    axis = HeldAxis.of(
+        inertia=inertia,
+        load_inertia=model.load_inertia,
+        stiffness=model.stiffness,
+        sampling_time=T,
+    )
+    noise = _sensor_noise(max(parts, key=len), model, low_pass)
+    stretches = _stretches(parts, model, inertia, noise)
+    size = _size(stretches)
+    # While the axis crosses the speeds at which its direction is uncertain, friction is one force
+    spread = float(np.median(np.concatenate([s.motion.velocity_spread for s in stretches])))
+    crossing = max(CERTAIN * spread * inertia / (size * T), 1.0)
+
+    def rows(decades: float) -> tuple[Float[np.ndarray, "r c"], float]:
+        made = [
+            whiten(
+                axis.transition,
+                axis.held,
+                axis.ramped,
+                s.part.effort,
+                s.measured,
+                s.channels,
+                s.friction,
+                s.slope,
+                size**2 * (crossing * s.unknown + 10.0**decades),
+                s.first,
+                T,
+            )
+            for s in stretches
+        ]
+        return np.concatenate([white for white, _ in made]), sum(logs for _, logs in made)
+
+    def cost(decades: float) -> float:
+        white, logs = rows(decades)
+        values = least_squares(white[:, 1:], white[:, 0])
+        return float(np.sum((white[:, 0] - white[:, 1:] @ values) ** 2)) + logs
+
+    likeliest = _least(cost)
+    white, _ = rows(likeliest)
+    names = model.terms.names
+    friction = white[:, [1 + k for k, name in enumerate(names) if name.startswith("coulomb")]]
+    scale = float(np.sqrt(np.mean(np.sum(friction**2, axis=1))))
+    white /= scale if scale > 0 else 1.0  # a row is then a force, on a typical scale
+    return Regression(
+        kind=parts[0].kind,
+        names=names,
+        time=np.concatenate([np.repeat(s.part.time[1:], s.channels.shape[0]) for s in stretches]),
+        target=white[:, 0],
+        regressors=white[:, 1:],
+        regressor_noise=np.zeros(len(names)),
+        quantity="effort",
+        motion=summarise_motion(
+            [part.measured_position for part in parts],
+            [s.motion.velocity for s in stretches],
+            T,
+            (noise[0].position, spread),
+        ),
+        samples=samples,
+        notes=(
+            f"a disturbing force, white from sample to sample, is taken to have "
+            f"{size * 10.0 ** (0.5 * likeliest):.2g} {parts[0].unit('effort')} rms "
+            "(maximum likelihood)",
+            *notes,
+        ),
+    )
+
+
+def _least(cost: Callable[[float], float]) -> float:
+    """Return the decades at which a cost is least: on a grid, then between its points."""
+    low, high = _DISTURBANCE
+    grid = np.linspace(low, high, _GRID)
+    best = float(grid[int(np.argmin([cost(float(decades)) for decades in grid]))])
+    step = float(grid[1] - grid[0])
+    found = minimize_scalar(
+        cost,
+        bounds=(max(best - step, low), min(best + step, high)),
+        method="bounded",
+        options={"xatol": _DECADE_TOLERANCE},
+    )
+    return float(found.x)
+
+
+def _sensor_noise(log: AxisLog, model: AxisModel, low_pass: LowPass) -> tuple[SensorNoise, ...]:
+    """Return the noise on the driven mass and, if there is one, on the load."""
+    masses = [(log.measured_position, log.measured_velocity)]
+    if model.load_inertia is not None:
+        masses.append((load_position(log), log.measured_load_velocity))
+    return tuple(_floored(motion_noise(x, v, low_pass, log.sampling_time), x, v) for x, v in masses)
+
+
+def _floored(
+    noise: MotionNoise, x: Float[np.ndarray, " n"], v: Float[np.ndarray, " n"] | None
+) -> SensorNoise:
+    fastest = 0.0 if v is None else float(np.max(np.abs(v)))
+    return SensorNoise(
+        position=max(noise.position, _ROUNDING * float(np.ptp(x))),
+        velocity=max(noise.velocity, _ROUNDING * fastest),
+    )
+
+
+def _stretches(
+    parts: Sequence[AxisLog], model: AxisModel, inertia: float, noise: Sequence[SensorNoise]
+) -> list[_Stretch]:
+    """Smooth the motion of every stretch, with one rate at which friction roams for all."""
+    T = parts[0].sampling_time
+    forces = [_force_but_friction(part, model) for part in parts]
+    longest, its_force = max(zip(parts, forces, strict=True), key=lambda pair: len(pair[0]))
+    x, v = longest.measured_position, longest.measured_velocity
+    rate = roaming(x, v, its_force, inertia, T, noise[0])
+    stretches: list[_Stretch] = []
+    for part, force in zip(parts, forces, strict=True):
+        x, v = part.measured_position, part.measured_velocity
+        motion = free_motion(x, v, force, inertia, T, noise[0], rate)
+        stretches.append(_stretch(part, model, motion, noise))
+    return stretches
+
+
+def _force_but_friction(part: AxisLog, model: AxisModel) -> Float[np.ndarray, " n"]:
+    """Return effort less the mean spring force over each sample [N or N m]."""
+    if model.stiffness is None:
+        return part.effort
+    spring = model.stiffness * (part.measured_position - load_position(part))
+    return part.effort - np.append(0.5 * (spring[1:] + spring[:-1]), spring[-1])
+
+
+def _stretch(
+    part: AxisLog, model: AxisModel, motion: FreeMotion, noise: Sequence[SensorNoise]
+) -> _Stretch:
+    """Return the friction regressors of a stretch, and what its sensors show."""
+    T = part.sampling_time
+    masses = [(part.measured_position, part.measured_velocity)]
+    if model.load_inertia is not None:
+        masses.append((load_position(part), part.measured_load_velocity))
+    measured: list[Float[np.ndarray, " n"]] = []
+    channels: list[tuple[float, float]] = []
+    first: list[float] = []
+    for k, ((x, v), of) in enumerate(zip(masses, noise, strict=True)):
+        measured.append(x)
+        channels.append((2.0 * k, of.position**2))
+        if v is not None:
+            measured.append(v)
+            channels.append((2.0 * k + 1.0, of.velocity**2))
+        fastest = float(np.max(np.abs(np.diff(x)))) / T
+        first += [of.position**2, fastest**2 if v is None else of.velocity**2]
+    velocity = motion.velocity
+    clear = np.abs(velocity) > CERTAIN * motion.velocity_spread
+    certain = clear[1:] & clear[:-1] & (velocity[1:] * velocity[:-1] > 0)
+    mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
+    direction = np.sign(velocity[1:])
+    held = model.terms.force_columns(mean, direction)
+    steeper = model.terms.force_columns(mean + slope, direction)
+    last = ((0, 1), (0, 0))  # the last effort is held over no sample of the log
+    return _Stretch(
+        part=part,
+        measured=np.column_stack(measured),
+        channels=np.array(channels),
+        first=np.array(first),
+        motion=motion,
+        friction=np.pad(held * certain[:, None], last),
+        slope=np.pad((steeper - held) * certain[:, None], last),
+        unknown=np.append(~certain, True).astype(np.float64),
+    )
+
+
+def _size(stretches: Sequence[_Stretch]) -> float:
+    """Return the root mean square of the friction [N or N m], above what rounding leaves."""
+    friction = np.concatenate([s.motion.friction for s in stretches])
+    effort = np.concatenate([s.part.effort for s in stretches])
+    return float(np.sqrt(np.mean(friction**2) + _ROUNDING**2 * np.mean(effort**2)))
