@@ -38,6 +38,7 @@ def effects(**means: float) -> tuple[NoiseEffects, ...]:
     """Return effects of noise just as chapter 5 expects them, but for the means given."""
     expected = {
         "input_energy": 0.0,
+        "held_input_energy": 0.0,
         "kinetic_energy": SIGMA**2,
         "potential_energy": surrogate.POSITION_NOISE**2,
         "coulomb_regressor": 1.6,

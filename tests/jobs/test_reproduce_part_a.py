@@ -165,8 +165,35 @@ def test_without_noise_there_are_no_effects_of_noise() -> None:
     state = estimator.init(sampling_time=surrogate.SAMPLING_TIME)
     run = one_run("feedback", 0.0, np.random.default_rng(0), estimator, state)
     effects = noise_effects(run)
+    assert effects.held_input_energy == 0.0
     assert effects.input_energy == effects.kinetic_energy == effects.potential_energy == 0.0
     assert effects.coulomb_regressor == effects.viscous_regressor == 0.0
+
+
+def test_the_feedback_correlates_its_input_with_noise_as_its_gains_say() -> None:
+    estimator = report_estimator(compensation="printed", error_terms=True)
+    T = surrogate.SAMPLING_TIME
+    state = estimator.init(sampling_time=T)
+    controller = surrogate.feedback_controller(estimator, state)
+    assert controller.notch is not None
+    straight = controller.notch.coefficients(T).b0
+    samples = round(surrogate.DURATION / T)
+    found = np.array(
+        [
+            (each.input_energy, each.held_input_energy)
+            for k in range(20)
+            for each in [
+                noise_effects(one_run("feedback", 1.0, np.random.default_rng(k), estimator, state))
+            ]
+        ]
+    )
+    expected = (
+        -straight * controller.pd.velocity_gain * surrogate.VELOCITY_NOISE**2 * T * samples,
+        straight * controller.pd.position_gain * surrogate.POSITION_NOISE**2 * samples,
+    )
+    chance = np.std(found, axis=0, ddof=1) / np.sqrt(len(found))
+    assert np.all(np.abs(np.mean(found, axis=0) - expected) < 4.0 * chance)
+    assert np.all(np.abs(expected) > 10.0 * chance)
 
 
 def test_the_expectations_are_those_of_a_folded_normal() -> None:

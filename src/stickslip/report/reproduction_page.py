@@ -95,7 +95,7 @@ def _claims(claims: Sequence[Claim]) -> str:
             ("Verdict", word),
             ("Why", _text(claim.why)),
         )
-        body = "".join(f'<td data-label="{label}">{text}</td>' for label, text in cells)
+        body = "".join(f'<td data-label="{label}"><div>{text}</div></td>' for label, text in cells)
         rows.append(
             f'<tr><th scope="row">{_text(claim.statement)}'
             f"<span class='meaning'>{_text(claim.place)}</span></th>{body}</tr>\n"

@@ -18,6 +18,8 @@ class NoiseEffects:
     ----------
     input_energy
         Of the sum of Eq. 3.6 at the end [J].
+    held_input_energy
+        Of the sum that is exact while the input is held, at the end [J].
     kinetic_energy, potential_energy
         Mean over the run of Eqs. 3.8 and 3.7 [J].
     coulomb_regressor
@@ -30,6 +32,7 @@ class NoiseEffects:
     """
 
     input_energy: float
+    held_input_energy: float
     kinetic_energy: float
     potential_energy: float
     coulomb_regressor: float
@@ -56,9 +59,11 @@ def noise_effects(run: Run) -> NoiseEffects:
     kinetic += 0.5 * surrogate.MASS_2 * (seen_v2**2 - v2**2)
     stretch, true_stretch = log.measured_position - seen_x2, x - x2
     speed = np.abs(seen) - np.abs(v)
+    error = log.measured_position - x
     fast = np.abs(v) > 3.0 * surrogate.VELOCITY_NOISE
     return NoiseEffects(
         input_energy=float(T * np.sum(log.effort * (seen - v))),
+        held_input_energy=float(np.sum(log.effort[:-1] * np.diff(error))),
         kinetic_energy=float(np.mean(kinetic)),
         potential_energy=float(np.mean(0.5 * surrogate.STIFFNESS * (stretch**2 - true_stretch**2))),
         coulomb_regressor=float(T * np.sum(speed)),

@@ -1,7 +1,7 @@
 """What the report claims of noise in chapter 5, judged by measurements."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy import stats
@@ -93,9 +93,12 @@ def input_energy(loop: Loop, effects: Sequence[NoiseEffects]) -> Claim:
         "multiplies it averages out.",
         "feedback": "The controller makes the input from the measured velocity, so that "
         "E{u v} = −K_d σ_v² and the printed sum of Eq. 3.6 loses about K_d σ_v² T in every sample. "
-        "The exact sum u(k−1) [x(k) − x(k−1)] pairs an input with later noise only.",
+        "The sum that is exact under a held input, of u(k−1) [x(k) − x(k−1)], is free of that, but "
+        "the input is also made from the measured position, so that it gains about K_p σ_w² in "
+        "every sample.",
     }
-    return _expected(
+    held = _mean(effects, lambda each: each.held_input_energy)
+    claim = _expected(
         f"Eq. 5.5, {loop}",
         "Noise in the measurements has no effect on the input energy in expectation.",
         "input energy at the end, measured less true",
@@ -103,6 +106,11 @@ def input_energy(loop: Loop, effects: Sequence[NoiseEffects]) -> Claim:
         0.0,
         "J",
         why[loop],
+    )
+    return replace(
+        claim,
+        measured=f"{claim.measured} (by the sum exact under a held input: {held} J)",
+        numbers={**claim.numbers, "held_mean": held.value, "held_range": held.range},
     )
 
 
