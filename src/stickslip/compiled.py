@@ -3,8 +3,8 @@
 Kernels are plain functions on scalars, tuples and arrays. ``compiled`` hands them to Numba with the
 settings all kernels share: cached on disk, no fast-math (results must not depend on how terms are
 reordered), IEEE division, and free of the interpreter lock. Numba itself refreshes its cache of a
-kernel only when the kernel's own file changes; here a change in any kernel file of the same folder
-does, so kernels that call each other live in one folder.
+kernel only when the kernel's own file changes; here a change in any file of the same folder does,
+so kernels that call each other live in one folder.
 """
 
 import logging
@@ -47,13 +47,13 @@ event.register("numba:compile", _CompilationNotice())
 
 @cache
 def _folder_stamp(folder: Path) -> tuple[tuple[str, float, int], ...]:
-    """Name, time and size of every kernel file in a folder."""
-    kernels = (path for path in sorted(folder.glob("*.py")) if b"@compiled(" in path.read_bytes())
-    return tuple((path.name, path.stat().st_mtime, path.stat().st_size) for path in kernels)
+    """Name, time and size of every file in a folder: kernels may take constants from any."""
+    files = ((path.name, path.stat()) for path in sorted(folder.glob("*.py")))
+    return tuple((name, stat.st_mtime, stat.st_size) for name, stat in files)
 
 
 def _cache_by_folder(dispatcher: Any) -> None:
-    """Let a cached kernel be valid only as long as no kernel file of its folder has changed."""
+    """Let a cached kernel be valid only as long as no file of its folder has changed."""
     if not hasattr(dispatcher, "py_func"):  # NUMBA_DISABLE_JIT: a plain function, nothing cached
         return
     file = dispatcher._cache._cache_file  # Numba has no public way to say it

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation import recursion
-from stickslip.estimation import work_recursion as at
+from stickslip.estimation import work_layout as at
 from stickslip.estimation.energy_levels import AxisModel
 from stickslip.estimation.innovations import HeldAxis
 from stickslip.estimation.recursion import VALUES, covariance_in
