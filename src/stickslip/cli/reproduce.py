@@ -130,7 +130,11 @@ def _variants(reproduction: "Reproduction") -> "Table":
     scores = {
         (each.variant, each.loop): each
         for each in reproduction.variants
-        if each.noise == 1.0 and each.assumed in {None, 1.0}
+        if each.noise == 1.0 and each.assumed == 1.0
+    } | {
+        (each.variant, each.loop): each
+        for each in reproduction.variants
+        if each.noise == 1.0 and each.assumed is None
     }
     for variant in dict.fromkeys(name for name, _ in scores):
         cells = [

@@ -210,7 +210,13 @@ def _coverage_table(scores: Sequence[VariantScore]) -> str:
     names = list(scores[0].bias)
     heads = "".join(
         f'<th scope="col">{name}</th>'
-        for name in ("variant", "loop", "noise", *(f"{symbol(n)} [%]" for n in names))
+        for name in (
+            "variant",
+            "loop",
+            "noise",
+            "σ assumed",
+            *(f"{symbol(n)} [%]" for n in names),
+        )
     )
     body = "".join(
         _row(
@@ -218,6 +224,7 @@ def _coverage_table(scores: Sequence[VariantScore]) -> str:
             [
                 each.loop,
                 f"× {each.noise:g}",
+                "–" if each.assumed is None else f"× {each.assumed:g}",
                 *(
                     "–" if each.coverage is None else f"{100 * each.coverage[name]:.1f}"
                     for name in names

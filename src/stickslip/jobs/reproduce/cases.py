@@ -50,13 +50,22 @@ def report_estimator(
     )
 
 
-def robust_estimator() -> EnergyEstimator:
-    """Return this package's own estimator for the surrogate arm; it is told no noise."""
+def robust_estimator(assumed: float | None = None) -> EnergyEstimator:
+    """Return this package's own estimator for the surrogate arm.
+
+    Parameters
+    ----------
+    assumed
+        Standard deviations that it begins with on line, over those of the surrogate values [-];
+        None tells it none.
+    """
     return EnergyEstimator(
         inertia=surrogate.MASS_1,
         load_inertia=surrogate.MASS_2,
         stiffness=surrogate.STIFFNESS,
         offset=False,
+        position_noise=None if assumed is None else assumed * surrogate.POSITION_NOISE,
+        velocity_noise=None if assumed is None else assumed * surrogate.VELOCITY_NOISE,
     )
 
 

@@ -116,11 +116,11 @@ def _one(loop: Loop, noise: float, seed: np.random.SeedSequence) -> _Outcome:
             estimator = variant.estimator(noise * (assumed or 1.0))
             _, values, _ = estimator.run(estimator.init(sampling_time=T), run.log)
             outcome.values[variant.name, assumed] = values[-1, :2]
-    _robust(run.log, outcome)
+    _robust(run.log, noise, outcome)
     return outcome
 
 
-def _robust(log: AxisLog, outcome: _Outcome) -> None:
+def _robust(log: AxisLog, noise: float, outcome: _Outcome) -> None:
     """Add what this package's own estimator finds, from the whole log and on line."""
     truth = np.array([surrogate.TRUTH[name] for name in _PARAMETERS])
     estimator = robust_estimator()
@@ -136,12 +136,14 @@ def _robust(log: AxisLog, outcome: _Outcome) -> None:
             for each, true in zip(parameters, truth, strict=True)
         ]
     )
-    state, values = estimator.run(estimator.init(sampling_time=log.sampling_time), log)
     order = [estimator.parameter_names(log.kind).index(name) for name in _PARAMETERS]
-    key = (ROBUST_ONLINE, None)
-    outcome.values[key] = values[-1, order]
-    widths = _NORMAL_95 * np.sqrt(np.diag(estimator.covariance(state))[order])
-    outcome.covered[key] = (np.abs(values[-1, order] - truth) <= widths).astype(float)
+    for assumed in (None, *ASSUMED):
+        told = robust_estimator(None if assumed is None else assumed * noise)
+        state, values = told.run(told.init(sampling_time=log.sampling_time), log)
+        key = (ROBUST_ONLINE, assumed)
+        outcome.values[key] = values[-1, order]
+        widths = _NORMAL_95 * np.sqrt(np.diag(told.covariance(state))[order])
+        outcome.covered[key] = (np.abs(values[-1, order] - truth) <= widths).astype(float)
 
 
 def _scores(loop: Loop, noise: float, outcomes: list[_Outcome]) -> Iterator[VariantScore]:
