@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
+from stickslip.estimation.intervals import information_time
 from stickslip.estimation.regression import MotionSummary, Regression, least_squares
 from stickslip.records import ParameterEstimate, Status, Verdict
 
@@ -58,20 +59,24 @@ def condition_number(regressors: Float[np.ndarray, "n p"]) -> float:
 def cross_validation_residual(
     target: Float[np.ndarray, " n"], regressors: Float[np.ndarray, "n p"]
 ) -> float | None:
-    """Return the relative residual [-] on contiguous fifths of the rows left out in turn.
+    """Return the relative residual [-] on contiguous fifths of the information left out in turn.
 
-    Contiguous blocks, because neighbours of a left-out row would give it away. None if the log is
-    too short to leave a fifth out.
+    Contiguous blocks, because neighbours of a left-out row would give it away; of equal information
+    and not of equal length, because a log that rests for most of its time tells nothing there. None
+    if the log is too short to leave a fifth out.
     """
     n, p = regressors.shape
     if n < FOLDS * max(_LEAST_ROWS_PER_FOLD, p):
         return None
+    norms = np.linalg.norm(regressors, axis=0)
+    time, _ = information_time(np.sum((regressors / np.where(norms > 0, norms, 1.0)) ** 2, axis=1))
+    fold = np.minimum((FOLDS * time).astype(int), FOLDS - 1)
     left_out = 0.0
-    for block in np.array_split(np.arange(n), FOLDS):
-        kept = np.ones(n, dtype=bool)
-        kept[block] = False
-        values = least_squares(regressors[kept], target[kept])
-        left_out += float(np.sum((target[block] - regressors[block] @ values) ** 2))
+    for k in range(FOLDS):
+        block = fold == k
+        if np.any(block) and not np.all(block):
+            values = least_squares(regressors[~block], target[~block])
+            left_out += float(np.sum((target[block] - regressors[block] @ values) ** 2))
     return float(np.sqrt(left_out / np.sum(target**2)))
 
 
