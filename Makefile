@@ -3,7 +3,7 @@ PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= demo-output
 
-.PHONY: demo test check docs bench lock clean
+.PHONY: demo test check docs study bench lock clean
 
 demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, write the report
 	$(BIN)/stickslip demo --out $(OUT)
@@ -21,6 +21,9 @@ check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings a
 docs: .venv/dev.stamp ## the documentation, with its figures made anew
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
+
+study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some ten minutes)
+	$(BIN)/python docs/make_study.py
 
 bench: .venv/dev.stamp ## speed and accuracy beside other tools, in one run
 	$(BIN)/python -m benchmarks

@@ -3,16 +3,28 @@
 from dataclasses import replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
-from typing import Literal
 
 import matplotlib as mpl
 import numpy as np
 from rich.progress import track
 from scipy import signal
 
-from stickslip.estimation import EnergyEstimator, IdimLeastSquares
+from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator
+from stickslip.estimation.free_friction import free_motion, roaming
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import demonstrate
+from stickslip.jobs.surrogate import (
+    MASS_1,
+    MASS_2,
+    POSITION_NOISE,
+    SAMPLING_TIME,
+    STIFFNESS,
+    TRUTH,
+    VELOCITY_NOISE,
+    bang_bang_effort,
+    surrogate_arm,
+    surrogate_sensors,
+)
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
 
@@ -54,10 +66,8 @@ def save(figure: plt.Figure, name: str) -> None:
 
 def surrogate_motion() -> SimulatedMotion:
     """Simulate the surrogate arm of the demonstration for as long as its first mass moves."""
-    law = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
-    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
-    effort = np.repeat([1.0, -1.0, 0.0], [500, 500, 2000])
-    return simulate(arm, effort, sampling_time=0.01)
+    effort = bang_bang_effort(SAMPLING_TIME)[:3000]
+    return simulate(surrogate_arm(), effort, sampling_time=SAMPLING_TIME)
 
 
 def shade_rests(axes: Axes, motion: SimulatedMotion) -> None:
@@ -132,14 +142,13 @@ def sampling_bias() -> None:
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     intervals = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1])
     figure, axes = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
-    variants: tuple[tuple[Literal["report", "held_effort"], str, str], ...] = (
-        ("report", ORANGE, "printed sums"),
-        ("held_effort", BLUE, "exact under a held input"),
+    known = {"inertia": 1.0, "load_inertia": 1.0, "stiffness": 1.0}
+    variants = (
+        (ReportEstimator(**known), ORANGE, "printed sums"),
+        (ReportEstimator(**known, sums="settled"), GREEN, "sums exact under a held input"),
+        (EnergyEstimator(**known, offset=False), BLUE, "balance of work"),
     )
-    for variant, color, label in variants:
-        estimator = EnergyEstimator(
-            inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False, variant=variant
-        )
+    for estimator, color, label in variants:
         errors: list[tuple[float, ...]] = []
         for T in intervals:
             held = round(5.0 / T)
@@ -156,8 +165,60 @@ def sampling_bias() -> None:
     for axis, title in zip(axes, ("Coulomb friction", "viscous friction"), strict=True):
         axis.set(title=title, xlabel="sampling time [s]")
     axes[0].set_ylabel("error without noise [%]")
-    axes[0].legend(loc="upper left")
+    handles, labels = axes[0].get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=3)
     save(figure, "sampling-bias.png")
+
+
+def balance_of_work() -> None:
+    """Draw what the noise-robust estimator sees of the surrogate arm, and how it settles."""
+    motion = surrogate_motion()
+    generator = np.random.default_rng(1)
+    log = surrogate_sensors().measure(motion, generator)
+    x, v, x2 = log.measured_position, log.measured_velocity, log.measured_load_position
+    if v is None or x2 is None or motion.load_position is None:
+        raise RuntimeError("the arm's sensors measure everything")
+    T, noise = log.sampling_time, (POSITION_NOISE, VELOCITY_NOISE)
+    force = log.effort - STIFFNESS * (x - x2)
+    seen = free_motion(x, v, force, MASS_1, T, noise, roaming(x, v, force, MASS_1, T, noise))
+    figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.1), layout="constrained")
+
+    left.plot(log.time, v, ".", ms=2, color="#d1d5db", label="measured")
+    left.plot(log.time, motion.velocity, "--", color=ORANGE, lw=1.2, label="true")
+    left.plot(log.time, seen.velocity, color=BLUE, lw=1, label="smoothed, friction free")
+    left.set(title="Where does friction act which way?", xlabel="time [s]", xlim=(4, 12))
+    left.set_ylabel("velocity [m/s]")
+    left.legend(loc="lower left")
+
+    law = surrogate_arm().friction
+    sliding = ~motion.stuck
+    true = np.where(sliding, law.friction(motion.velocity), np.nan)
+    middle.plot(log.time, seen.friction, color=BLUE, lw=1, label="free")
+    middle.plot(motion.time, true, "--", color=ORANGE, lw=1.2, label="true, sliding")
+    middle.set(title="The friction that the motion leaves", xlabel="time [s]", xlim=(4, 12))
+    middle.set_ylabel("friction [N]")
+    middle.legend(loc="lower left")
+
+    estimator = EnergyEstimator(
+        inertia=MASS_1, load_inertia=MASS_2, stiffness=STIFFNESS, offset=False
+    )
+    state = estimator.init(sampling_time=T)
+    times, errors, spreads = [], [], []
+    truth = np.array([TRUTH[name] for name in estimator.parameter_names(log.kind)])
+    for start in range(0, 2000, 10):
+        state, values = estimator.run(state, log.part(start, start + 10))
+        if start >= 200:
+            times.append(log.time[start + 9])
+            errors.append(100.0 * (values[-1] / truth - 1.0))
+            spreads.append(196.0 * np.sqrt(np.diag(estimator.covariance(state))) / truth)
+    for k, (color, label) in enumerate(((ORANGE, "viscous"), (BLUE, "Coulomb"))):
+        error, spread = np.array(errors)[:, k], np.array(spreads)[:, k]
+        right.plot(times, error, color=color, lw=1.2, label=label)
+        right.fill_between(times, error - spread, error + spread, color=color, alpha=0.2, lw=0)
+    right.set(title="On line: error and 95 % band", xlabel="time [s]", ylim=(-4, 4))
+    right.set_ylabel("error [% of the truth]")
+    right.legend(loc="upper right")
+    save(figure, "balance-of-work.png")
 
 
 def coverage() -> None:
@@ -213,6 +274,7 @@ def main() -> None:
     style()
     overview()
     sampling_bias()
+    balance_of_work()
     coverage()
 
 

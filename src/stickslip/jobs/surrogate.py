@@ -11,7 +11,7 @@ from jaxtyping import Float
 
 if TYPE_CHECKING:
     from stickslip.control import FeedbackController
-    from stickslip.estimation import ReportEstimator
+    from stickslip.estimation import EnergyEstimator, ReportEstimator
     from stickslip.plants import FlexibleArm
     from stickslip.simulation import Sensors
 
@@ -110,7 +110,7 @@ def surrogate_sensors(noise: float = 1.0) -> "Sensors":
 
 
 def feedback_controller(
-    estimator: "ReportEstimator", state: Float[np.ndarray, " s"]
+    estimator: "ReportEstimator | EnergyEstimator", state: Float[np.ndarray, " s"]
 ) -> "FeedbackController":
     """Return the feedback of section 6.2, which compensates what an estimator finds on the way.
 
@@ -131,7 +131,6 @@ def feedback_controller(
         PointToPoint,
     )
 
-    first = estimator.values_at.start
     return FeedbackController(
         sampling_time=SAMPLING_TIME,
         pd=PD(position_gain=_POSITION_GAIN, velocity_gain=_VELOCITY_GAIN),
@@ -146,7 +145,7 @@ def feedback_controller(
             friction=OnlineFriction(
                 kernel=estimator.kernel,
                 first_state=state,
-                values_at=slice(first, first + len(TRUTH)),
+                values_at=estimator.values_at,
                 needs_load=True,
             )
         ),
