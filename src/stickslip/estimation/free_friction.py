@@ -5,6 +5,7 @@ The known inertia ties position, velocity and force together; the friction may g
 their noise as can be without knowing the friction.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -17,6 +18,9 @@ __all__ = ["FreeMotion", "free_motion", "roaming", "walk_covariance"]
 
 _DECADES = (-7.0, 5.0)  # of the friction's rate of change, around that of the net force
 _GRID = 9
+
+Measured = tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"] | None, Float[np.ndarray, " n"]]
+"""Position, velocity if it is measured, and force."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,21 +212,14 @@ def _backward(
 
 
 def roaming(
-    x: Float[np.ndarray, " n"],
-    v: Float[np.ndarray, " n"] | None,
-    force: Float[np.ndarray, " n"],
-    inertia: float,
-    sampling_time: float,
-    noise: tuple[float, float],
+    stretches: Sequence[Measured], inertia: float, sampling_time: float, noise: tuple[float, float]
 ) -> float:
-    """Return the intensity of the friction's rate of change that makes the log likeliest.
+    """Return the intensity of the friction's rate of change that makes a log likeliest.
 
     Parameters
     ----------
-    x, v
-        Measured position and velocity [m or rad, m/s or rad/s]; v may be None.
-    force
-        On the driven mass but for friction, held over each sample [N or N m].
+    stretches
+        Position, velocity and force of each stretch of the log, as `free_motion` takes them.
     inertia
         [kg or kg m^2].
     sampling_time
@@ -234,15 +231,18 @@ def roaming(
     -------
     Spectral density of the rate [N^2/s or (N m)^2/s].
     """
-    run = _Run.of(x, v, force, inertia, sampling_time, noise)
-    typical = run.first[1] / (x.size * sampling_time)
+    runs = [_Run.of(*stretch, inertia, sampling_time, noise) for stretch in stretches]
+    typical = sum(run.force_squared for run in runs) / sum(run.duration for run in runs) ** 2
+
+    def cost(decades: float) -> float:
+        return sum(run.cost(typical * 10.0**decades) for run in runs)
+
     low, high = _DECADES
     grid = np.linspace(low, high, _GRID)
-    costs = [run.cost(typical * 10.0**decades) for decades in grid]
-    best = float(grid[int(np.argmin(costs))])
+    best = float(grid[int(np.argmin([cost(float(decades)) for decades in grid]))])
     step = float(grid[1] - grid[0])
     found = minimize_scalar(
-        lambda decades: run.cost(typical * 10.0**decades),
+        cost,
         bounds=(max(best - step, low), min(best + step, high)),
         method="bounded",
         options={"xatol": 0.1},
@@ -263,7 +263,11 @@ def free_motion(
 
     Parameters
     ----------
-    x, v, force, inertia, sampling_time, noise
+    x, v
+        Measured position and velocity [m or rad, m/s or rad/s]; v may be None.
+    force
+        On the driven mass but for friction, held over each sample [N or N m].
+    inertia, sampling_time, noise
         As `roaming` takes them.
     rate
         What `roaming` returns.
@@ -288,7 +292,10 @@ class _Run:
     inertia: float
     sampling_time: float
     noise: tuple[float, float]
-    first: tuple[float, float]
+    first_velocity: float
+    """Variance of the first velocity."""
+    force_squared: float
+    """Integral of the squared force, above what it takes to reach or lose the largest speed."""
 
     @classmethod
     def of(
@@ -301,6 +308,7 @@ class _Run:
         noise: tuple[float, float],
     ) -> "_Run":
         fastest = float(np.max(np.abs(np.diff(x)))) / sampling_time
+        duration = x.size * sampling_time
         return cls(
             x=x,
             v=np.zeros_like(x) if v is None else v,
@@ -308,8 +316,15 @@ class _Run:
             inertia=inertia,
             sampling_time=sampling_time,
             noise=(noise[0] ** 2, -1.0 if v is None else noise[1] ** 2),
-            first=(fastest**2 if v is None else noise[1] ** 2, float(np.mean(force**2))),
+            first_velocity=fastest**2 if v is None else noise[1] ** 2,
+            force_squared=sampling_time * float(np.sum(force**2))
+            + (inertia * fastest) ** 2 / duration,
         )
+
+    @property
+    def duration(self) -> float:
+        """How long the stretch is [s]."""
+        return self.x.size * self.sampling_time
 
     def cost(self, rate: float) -> float:
         """Return twice the negative log likelihood."""
@@ -339,7 +354,7 @@ class _Run:
             self.sampling_time,
             self.noise,
             rate * walk_covariance(self.inertia, self.sampling_time),
-            self.first,
+            (self.first_velocity, self.force_squared / self.duration + rate * self.duration),
             states,
             spreads,
         )

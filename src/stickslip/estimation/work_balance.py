@@ -30,6 +30,8 @@ CERTAIN = 5.0
 """Standard deviations of the smoothed velocity beyond which its sign is certain."""
 
 _ROUNDING = 1e-7  # of the largest value: noise that a log without any is taken to have
+_LEAST_NOISE = 1e-150  # of a signal that is zero throughout
+_AROUND = 6  # samples around a count of the encoder that show its noise
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
 _GRID = 9
 _DECADE_TOLERANCE = 0.2
@@ -110,7 +112,7 @@ def work_regression(
         stiffness=model.stiffness,
         sampling_time=T,
     )
-    noise = _sensor_noise(max(parts, key=len), model, low_pass)
+    noise = _sensor_noise(parts, model, low_pass)
     stretches = _stretches(parts, model, inertia, noise)
     size = _size(stretches)
     # While the axis crosses the speeds at which its direction is uncertain, friction is one force
@@ -186,12 +188,40 @@ def _least(cost: Callable[[float], float]) -> float:
     return float(found.x)
 
 
-def _sensor_noise(log: AxisLog, model: AxisModel, low_pass: LowPass) -> tuple[SensorNoise, ...]:
+def _sensor_noise(
+    parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass
+) -> tuple[SensorNoise, ...]:
     """Return the noise on the driven mass and, if there is one, on the load."""
-    masses = [(log.measured_position, log.measured_velocity)]
+    T = parts[0].sampling_time
+    masses = [_joined([(part.measured_position, part.measured_velocity) for part in parts])]
     if model.load_inertia is not None:
-        masses.append((load_position(log), log.measured_load_velocity))
-    return tuple(_floored(motion_noise(x, v, low_pass, log.sampling_time), x, v) for x, v in masses)
+        masses.append(
+            _joined([(load_position(part), part.measured_load_velocity) for part in parts])
+        )
+    return tuple(_floored(motion_noise(x, v, low_pass, T), x, v) for x, v in masses)
+
+
+def _joined(
+    measured: Sequence[tuple[Float[np.ndarray, " _"], Float[np.ndarray, " _"] | None]],
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"] | None]:
+    """Return positions and velocities of all stretches, without what tells nothing of their noise.
+
+    While an encoder does not count it shows no noise, but that is not to say that it has none.
+    """
+    positions: list[Float[np.ndarray, " _"]] = []
+    velocities: list[Float[np.ndarray, " _"]] = []
+    end = 0.0
+    for x, v in measured:
+        counts = np.diff(x, prepend=x[0]) != 0.0
+        told = np.convolve(counts, np.ones(2 * _AROUND + 1), mode="same") > 0.0
+        if np.any(told):
+            positions.append(x[told] - x[told][0] + end)
+            end = float(positions[-1][-1])
+            if v is not None:
+                velocities.append(v[told])
+    if not positions:
+        return measured[0]
+    return np.concatenate(positions), np.concatenate(velocities) if velocities else None
 
 
 def _floored(
@@ -199,8 +229,8 @@ def _floored(
 ) -> SensorNoise:
     fastest = 0.0 if v is None else float(np.max(np.abs(v)))
     return SensorNoise(
-        position=max(noise.position, _ROUNDING * float(np.ptp(x))),
-        velocity=max(noise.velocity, _ROUNDING * fastest),
+        position=max(noise.position, _ROUNDING * float(np.ptp(x)), _LEAST_NOISE),
+        velocity=max(noise.velocity, _ROUNDING * fastest, _LEAST_NOISE),
     )
 
 
@@ -209,16 +239,15 @@ def _stretches(
 ) -> list[_Stretch]:
     """Smooth the motion of every stretch, with one rate at which friction roams for all."""
     T = parts[0].sampling_time
-    forces = [_force_but_friction(part, model) for part in parts]
-    longest, its_force = max(zip(parts, forces, strict=True), key=lambda pair: len(pair[0]))
-    x, v = longest.measured_position, longest.measured_velocity
-    rate = roaming(x, v, its_force, inertia, T, noise[0])
-    stretches: list[_Stretch] = []
-    for part, force in zip(parts, forces, strict=True):
-        x, v = part.measured_position, part.measured_velocity
-        motion = free_motion(x, v, force, inertia, T, noise[0], rate)
-        stretches.append(_stretch(part, model, motion, noise))
-    return stretches
+    measured = [
+        (part.measured_position, part.measured_velocity, _force_but_friction(part, model))
+        for part in parts
+    ]
+    rate = roaming(measured, inertia, T, noise[0])
+    return [
+        _stretch(part, model, free_motion(*of, inertia, T, noise[0], rate), noise)
+        for part, of in zip(parts, measured, strict=True)
+    ]
 
 
 def _force_but_friction(part: AxisLog, model: AxisModel) -> Float[np.ndarray, " n"]:
