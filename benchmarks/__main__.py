@@ -11,23 +11,34 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from benchmarks import logs, simulator
+from benchmarks import logs, recursion, simulator
 from benchmarks.measuring import Comparison, print_comparison
 
 TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
     "simulator": simulator.compare,
+    "recursion": recursion.compare,
     "logs": logs.compare,
 }
 """To add one: a file with ``compare(progress) -> list[Comparison]``, and its name here."""
 
-_COMPARED = ("numpy", "numba", "scipy", "mujoco", "pandas", "polars")
+_COMPARED = (
+    "numpy",
+    "numba",
+    "scipy",
+    "mujoco",
+    "padasip",
+    "filterpy",
+    "statsmodels",
+    "pandas",
+    "polars",
+)
 
 app = App(name="python -m benchmarks", help="Speed and accuracy beside other tools.")
 
 
 @app.default
 def run(
-    *topics: Literal["simulator", "logs"],
+    *topics: Literal["simulator", "recursion", "logs"],
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
 ) -> None:
     """Run topics, all if none is named, and print a table of each.

@@ -1,6 +1,7 @@
 """Time things, and say in one table how they compare."""
 
 import gc
+import math
 import time
 from collections.abc import Callable
 from dataclasses import asdict, dataclass
@@ -8,9 +9,10 @@ from typing import Any
 
 from rich import box
 from rich.console import Console
+from rich.progress import Progress, TaskID
 from rich.table import Table
 
-__all__ = ["Comparison", "Row", "Target", "best_time", "print_comparison"]
+__all__ = ["Comparison", "Row", "Rows", "Target", "best_time", "print_comparison"]
 
 
 def best_time(function: Callable[[], object], *, repetitions: int) -> float:
@@ -44,7 +46,8 @@ class Row:
     nanoseconds
         Time an item.
     error
-        Largest error, in the comparison's unit, or None if there is nothing to compare with.
+        Largest error, in the comparison's unit, or None if there is nothing to compare with; nan if
+        what came out is not finite.
     ours
         Whether it is this package.
     """
@@ -53,6 +56,48 @@ class Row:
     nanoseconds: float
     error: float | None
     ours: bool = False
+
+
+class Rows:
+    """Collects rows, with a mark on the progress bar for each.
+
+    Parameters
+    ----------
+    progress
+        Where the bar is.
+    title
+        What it says before the first row.
+    total
+        Number of rows to come.
+    """
+
+    def __init__(self, progress: Progress, title: str, total: int) -> None:
+        self.rows: list[Row] = []
+        self._progress = progress
+        self._task: TaskID = progress.add_task(title, total=total)
+
+    def add(
+        self,
+        name: str,
+        function: Callable[[], Any],
+        items: int,
+        *,
+        error: Callable[[Any], float] | None = None,
+        repetitions: int,
+        ours: bool = False,
+    ) -> Row:
+        """Time a function that works through so many items."""
+        self._progress.update(self._task, description=name)
+        seconds = best_time(function, repetitions=repetitions)
+        row = Row(
+            name=name,
+            nanoseconds=seconds / items * 1e9,
+            error=None if error is None else error(function()),
+            ours=ours,
+        )
+        self.rows.append(row)
+        self._progress.advance(self._task)
+        return row
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,6 +152,9 @@ class Comparison:
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison as plain JSON types."""
         record = asdict(self)
+        for row in record["rows"]:  # JSON knows no nan
+            if row["error"] is not None and not math.isfinite(row["error"]):
+                row["error"] = str(row["error"])
         record["targets"] = [{**asdict(target), "met": target.met} for target in self.targets]
         return record
 

@@ -4,12 +4,11 @@ from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import partial
 from itertools import cycle, repeat
-from typing import Any
 
 import numpy as np
-from rich.progress import Progress, TaskID
+from rich.progress import Progress
 
-from benchmarks.measuring import Comparison, Row, Target, best_time
+from benchmarks.measuring import Comparison, Row, Rows, Target
 from benchmarks.other_simulators import by_mujoco, by_runge_kutta, by_solve_ivp
 from benchmarks.reference import ReferenceRun, reference_runs
 from stickslip.friction import CoulombViscousFriction
@@ -53,38 +52,6 @@ def compare(progress: Progress) -> list[Comparison]:
     """Time one trajectory and one step, and how far a stuck mass creeps."""
     (run,) = reference_runs("design_case")
     return [_trajectory(run, progress), _creep(progress)]
-
-
-class _Rows:
-    """Collects rows, with a mark on the progress bar for each."""
-
-    def __init__(self, progress: Progress, title: str, total: int) -> None:
-        self.rows: list[Row] = []
-        self._progress = progress
-        self._task: TaskID = progress.add_task(title, total=total)
-
-    def add(
-        self,
-        name: str,
-        function: Callable[[], Any],
-        items: int,
-        *,
-        error: Callable[[Any], float] | None = None,
-        repetitions: int,
-        ours: bool = False,
-    ) -> Row:
-        """Time a function that works through so many items."""
-        self._progress.update(self._task, description=name)
-        seconds = best_time(function, repetitions=repetitions)
-        row = Row(
-            name=name,
-            nanoseconds=seconds / items * 1e9,
-            error=None if error is None else error(function()),
-            ours=ours,
-        )
-        self.rows.append(row)
-        self._progress.advance(self._task)
-        return row
 
 
 def _states(motion: SimulatedMotion) -> np.ndarray:
@@ -144,7 +111,7 @@ def _first_states(batch: SimulatedBatch) -> np.ndarray:
 
 def _trajectory(run: ReferenceRun, progress: Progress) -> Comparison:
     n = run.effort.size
-    rows = _Rows(progress, "one trajectory", total=15)
+    rows = Rows(progress, "one trajectory", total=15)
     effort, long_effort = run.effort, np.tile(run.effort, _LONG)
     error = run.position_error
     ours = rows.add(
@@ -298,7 +265,7 @@ def _creep(progress: Progress) -> Comparison:
         states=np.zeros((n + 1, 2)),
         touches=0,
     )
-    rows = _Rows(progress, "creep", total=4)
+    rows = Rows(progress, "creep", total=4)
     rows.add(
         "stickslip",
         partial(_simulate, run, run.effort),
