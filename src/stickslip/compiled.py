@@ -2,9 +2,9 @@
 
 Kernels are plain functions on scalars, tuples and arrays. ``compiled`` hands them to Numba with the
 settings all kernels share: cached on disk, no fast-math (results must not depend on how terms are
-reordered), IEEE division, and free of the interpreter lock. Numba itself refreshes its cache of a
-kernel only when the kernel's own file changes; here a change in any file of the same folder does,
-so kernels that call each other live in one folder.
+reordered), IEEE division, and, unless they are brief, free of the interpreter lock. Numba itself
+refreshes its cache of a kernel only when the kernel's own file changes; here a change in any file
+of the same folder does, so kernels that call each other live in one folder.
 """
 
 import logging
@@ -62,7 +62,7 @@ def _cache_by_folder(dispatcher: Any) -> None:
 
 
 def compiled(
-    *, inline: bool = False, cached: bool = True
+    *, inline: bool = False, cached: bool = True, brief: bool = False
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
     """Compile a kernel to machine code at its first call, and keep it for the next process.
 
@@ -73,12 +73,15 @@ def compiled(
     cached
         Keep the machine code for the next process. A kernel that takes other kernels as arguments
         cannot be found in the cache again, and would only add to it.
+    brief
+        Keep the interpreter's lock: for a kernel that takes less than a microsecond and is called
+        from Python sample by sample, where to let go of the lock would be a good part of the time.
 
     Returns
     -------
     The decorator; the decorated kernel keeps its signature.
     """
-    options: dict[str, Any] = {"cache": cached, "nogil": True, "error_model": "numpy"}
+    options: dict[str, Any] = {"cache": cached, "nogil": not brief, "error_model": "numpy"}
     if inline:
         options["forceinline"] = True
 

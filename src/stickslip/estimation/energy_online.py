@@ -7,6 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation import recursion
+from stickslip.estimation import streaming_layout as at
 from stickslip.estimation.energy_levels import AxisModel, load_position
 from stickslip.estimation.observation import HYSTERESIS
 from stickslip.estimation.recursion import VALUES
@@ -82,7 +83,7 @@ def first_state(
     """
     T = sampling_time
     p = len(initial_values)
-    s = np.zeros(VALUES + p)
+    s = np.zeros(at.STATE_SIZE)
     s[recursion.SAMPLING_TIME] = T
     s[recursion.FORGETTING] = forgetting_factor
     s[recursion.PARAMETERS] = p
@@ -91,14 +92,14 @@ def first_state(
     s[recursion.PER_DIRECTION] = model.terms.per_direction
     s[recursion.OFFSET] = "offset" in model.terms.names
     s[recursion.DERIVED] = not velocity_measured
-    s[recursion.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
-    s[recursion.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
-    s[recursion.VELOCITY_NOISE] = -1.0 if velocity_noise is None else velocity_noise
-    s[recursion.LEVEL_VARIANCE] = (_UNIT_LEVEL if level_noise is None else level_noise) ** 2
-    s[recursion.FORCE_VARIANCE] = force_noise**2
-    s[recursion.HYSTERESIS] = HYSTERESIS
-    s[recursion.SQUARE_BIAS] = _square_bias(s[recursion.POLE], T)
-    s[VALUES:] = initial_values
+    s[at.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
+    s[at.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
+    s[at.VELOCITY_NOISE] = -1.0 if velocity_noise is None else velocity_noise
+    s[at.LEVEL_VARIANCE] = (_UNIT_LEVEL if level_noise is None else level_noise) ** 2
+    s[at.FORCE_VARIANCE] = force_noise**2
+    s[at.HYSTERESIS] = HYSTERESIS
+    s[at.SQUARE_BIAS] = _square_bias(s[at.POLE], T)
+    s[VALUES : VALUES + p] = initial_values
     if initial_variance is None:
         s[recursion.RELATIVE_PRIOR] = 1.0
     else:

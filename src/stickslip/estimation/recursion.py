@@ -1,7 +1,8 @@
 """The state of what is estimated on line, and kernels for recursive least squares in it.
 
 All that a step remembers is one vector of fixed size, so that the same step runs from Python, in a
-compiled loop and on a drive. What lies where in the vector is given by the constants below.
+compiled loop and on a drive. What lies where in the vector is given by the constants below; some
+settings that several methods have in common are among them.
 """
 
 import numpy as np
@@ -10,48 +11,25 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 
 __all__ = [
-    "ACCEPTED",
-    "AVERAGED",
-    "CONSTANT",
-    "CONSTANT_SPREAD",
     "COUNT",
     "COUNTED",
     "DERIVED",
-    "DIFFERENCES",
-    "EARLIER",
-    "EXTREME",
-    "FILTER",
+    "EXPONENTIAL",
     "FIRST_SPREAD",
-    "FORCE_VARIANCE",
     "FORGETTING",
     "GAIN",
-    "HYSTERESIS",
-    "KNOWN",
-    "LAST",
-    "LEVEL_VARIANCE",
     "LOAD_INERTIA",
-    "MARK",
-    "MEAN",
     "MOST_PARAMETERS",
     "OFFSET",
     "PARAMETERS",
     "PER_DIRECTION",
-    "POLE",
-    "POSITION_NOISE",
     "RELATIVE_PRIOR",
-    "ROUGHNESS",
     "ROW",
     "SAMPLING_TIME",
-    "SINCE",
     "SPREAD",
-    "SQUARE_BIAS",
     "STIFFNESS",
-    "SUMS",
     "TYPICAL",
     "VALUES",
-    "VELOCITY_NOISE",
-    "WAY",
-    "WORK",
     "covariance_in",
     "rls_run",
     "rls_step",
@@ -60,8 +38,8 @@ __all__ = [
 
 MOST_PARAMETERS = 5
 
-# Settings
 (
+    # Settings
     SAMPLING_TIME,
     FORGETTING,
     PARAMETERS,
@@ -70,45 +48,23 @@ MOST_PARAMETERS = 5
     PER_DIRECTION,
     OFFSET,
     DERIVED,  # velocities are not measured but differentiated
-    POLE,  # of the causal low-pass used then
-    POSITION_NOISE,  # standard deviations; negative: estimated on the way
-    VELOCITY_NOISE,
-    LEVEL_VARIANCE,
-    FORCE_VARIANCE,
-    HYSTERESIS,  # in standard deviations of the fused position
-    SQUARE_BIAS,  # of a differentiated velocity's square, over the variance of the position [1/s^2]
     RELATIVE_PRIOR,  # P(0) follows the largest regressors so far
-) = range(16)
-# What changes
-(
+    EXPONENTIAL,  # everything is forgotten, in `rls_step`
+    # What changes
     COUNT,
-    WORK,
-    WAY,  # direction of travel
-    EXTREME,  # furthest point in that direction
-    MARK,  # that point at the last accepted row
-    SINCE,  # way since then
-    ACCEPTED,
-    CONSTANT_SPREAD,  # variance of the level's constant
-    KNOWN,  # samples in the differentiating filter, up to 2
-    ROUGHNESS,  # running means of squared third differences of position and velocity
-) = range(16, 26)
-LAST = ROUGHNESS + 2  # effort, fused position, velocity
-FILTER = LAST + 3  # two stages each for effort, position, load position
-EARLIER = FILTER + 6  # filtered effort, position, load position, one and two samples ago
-DIFFERENCES = EARLIER + 6  # last value, first and second difference of position, of velocity
-SUMS = DIFFERENCES + 6  # regressors
-CONSTANT = SUMS + MOST_PARAMETERS  # level of the balance, then of each regressor
-MEAN = CONSTANT + MOST_PARAMETERS + 1  # means of the same since the last accepted row
-AVERAGED = MEAN + MOST_PARAMETERS + 1  # samples in them
-FIRST_SPREAD = AVERAGED + 1  # diagonal of P(0)
+    COUNTED,  # rows that counted
+) = range(12)
+FIRST_SPREAD = COUNTED + 1  # diagonal of P(0)
 SPREAD = FIRST_SPREAD + MOST_PARAMETERS  # P, row by row
 ROW = SPREAD + MOST_PARAMETERS**2  # regressor of the row being taken
 GAIN = ROW + MOST_PARAMETERS
 TYPICAL = GAIN + MOST_PARAMETERS  # running mean squares of the regressors that count
-COUNTED = TYPICAL + MOST_PARAMETERS  # rows that counted
-VALUES = COUNTED + 1  # estimates: the rest of the vector
+VALUES = TYPICAL + MOST_PARAMETERS  # estimates; behind them is what a method needs besides
 
-_PRIOR = 1e-10  # information of a relative prior, over that of the largest row so far
+_PRIOR = 1e-8
+"""Information of a relative prior, over that of the largest row so far: too little to matter, and so
+much that P, 1e8 times what a row leaves of it, keeps eight digits of what it learns."""
+
 _SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
 
 
@@ -153,7 +109,9 @@ def _widen_prior(s: Float[np.ndarray, " s"], p: int) -> None:
 
 
 @compiled(inline=True)
-def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> float:
+def _update(
+    s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool, p: int
+) -> float:
     """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
 
     Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
@@ -166,7 +124,6 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
 
     Returns the squared prediction error over its variance, that of a row's noise being 1.
     """
-    p = int(s[PARAMETERS])
     if s[RELATIVE_PRIOR] > 0.0:
         _widen_prior(s, p)
     g = 0.0
@@ -209,27 +166,41 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
     return e * e / (1.0 + g)
 
 
-@compiled()
-def rls_step(
-    s: Float[np.ndarray, " s"], row: Float[np.ndarray, " p"], y: float, printed: bool
-) -> bool:
-    """Take one row into the state, in place, if all of it is finite; return whether it is."""
-    finite = np.isfinite(y)
-    for i in range(row.size):
-        finite = finite and np.isfinite(row[i])
+@compiled(inline=True)
+def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> float:
+    """Take the row at its place and its target y into the estimates, as `_update` does.
+
+    The loops run over a number that the compiler knows where it is a frequent one.
+    """
+    p = int(s[PARAMETERS])
+    if p == 2:
+        return _update(s, y, forgetting, printed, 2)
+    if p == 4:
+        return _update(s, y, forgetting, printed, 4)
+    return _update(s, y, forgetting, printed, p)
+
+
+@compiled(brief=True)
+def rls_step(s: Float[np.ndarray, " s"], row: Float[np.ndarray, " p"], y: float) -> bool:
+    """Take one row into the state, in place; return whether it was taken.
+
+    It is not if it does not have the size of the estimates, or a number is not finite.
+    """
+    p = int(s[PARAMETERS])
+    finite = np.isfinite(y) and row.size == p
     if finite:
-        for i in range(row.size):
+        for i in range(p):
+            finite = finite and np.isfinite(row[i])
+    if finite:
+        for i in range(p):
             s[ROW + i] = row[i]
-        update(s, y, s[FORGETTING], printed)
+        update(s, y, s[FORGETTING], s[EXPONENTIAL] > 0.0)
     return finite
 
 
 @compiled()
 def rls_run(
-    s: Float[np.ndarray, " s"],
-    rows: Float[np.ndarray, "n p"],
-    targets: Float[np.ndarray, " n"],
-    printed: bool,
+    s: Float[np.ndarray, " s"], rows: Float[np.ndarray, "n p"], targets: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n p"]:
     """Take many rows, in place, and return the estimates after each."""
     n, p = rows.shape
@@ -237,7 +208,7 @@ def rls_run(
     for k in range(n):
         for i in range(p):
             s[ROW + i] = rows[k, i]
-        update(s, targets[k], s[FORGETTING], printed)
+        update(s, targets[k], s[FORGETTING], s[EXPONENTIAL] > 0.0)
         for i in range(p):
             history[k, i] = s[VALUES + i]
     return history

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.recursion import (
+    EXPONENTIAL,
     FIRST_SPREAD,
     FORGETTING,
     MOST_PARAMETERS,
@@ -21,6 +22,8 @@ from stickslip.estimation.recursion import (
 from stickslip.records import InputError, finite_vector, positive
 
 __all__ = ["RecursiveLeastSquares"]
+
+_DOUBLE = np.dtype(np.float64)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,6 +87,7 @@ class RecursiveLeastSquares:
         s = np.zeros(VALUES + p)
         s[PARAMETERS] = p
         s[FORGETTING] = self.forgetting_factor
+        s[EXPONENTIAL] = self.forgetting == "exponential"
         s[VALUES:] = guesses
         s[FIRST_SPREAD : FIRST_SPREAD + p] = variance
         s[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()
@@ -106,18 +110,12 @@ class RecursiveLeastSquares:
         InputError
             If there is not one regressor a parameter, or a value is not finite.
         """
-        row, target = np.asarray(sample[0], dtype=np.float64), float(sample[1])
+        row, target = sample
+        if getattr(row, "dtype", None) is not _DOUBLE:  # faster than to leave it to np.asarray
+            row = np.asarray(row, np.float64)
         after = state.copy()
-        if row.shape != (after.size - VALUES,):
-            raise InputError(
-                f"the row has shape {row.shape}, there are {after.size - VALUES} parameters",
-                remedy="give one regressor a parameter, in the order of the first guesses",
-            )
-        if not rls_step(after, row, target, self.forgetting == "exponential"):
-            raise InputError(
-                f"the row is {row.tolist()} and its target {target}, they must be finite",
-                remedy="leave the row out: the state is as it was",
-            )
+        if row.ndim != 1 or not rls_step(after, row, float(target)):
+            raise _refused(row, target, after.size - VALUES)
         return after, after[VALUES:]
 
     def run(
@@ -156,8 +154,21 @@ class RecursiveLeastSquares:
                 f"row {bad[0]} or its target is not finite ({bad.size} such rows)",
                 remedy="leave such rows out",
             )
-        return after, rls_run(after, table, sought, self.forgetting == "exponential")
+        return after, rls_run(after, table, sought)
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return P, the inverse of the information."""
         return covariance_in(state)
+
+
+def _refused(row: Float[np.ndarray, "..."], target: float, parameters: int) -> InputError:
+    """Return why a row was not taken."""
+    if row.shape != (parameters,):
+        return InputError(
+            f"the row has shape {row.shape}, there are {parameters} parameters",
+            remedy="give one regressor a parameter, in the order of the first guesses",
+        )
+    return InputError(
+        f"the row is {row.tolist()} and its target {target}, they must be finite",
+        remedy="leave the row out: the state is as it was",
+    )

@@ -38,6 +38,8 @@ __all__ = ["ReportEstimator"]
 
 _FRICTION = ("coulomb_friction", "viscous_friction")
 _ERROR_TERMS = ("level_bias", "slope")
+_FRICTION_AT = slice(VALUES, VALUES + len(_FRICTION))
+_ALL_AT = slice(VALUES, VALUES + len(_FRICTION) + len(_ERROR_TERMS))
 _COMPENSATIONS = ("none", "printed", "settled")
 _SUMS = ("printed", "settled")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
@@ -189,12 +191,7 @@ class ReportEstimator:
     @property
     def values_at(self) -> slice:
         """Where the friction lies in a state: Coulomb first, then viscous."""
-        return slice(VALUES, VALUES + len(_FRICTION))
-
-    @cached_property
-    def _estimates_at(self) -> slice:
-        """Where all estimates lie in a state."""
-        return slice(VALUES, VALUES + len(self.parameter_names))
+        return _FRICTION_AT
 
     @property
     def kernel(
@@ -221,7 +218,7 @@ class ReportEstimator:
         s[FIRST_SPREAD : FIRST_SPREAD + p] = self.initial_variance
         s[SPREAD : SPREAD + p * p] = (self.initial_variance * np.eye(p)).ravel()
         guesses = self.initial_values or {}
-        s[self._estimates_at] = [guesses.get(name, 0.0) for name in self.parameter_names]
+        s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self.parameter_names]
         s[at.SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
         s[at.INERTIA] = self.inertia
         s[at.LOAD_INERTIA] = self.load_inertia or 0.0
@@ -279,7 +276,7 @@ class ReportEstimator:
             raise refused(after, sample) from error
         if not taken:
             raise refused(after, sample)
-        return after, after[self._estimates_at]
+        return after, after[_ALL_AT if self.error_terms else _FRICTION_AT]
 
     def run(
         self, state: Float[np.ndarray, " s"], log: AxisLog

@@ -119,7 +119,7 @@ def _target_and_row(
     return y
 
 
-@compiled()
+@compiled(brief=True)
 def report_energy_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:

@@ -6,42 +6,44 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.energy_balance import squared_velocity, turning_way
 from stickslip.estimation.recursion import (
+    COUNT,
+    DERIVED,
+    FORGETTING,
+    LOAD_INERTIA,
+    OFFSET,
+    PARAMETERS,
+    PER_DIRECTION,
+    ROW,
+    SAMPLING_TIME,
+    STIFFNESS,
+    VALUES,
+    update,
+)
+from stickslip.estimation.streaming_layout import (
     ACCEPTED,
     AVERAGED,
     CONSTANT,
     CONSTANT_SPREAD,
-    COUNT,
-    DERIVED,
     DIFFERENCES,
     EARLIER,
     EXTREME,
     FILTER,
     FORCE_VARIANCE,
-    FORGETTING,
     HYSTERESIS,
     KNOWN,
     LAST,
     LEVEL_VARIANCE,
-    LOAD_INERTIA,
     MARK,
     MEAN,
-    OFFSET,
-    PARAMETERS,
-    PER_DIRECTION,
     POLE,
     POSITION_NOISE,
     ROUGHNESS,
-    ROW,
-    SAMPLING_TIME,
     SINCE,
     SQUARE_BIAS,
-    STIFFNESS,
     SUMS,
-    VALUES,
     VELOCITY_NOISE,
     WAY,
     WORK,
-    update,
 )
 
 __all__ = ["energy_run", "energy_step"]
@@ -238,7 +240,7 @@ def _advance(
     s[COUNT] += 1.0
 
 
-@compiled()
+@compiled(brief=True)
 def energy_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:

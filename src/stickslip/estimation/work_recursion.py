@@ -260,7 +260,7 @@ def _advance(
         s[REFRESH] *= 2.0
 
 
-@compiled()
+@compiled(brief=True)
 def work_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
