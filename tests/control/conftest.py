@@ -13,8 +13,6 @@ from stickslip.control import (
     PointToPoint,
 )
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.recursion import VALUES
-from stickslip.estimation.streaming import energy_step
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 
@@ -50,13 +48,14 @@ def controller() -> FeedbackController:
 
 @pytest.fixture(scope="session")
 def online() -> OnlineFriction:
-    """A running estimate of the arm's friction; its state holds viscous friction first."""
-    estimator = EnergyEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False)
+    """A running estimate of the arm's friction, of which the size is known beforehand."""
+    estimator = EnergyEstimator(
+        inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False, initial_variance=0.3**2
+    )
     state = estimator.init(sampling_time=SAMPLING_TIME)
-    assert estimator.terms.names == ("viscous_friction", "coulomb_friction")
     return OnlineFriction(
-        kernel=energy_step,
+        kernel=estimator.kernel,
         first_state=np.asarray(state),
-        values_at=slice(VALUES + 1, VALUES - 1, -1),
+        values_at=estimator.values_at,
         needs_load=True,
     )

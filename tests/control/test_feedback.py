@@ -15,7 +15,7 @@ from stickslip.control import (
     OnlineFriction,
     PointToPoint,
 )
-from stickslip.estimation.streaming import energy_run, energy_step
+from stickslip.estimation.work_recursion import work_run, work_step
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError, SensorSample
 from stickslip.simulation import Sensors, simulate_closed_loop
@@ -106,7 +106,7 @@ def test_compiled_and_interpreted_loops_agree_to_the_bit(arm, controller, online
     if running:
         friction = FrictionCompensation(friction=online)
         controller = replace(controller, compensation=friction)
-        plain = replace(online, kernel=energy_step.py_func)
+        plain = replace(online, kernel=work_step.py_func)
         by_hand = replace(controller, compensation=FrictionCompensation(friction=plain)).step
         assert not hasattr(by_hand, "py_func")  # an estimator in Python makes a step in Python
     else:
@@ -241,7 +241,7 @@ def test_the_estimator_sees_what_the_log_holds(arm, controller, online):
             log.measured_load_velocity,
         ]
     )[:-1]
-    expected, history = energy_run(online.first_state, seen)
+    expected, history = work_run(online.first_state, seen)
     learned = running.estimator_state(run.controller_state)
     np.testing.assert_array_equal(learned, expected)
     assert running.refused_samples(run.controller_state) == 0

@@ -11,6 +11,7 @@ from stickslip.estimation.diagnostics import (
     cross_validation_residual,
     determined,
 )
+from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import AxisLog, FrictionEstimate, Status
 
@@ -180,14 +181,40 @@ def test_condition_number_is_that_of_scaled_columns() -> None:
     assert condition_number(np.array([[1.0, 0.0], [1.0, 0.0]])) == float("inf")
 
 
+def rows_of(target: np.ndarray, columns: np.ndarray) -> Regression:
+    return Regression(
+        kind="linear",
+        names=tuple(f"p{k}" for k in range(columns.shape[1])),
+        time=np.arange(target.size, dtype=float),
+        target=target,
+        regressors=columns,
+        regressor_noise=np.zeros(columns.shape[1]),
+        quantity="effort",
+        motion=summarise_motion([np.arange(2.0)], [np.ones(2)], 1.0, (0.0, 0.0)),
+        samples=target.size,
+    )
+
+
 def test_cross_validation_sees_what_a_fit_hides() -> None:
     generator = np.random.default_rng(5)
     target = generator.normal(size=60)
     columns = generator.normal(size=(60, 10))
     fitted, *_ = np.linalg.lstsq(columns, target, rcond=None)
     inside = np.linalg.norm(target - columns @ fitted) / np.linalg.norm(target)
-    outside = cross_validation_residual(target, columns)
+    outside = cross_validation_residual(rows_of(target, columns))
     assert outside is not None
     assert inside < 0.97
     assert outside > 1.0
-    assert cross_validation_residual(target[:20], columns[:20]) is None
+    assert cross_validation_residual(rows_of(target[:20], columns[:20])) is None
+
+
+def test_cross_validation_leaves_out_information_and_not_time() -> None:
+    """A push, and a rest that is as long as nine pushes: every fifth of the push stands alone."""
+    generator = np.random.default_rng(6)
+    columns = np.zeros((1000, 2))
+    columns[:100] = generator.normal(size=(100, 2))
+    target = columns @ [2.0, 3.0] + 1e-3 * generator.normal(size=1000)
+    left_out = cross_validation_residual(rows_of(target, columns))
+    inside = np.linalg.norm(target - columns @ [2.0, 3.0]) / np.linalg.norm(target)
+    # Left-out rows are predicted from four fifths: the error grows by a few per cent
+    assert left_out == pytest.approx(inside, rel=0.1)

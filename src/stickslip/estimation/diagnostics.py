@@ -56,15 +56,14 @@ def condition_number(regressors: Float[np.ndarray, "n p"]) -> float:
     return float(values[0] / values[-1]) if values[-1] > 0 else float("inf")
 
 
-def cross_validation_residual(
-    target: Float[np.ndarray, " n"], regressors: Float[np.ndarray, "n p"]
-) -> float | None:
+def cross_validation_residual(regression: Regression) -> float | None:
     """Return the relative residual [-] on contiguous fifths of the information left out in turn.
 
     Contiguous blocks, because neighbours of a left-out row would give it away; of equal information
     and not of equal length, because a log that rests for most of its time tells nothing there. None
     if the log is too short to leave a fifth out.
     """
+    target, regressors = regression.target, regression.regressors
     n, p = regressors.shape
     if n < FOLDS * max(_LEAST_ROWS_PER_FOLD, p):
         return None
@@ -77,7 +76,7 @@ def cross_validation_residual(
         if np.any(block) and not np.all(block):
             values = least_squares(regressors[~block], target[~block])
             left_out += float(np.sum((target[block] - regressors[block] @ values) ** 2))
-    return float(np.sqrt(left_out / np.sum(target**2)))
+    return float(np.sqrt(left_out)) / regression.scale
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -246,15 +246,21 @@ def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEv
 
 
 def _residuals(regression: Regression, values: Mapping[str, float]) -> Residuals:
-    """Return what the fit leaves unexplained, and how it is correlated in time."""
+    """Return what the fit leaves unexplained, and how it is correlated in time.
+
+    The rows of one instant, one a sensor, are put together as one of the same variance.
+    """
     target, regressors = regression.target, regression.regressors
     residual = target - regressors @ np.array([values[name] for name in regression.names])
+    sensors = int(np.sum(regression.time == regression.time[0]))
+    residual = residual.reshape(-1, sensors).sum(axis=1) / np.sqrt(sensors)
+    time = regression.time[::sensors]
     lags = min(_LARGEST_LAG, residual.size // 4)
-    spacing = float(np.median(np.diff(regression.time)))
+    spacing = float(np.median(np.diff(time)))
     step = -(-residual.size // LARGEST_PLOT)
     return Residuals(
         quantity=regression.quantity,
-        time=regression.time[::step],
+        time=time[::step],
         residual=residual[::step],
         lag=spacing * np.arange(lags + 1),
         autocorrelation=autocorrelation(residual, lags),

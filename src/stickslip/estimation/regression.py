@@ -106,6 +106,9 @@ class Regression:
         Number of samples of the log that the rows were made from.
     notes
         What a user should know about how the rows were made, one sentence each.
+    effect
+        Norm of the rows that the effort alone would make [SI], where the target holds only what
+        known masses leave of it; otherwise 0.
     """
 
     kind: AxisKind
@@ -118,9 +121,15 @@ class Regression:
     motion: MotionSummary
     samples: int
     notes: tuple[str, ...] = ()
+    effect: float = 0.0
+
+    @property
+    def scale(self) -> float:
+        """Norm that a residual is small against [SI]."""
+        return max(float(np.linalg.norm(self.target)), self.effect)
 
     def relative_residual(self, parameters: Mapping[str, float]) -> float:
-        """Return norm of residual over norm of target [-] with given parameters.
+        """Return the norm of the residual over `scale` [-] with given parameters.
 
         With the regression of another log than the parameters were fitted to, this is a cross-test.
 
@@ -131,7 +140,7 @@ class Regression:
         """
         values = np.array([parameters[name] for name in self.names])
         residual = self.target - self.regressors @ values
-        return float(np.linalg.norm(residual) / np.linalg.norm(self.target))
+        return float(np.linalg.norm(residual)) / self.scale
 
 
 def least_squares(

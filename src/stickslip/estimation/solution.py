@@ -95,7 +95,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     provenance
         Where they come from.
     """
-    target, regressors = regression.target, regression.regressors
+    regressors = regression.regressors
     n, p = regressors.shape
     least = _LEAST_ROWS_PER_PARAMETER * p
     if hardly_moves(regression.motion) or n < least:
@@ -123,8 +123,8 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
             ci95=(value - half, value + half) if mask[k] else None,
             unit=unit_of(name, regression.kind),
         )
-    relative = float(np.linalg.norm(fit.residual) / np.linalg.norm(target))
-    left_out = cross_validation_residual(target, regressors)
+    relative = float(np.linalg.norm(fit.residual)) / regression.scale
+    left_out = cross_validation_residual(regression)
     return FrictionEstimate(
         estimator=estimator,
         kind=regression.kind,

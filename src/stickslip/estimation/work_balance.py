@@ -54,8 +54,6 @@ class _Stretch:
         Of the log, n samples.
     measured, channels, first
         As `whiten` takes them.
-    motion
-        Of the driven mass, smoothed.
     friction, slope
         Regressors of the friction force and their slopes over each sample, shape (n, p).
     unknown
@@ -66,7 +64,6 @@ class _Stretch:
     measured: Float[np.ndarray, "n m"]
     channels: Float[np.ndarray, "m 2"]
     first: Float[np.ndarray, " s"]
-    motion: FreeMotion
     friction: Float[np.ndarray, "n p"]
     slope: Float[np.ndarray, "n p"]
     unknown: Float[np.ndarray, " n"]
@@ -113,13 +110,20 @@ def work_regression(
         sampling_time=T,
     )
     noise = _sensor_noise(parts, model, low_pass)
-    stretches = _stretches(parts, model, inertia, noise)
-    size = _size(stretches)
+    motions = _motions(parts, model, inertia, noise)
+    size = _size(parts, motions)
+    # What friction can stop within a sample may turn within it, whatever the noise
+    slowest = size * T / inertia
+    stretches = [
+        _stretch(part, model, motion, noise, slowest)
+        for part, motion in zip(parts, motions, strict=True)
+    ]
     # While the axis crosses the speeds at which its direction is uncertain, friction is one force
-    spread = float(np.median(np.concatenate([s.motion.velocity_spread for s in stretches])))
+    spread = float(np.median(np.concatenate([motion.velocity_spread for motion in motions])))
     crossing = max(CERTAIN * spread * inertia / (size * T), 1.0)
 
-    def rows(decades: float) -> tuple[Float[np.ndarray, "r c"], float]:
+    def rows(decades: float, *, effort: bool = False) -> tuple[Float[np.ndarray, "r c"], float]:
+        # What the effort alone would do comes last, as one more force, if asked for
         made = [
             whiten(
                 axis.transition,
@@ -128,8 +132,8 @@ def work_regression(
                 s.part.effort,
                 s.measured,
                 s.channels,
-                s.friction,
-                s.slope,
+                np.column_stack([s.friction, s.part.effort]) if effort else s.friction,
+                np.pad(s.slope, ((0, 0), (0, 1))) if effort else s.slope,
                 size**2 * (crossing * s.unknown + 10.0**decades),
                 s.first,
                 T,
@@ -144,7 +148,7 @@ def work_regression(
         return float(np.sum((white[:, 0] - white[:, 1:] @ values) ** 2)) + logs
 
     likeliest = _least(cost)
-    white, _ = rows(likeliest)
+    white, _ = rows(likeliest, effort=True)
     names = model.terms.names
     friction = white[:, [1 + k for k, name in enumerate(names) if name.startswith("coulomb")]]
     scale = float(np.sqrt(np.mean(np.sum(friction**2, axis=1))))
@@ -154,12 +158,13 @@ def work_regression(
         names=names,
         time=np.concatenate([np.repeat(s.part.time[1:], s.channels.shape[0]) for s in stretches]),
         target=white[:, 0],
-        regressors=white[:, 1:],
+        regressors=white[:, 1:-1],
+        effect=float(np.linalg.norm(white[:, -1])),
         regressor_noise=np.zeros(len(names)),
         quantity="effort",
         motion=summarise_motion(
             [part.measured_position for part in parts],
-            [s.motion.velocity for s in stretches],
+            [motion.velocity for motion in motions],
             T,
             (noise[0].position, spread),
         ),
@@ -234,9 +239,9 @@ def _floored(
     )
 
 
-def _stretches(
+def _motions(
     parts: Sequence[AxisLog], model: AxisModel, inertia: float, noise: Sequence[SensorNoise]
-) -> list[_Stretch]:
+) -> list[FreeMotion]:
     """Smooth the motion of every stretch, with one rate at which friction roams for all."""
     T = parts[0].sampling_time
     measured = [
@@ -244,10 +249,7 @@ def _stretches(
         for part in parts
     ]
     rate = roaming(measured, inertia, T, noise[0])
-    return [
-        _stretch(part, model, free_motion(*of, inertia, T, noise[0], rate), noise)
-        for part, of in zip(parts, measured, strict=True)
-    ]
+    return [free_motion(*of, inertia, T, noise[0], rate) for of in measured]
 
 
 def _force_but_friction(part: AxisLog, model: AxisModel) -> Float[np.ndarray, " n"]:
@@ -259,9 +261,16 @@ def _force_but_friction(part: AxisLog, model: AxisModel) -> Float[np.ndarray, " 
 
 
 def _stretch(
-    part: AxisLog, model: AxisModel, motion: FreeMotion, noise: Sequence[SensorNoise]
+    part: AxisLog,
+    model: AxisModel,
+    motion: FreeMotion,
+    noise: Sequence[SensorNoise],
+    slowest: float,
 ) -> _Stretch:
-    """Return the friction regressors of a stretch, and what its sensors show."""
+    """Return the friction regressors of a stretch, and what its sensors show.
+
+    Below the slowest speed no direction is certain.
+    """
     T = part.sampling_time
     masses = [(part.measured_position, part.measured_velocity)]
     if model.load_inertia is not None:
@@ -278,7 +287,7 @@ def _stretch(
         fastest = float(np.max(np.abs(np.diff(x)))) / T
         first += [of.position**2, fastest**2 if v is None else of.velocity**2]
     velocity = motion.velocity
-    clear = np.abs(velocity) > CERTAIN * motion.velocity_spread
+    clear = np.abs(velocity) > np.maximum(CERTAIN * motion.velocity_spread, slowest)
     certain = clear[1:] & clear[:-1] & (velocity[1:] * velocity[:-1] > 0)
     mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
     direction = np.sign(velocity[1:])
@@ -290,15 +299,14 @@ def _stretch(
         measured=np.column_stack(measured),
         channels=np.array(channels),
         first=np.array(first),
-        motion=motion,
         friction=np.pad(held * certain[:, None], last),
         slope=np.pad((steeper - held) * certain[:, None], last),
         unknown=np.append(~certain, True).astype(np.float64),
     )
 
 
-def _size(stretches: Sequence[_Stretch]) -> float:
+def _size(parts: Sequence[AxisLog], motions: Sequence[FreeMotion]) -> float:
     """Return the root mean square of the friction [N or N m], above what rounding leaves."""
-    friction = np.concatenate([s.motion.friction for s in stretches])
-    effort = np.concatenate([s.part.effort for s in stretches])
+    friction = np.concatenate([motion.friction for motion in motions])
+    effort = np.concatenate([part.effort for part in parts])
     return float(np.sqrt(np.mean(friction**2) + _ROUNDING**2 * np.mean(effort**2)))
