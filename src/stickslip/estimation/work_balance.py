@@ -34,6 +34,7 @@ _LEAST_NOISE = 1e-150  # of a signal that is zero throughout
 _AROUND = 6  # samples around a count of the encoder that show its noise
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
 _GRID = 9
+_RINGING = 3  # samples
 _DECADE_TOLERANCE = 0.2
 
 
@@ -269,7 +270,7 @@ def _stretch(
 ) -> _Stretch:
     """Return the friction regressors of a stretch, and what its sensors show.
 
-    Below the slowest speed no direction is certain.
+    Near a turn or a rest, no direction is certain below the slowest speed.
     """
     T = part.sampling_time
     masses = [(part.measured_position, part.measured_velocity)]
@@ -287,7 +288,10 @@ def _stretch(
         fastest = float(np.max(np.abs(np.diff(x)))) / T
         first += [of.position**2, fastest**2 if v is None else of.velocity**2]
     velocity = motion.velocity
-    clear = np.abs(velocity) > np.maximum(CERTAIN * motion.velocity_spread, slowest)
+    clear = np.abs(velocity) > CERTAIN * motion.velocity_spread
+    # Where friction jumps within a sample, the smoothed velocity rings for a few of them
+    turning = np.convolve(~clear, np.ones(2 * _RINGING + 1), mode="same") > 0
+    clear &= ~(turning & (np.abs(velocity) < slowest))
     certain = clear[1:] & clear[:-1] & (velocity[1:] * velocity[:-1] > 0)
     mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
     direction = np.sign(velocity[1:])
