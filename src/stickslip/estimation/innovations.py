@@ -72,8 +72,8 @@ class HeldAxis:
         )
 
 
-@compiled()
-def whiten(
+@compiled(inline=True)
+def _whiten(
     A: Float[np.ndarray, "s s"],
     B: Float[np.ndarray, " s"],
     C: Float[np.ndarray, " s"],
@@ -85,35 +85,11 @@ def whiten(
     disturbance: Float[np.ndarray, " n"],
     first: Float[np.ndarray, " s"],
     T: float,
+    s: int,
 ) -> tuple[Float[np.ndarray, "r p+1"], float]:
-    """Return the whitened rows, and the sum of the logarithms of their variances.
-
-    Parameters
-    ----------
-    A, B, C
-        The axis over a sample, see `HeldAxis`.
-    u
-        Effort held over each sample.
-    measured
-        What the sensors show.
-    channels
-        Of each sensor: number of the state it measures, variance of its noise.
-    friction, slope
-        Force of each friction regressor in the middle of each sample, and its slope there.
-    disturbance
-        Variance of the mean of an unknown force over each sample; within it the force is as rough.
-    first
-        Variance of the first state; states that are measured begin as measured.
-    T
-        Sampling time.
-
-    Returns
-    -------
-    One row a sensor and sample, from the second sample on: measurement, then the response to each
-    regressor, less what the filter predicts, over the standard deviation of that.
-    """
+    """Do what `whiten` does, for s states."""
     n, m = measured.shape
-    s, p = A.shape[0], friction.shape[1]
+    p = friction.shape[1]
     Z, N = np.zeros((s, p + 1)), np.zeros((s, p + 1))
     P, M = np.zeros((s, s)), np.zeros((s, s))
     K = np.zeros(s)
@@ -167,3 +143,49 @@ def whiten(
                     P[j, h] -= K[j] * K[h] * S
                     P[h, j] = P[j, h]
     return rows, logs
+
+
+@compiled()
+def whiten(
+    A: Float[np.ndarray, "s s"],
+    B: Float[np.ndarray, " s"],
+    C: Float[np.ndarray, " s"],
+    u: Float[np.ndarray, " n"],
+    measured: Float[np.ndarray, "n m"],
+    channels: Float[np.ndarray, "m 2"],
+    friction: Float[np.ndarray, "n p"],
+    slope: Float[np.ndarray, "n p"],
+    disturbance: Float[np.ndarray, " n"],
+    first: Float[np.ndarray, " s"],
+    T: float,
+) -> tuple[Float[np.ndarray, "r p+1"], float]:
+    """Return the whitened rows, and the sum of the logarithms of their variances.
+
+    Parameters
+    ----------
+    A, B, C
+        The axis over a sample, see `HeldAxis`.
+    u
+        Effort held over each sample.
+    measured
+        What the sensors show.
+    channels
+        Of each sensor: number of the state it measures, variance of its noise.
+    friction, slope
+        Force of each friction regressor in the middle of each sample, and its slope there.
+    disturbance
+        Variance of the mean of an unknown force over each sample; within it the force is as rough.
+    first
+        Variance of the first state; states that are measured begin as measured.
+    T
+        Sampling time.
+
+    Returns
+    -------
+    One row a sensor and sample, from the second sample on: measurement, then the response to each
+    regressor, less what the filter predicts, over the standard deviation of that.
+    """
+    # With a number of states that the compiler knows, the loops over them are unrolled
+    if A.shape[0] == 4:
+        return _whiten(A, B, C, u, measured, channels, friction, slope, disturbance, first, T, 4)
+    return _whiten(A, B, C, u, measured, channels, friction, slope, disturbance, first, T, 2)
