@@ -62,8 +62,8 @@ TYPICAL = GAIN + MOST_PARAMETERS  # running mean squares of the regressors that 
 VALUES = TYPICAL + MOST_PARAMETERS  # estimates; behind them is what a method needs besides
 
 _PRIOR = 1e-8
-"""Information of a relative prior, over that of the largest row so far: too little to matter, and so
-much that P, 1e8 times what a row leaves of it, keeps eight digits of what it learns."""
+"""Information of a relative prior, over that of the largest row so far: too little to matter, and
+so much that P, 1e8 times what a row leaves of it, keeps eight digits of what it learns."""
 
 _SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
 

@@ -8,6 +8,7 @@ from stickslip.estimation.recursion import VALUES
 
 __all__ = [
     "AXIS",
+    "BEGAN",
     "CERTAINTIES",
     "CHANNELS",
     "COVARIANCE",
@@ -40,6 +41,7 @@ __all__ = [
     "SPREAD_OF_VELOCITY",
     "SQUARES",
     "STATE_SIZE",
+    "TALLIED",
     "TAPS",
     "TURNS",
     "WIDTH",
@@ -54,13 +56,14 @@ CHANNELS = 4  # position and velocity of the driven mass, then of the load
 (
     INERTIA,
     DISTURBANCE,  # standard deviation of a disturbing force
-    REFRESH,  # number of samples at which the noise is next taken anew
+    REFRESH,  # number of telling samples at which the noise is next taken anew; 0 before the first
+    BEGAN,  # samples before the filters began
     EARLIER_VELOCITY,  # of the sample before the one that is being whitened
     TURNS,  # reversals so far
     HEADING,  # direction of the last certain motion
     CERTAINTIES,  # samples in which the direction of friction was certain
     FORCES,  # sum of squared friction in them
-    NET,  # sum of squared effort less spring force
+    NET,  # largest squared effort less spring force
     FRICTION,  # mean square of the friction
     SPREAD_OF_VELOCITY,  # standard deviation of the smoothed velocity
     SETTLED,  # samples after which the first filter has forgotten how it began
@@ -69,15 +72,16 @@ CHANNELS = 4  # position and velocity of the driven mass, then of the load
     KEPT_EFFORT,  # of the sample that has just left the ring
     KEPT_STRETCH,  # and of its spring
     SEEN,  # which channels are measured
-) = range(VALUES + 4, VALUES + 4 + 17)
+) = range(VALUES + 4, VALUES + 4 + 18)
 NOISE = SEEN + CHANNELS  # variances
 GUESS = NOISE + CHANNELS  # guessed variances
 GUESSED = GUESS + CHANNELS  # samples that the guess counts for
 ROUGHNESS = GUESSED + CHANNELS  # sums of squared third differences
-SQUARES = ROUGHNESS + CHANNELS  # sums of squares
+TALLIED = ROUGHNESS + CHANNELS  # samples that tell of the noise: an encoder that rests does not
+SQUARES = TALLIED + CHANNELS  # sums of squares
 DIFFERENCES = SQUARES + CHANNELS  # last value, first and second difference
-DISAGREEMENT = DIFFERENCES + 3 * CHANNELS  # of each mass, see `_compare`
-FREE = DISAGREEMENT + 3 * 2  # position, velocity and friction predicted
+DISAGREEMENT = DIFFERENCES + 3 * CHANNELS  # of each mass, see `compare`
+FREE = DISAGREEMENT + 4 * 2  # position, velocity and friction predicted
 GAINS = FREE + 3  # of the first filter: position, then velocity
 TAPS = GAINS + 6  # of the innovations of position and velocity
 AXIS = TAPS + 2 * DEPTH  # transition (4 x 4), held and ramped response

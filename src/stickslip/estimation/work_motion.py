@@ -32,6 +32,7 @@ from stickslip.estimation.work_layout import (
     SETTLED,
     SPREAD_OF_VELOCITY,
     SQUARES,
+    TALLIED,
     TAPS,
     TURNS,
     WIDTH,
@@ -51,15 +52,19 @@ _LEAST_SHARE = 1e-3  # of the mean square of the net force that friction is take
 
 @compiled(inline=True)
 def tally(s: Float[np.ndarray, " s"], value: float, channel: int) -> None:
-    """Add a measurement to what is known of its sensor's noise, by third differences."""
+    """Add a measurement to what is known of its sensor's noise, by third differences.
+
+    While an encoder does not count it shows no noise, but that is not to say that it has none.
+    """
     at = DIFFERENCES + 3 * channel
     first = value - s[at]
     second = first - s[at + 1]
     third = second - s[at + 2]
     s[at], s[at + 1], s[at + 2] = value, first, second
     s[SQUARES + channel] += value * value
-    if s[COUNT] >= 3.0:
+    if s[COUNT] >= 3.0 and third != 0.0:
         s[ROUGHNESS + channel] += third * third
+        s[TALLIED + channel] += 1.0
 
 
 @compiled(inline=True)
@@ -74,16 +79,18 @@ def compare(s: Float[np.ndarray, " s"], before: int, at: int) -> None:
     T = s[SAMPLING_TIME]
     stretching = s[at + 1] - s[at + 3] - s[before + 1] + s[before + 3]
     for mass in range(2):
-        x, place = 1 + 2 * mass, DISAGREEMENT + 3 * mass
+        x, place = 1 + 2 * mass, DISAGREEMENT + 4 * mass
         if s[SEEN + 2 * mass + 1] == 0.0:
             continue
         bent = T / 12.0 * s[STIFFNESS] * stretching
         bent /= s[INERTIA] if mass == 0 else -s[LOAD_INERTIA]
         mean = 0.5 * (s[at + x + 1] + s[before + x + 1]) + bent
         d = (s[at + x] - s[before + x]) / T - mean
-        if s[COUNT] >= 2.0:
+        told = s[at + x] != s[before + x] or s[at + x + 1] != s[before + x + 1]
+        if s[COUNT] >= 2.0 and told:
             s[place + 1] += (d - s[place]) ** 2
             s[place + 2] += (d + s[place]) ** 2
+            s[place + 3] += 1.0
         s[place] = d
 
 
@@ -93,12 +100,12 @@ def _take_noise(s: Float[np.ndarray, " s"]) -> None:
     n, T = s[COUNT], s[SAMPLING_TIME]
     for c in range(CHANNELS):
         seen = s[ROUGHNESS + c] / _THIRD_DIFFERENCE + s[GUESSED + c] * s[GUESS + c]
-        variance = seen / (n - 3.0 + s[GUESSED + c])
+        variance = seen / max(s[TALLIED + c] + s[GUESSED + c], 1.0)
         mass = c // 2
-        place = DISAGREEMENT + 3 * mass
-        if s[SEEN + 2 * mass] > 0.0 and s[SEEN + 2 * mass + 1] > 0.0:
+        place = DISAGREEMENT + 4 * mass
+        if s[SEEN + 2 * mass + 1] > 0.0 and s[place + 3] > 0.0:
             most = s[place + 1] * T * T / 6.0 if c % 2 == 0 else s[place + 2] / 1.5
-            variance = min(variance, most / (n - 2.0))
+            variance = min(variance, most / s[place + 3])
         floor = _ROUNDING * s[SQUARES + c] / n
         s[NOISE + c] = max(variance, floor, _LEAST_VARIANCE)
 
@@ -186,9 +193,9 @@ def refresh(s: Float[np.ndarray, " s"]) -> None:
     Friction turns from one side to the other at every reversal, and is a random walk here. The walk
     is made as fast as it must be for `LAG` samples to be enough.
     """
-    n = s[COUNT]
+    n = s[TALLIED]
     _take_noise(s)
-    net = s[NET] / n
+    net = s[NET]
     s[FRICTION] = net
     if s[CERTAINTIES] > 0.0:
         s[FRICTION] = max(s[FORCES] / s[CERTAINTIES], _LEAST_SHARE * net)

@@ -22,6 +22,7 @@ from stickslip.estimation.recursion import (
 )
 from stickslip.estimation.work_layout import (
     AXIS,
+    BEGAN,
     CERTAINTIES,
     CHANNELS,
     COVARIANCE,
@@ -46,6 +47,7 @@ from stickslip.estimation.work_layout import (
     SEEN,
     SETTLED,
     SPREAD_OF_VELOCITY,
+    TALLIED,
     TURNS,
     WIDTH,
 )
@@ -166,7 +168,7 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
     d = s[at + 1] - s[at + 3]
     spread = CERTAIN * s[SPREAD_OF_VELOCITY]
     direction = 0.0
-    settled = s[COUNT] > LAG + 1.0 + s[SETTLED]
+    settled = s[COUNT] > s[BEGAN] + s[SETTLED]
     if settled and v0 * velocity > 0.0 and min(abs(v0), abs(velocity)) > spread:
         direction = 1.0 if velocity > 0.0 else -1.0
         if direction * s[HEADING] < 0.0:
@@ -199,19 +201,27 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
 
 
 @compiled(inline=True)
-def _begin(s: Float[np.ndarray, " s"], velocity: float) -> None:
-    """Begin the second filter with the oldest sample, which is the first."""
+def _begin(s: Float[np.ndarray, " s"], oldest: int, last: int, velocity: float) -> None:
+    """Begin the second filter with the oldest sample in the ring."""
     T = s[SAMPLING_TIME]
-    last = RING + WIDTH * LAG
     for c in range(CHANNELS):
-        s[RESPONSES + c] = s[RING + 1 + c]
+        s[RESPONSES + c] = s[oldest + 1 + c]
         s[COVARIANCE + 5 * c] = s[NOISE + c]
         if s[SEEN + c] == 0.0 and (c == 1 or (c == 3 and s[SEEN + 2] > 0.0)):
             s[RESPONSES + c] = 0.0
-            over = (s[last + c] - s[RING + c]) / (LAG * T)
+            over = (s[last + c] - s[oldest + c]) / (LAG * T)
             s[COVARIANCE + 5 * c] = (
                 over * over + velocity * velocity + (CERTAIN * s[SPREAD_OF_VELOCITY]) ** 2
             )
+
+
+@compiled(inline=True)
+def _told(s: Float[np.ndarray, " s"]) -> bool:
+    """Return whether anything has pushed, and every sensor shown something of its noise."""
+    told = s[NET] > 0.0
+    for c in range(CHANNELS):
+        told = told and (s[SEEN + c] == 0.0 or s[TALLIED + c] > 0.0)
+    return told
 
 
 @compiled(inline=True)
@@ -226,36 +236,39 @@ def _advance(
     for c in range(CHANNELS):
         if s[SEEN + c] > 0.0:
             tally(s, s[at + 1 + c], c)
+    net = u - s[STIFFNESS] * (x - x2)
+    s[NET] = max(s[NET], net * net)
     if n > 0:
         compare(s, RING + WIDTH * ((n - 1) % DEPTH), at)
-    net = u - s[STIFFNESS] * (x - x2)
-    s[NET] += net * net
     s[COUNT] += 1.0
-    if n < LAG:
+    begins = s[REFRESH] == 0.0
+    if n < LAG or (begins and not _told(s)):
         return
-    if n == LAG:
+    first = (n + 1) % DEPTH
+    oldest = RING + WIDTH * first
+    if begins:
         refresh(s)
-        s[REFRESH] = 2.0 * LAG
-        s[FREE] = s[RING + 1]
-        s[FREE + 1] = s[RING + 2]
-        innovate(s, RING)
+        s[REFRESH] = 2.0 * s[TALLIED]
+        s[BEGAN] = s[COUNT]
+        s[FREE] = s[oldest + 1]
+        s[FREE + 1] = s[oldest + 2]
+        innovate(s, oldest)
         for k in range(LAG):
-            predict(s, RING + WIDTH * k, RING + WIDTH * (k + 1))
-            innovate(s, RING + WIDTH * (k + 1))
+            to = RING + WIDTH * ((first + k + 1) % DEPTH)
+            predict(s, RING + WIDTH * ((first + k) % DEPTH), to)
+            innovate(s, to)
     else:
         predict(s, RING + WIDTH * ((n - 1) % DEPTH), at)
         innovate(s, at)
-    first = (n + 1) % DEPTH
     velocity = smoothed_velocity(s, first)
-    if n == LAG:
-        _begin(s, velocity)
+    if begins:
+        _begin(s, oldest, at, velocity)
     else:
         _balance(s, first, velocity)
-    oldest = RING + WIDTH * first
     s[KEPT_EFFORT] = s[oldest]
     s[KEPT_STRETCH] = s[oldest + 1] - s[oldest + 3]
     s[EARLIER_VELOCITY] = velocity
-    if s[COUNT] >= s[REFRESH]:
+    if s[TALLIED] >= s[REFRESH]:
         refresh(s)
         s[REFRESH] *= 2.0
 
