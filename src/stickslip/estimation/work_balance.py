@@ -21,7 +21,7 @@ from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming
 from stickslip.estimation.innovations import HeldAxis, whiten
 from stickslip.estimation.kinematics import LowPass
 from stickslip.estimation.observation import MotionNoise, motion_noise
-from stickslip.estimation.regression import Regression, least_squares, summarise_motion
+from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.records import AxisLog
 
 __all__ = ["work_regression"]
@@ -145,8 +145,9 @@ def work_regression(
 
     def cost(decades: float) -> float:
         white, logs = rows(decades)
-        values = least_squares(white[:, 1:], white[:, 0])
-        return float(np.sum((white[:, 0] - white[:, 1:] @ values) ** 2)) + logs
+        # With the measurements last, the last of R is the norm of what least squares leaves of them
+        left = np.asarray(np.linalg.qr(np.roll(white, -1, axis=1), mode="r"))
+        return float(left[-1, -1] ** 2) + logs
 
     likeliest = _least(cost)
     white, _ = rows(likeliest, effort=True)
