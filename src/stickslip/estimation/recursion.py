@@ -175,6 +175,8 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
     p = int(s[PARAMETERS])
     if p == 2:
         return _update(s, y, forgetting, printed, 2)
+    if p == 3:
+        return _update(s, y, forgetting, printed, 3)
     if p == 4:
         return _update(s, y, forgetting, printed, 4)
     return _update(s, y, forgetting, printed, p)

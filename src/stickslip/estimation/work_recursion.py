@@ -83,16 +83,23 @@ def _friction_columns(
 
 
 @compiled(inline=True)
+def _carried(s: Float[np.ndarray, " s"], i: int) -> tuple[float, float, float, float]:
+    """Return row i of the transition times the covariance."""
+    a = AXIS + 4 * i
+    c = COVARIANCE
+    return (
+        s[a] * s[c] + s[a + 1] * s[c + 4] + s[a + 2] * s[c + 8] + s[a + 3] * s[c + 12],
+        s[a] * s[c + 1] + s[a + 1] * s[c + 5] + s[a + 2] * s[c + 9] + s[a + 3] * s[c + 13],
+        s[a] * s[c + 2] + s[a + 1] * s[c + 6] + s[a + 2] * s[c + 10] + s[a + 3] * s[c + 14],
+        s[a] * s[c + 3] + s[a + 1] * s[c + 7] + s[a + 2] * s[c + 11] + s[a + 3] * s[c + 15],
+    )
+
+
+@compiled(inline=True)
 def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
     """Let the second filter go on over a sample (its covariance; states follow apart)."""
     T = s[SAMPLING_TIME]
-    M = np.empty(16)
-    for i in range(4):
-        for j in range(4):
-            total = 0.0
-            for h in range(4):
-                total += s[AXIS + 4 * i + h] * s[COVARIANCE + 4 * h + j]
-            M[4 * i + j] = total
+    M = (_carried(s, 0), _carried(s, 1), _carried(s, 2), _carried(s, 3))
     rough = 12.0 / (T * T)
     for i in range(4):
         for j in range(i, 4):
@@ -100,7 +107,7 @@ def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
                 s[AXIS + 16 + i] * s[AXIS + 16 + j] + rough * s[AXIS + 20 + i] * s[AXIS + 20 + j]
             )
             for h in range(4):
-                total += M[4 * i + h] * s[AXIS + 4 * j + h]
+                total += M[i][h] * s[AXIS + 4 * j + h]
             s[COVARIANCE + 4 * i + j] = total
             s[COVARIANCE + 4 * j + i] = total
     p = int(s[PARAMETERS])
