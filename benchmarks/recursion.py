@@ -191,7 +191,7 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
     parameters
         2, or 4 with B and S.
     repetitions
-        Of each measurement of ours; others are repeated a quarter as often.
+        Of each measurement of ours; others are repeated half as often.
     """
     problem = _problem(parameters)
     n, p = problem.rows.shape
@@ -235,7 +235,7 @@ def compare_recursion(progress: Progress, parameters: int, *, repetitions: int =
             partial(by, problem.rows, problem.targets),
             n,
             error=error,
-            repetitions=max(repetitions // 4, 1),
+            repetitions=max(repetitions // 2, 1),
         )
     compiled_rows, stepped_rows = rows.rows[:4:2], rows.rows[1:4:2]
     return Comparison(
@@ -370,7 +370,7 @@ def compare_rest(progress: Progress, *, repetitions: int = 3) -> Comparison:
                 partial(by, rows_, targets, _FORGETTING_FACTOR),
                 len(rows_),
                 error=error,
-                repetitions=1,
+                repetitions=repetitions,
             )
     return Comparison(
         title=(
