@@ -11,6 +11,7 @@ from stickslip.records import InputError
 
 __all__ = [
     "REST_PERIODS",
+    "REST_SPEED",
     "LowPass",
     "central_difference",
     "decimate",

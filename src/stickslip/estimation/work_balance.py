@@ -19,7 +19,7 @@ from scipy.optimize import minimize_scalar
 from stickslip.estimation.energy_levels import AxisModel, load_position
 from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming
 from stickslip.estimation.innovations import HeldAxis, whiten
-from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.kinematics import REST_SPEED, LowPass
 from stickslip.estimation.observation import MotionNoise, motion_noise
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.records import AxisLog
@@ -271,7 +271,8 @@ def _stretch(
 ) -> _Stretch:
     """Return the friction regressors of a stretch, and what its sensors show.
 
-    Near a turn or a rest, no direction is certain below the slowest speed.
+    Near a turn or a rest, no direction is certain below the slowest speed; elsewhere, below that
+    and the speed of a rest.
     """
     T = part.sampling_time
     masses = [(part.measured_position, part.measured_velocity)]
@@ -293,6 +294,9 @@ def _stretch(
     # Where friction jumps within a sample, the smoothed velocity rings for a few of them
     turning = np.convolve(~clear, np.ones(2 * _RINGING + 1), mode="same") > 0
     clear &= ~(turning & (np.abs(velocity) < slowest))
+    # And a real axis gives way before it slips
+    least = REST_SPEED * float(np.max(np.abs(velocity)))
+    clear &= np.abs(velocity) >= min(slowest, least)
     certain = clear[1:] & clear[:-1] & (velocity[1:] * velocity[:-1] > 0)
     mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
     direction = np.sign(velocity[1:])
