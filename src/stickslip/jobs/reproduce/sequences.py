@@ -85,10 +85,11 @@ def _digest(trace: Trace) -> Sequences:
     early, halfway = np.searchsorted(time, (_EARLY, 0.5 * time[-1]))
     centred = time - np.mean(time)
     slope = error @ centred / np.sum(centred**2)
+    # Copies: a view would keep every sample of every run in memory.
     return Sequences(
-        early=trace.values[None, 0, early],
-        halfway=trace.values[None, 0, halfway],
-        values=trace.values[None, :, -1],
+        early=trace.values[None, 0, early].copy(),
+        halfway=trace.values[None, 0, halfway].copy(),
+        values=trace.values[None, :, -1].copy(),
         level=np.mean(error, axis=1)[None],
         rise=slope[None] * (time[-1] - time[0]),
         itse=itse(time, error)[None],
