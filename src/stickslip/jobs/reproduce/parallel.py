@@ -17,8 +17,8 @@ def in_parallel(
     """Return what the tasks return, in their order.
 
     Threads do, as kernels leave the interpreter's lock alone. Each does its linear algebra by
-    itself: with threads of its own beside the workers it would take twice as long. When the work is interrupted or
-    fails, nothing more is begun, and the tasks at work, which are short, are waited for.
+    itself: more threads than processors take twice as long. When the work is interrupted or fails,
+    nothing more is begun, and the tasks at work, which are short, are waited for.
 
     Parameters
     ----------
