@@ -21,6 +21,7 @@ from stickslip.estimation.recursion import (
     update,
 )
 from stickslip.estimation.work_layout import (
+    AGING,
     AXIS,
     BEGAN,
     CERTAINTIES,
@@ -97,7 +98,10 @@ def _carried(s: Float[np.ndarray, " s"], i: int) -> tuple[float, float, float, f
 
 @compiled(inline=True)
 def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
-    """Let the second filter go on over a sample (its covariance; states follow apart)."""
+    """Let the second filter go on over a sample (its covariance; states follow apart).
+
+    Its memory is as long as that of the recursion: a friction of old is forgotten in both.
+    """
     T = s[SAMPLING_TIME]
     M = (_carried(s, 0), _carried(s, 1), _carried(s, 2), _carried(s, 3))
     rough = 12.0 / (T * T)
@@ -107,7 +111,7 @@ def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
                 s[AXIS + 16 + i] * s[AXIS + 16 + j] + rough * s[AXIS + 20 + i] * s[AXIS + 20 + j]
             )
             for h in range(4):
-                total += M[i][h] * s[AXIS + 4 * j + h]
+                total += s[AGING] * M[i][h] * s[AXIS + 4 * j + h]
             s[COVARIANCE + 4 * i + j] = total
             s[COVARIANCE + 4 * j + i] = total
     p = int(s[PARAMETERS])
@@ -213,7 +217,7 @@ def _begin(s: Float[np.ndarray, " s"], oldest: int, last: int, velocity: float) 
     T = s[SAMPLING_TIME]
     for c in range(CHANNELS):
         s[RESPONSES + c] = s[oldest + 1 + c]
-        s[COVARIANCE + 5 * c] = s[NOISE + c]
+        s[COVARIANCE + 5 * c] = s[NOISE + c] if s[SEEN + c] > 0.0 else 0.0
         if s[SEEN + c] == 0.0 and (c == 1 or (c == 3 and s[SEEN + 2] > 0.0)):
             s[RESPONSES + c] = 0.0
             over = (s[last + c] - s[oldest + c]) / (LAG * T)
