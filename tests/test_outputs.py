@@ -34,6 +34,19 @@ def test_a_failure_leaves_the_old_file_and_nothing_else(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == [target]
 
 
+def test_files_that_belong_together_appear_all_or_none(tmp_path: Path) -> None:
+    (tmp_path / "b.txt").mkdir()  # stands where the second file shall go
+
+    def write_both() -> None:
+        with files_at_once(tmp_path) as scratch:
+            for name in ("a.txt", "b.txt"):
+                (scratch / name).write_text("new")
+
+    with pytest.raises(InputError, match=r"the output cannot be written \(it is a folder\)"):
+        write_both()
+    assert [path.name for path in tmp_path.iterdir()] == ["b.txt"]
+
+
 def test_the_check_leaves_no_trace(tmp_path: Path) -> None:
     check_output(tmp_path / "result.json")
     assert list(tmp_path.iterdir()) == []

@@ -130,7 +130,11 @@ def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
         except OSError as error:
             raise _unwritable(folder, error, what) from error
         yield scratch
-        for path in sorted(scratch.iterdir()):
+        written = sorted(scratch.iterdir())
+        for path in written:  # before the first is moved: all or none
+            if (folder / path.name).is_dir():
+                raise _unwritable(folder / path.name, IsADirectoryError(21, "it is a folder"), what)
+        for path in written:
             try:
                 path.replace(folder / path.name)
             except OSError as error:
