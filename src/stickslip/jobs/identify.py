@@ -104,17 +104,20 @@ def identify(
             positive(what, value, unit_of(quantity, log.kind))
     from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
 
-    unused: dict[str, object] = {}
-    if estimator != "energy":
-        unused = {
+    of_the_report = {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
+    if estimator == "idim-ls":
+        of_energy = {
             "load inertia": load_inertia,
             "stiffness": stiffness,
             "variant": None if variant == "held_effort" else variant,
         }
-    if estimator != "energy" or variant != "report":
-        unused |= {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
-    _refuse(unused, "idim-ls" if estimator != "energy" else "this variant of energy")
-    if estimator == "energy" and variant == "report":
+        _refuse(of_energy, "idim-ls", instead="use the energy estimator")
+        _refuse(of_the_report, "idim-ls", instead="use the energy estimator with variant 'report'")
+        rigid = IdimLeastSquares(
+            inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
+        )
+        return examine(log, rigid, truth=truth)
+    if variant == "report":
         chosen = ReportEstimator(
             inertia=_known_to_the_report(inertia, body, per_direction, offset),
             load_inertia=load_inertia,
@@ -124,20 +127,16 @@ def identify(
             initial_variance=1e3 if initial_variance is None else initial_variance,
         )
         return examine(log, chosen, truth=truth)
-    if estimator == "energy":
-        chosen = EnergyEstimator(
-            inertia=inertia,
-            load_inertia=load_inertia,
-            stiffness=stiffness,
-            per_direction=per_direction,
-            offset=offset,
-            cutoff=cutoff,
-        )
-        return examine(log, chosen, truth=truth)
-    rigid = IdimLeastSquares(
-        inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
+    _refuse(of_the_report, "this variant of energy", instead="use variant 'report'")
+    chosen = EnergyEstimator(
+        inertia=inertia,
+        load_inertia=load_inertia,
+        stiffness=stiffness,
+        per_direction=per_direction,
+        offset=offset,
+        cutoff=cutoff,
     )
-    return examine(log, rigid, truth=truth)
+    return examine(log, chosen, truth=truth)
 
 
 def _known_to_the_report(
@@ -159,14 +158,16 @@ def _known_to_the_report(
     return inertia
 
 
-def _refuse(unused: Mapping[str, object], method: str) -> None:
-    """Refuse settings that were given and would have no effect."""
+def _refuse(unused: Mapping[str, object], method: str, *, instead: str) -> None:
+    """Refuse settings that were given and would have no effect; say what would have use for them.
+
+    A setting that is None was not given.
+    """
     for what, value in unused.items():
         if value is not None:
-            needed = "energy estimator" if "idim" in method else "variant 'report'"
             raise InputError(
                 f"{what} {value} is given, and {method} has no use for it",
-                remedy=f"leave it out, or use the {needed}",
+                remedy=f"leave it out, or {instead}",
             )
 
 
