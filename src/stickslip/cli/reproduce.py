@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.jobs import Reproduced
-    from stickslip.records import Reproduction
+    from stickslip.records import Reproduction, VariantScore
 
 __all__ = ["reproduce"]
 
@@ -117,7 +117,7 @@ def _variants(reproduction: "Reproduction") -> "Table":
 
     table = Table(
         title=f"Bias (root mean square error) in % of the truth, "
-        f"{reproduction.options['runs']} runs at the surrogate's noise, true σ assumed",
+        f"{reproduction.options['runs']} runs at the surrogate's noise, true σ where one is needed",
         title_justify="left",
         box=box.SIMPLE_HEAD,
         pad_edge=False,
@@ -127,15 +127,11 @@ def _variants(reproduction: "Reproduction") -> "Table":
     for loop in loops:
         for head in ("Coulomb", "viscous"):
             table.add_column(f"{loop}\n{head}", justify="right")
-    scores = {
-        (each.variant, each.loop): each
-        for each in reproduction.variants
-        if each.noise == 1.0 and each.assumed == 1.0
-    } | {
-        (each.variant, each.loop): each
-        for each in reproduction.variants
-        if each.noise == 1.0 and each.assumed is None
-    }
+    scores: dict[tuple[str, str], VariantScore] = {}
+    for each in reproduction.variants:
+        if each.noise == 1.0 and each.assumed in {None, 1.0}:
+            # A variant that needs no σ is shown as it is without one, which comes first.
+            scores.setdefault((each.variant, each.loop), each)
     for variant in dict.fromkeys(name for name, _ in scores):
         cells = [
             f"{100 * scores[variant, loop].bias[name]:+.2f} "
