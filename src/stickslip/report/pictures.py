@@ -37,11 +37,12 @@ _STYLE: dict[Any, Any] = {
     "legend.fontsize": 8,
 }
 
-# Lines that share a panel differ in dash or width as well, so that a grey print can be read.
+# Lines that share a panel differ in dash as well, as in the report, whose second line is dotted: a
+# grey print can be read.
 _LOOKS: dict[CurveRole, dict[str, Any]] = {
     "truth": {"color": INK, "lw": 1.0, "ls": (0, (5, 3)), "zorder": 3},
     "first": {"color": BLUE, "lw": 1.6},
-    "second": {"color": VERMILION, "lw": 1.0},
+    "second": {"color": VERMILION, "lw": 1.5, "ls": (0, (1, 1.3))},
     "third": {"color": ORANGE, "lw": 1.4, "ls": "-."},
     "fourth": {"color": PINK, "lw": 1.4, "ls": ":"},
 }
@@ -80,7 +81,7 @@ def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
     for curve in panel.curves:
         look = dict(_LOOKS[curve.role])
         if len(panel.curves) == 1:
-            look["lw"] = _ALONE
+            look |= {"lw": _ALONE, "ls": "-"}
         axes.plot(curve.x, curve.y, label=_typeset(curve.label), **look)
     axes.set_title(_typeset(panel.title))
     axes.set_ylabel(_typeset(panel.y_label))

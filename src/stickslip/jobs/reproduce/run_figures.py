@@ -99,8 +99,9 @@ def _evolution(number: int, parameter: int, traces: Mapping[str, Trace]) -> Repr
         caption=(
             f"The estimate over {runs} consecutive runs of {surrogate.DURATION:g} s, each "
             "beginning with the estimates and P that the run before ended with. From above: "
-            "without and with noise; with noise compensated by the true standard deviations and "
-            "by half of them; the same with B and S. The noise is the same in all cases. "
+            "without noise and with (dotted); with noise compensated by the true standard "
+            "deviations and by half of them (dotted); the same with B and S. The noise is the same "
+            "in all cases. "
             "The first seconds lie partly outside."
         ),
         columns=1,
