@@ -41,6 +41,7 @@ def effects(**means: float) -> tuple[NoiseEffects, ...]:
         "held_input_energy": 0.0,
         "kinetic_energy": SIGMA**2,
         "potential_energy": surrogate.POSITION_NOISE**2,
+        "potential_square": surrogate.POSITION_NOISE**2,
         "coulomb_regressor": 1.6,
         "viscous_regressor": SIGMA**2 * surrogate.SAMPLING_TIME * SAMPLES,
         "speed_at_rest": 0.8 * SIGMA,
@@ -114,6 +115,7 @@ def world() -> Evidence:
             removed_in_motion=0.02,
         ),
         rest=Rest(time=25.0, swing=0.1),
+        interaction=np.array([[0.2, -0.6], [-0.3, 0.5]]),
         sampling=Sampling(
             printed=np.array([0.01, -0.02]),
             finer=np.array([0.001, -0.002]),
@@ -167,6 +169,7 @@ WORLDS: dict[str, tuple[Change, set[str]]] = {
     "biased open loop": (sensors("feedforward", input_energy=0.1), {"Eq. 5.5, feedforward"}),
     "kinetic energy twice": (sensors("feedforward", kinetic_energy=2 * SIGMA**2), {"Eq. 5.6"}),
     "no potential bias": (sensors("feedforward", potential_energy=0.01), {"Eq. 5.7"}),
+    "potential bias hidden": (sensors("feedforward", potential_square=0.01), {"Eq. 5.7"}),
     "viscous bias half": (
         sensors("feedforward", viscous_regressor=0.5 * SIGMA**2 * 60.0),
         {"Eq. 5.25"},
@@ -212,6 +215,14 @@ WORLDS: dict[str, tuple[Change, set[str]]] = {
     "flat prediction error": (
         case("feedforward", "noisy", sequences(0.4, level=0.05, rise=0.0, itse=100.0, drift=0.2)),
         {"6.1, Fig. 6.3"},
+    ),
+    "flat prediction error in the feedback": (
+        case("feedback", "noisy", sequences(0.2, level=0.05, rise=0.0, itse=100.0)),
+        {"6.2, Fig. 6.8"},
+    ),
+    "terms apart from friction": (
+        lambda e: replace(e, interaction=np.array([[0.2, -0.6], [0.05, -0.05]])),
+        {"6.1, after Eq. 6.2"},
     ),
     "line left": (
         case("feedforward", "terms", sequences(0.02, level=0.05, itse=5.0, early=0.1)),

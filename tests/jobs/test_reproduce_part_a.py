@@ -3,7 +3,9 @@
 import json
 import struct
 import threading
+import tracemalloc
 from collections.abc import Callable
+from dataclasses import fields
 from pathlib import Path
 
 import numpy as np
@@ -251,6 +253,25 @@ def test_digests_of_sequences_join() -> None:
     trace = five_runs("feedforward", case, sequence_seeds(1, 0))
     line = np.polynomial.Polynomial.fit(time, trace.error[0], 1)(time)
     assert size == pytest.approx(np.sqrt(np.mean(line**2)), rel=1e-3)  # a sum for an integral
+
+
+def test_what_is_kept_of_many_runs_holds_no_samples() -> None:
+    case = CASES[0]
+    trace = five_runs("feedforward", case, sequence_seeds(1, 0))
+    kept = digest({("feedforward", case.key): trace})["feedforward", case.key]
+    for field in fields(kept):
+        assert not np.shares_memory(trace.values, getattr(kept, field.name)), field.name
+
+    def peak(runs: int) -> int:
+        tracemalloc.start()
+        monte_carlo(runs, 1, workers=1, advance=lambda: None)
+        _, largest = tracemalloc.get_traced_memory()
+        tracemalloc.stop()
+        return largest
+
+    monte_carlo(1, 1, workers=1, advance=lambda: None)  # compiles, and fills what is kept
+    # The estimates after every sample of two more runs are 34 MB.
+    assert peak(3) - peak(1) < 1e7
 
 
 def test_work_in_parallel_keeps_its_order() -> None:

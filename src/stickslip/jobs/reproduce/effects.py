@@ -22,6 +22,9 @@ class NoiseEffects:
         Of the sum that is exact while the input is held, at the end [J].
     kinetic_energy, potential_energy
         Mean over the run of Eqs. 3.8 and 3.7 [J].
+    potential_square
+        The part of the potential energy's that is quadratic in the noise [J]. The other is linear
+        and without a mean, and in a few runs it is as large.
     coulomb_regressor
         Of the sum of abs(v) of Eq. 4.3 at the end [m].
     viscous_regressor
@@ -35,6 +38,7 @@ class NoiseEffects:
     held_input_energy: float
     kinetic_energy: float
     potential_energy: float
+    potential_square: float
     coulomb_regressor: float
     viscous_regressor: float
     speed_at_rest: float
@@ -66,6 +70,7 @@ def noise_effects(run: Run) -> NoiseEffects:
         held_input_energy=float(np.sum(log.effort[:-1] * np.diff(error))),
         kinetic_energy=float(np.mean(kinetic)),
         potential_energy=float(np.mean(0.5 * surrogate.STIFFNESS * (stretch**2 - true_stretch**2))),
+        potential_square=float(np.mean(0.5 * surrogate.STIFFNESS * (stretch - true_stretch) ** 2)),
         coulomb_regressor=float(T * np.sum(speed)),
         viscous_regressor=float(T * np.sum(seen**2 - v**2)),
         speed_at_rest=float(np.mean(speed[motion.stuck])) if motion.stuck.any() else np.nan,

@@ -11,11 +11,18 @@ from stickslip.jobs import surrogate
 from stickslip.jobs.reproduce.cases import report_estimator
 from stickslip.jobs.reproduce.expectations import AbsoluteValue
 from stickslip.jobs.reproduce.monte_carlo import Study
-from stickslip.jobs.reproduce.runs import Loop
+from stickslip.jobs.reproduce.runs import Loop, one_run
 from stickslip.jobs.reproduce.sequences import Sequences
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
 
-__all__ = ["Evidence", "Rest", "Sampling", "rest_of_the_arm", "sampling_errors"]
+__all__ = [
+    "Evidence",
+    "Rest",
+    "Sampling",
+    "interaction_of_terms",
+    "rest_of_the_arm",
+    "sampling_errors",
+]
 
 _FINER = 10  # how many times shorter the sampling time becomes
 _LATE = 20.0  # of the run's end, in which the load's swing is measured [s]
@@ -66,6 +73,8 @@ class Evidence:
         Of the expectations of chapter 5.
     rest, sampling
         Of the arm without noise.
+    interaction
+        Correlation of Coulomb and viscous friction (rows) with B and S (columns) [-].
     sequences
         Of five consecutive runs each, by loop and case.
     study
@@ -75,6 +84,7 @@ class Evidence:
     absolute_value: AbsoluteValue
     rest: Rest
     sampling: Sampling
+    interaction: Float[np.ndarray, "2 2"]
     sequences: Mapping[tuple[Loop, str], Sequences]
     study: Study
 
@@ -117,3 +127,16 @@ def sampling_errors() -> Sampling:
     return Sampling(
         printed=errors(printed, T), finer=errors(printed, T / _FINER), exact=errors(exact, T)
     )
+
+
+def interaction_of_terms(generator: np.random.Generator) -> Float[np.ndarray, "2 2"]:
+    """Return the correlation of Coulomb and viscous friction with B and S after one run, from P.
+
+    In the feedforward, with the report's compensation of the true noise.
+    """
+    estimator = report_estimator(compensation="printed", error_terms=True)
+    state = estimator.init(sampling_time=surrogate.SAMPLING_TIME)
+    log = one_run("feedforward", 1.0, generator, estimator, state).log
+    P = estimator.covariance(estimator.run(state, log)[0])
+    spread = np.sqrt(np.diag(P))
+    return (P / np.outer(spread, spread))[:2, 2:]

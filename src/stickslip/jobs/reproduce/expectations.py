@@ -23,6 +23,7 @@ _POINTS = 601
 _DRAWS = 200_000  # enough to tell 0.002 standard deviations
 _MEANS = (0.0, 2.0)  # of Figure 5.1 [standard deviations]
 _SPEEDS = (0.0, 0.5, 1.0, 2.0, 3.0)  # where Eq. 5.20 is checked [standard deviations]
+_KOLMOGOROV_95 = 1.358  # limit of the distance of n draws, times the root of n (n large)
 
 _VELOCITY = "velocity, in σ"
 _ABSOLUTE = "absolute velocity, in σ"
@@ -98,7 +99,7 @@ def _distance(values: Float[np.ndarray, " n"], mean: float) -> float:
     expected = np.interp(ordered, grid, np.concatenate(([0.0], np.cumsum(steps))))
     there = np.arange(1, ordered.size + 1) / ordered.size
     distance = max(np.max(there - expected), np.max(expected - there + 1.0 / ordered.size))
-    return float(distance * np.sqrt(ordered.size) / 1.358)
+    return float(distance * np.sqrt(ordered.size) / _KOLMOGOROV_95)
 
 
 def _removed(velocity: float) -> float:

@@ -121,7 +121,12 @@ def _computed(
 ) -> Reproduction:
     # Imported here, as the compiler behind them takes a second to load.
     from stickslip.jobs.reproduce.cases import CASES
-    from stickslip.jobs.reproduce.evidence import Evidence, rest_of_the_arm, sampling_errors
+    from stickslip.jobs.reproduce.evidence import (
+        Evidence,
+        interaction_of_terms,
+        rest_of_the_arm,
+        sampling_errors,
+    )
     from stickslip.jobs.reproduce.expectations import absolute_value, expectation_figures
     from stickslip.jobs.reproduce.loop_claims import loop_claims
     from stickslip.jobs.reproduce.monte_carlo import NOISES, monte_carlo
@@ -160,10 +165,10 @@ def _computed(
     others = in_parallel(
         [partial(digested, number) for number in range(1, runs)], workers=workers, advance=advance
     )
+    generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STREAM,)))
     evidence = Evidence(
-        absolute_value=absolute_value(
-            np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STREAM,)))
-        ),
+        absolute_value=absolute_value(generator),
+        interaction=interaction_of_terms(generator),
         rest=rest_of_the_arm(),
         sampling=sampling_errors(),
         sequences=sequences_of([digest(drawn), *others]),

@@ -43,12 +43,13 @@ class Sequences:
     def line(self, run: int) -> tuple[float, float]:
         """Return the size of the mean line through one run's prediction error [J], and chance.
 
-        Both root mean square over the run; what is chance in single sequences averages out but for
-        its standard error, the second.
+        Both root mean square over the run. What is chance in single sequences averages out but for
+        its standard error, the second; what that adds to the size on average is taken off.
         """
         parts = np.array([self.level[:, run], self.rise[:, run] / np.sqrt(12.0)])
         chance = np.std(parts, axis=1, ddof=1) / np.sqrt(parts.shape[1])
-        return math.hypot(*np.mean(parts, axis=1).tolist()), math.hypot(*chance.tolist())
+        square = float(np.sum(np.mean(parts, axis=1) ** 2 - chance**2))
+        return math.sqrt(max(square, 0.0)), math.hypot(*chance.tolist())
 
 
 def sequence_seeds(seed: int, sequence: int) -> list[np.random.SeedSequence]:
