@@ -66,6 +66,9 @@ __all__ = ["work_run", "work_step"]
 CERTAIN = 5.0
 """Standard deviations of the smoothed velocity beyond which its sign is certain."""
 
+_TRUST = 1e-3
+"""Of friction's root mean square: no model is trusted beyond that."""
+
 
 @compiled(inline=True)
 def _friction_columns(
@@ -193,7 +196,7 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
     change = -(s[STIFFNESS] * (d - d0) + c * (velocity - v0)) / m
     mean = 0.5 * (v0 + velocity) - T * change / 12.0
     columns = _friction_columns(s, mean, (velocity - v0) / T, direction)
-    unknown = s[DISTURBANCE] * s[DISTURBANCE]
+    unknown = max(s[DISTURBANCE] * s[DISTURBANCE], _TRUST * _TRUST * s[FRICTION])
     if direction == 0.0:
         crossing = spread * m / (np.sqrt(s[FRICTION]) * T)
         unknown += s[FRICTION] * max(crossing, 1.0)
