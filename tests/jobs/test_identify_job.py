@@ -79,6 +79,13 @@ def test_the_demonstration_covers_the_truth(demonstration: Demonstration) -> Non
     assert "surrogate" in demonstration.setting
 
 
+def test_a_demonstration_leaves_all_its_files_or_none(tmp_path: Path) -> None:
+    (tmp_path / "surrogate_arm.csv").mkdir()
+    with pytest.raises(InputError, match="the demonstration cannot be written"):
+        demonstrate(tmp_path)
+    assert [path.name for path in tmp_path.iterdir()] == ["surrogate_arm.csv"]
+
+
 def test_the_demonstration_draws_every_figure(demonstration: Demonstration) -> None:
     found = demonstration.identification
     for figure in ("curve", "energy", "evolution", "residuals", "resimulation"):

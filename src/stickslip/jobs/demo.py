@@ -9,10 +9,13 @@ from stickslip.jobs import surrogate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import write_json
 from stickslip.logs import LogSchema, read_log, write_csv
+from stickslip.outputs import files_at_once
 from stickslip.records import Identification, InputError
 from stickslip.report import write_report
 
 __all__ = ["Demonstration", "demonstrate"]
+
+_LOG, _ESTIMATE, _REPORT = "surrogate_arm.csv", "estimate.json", "report.html"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,7 +48,7 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
     Parameters
     ----------
     folder
-        Where the log, the estimate and the report go; made if it is missing.
+        Where the log, the estimate and the report go, all of them or none; made if it is missing.
     seed
         Of the sensors' noise.
 
@@ -57,38 +60,32 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
     if seed < 0:
         raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
     place = Path(folder)
-    try:
-        place.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise InputError(
-            f"the folder cannot be made ({error.strerror or type(error).__name__})",
-            where=str(place),
-            remedy="choose a folder you may write to",
-        ) from error
-    # Imported here, as the compiler behind it takes a second to load.
-    from stickslip.simulation import simulate
+    with files_at_once(place, what="the demonstration") as scratch:
+        # Imported here, as the compiler behind it takes a second to load.
+        from stickslip.simulation import simulate
 
-    motion = simulate(
-        surrogate.surrogate_arm(),
-        surrogate.bang_bang_effort(),
-        sampling_time=surrogate.SAMPLING_TIME,
-    )
-    sensors = surrogate.surrogate_sensors()
-    log_file = place / "surrogate_arm.csv"
-    write_csv(sensors.measure(motion, np.random.default_rng(seed)), log_file)
-    # Read back what was written: the demonstration takes the way that a user's log takes.
-    log = read_log(log_file, LogSchema(name="Surrogate arm (simulated)"))
-    identification = identify(
-        log,
-        inertia=surrogate.MASS_1,
-        load_inertia=surrogate.MASS_2,
-        stiffness=surrogate.STIFFNESS,
-        truth={**surrogate.TRUTH, "offset": 0.0},
-    )
+        motion = simulate(
+            surrogate.surrogate_arm(),
+            surrogate.bang_bang_effort(),
+            sampling_time=surrogate.SAMPLING_TIME,
+        )
+        sensors = surrogate.surrogate_sensors()
+        write_csv(sensors.measure(motion, np.random.default_rng(seed)), scratch / _LOG)
+        # Read back what was written: the demonstration takes the way that a user's log takes.
+        log = read_log(scratch / _LOG, LogSchema(name="Surrogate arm (simulated)"))
+        identification = identify(
+            log,
+            inertia=surrogate.MASS_1,
+            load_inertia=surrogate.MASS_2,
+            stiffness=surrogate.STIFFNESS,
+            truth={**surrogate.TRUTH, "offset": 0.0},
+        )
+        write_json(identification.estimate.to_dict(), scratch / _ESTIMATE)
+        write_report(identification, scratch / _REPORT)
     return Demonstration(
         setting=f"Simulated with surrogate values: {surrogate.SETTING}.",
         identification=identification,
-        log_file=log_file,
-        json_file=write_json(identification.estimate.to_dict(), place / "estimate.json"),
-        report_file=write_report(identification, place / "report.html"),
+        log_file=place / _LOG,
+        json_file=place / _ESTIMATE,
+        report_file=place / _REPORT,
     )
