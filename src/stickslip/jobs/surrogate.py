@@ -4,6 +4,7 @@ The report's table of parameters is lost. These values reproduce what its text s
 they are called surrogate wherever they are shown.
 """
 
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,9 @@ if TYPE_CHECKING:
 __all__ = [
     "COULOMB_FRICTION",
     "DURATION",
+    "FORGETTING_FACTOR",
+    "INITIAL_VARIANCE",
+    "LOOPS_SETTING",
     "MASS_1",
     "MASS_2",
     "POSITION_NOISE",
@@ -43,7 +47,12 @@ SAMPLING_TIME = 0.01
 DURATION = 60.0
 POSITION_NOISE = 0.005
 VELOCITY_NOISE = 0.05
-TRUTH = {"coulomb_friction": COULOMB_FRICTION, "viscous_friction": VISCOUS_FRICTION}
+# Of the report's recursion: P(0) = INITIAL_VARIANCE I whatever the parameters' units.
+INITIAL_VARIANCE = 1e3
+FORGETTING_FACTOR = 1.0
+TRUTH = MappingProxyType(
+    {"coulomb_friction": COULOMB_FRICTION, "viscous_friction": VISCOUS_FRICTION}
+)
 SETTING = (
     f"masses {MASS_1:g} and {MASS_2:g} kg, spring {STIFFNESS:g} N/m (known to the estimator); "
     f"Coulomb friction {COULOMB_FRICTION:g} N, viscous friction {VISCOUS_FRICTION:g} N s/m (to be "
@@ -63,6 +72,18 @@ _NOTCH_DAMPING = 0.4
 _EFFORT_LIMIT = 2.0
 # Target [m], duration [s] and dwell [s]; as long as the bang-bang input moves the arm.
 _MOVES = ((1.5, 5.0, 0.5), (-1.0, 7.0, 0.5), (0.5, 5.0, 0.5), (0.0, 5.0, 0.0))
+
+_PLACES = ", ".join(f"{target:g}" for target, _, _ in _MOVES).replace("-", "−")
+LOOPS_SETTING = (
+    f"Feedforward: {_EFFORT:g} N one way for {_SWITCHING_TIME:g} s, the other way for as long, "
+    f"then none. Feedback: K_p = {_POSITION_GAIN:g} N/m and K_d = {_VELOCITY_GAIN:g} N s/m through "
+    f"a notch at the arm's resonance (depth {_NOTCH_DEPTH:g}, damping {_NOTCH_DAMPING:g}), at "
+    f"most {_EFFORT_LIMIT:g} N, friction compensated along a reference that moves to {_PLACES} m. "
+    f"Both for {DURATION:g} s, sampled every {SAMPLING_TIME:g} s. The report's recursion begins "
+    f"with first guesses of zero and P(0) = {INITIAL_VARIANCE:g} I; its forgetting factor is "
+    f"{FORGETTING_FACTOR:g}"
+)
+"""What both loops of chapter 6 do, and what the recursion begins with."""
 
 
 def surrogate_arm() -> "FlexibleArm":

@@ -212,7 +212,7 @@ class Reproduction:
     title
         Which part.
     setting
-        With which values, in one sentence.
+        With which values, in words.
     figures, five_runs, variants, claims
         What was reproduced.
     options

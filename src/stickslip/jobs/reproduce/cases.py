@@ -47,6 +47,8 @@ def report_estimator(
         position_noise=assumed * surrogate.POSITION_NOISE if compensated else None,
         velocity_noise=assumed * surrogate.VELOCITY_NOISE if compensated else None,
         error_terms=error_terms,
+        forgetting_factor=surrogate.FORGETTING_FACTOR,
+        initial_variance=surrogate.INITIAL_VARIANCE,
     )
 
 

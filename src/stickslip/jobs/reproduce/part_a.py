@@ -1,5 +1,6 @@
 """Part A of the report, whole: computed, drawn, judged and written."""
 
+import os
 import re
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -48,7 +49,7 @@ def reproduce_part_a(
     *,
     runs: int = 20,
     seed: int = 1,
-    workers: int = 2,
+    workers: int | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> Reproduced:
     """Reproduce part A of the report: its figures, its tables, and its claims beside measurements.
@@ -66,7 +67,7 @@ def reproduce_part_a(
     seed
         Of all noise. The results depend on it and on ``runs`` alone.
     workers
-        How many runs are worked on at once.
+        How many runs are worked on at once; None takes one for each processor.
     progress
         Called with the number of pieces of work that are done, and of all.
 
@@ -87,6 +88,8 @@ def reproduce_part_a(
         )
     if seed < 0:
         raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
+    if workers is None:
+        workers = os.cpu_count() or 1
     if workers < 1:
         raise InputError(f"workers is {workers}, there must be one", remedy="give 1 or more")
     place = Path(folder)
@@ -176,7 +179,8 @@ def _computed(
     )
     return Reproduction(
         title="Energy-based estimation of Coulomb and viscous friction",
-        setting=f"Simulated with surrogate values, as Table 6.1 is lost: {surrogate.SETTING}.",
+        setting=f"Simulated with surrogate values, as Table 6.1 is lost: {surrogate.SETTING}. "
+        f"{surrogate.LOOPS_SETTING}.",
         figures=(
             *expectation_figures(),
             *(figure for loop in LOOPS for figure in run_figures(loop, drawn)),

@@ -13,7 +13,7 @@ from stickslip.jobs.reproduce.cases import Case
 from stickslip.records import AxisLog
 from stickslip.simulation import SimulatedMotion, simulate, simulate_closed_loop
 
-__all__ = ["LOOPS", "Loop", "Run", "Trace", "five_runs", "itse", "one_run"]
+__all__ = ["LOOPS", "RUNS_IN_A_ROW", "Loop", "Run", "Trace", "five_runs", "itse", "one_run"]
 
 Loop = Literal["feedforward", "feedback"]
 LOOPS: tuple[Loop, ...] = ("feedforward", "feedback")
