@@ -128,8 +128,8 @@ def line_compensated(loop: Loop, evidence: Evidence) -> Claim:
         f"most {_COMPENSATED:g} is left, with true and with half σ",
         measured=(
             f"root mean square {terms[0]:.4f} J with true σ and {wrong[0]:.4f} J with half, of "
-            f"{noisy[0]:.4f} J without compensation; standard error {terms[1]:.4f} J, whose mean "
-            "square is taken off"
+            f"{noisy[0]:.4f} J without compensation; standard error {terms[1]:.4f} J, its "
+            "square taken off theirs"
         ),
         agrees=left <= _COMPENSATED,
         why="B takes up a constant and S what grows with time at rest. In a single run a bias "

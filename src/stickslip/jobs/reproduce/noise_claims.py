@@ -28,10 +28,7 @@ _ORDER = 3.0  # factor up to which something is of the order of another
 
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
-_AGREE = (
-    f"the mean over the runs is as near as chance lets it be in {100 * _CONFIDENCE:g} % of all "
-    "cases to"
-)
+_BY_CHANCE = f"as chance lets it be in {100 * _CONFIDENCE:g} % of all cases"
 
 
 def noise_claims(evidence: Evidence) -> tuple[Claim, ...]:
@@ -87,7 +84,8 @@ def _expected(
     return Claim(
         place=place,
         statement=statement,
-        criterion=f"{_AGREE} {_number(expected, 4)} {unit}",
+        criterion=f"the mean over the runs is as near to {_number(expected, 4)} {unit} "
+        f"{_BY_CHANCE}",
         measured=f"{what}: {found} {unit}",
         agrees=abs(found.value - expected) <= found.range,
         why=why,
