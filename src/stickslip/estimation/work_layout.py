@@ -7,7 +7,6 @@ what the two filters need.
 from stickslip.estimation.recursion import VALUES
 
 __all__ = [
-    "AGING",
     "AXIS",
     "BEGAN",
     "CERTAINTIES",
@@ -59,7 +58,6 @@ CHANNELS = 4  # position and velocity of the driven mass, then of the load
     DISTURBANCE,  # standard deviation of a disturbing force
     REFRESH,  # number of telling samples at which the noise is next taken anew; 0 before the first
     BEGAN,  # samples before the filters began
-    AGING,  # by which the covariance of the second filter grows in a sample, for what it forgets
     EARLIER_VELOCITY,  # of the sample before the one that is being whitened
     TURNS,  # reversals so far
     HEADING,  # direction of the last certain motion
@@ -74,7 +72,7 @@ CHANNELS = 4  # position and velocity of the driven mass, then of the load
     KEPT_EFFORT,  # of the sample that has just left the ring
     KEPT_STRETCH,  # and of its spring
     SEEN,  # which channels are measured
-) = range(VALUES + 4, VALUES + 4 + 19)
+) = range(VALUES + 4, VALUES + 4 + 18)
 NOISE = SEEN + CHANNELS  # variances
 GUESS = NOISE + CHANNELS  # guessed variances
 GUESSED = GUESS + CHANNELS  # samples that the guess counts for

@@ -62,7 +62,6 @@ def first_work_state(
     s[recursion.PARAMETERS] = p
     # A sample brings one row a sensor, and all of them together forget once
     s[recursion.FORGETTING] = forgetting_factor ** (1.0 / int(np.sum(seen)))
-    s[at.AGING] = 1.0 / forgetting_factor
     s[recursion.SAMPLING_TIME] = sampling_time
     s[at.INERTIA] = inertia
     s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0

@@ -21,7 +21,6 @@ from stickslip.estimation.recursion import (
     update,
 )
 from stickslip.estimation.work_layout import (
-    AGING,
     AXIS,
     BEGAN,
     CERTAINTIES,
@@ -101,10 +100,7 @@ def _carried(s: Float[np.ndarray, " s"], i: int) -> tuple[float, float, float, f
 
 @compiled(inline=True)
 def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
-    """Let the second filter go on over a sample (its covariance; states follow apart).
-
-    Its memory is as long as that of the recursion: a friction of old is forgotten in both.
-    """
+    """Let the second filter go on over a sample (its covariance; states follow apart)."""
     T = s[SAMPLING_TIME]
     M = (_carried(s, 0), _carried(s, 1), _carried(s, 2), _carried(s, 3))
     rough = 12.0 / (T * T)
@@ -114,7 +110,7 @@ def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
                 s[AXIS + 16 + i] * s[AXIS + 16 + j] + rough * s[AXIS + 20 + i] * s[AXIS + 20 + j]
             )
             for h in range(4):
-                total += s[AGING] * M[i][h] * s[AXIS + 4 * j + h]
+                total += M[i][h] * s[AXIS + 4 * j + h]
             s[COVARIANCE + 4 * i + j] = total
             s[COVARIANCE + 4 * j + i] = total
     p = int(s[PARAMETERS])
