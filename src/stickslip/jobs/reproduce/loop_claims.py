@@ -127,9 +127,8 @@ def line_compensated(loop: Loop, evidence: Evidence) -> Claim:
         criterion="of the line through e_y of the fifth run, in the mean over many sequences, at "
         f"most {_COMPENSATED:g} is left, with true and with half σ",
         measured=(
-            f"root mean square {terms[0]:.4f} J with true σ and {wrong[0]:.4f} J with half, of "
-            f"{noisy[0]:.4f} J without compensation; standard error {terms[1]:.4f} J, its "
-            "square taken off theirs"
+            f"root mean square beyond chance {terms[0]:.2g} J with true σ and {wrong[0]:.2g} J "
+            f"with half, of {noisy[0]:.4f} J without compensation; chance is {terms[1]:.4f} J"
         ),
         agrees=left <= _COMPENSATED,
         why="B takes up a constant and S what grows with time at rest. In a single run a bias "
