@@ -11,7 +11,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.kinematics import LowPass, default_cutoff
 from stickslip.estimation.noise_kernels import (
     BIAS_OF_DOUBLE_MEAN,
     BIAS_OF_POLYNOMIAL,
@@ -41,6 +41,7 @@ __all__ = [
 ]
 
 _SPEED = "m/s or rad/s"
+_FILTER_ORDER = 4  # of one pass, as in the estimators
 
 Velocities = float | Sequence[float] | Float[np.ndarray, "..."]
 
@@ -320,7 +321,7 @@ class SensorNoise:
         )
 
 
-def sensor_noise_of(log: AxisLog, low_pass: LowPass) -> SensorNoise:
+def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise:
     """Estimate the noise of a log's sensors from what is too fast to be motion.
 
     From sixth differences of every channel, and never more than positions and velocities disagree
@@ -331,10 +332,16 @@ def sensor_noise_of(log: AxisLog, low_pass: LowPass) -> SensorNoise:
     Parameters
     ----------
     log
-        With measured velocities; those of a channel without are taken as differentiated by the
-        low-pass.
-    low_pass
-        What smooths positions before they are differentiated.
+        With measured velocities; where there are none, those are meant that positions give when
+        they are smoothed and differentiated.
+    cutoff
+        Of the low-pass that smooths them [Hz]; None takes a tenth of the sampling rate and at most
+        100 Hz.
+
+    Raises
+    ------
+    InputError
+        If the cutoff is not positive.
 
     Examples
     --------
@@ -343,12 +350,14 @@ def sensor_noise_of(log: AxisLog, low_pass: LowPass) -> SensorNoise:
     >>> log = AxisLog(name="stage", kind="linear", time=time, effort=np.ones(5000),
     ...               measured_position=np.sin(time) + 0.005 * noise[0],
     ...               measured_velocity=np.cos(time) + 0.05 * noise[1])
-    >>> found = sensor_noise_of(log, LowPass(order=4, cutoff=10.0))
+    >>> found = sensor_noise_of(log)
     >>> round(found.position, 4), round(found.velocity, 3)
     (0.005, 0.05)
     """
     longest = max(log.segments(), key=len)
     T = log.sampling_time
+    cutoff = default_cutoff(T) if cutoff is None else positive("cutoff", cutoff, "Hz")
+    low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
     own = motion_noise(longest.measured_position, longest.measured_velocity, low_pass, T)
     if longest.measured_load_position is None:
         return SensorNoise(

@@ -410,7 +410,7 @@ class ReportEstimator:
         )
 
     def _noise_of(self, log: AxisLog) -> SensorNoise:
-        return sensor_noise_of(log, self._low_pass(log.sampling_time))
+        return sensor_noise_of(log, cutoff=self.cutoff)
 
     def _let_know(self, state: Float[np.ndarray, " s"], noise: SensorNoise) -> None:
         """Write the noise into a state, in place."""
