@@ -228,7 +228,7 @@ def status_of(
     parameters: Sequence[ParameterEstimate],
     relative_residual: float,
     cross_validation: float | None,
-    motion: MotionSummary,
+    regression: Regression,
 ) -> Status:
     """Return whether an estimate can be trusted, and if not, the first reason why not.
 
@@ -237,13 +237,13 @@ def status_of(
     parameters
         What was found.
     relative_residual
-        Norm of the residual over norm of the target [-].
+        Norm of the residual over the scale of the rows [-].
     cross_validation
         The same on rows left out of the fit [-], or None.
-    motion
-        What the log excites.
+    regression
+        The rows, with what the log excites and whether they are known to be biased.
     """
-    if hardly_moves(motion):
+    if hardly_moves(regression.motion):
         return Status.INSUFFICIENT_EXCITATION
     if not all(p.identified for p in parameters):
         return Status.NOT_IDENTIFIABLE
@@ -254,4 +254,4 @@ def status_of(
             return Status.UNPHYSICAL
         if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
             return Status.UNPHYSICAL
-    return Status.OK
+    return Status.BIASED if regression.biased else Status.OK

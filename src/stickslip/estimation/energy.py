@@ -4,7 +4,6 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -17,6 +16,7 @@ from stickslip.estimation.recursion import VALUES, covariance_in
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.sensor_noise import chosen_cutoff
+from stickslip.estimation.settings import check_arm, check_forgetting_factor, check_given
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.estimation.velocity_delay import without_wrong_velocity
@@ -121,39 +121,34 @@ class EnergyEstimator:
     velocity_noise: float | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("inertia", "kg or kg m^2"),
-            ("load_inertia", "kg or kg m^2"),
-            ("stiffness", "N/m or N m/rad"),
-            ("cutoff", "Hz"),
-            ("initial_variance", "(unit of the parameter)^2/J^2"),
-            ("level_noise", "J"),
-        ):
-            value = getattr(self, name)
-            if value is not None:
-                positive(name.replace("_", " "), value, unit)
-        if (self.load_inertia is None) != (self.stiffness is None):
-            raise InputError(
-                "a flexible arm needs both the load inertia and the stiffness of its spring",
-                remedy="give both, or neither for a rigid axis",
-            )
+        check_given(
+            self,
+            positive,
+            {
+                "inertia": "kg or kg m^2",
+                "load_inertia": "kg or kg m^2",
+                "stiffness": "N/m or N m/rad",
+                "cutoff": "Hz",
+                "initial_variance": "(unit of the parameter)^2/J^2",
+                "level_noise": "J",
+            },
+        )
+        check_arm(self.load_inertia, self.stiffness)
         if not (self.filter_order >= 1 and float(self.filter_order).is_integer()):
             raise InputError(
                 f"filter_order is {self.filter_order}, it must be a whole number, 1 or more",
                 remedy="leave it at its default",
             )
-        for name, unit in (
-            ("force_noise", "N or N m"),
-            ("position_noise", "m or rad"),
-            ("velocity_noise", "m/s or rad/s"),
-        ):
-            if getattr(self, name) is not None:
-                non_negative(name.replace("_", " "), getattr(self, name), unit)
-        if not 0 < self.forgetting_factor <= 1:
-            raise InputError(
-                f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
-                remedy="give 1 to forget nothing, or a value just below",
-            )
+        check_given(
+            self,
+            non_negative,
+            {
+                "force_noise": "N or N m",
+                "position_noise": "m or rad",
+                "velocity_noise": "m/s or rad/s",
+            },
+        )
+        check_forgetting_factor(self.forgetting_factor)
         if self.inertia is None and self.force_noise > 0 and self.level_noise is None:
             raise InputError(
                 f"force_noise is {self.force_noise:g} N or N m and no level_noise is given",
@@ -207,7 +202,8 @@ class EnergyEstimator:
 
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
-        options = {"estimator": self.name, **self._options()}
+        options = {field.name: getattr(self, field.name) for field in fields(self)}
+        options |= {"estimator": self.name, "initial_values": dict(self.initial_values or {})}
         return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
 
     def regression(self, log: AxisLog) -> Regression:
@@ -298,7 +294,7 @@ class EnergyEstimator:
                 sampling_time=T,
                 velocity_measured=velocity_measured,
                 forgetting_factor=self.forgetting_factor,
-                initial_values=self._first_guesses("linear"),
+                initial_values=self._first_guesses(),
                 initial_variance=self.initial_variance,
                 force_noise=self.force_noise,
                 position_noise=self.position_noise,
@@ -310,7 +306,7 @@ class EnergyEstimator:
             velocity_measured=velocity_measured,
             cutoff=self._low_pass(T).cutoff,
             forgetting_factor=self.forgetting_factor,
-            initial_values=self._first_guesses("linear"),
+            initial_values=self._first_guesses(),
             initial_variance=self.initial_variance,
             level_noise=self.level_noise,
             force_noise=self.force_noise,
@@ -390,21 +386,16 @@ class EnergyEstimator:
         return run(state, samples_of(state, log))
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
-        """Return P of the recursion; infinite for a parameter that nothing has told about yet."""
+        """Return P of the recursion; infinite for a parameter that nothing has told of yet."""
         return covariance_in(state) if self.inertia is None else work_covariance(state)
 
     @cached_property
     def _names(self) -> tuple[str, ...]:
         return self.parameter_names("linear")
 
-    def _first_guesses(self, kind: AxisKind) -> list[float]:
+    def _first_guesses(self) -> list[float]:
         guesses = self.initial_values or {}
         mass = guesses.get("mass", guesses.get("inertia", 0.0))
         return [
-            mass if name in {"mass", "inertia"} else guesses.get(name, 0.0)
-            for name in self.parameter_names(kind)
+            mass if name in {"mass", "inertia"} else guesses.get(name, 0.0) for name in self._names
         ]
-
-    def _options(self) -> dict[str, Any]:
-        options = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {**options, "initial_values": dict(self.initial_values or {})}

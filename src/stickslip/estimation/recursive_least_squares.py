@@ -19,6 +19,7 @@ from stickslip.estimation.recursion import (
     rls_run,
     rls_step,
 )
+from stickslip.estimation.settings import check_forgetting_factor
 from stickslip.records import InputError, finite_vector, positive
 
 __all__ = ["RecursiveLeastSquares"]
@@ -53,11 +54,7 @@ class RecursiveLeastSquares:
     forgetting: Literal["restricted", "exponential"] = "restricted"
 
     def __post_init__(self) -> None:
-        if not 0 < self.forgetting_factor <= 1:
-            raise InputError(
-                f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
-                remedy="give 1 to forget nothing, or a value just below",
-            )
+        check_forgetting_factor(self.forgetting_factor)
         if self.forgetting not in {"restricted", "exponential"}:
             raise InputError(
                 f"forgetting is {self.forgetting!r}, there is no such kind",

@@ -109,6 +109,8 @@ class Regression:
     effect
         Norm of the rows that the effort alone would make [SI], where the target holds only what
         known masses leave of it; otherwise 0.
+    biased
+        Whether the rows are known to bias the parameters by more than an interval can say.
     """
 
     kind: AxisKind
@@ -122,6 +124,7 @@ class Regression:
     samples: int
     notes: tuple[str, ...] = ()
     effect: float = 0.0
+    biased: bool = False
 
     @property
     def scale(self) -> float:

@@ -23,7 +23,9 @@ from stickslip.estimation.recursion import (
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.report_recursion import report_energy_run, report_energy_step
 from stickslip.estimation.report_rows import (
+    WORTH_TELLING,
     check_fits,
+    known_biases,
     noise_shares,
     refused,
     samples_of,
@@ -31,6 +33,7 @@ from stickslip.estimation.report_rows import (
     without_error_terms,
 )
 from stickslip.estimation.resampling import resampled
+from stickslip.estimation.settings import check_arm, check_forgetting_factor, check_given
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.records import AxisLog, FrictionEstimate, InputError, non_negative, positive
 
@@ -43,7 +46,6 @@ _ALL_AT = slice(VALUES, VALUES + len(_FRICTION) + len(_ERROR_TERMS))
 _COMPENSATIONS = ("none", "printed", "settled")
 _SUMS = ("printed", "settled")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
-_WORTH_TELLING = 0.001  # share of noise in a regressor
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -117,28 +119,22 @@ class ReportEstimator:
     cutoff: float | None = None
 
     def __post_init__(self) -> None:
-        for name, unit in (
-            ("inertia", "kg or kg m^2"),
-            ("load_inertia", "kg or kg m^2"),
-            ("stiffness", "N/m or N m/rad"),
-            ("initial_variance", "(unit of the parameter)^2/J^2"),
-            ("cutoff", "Hz"),
-        ):
-            if getattr(self, name) is not None:
-                positive(name.replace("_", " "), getattr(self, name), unit)
-        for name, unit in (("position_noise", "m or rad"), ("velocity_noise", "m/s or rad/s")):
-            if getattr(self, name) is not None:
-                non_negative(name.replace("_", " "), getattr(self, name), unit)
-        if (self.load_inertia is None) != (self.stiffness is None):
-            raise InputError(
-                "a flexible arm needs both the load inertia and the stiffness of its spring",
-                remedy="give both, or neither for a rigid axis",
-            )
-        if not 0 < self.forgetting_factor <= 1:
-            raise InputError(
-                f"the forgetting factor is {self.forgetting_factor:g}, it must be in (0, 1]",
-                remedy="give 1 to forget nothing, or a value just below",
-            )
+        check_given(
+            self,
+            positive,
+            {
+                "inertia": "kg or kg m^2",
+                "load_inertia": "kg or kg m^2",
+                "stiffness": "N/m or N m/rad",
+                "initial_variance": "(unit of the parameter)^2/J^2",
+                "cutoff": "Hz",
+            },
+        )
+        check_given(
+            self, non_negative, {"position_noise": "m or rad", "velocity_noise": "m/s or rad/s"}
+        )
+        check_arm(self.load_inertia, self.stiffness)
+        check_forgetting_factor(self.forgetting_factor)
         self._check_choices()
         guesses = dict(self.initial_values or {})
         for name, value in guesses.items():
@@ -353,7 +349,17 @@ class ReportEstimator:
             self._let_know(state, noise)
         target, columns = weighted_rows(state, samples)
         priors = columns.shape[1]
-        notes = (*self._notes(noise, noise_shares(state, samples, noise.velocity)), *changes)
+        shares = noise_shares(state, samples, noise.velocity)
+        notes = (
+            *known_biases(
+                noise.velocity,
+                shares,
+                assumed=self.velocity_noise is not None,
+                printed=self.sums == "printed",
+                compensated=self.compensation != "none",
+            ),
+            *changes,
+        )
         if self.error_terms:
             target, columns, (level_bias, slope) = without_error_terms(target, columns)
             errors = f"B {level_bias:.4g} J, S {slope:.4g} {log.unit('effort')}"
@@ -375,28 +381,7 @@ class ReportEstimator:
             ),
             samples=time.size,
             notes=notes,
-        )
-
-    def _notes(self, noise: SensorNoise, shares: tuple[float, float]) -> tuple[str, ...]:
-        """Return what is known of the biases, one sentence each."""
-        first = (
-            "sums by backward Euler as printed: biased when the effort is held over each sample"
-            if self.sums == "printed"
-            else "sums that are exact while the effort is held over each sample"
-        )
-        if shares[0] < _WORTH_TELLING:
-            return (first,)
-        source = "estimated from the log" if self.velocity_noise is None else "assumed"
-        size = (
-            f"velocity noise ({source}) of {noise.velocity:.3g} in SI makes about "
-            f"{100 * shares[0]:.2g} % of the sum of absolute velocities and {100 * shares[1]:.2g} "
-            "% of the sum of squares"
-        )
-        if self.compensation == "none":
-            return first, f"{size}; nothing is compensated, and no interval allows for that bias"
-        return first, (
-            f"{size}; its expectation is compensated, which is biased itself, and the regressors "
-            "stay noisy: no interval allows for either"
+            biased=self.sums == "printed" or shares[0] >= WORTH_TELLING,
         )
 
     def _assumed_noise(self) -> SensorNoise | None:

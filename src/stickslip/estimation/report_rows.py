@@ -15,13 +15,18 @@ from stickslip.estimation.report_recursion import report_energy_rows
 from stickslip.records import AxisLog, InputError
 
 __all__ = [
+    "WORTH_TELLING",
     "check_fits",
+    "known_biases",
     "noise_shares",
     "refused",
     "samples_of",
     "weighted_rows",
     "without_error_terms",
 ]
+
+WORTH_TELLING = 0.001
+"""Share of noise in a regressor from which on it is told, and an estimate is not trusted."""
 
 _SAME_SAMPLING_TIME = 0.01  # relative
 _SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
@@ -199,3 +204,44 @@ def noise_shares(
     noisy, clean = sums(0.0), sums(2.0)
     shares = np.divide(noisy - clean, noisy, out=np.zeros(2), where=noisy > 0)
     return float(shares[0]), float(shares[1])
+
+
+def known_biases(
+    velocity_noise: float,
+    shares: tuple[float, float],
+    *,
+    assumed: bool,
+    printed: bool,
+    compensated: bool,
+) -> tuple[str, ...]:
+    """Return what is known of the biases of rows, one sentence each.
+
+    Parameters
+    ----------
+    velocity_noise
+        Standard deviation [m/s or rad/s].
+    shares
+        Of noise in the two regressors, as `noise_shares` gives them.
+    assumed
+        Whether that noise was given; otherwise it is estimated.
+    printed, compensated
+        Whether the sums are the printed ones, and whether noise is compensated.
+    """
+    first = (
+        "sums by backward Euler as printed: biased when the effort is held over each sample"
+        if printed
+        else "sums that are exact while the effort is held over each sample"
+    )
+    if shares[0] < WORTH_TELLING:
+        return (first,)
+    size = (
+        f"velocity noise ({'assumed' if assumed else 'estimated from the log'}) of "
+        f"{velocity_noise:.3g} in SI makes about {100 * shares[0]:.2g} % of the sum of absolute "
+        f"velocities and {100 * shares[1]:.2g} % of the sum of squares"
+    )
+    if not compensated:
+        return first, f"{size}; nothing is compensated, and no interval allows for that bias"
+    return first, (
+        f"{size}; its expectation is compensated, which is biased itself, and the regressors "
+        "stay noisy: no interval allows for either"
+    )

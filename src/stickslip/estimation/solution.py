@@ -130,7 +130,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         kind=regression.kind,
         parameters=parameters,
         covariance=fit.covariance[np.ix_(mask, mask)],
-        status=status_of(list(parameters.values()), relative, left_out, regression.motion),
+        status=status_of(list(parameters.values()), relative, left_out, regression),
         diagnostics=Diagnostics(
             relative_residual=relative,
             cross_validation_residual=left_out,

@@ -65,7 +65,7 @@ __all__ = ["work_run", "work_step"]
 CERTAIN = 5.0
 """Standard deviations of the smoothed velocity beyond which its sign is certain."""
 
-_TRUST = 1e-3
+_TRUST = 7e-4
 """Of friction's root mean square: no model is trusted beyond that."""
 
 

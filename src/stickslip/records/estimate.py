@@ -46,6 +46,7 @@ class Status(Enum):
     INSUFFICIENT_EXCITATION = "insufficient_excitation"
     UNPHYSICAL = "unphysical"
     POOR_FIT = "poor_fit"
+    BIASED = "biased"
 
     @property
     def trusted(self) -> bool:
@@ -73,6 +74,10 @@ _STATUS_TEXT = {
     Status.POOR_FIT: (
         "The model leaves most of the effort unexplained; check the columns, their units and "
         "whether gravity or a spring acts on the axis."
+    ),
+    Status.BIASED: (
+        "The method is known to be biased on such a log by more than its intervals say; take the "
+        "energy estimator's own form, and this one for comparison."
     ),
 }
 

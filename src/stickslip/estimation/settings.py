@@ -1,0 +1,62 @@
+"""Checks of settings that several estimators share."""
+
+from collections.abc import Callable, Mapping
+
+from stickslip.records import InputError
+
+__all__ = ["check_arm", "check_forgetting_factor", "check_given"]
+
+
+def check_given(
+    settings: object, check: Callable[[str, float, str], float], units: Mapping[str, str]
+) -> None:
+    """Check each of some settings that is not None.
+
+    Parameters
+    ----------
+    settings
+        What has them as attributes.
+    check
+        Such as `stickslip.records.positive`: takes name, value and unit.
+    units
+        Of each setting that is checked, by its name.
+
+    Raises
+    ------
+    InputError
+        As the check does.
+    """
+    for name, unit in units.items():
+        value = getattr(settings, name)
+        if value is not None:
+            check(name.replace("_", " "), value, unit)
+
+
+def check_arm(load_inertia: float | None, stiffness: float | None) -> None:
+    """Refuse half a flexible arm.
+
+    Raises
+    ------
+    InputError
+        If only one of load inertia and stiffness is given.
+    """
+    if (load_inertia is None) != (stiffness is None):
+        raise InputError(
+            "a flexible arm needs both the load inertia and the stiffness of its spring",
+            remedy="give both, or neither for a rigid axis",
+        )
+
+
+def check_forgetting_factor(value: float) -> None:
+    """Refuse a forgetting factor that is none.
+
+    Raises
+    ------
+    InputError
+        If it is not in (0, 1].
+    """
+    if not 0 < value <= 1:
+        raise InputError(
+            f"the forgetting factor is {value:g}, it must be in (0, 1]",
+            remedy="give 1 to forget nothing, or a value just below",
+        )
