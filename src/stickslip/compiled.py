@@ -25,14 +25,18 @@ _logger = logging.getLogger("stickslip")
 
 
 class _CompilationNotice(event.Listener):
-    """Says once per process that kernels are being compiled, so that a pause is explained."""
+    """Says once per process that kernels are being compiled, so that a pause is explained.
+
+    Kernels that are not cached are compiled in every process; the notice is not about them.
+    """
 
     def __init__(self) -> None:
         self._said = False
 
     def on_start(self, event: event.Event) -> None:
         dispatcher = (event.data or {})["dispatcher"]
-        if not self._said and dispatcher.py_func.__module__.startswith("stickslip."):
+        cached = dispatcher.stats.cache_path is not None
+        if not self._said and cached and dispatcher.py_func.__module__.startswith("stickslip."):
             self._said = True
             _logger.warning(
                 "compiling the kernels for this machine (once; later runs use the cache)"
