@@ -119,8 +119,15 @@ def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
     Raises
     ------
     InputError
-        If nothing can be written there.
+        If ``folder`` is a file or lies below one, or if nothing can be written there.
     """
+    for each in (folder, *folder.parents):
+        if each.exists() and not each.is_dir():
+            raise InputError(
+                f"{what} needs a folder, and this is a file, not a folder",
+                where=str(each),
+                remedy="name a folder, or choose another place",
+            )
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     scratch = folder / f".{secrets.token_hex(4)}.part"
     try:

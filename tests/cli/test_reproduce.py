@@ -114,7 +114,10 @@ def test_what_is_not_said_has_a_default(
         (["part-a", "--out", "OUT", "--runs", "many"], ["many", "reproduce --help"]),
         (["part-z", "--out", "OUT"], ["part-z", "reproduce --help"]),
         (["part-a"], ["--out", "reproduce --help"]),
-        (["part-a", "--out", "FILE"], ["cannot be written", "file"]),
+        (["part-a", "--out", "OUT", "--runs", "2.5"], ["--runs", '"2.5" is not a whole number']),
+        (["part-a", "--out", "OUT", "--seed", "1.5"], ["--seed", '"1.5" is not a whole number']),
+        (["part-a", "--out", ""], ["--out", "empty", "give ."]),
+        (["part-a", "--out", "FILE"], ["file: ", "is a file, not a folder"]),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(

@@ -2,11 +2,11 @@
 
 import contextlib
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter
+from cyclopts import Parameter, Token
 
 from stickslip.cli.terminal import console_on, reader_may_leave
 
@@ -20,6 +20,21 @@ if TYPE_CHECKING:
 __all__ = ["reproduce"]
 
 
+def _folder(_type: object, tokens: Sequence[Token]) -> Path:
+    """Return a folder; an empty path would be the current one, which nobody named."""
+    if not tokens[0].value:
+        raise ValueError("it is empty; name a folder, or give . for the current one")
+    return Path(tokens[0].value)
+
+
+def _whole_number(_type: object, tokens: Sequence[Token]) -> int:
+    """Return a whole number; the command line's own conversion would cut 2.5 down to 2."""
+    try:
+        return int(tokens[0].value)
+    except ValueError:
+        raise ValueError(f'"{tokens[0].value}" is not a whole number') from None
+
+
 def reproduce(
     part: Annotated[
         Literal["part-a"],
@@ -27,12 +42,17 @@ def reproduce(
     ],
     /,
     *,
-    out: Annotated[Path, Parameter(help="Folder for what is written; made if it is missing.")],
+    out: Annotated[
+        Path,
+        Parameter(help="Folder for what is written; made if it is missing.", converter=_folder),
+    ],
     runs: Annotated[
         int,
-        Parameter(help="How often everything with noise is repeated; 5 or more."),
+        Parameter(
+            help="How often everything with noise is repeated; 5 or more.", converter=_whole_number
+        ),
     ] = 20,
-    seed: Annotated[int, Parameter(help="Of all noise.")] = 1,
+    seed: Annotated[int, Parameter(help="Of all noise.", converter=_whole_number)] = 1,
 ) -> int:
     """Make the figures and tables of the report anew, and put its claims beside measurements.
 

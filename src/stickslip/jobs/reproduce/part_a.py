@@ -78,9 +78,14 @@ def reproduce_part_a(
     Raises
     ------
     InputError
-        If there are too few runs, the seed is negative, there is no worker, or nothing can be
-        written in the folder.
+        If no folder is named, there are too few runs, the seed is negative, there is no worker, or
+        nothing can be written in the folder.
     """
+    if not str(folder):
+        raise InputError(
+            "the folder for the reproduction has no name",
+            remedy="name one, or give . for the current folder",
+        )
     if runs < _FEWEST_RUNS:
         raise InputError(
             f"runs is {runs}, from fewer than {_FEWEST_RUNS} nothing can be concluded",
