@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -342,3 +343,18 @@ def test_intervals_hold_under_a_slow_disturbance_and_encoder_noise(correlation: 
             held += low <= value <= high
     # Parameters of one log are correlated: as many independent trials as logs are counted
     assert held / len(truth) >= scipy.stats.binom.ppf(0.001, runs, 0.95)
+
+
+@pytest.mark.parametrize("settings", [{}, {"per_direction": True}, {"inertia": 1.0}])
+def test_an_axis_that_rests_under_noise_is_told_so(settings: dict[str, Any]) -> None:
+    generator = np.random.default_rng(0)
+    time = np.arange(4000) * 0.001
+    log = AxisLog(
+        name="stage",
+        kind="linear",
+        time=time,
+        effort=np.sin(3.0 * time),
+        measured_position=1e-6 * generator.normal(size=time.size),
+        measured_velocity=1e-3 * generator.normal(size=time.size),
+    )
+    assert EnergyEstimator(**settings).fit(log).status is Status.INSUFFICIENT_EXCITATION

@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
+from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import Identification
@@ -101,3 +101,17 @@ def test_an_arm_is_examined_too() -> None:
     assert found.energy.measured_dissipation[-1] == pytest.approx(
         found.energy.explained_dissipation[-1], rel=0.02
     )
+
+
+@pytest.mark.parametrize("samples", [2000, 2001, 2002])
+def test_rows_of_any_number_are_put_together(samples: int) -> None:
+    """The report's recursion has rows of its first guesses beside those of the samples."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    effort = np.sign(np.sin(0.01 * np.arange(samples)))
+    log = Sensors().measure(simulate(arm, effort, sampling_time=0.01))
+    estimator = ReportEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0)
+    residuals = examine(log, estimator).residuals
+    assert residuals is not None
+    assert residuals.residual.size == residuals.time.size
+    assert np.all(np.diff(residuals.lag) > 0)

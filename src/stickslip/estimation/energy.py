@@ -269,7 +269,11 @@ class EnergyEstimator:
         return _LEAST_ROWS * block_size(self._low_pass(sampling_time), sampling_time)
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
-        """Return the names of what is estimated, in the order of the online estimates."""
+        """Return the names of what is estimated, in the order of the online estimates.
+
+        Viscous friction comes before Coulomb friction here; `values_at` has them the other way
+        round.
+        """
         mass = "mass" if kind == "linear" else "inertia"
         return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
 
@@ -283,8 +287,10 @@ class EnergyEstimator:
         sampling_time
             [s].
         velocity_measured
-            Whether the samples hold velocities; if not, effort and positions go through the same
-            causal low-pass, and the positions are differentiated.
+            Whether the samples hold velocities. Without them give False: only the positions are
+            read then, whatever stands in the place of a velocity. A state made for measured
+            velocities takes samples whose velocities are all 0 without an error and learns nothing
+            from them, ever.
         """
         T = positive("sampling time", sampling_time, "s")
         if self.inertia is not None:
@@ -318,12 +324,21 @@ class EnergyEstimator:
     def kernel(
         self,
     ) -> Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]:
-        """Compiled kernel: takes one sample into a state, in place; whether it was finite."""
+        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
+
+        Effort [N or N m] held from this sample to the next, position [m or rad] and velocity [m/s
+        or rad/s] of the driven mass, then both of the load; 0 for what the axis does not have, and
+        for velocities if the state was made without them (see `init`). It takes every sample of
+        five finite numbers. The estimates stand at ``state[values_at]``.
+        """
         return energy_step if self.inertia is None else work_step
 
     @property
     def values_at(self) -> slice:
         """Where Coulomb and viscous friction lie in a state, in that order.
+
+        ``state[values_at]`` is ``(Coulomb, viscous)``, whereas `parameter_names`, the estimates
+        of `step` and `run`, and `covariance` have viscous friction before Coulomb friction.
 
         Raises
         ------
@@ -349,7 +364,8 @@ class EnergyEstimator:
             From `init` or an earlier step; it is left as it is.
         sample
             Effort, position, velocity, load position and load velocity [SI], with 0 for what the
-            axis does not have or measure.
+            axis does not have. Where velocities are not measured, make the state with
+            ``init(velocity_measured=False)``: with zeros for them no other state learns anything.
 
         Returns
         -------
@@ -386,7 +402,10 @@ class EnergyEstimator:
         return run(state, samples_of(state, log))
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
-        """Return P of the recursion; infinite for a parameter that nothing has told of yet."""
+        """Return P of the recursion, in the order of `parameter_names`.
+
+        It is infinite for a parameter that nothing has told of yet.
+        """
         return covariance_in(state) if self.inertia is None else work_covariance(state)
 
     @cached_property

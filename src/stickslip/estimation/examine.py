@@ -252,7 +252,8 @@ def _residuals(regression: Regression, values: Mapping[str, float]) -> Residuals
     """
     target, regressors = regression.target, regression.regressors
     residual = target - regressors @ np.array([values[name] for name in regression.names])
-    sensors = int(np.sum(regression.time == regression.time[0]))
+    _, counts = np.unique(regression.time, return_counts=True)
+    sensors = int(counts[0]) if np.all(counts == counts[0]) else 1
     residual = residual.reshape(-1, sensors).sum(axis=1) / np.sqrt(sensors)
     time = regression.time[::sensors]
     lags = min(_LARGEST_LAG, residual.size // 4)

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stickslip.estimation.diagnostics import hardly_moves
 from stickslip.estimation.energy_levels import AxisModel, energy_levels
 from stickslip.estimation.kinematics import LowPass
 from stickslip.estimation.level_weighting import (
@@ -14,7 +15,7 @@ from stickslip.estimation.level_weighting import (
     whitened,
 )
 from stickslip.estimation.observation import MotionNoise, motion_noise
-from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.regression import MotionSummary, Regression, summarise_motion
 from stickslip.records import AxisLog
 
 __all__ = ["block_size", "level_regression", "noise_of_longest"]
@@ -73,6 +74,14 @@ def level_regression(
     T = sampling_time
     noise = noise_of_longest(parts, low_pass)
     levels = [energy_levels(part, model, low_pass, noise, T) for part in parts]
+    motion = summarise_motion(
+        [part.measured_position for part in parts],
+        [level.motion.smooth_velocity for level in levels],
+        T,
+        (noise.position, noise.smooth_velocity),
+    )
+    if hardly_moves(motion):
+        return _nothing(parts, names, motion, samples, notes)
     # A filter knows nothing beyond the ends, so velocities made by one are wrong there
     derived = parts[0].measured_velocity is None or (
         model.load_inertia is not None and parts[0].measured_load_velocity is None
@@ -100,12 +109,7 @@ def level_regression(
         regressors=white[:, 1:] * scale,
         regressor_noise=column_noise,
         quantity="energy",
-        motion=summarise_motion(
-            [part.measured_position for part in parts],
-            [level.motion.smooth_velocity for level in levels],
-            T,
-            (noise.position, noise.smooth_velocity),
-        ),
+        motion=motion,
         samples=samples,
         notes=(
             f"energies averaged over {size} samples; noise of the energy level is taken as "
@@ -113,4 +117,26 @@ def level_regression(
             "likelihood)",
             *notes,
         ),
+    )
+
+
+def _nothing(
+    parts: Sequence[AxisLog],
+    names: tuple[str, ...],
+    motion: MotionSummary,
+    samples: int,
+    notes: tuple[str, ...],
+) -> Regression:
+    """Return no rows: an axis at rest dissipates nothing that could be weighed."""
+    return Regression(
+        kind=parts[0].kind,
+        names=names,
+        time=np.zeros(0),
+        target=np.zeros(0),
+        regressors=np.zeros((0, len(names))),
+        regressor_noise=np.zeros(len(names)),
+        quantity="energy",
+        motion=motion,
+        samples=samples,
+        notes=notes,
     )

@@ -23,6 +23,10 @@ __all__ = ["MotionNoise", "ObservedMotion", "fuse", "largest_noise", "motion_noi
 CLEAN = 1e-6
 """Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
 
+CLEAN_STEP = 1e-4
+"""The same for positions, of the rms step from sample to sample: the range grows with the log, but
+a micrometre of noise does not turn into rounding after a metre of travel."""
+
 HYSTERESIS = 10.0
 """A reversal counts beyond so many standard deviations of the smoothed position: its noise is
 correlated, and a false reversal adds twice its size to the way travelled."""
@@ -123,7 +127,8 @@ def motion_noise(
     harmless = HARMLESS * float(np.sqrt(np.mean(velocity**2)))
     smoothing_pays = sv <= CERTIFIED * most_sv or most_sv > harmless
     sw, sv = min(sw, most_sw), min(sv, most_sv)
-    sw = sw if sw > CLEAN * float(np.ptp(position)) else 0.0
+    steps = float(np.sqrt(np.mean(np.diff(position) ** 2)))
+    sw = sw if sw > CLEAN_STEP * steps else 0.0
     sv = sv if sv > CLEAN * float(np.max(np.abs(velocity))) else 0.0
     # Smoothed local level: steps of variance q between measurements of variance sw^2
     q = (sampling_time * sv) ** 2

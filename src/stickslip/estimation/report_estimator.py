@@ -181,7 +181,10 @@ class ReportEstimator:
 
     @cached_property
     def parameter_names(self) -> tuple[str, ...]:
-        """Names of the parameters in the order of the estimates."""
+        """Names of the parameters in the order of the estimates, Coulomb friction first.
+
+        `values_at` has the same order (that of `EnergyEstimator` differs in the two).
+        """
         return (*_FRICTION, *(_ERROR_TERMS if self.error_terms else ()))
 
     @property
@@ -195,7 +198,10 @@ class ReportEstimator:
     ) -> Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]:
         """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
 
-        It takes no sample that is not finite, and none while the noise is needed and not known.
+        Effort [N or N m], position [m or rad] and velocity [m/s or rad/s] of the driven mass, then
+        both of the load, 0 for that of a rigid axis. It needs velocities: 0 in their place
+        is taken for an axis at rest. It takes no sample that is not finite, and none while the
+        noise is needed and not known.
         """
         return report_energy_step
 
@@ -253,7 +259,7 @@ class ReportEstimator:
             From `init` or an earlier step; it is left as it is.
         sample
             Effort, position, velocity, load position and load velocity [SI], with 0 for the load of
-            a rigid axis.
+            a rigid axis. It needs velocities; only `run` and `fit` derive those that a log has not.
 
         Returns
         -------

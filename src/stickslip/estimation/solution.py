@@ -106,7 +106,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     variances = np.diag(fit.covariance)
     sampled = fit.sampling_variance
     ratio = np.divide(fit.classical_std**2, sampled, out=np.ones(p), where=sampled > 0)
-    effective = np.clip(n * ratio, 1.0, float(n))
+    effective = np.clip(n * ratio, 1.0, float(min(n, regression.samples)))
     verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
     for k, name in enumerate(regression.names):

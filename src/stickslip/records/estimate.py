@@ -72,8 +72,8 @@ _STATUS_TEXT = {
         "The best fit needs a negative mass or friction; check units, signs and the effort's scale."
     ),
     Status.POOR_FIT: (
-        "The model leaves most of the effort unexplained; check the columns, their units and "
-        "whether gravity or a spring acts on the axis."
+        "The model leaves most of the effort unexplained; check the columns, their units, masses "
+        "and stiffness if they are given, and whether gravity or a spring acts on the axis."
     ),
     Status.BIASED: (
         "The method is known to be biased on such a log by more than its intervals say; take the "
