@@ -30,12 +30,7 @@ sensors = Sensors(position_noise=0.005, velocity_noise=0.05)
 estimator = EnergyEstimator(
     inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False, initial_variance=0.3**2
 )
-learning = OnlineFriction(
-    kernel=estimator.kernel,
-    first_state=estimator.init(sampling_time=T),
-    values_at=estimator.values_at,
-    needs_load=True,
-)
+learning = OnlineFriction.of(estimator, sampling_time=T, needs_load=True)
 to_and_fro = (Move(target=1.0, duration=4.0), Move(target=0.0, duration=4.0)) * 2
 controllers = {
     name: FeedbackController(
@@ -50,6 +45,7 @@ controllers = {
     for name, compensation in (
         ("not compensated", None),
         ("learnt on the way", FrictionCompensation(friction=learning)),
+        ("known beforehand", FrictionCompensation(friction=law)),
     )
 }
 for name, controller in controllers.items():
@@ -64,9 +60,10 @@ for name, controller in controllers.items():
     wanted = controller.reference.at(run.motion.time).position
     error = (run.motion.position - wanted)[800:]  # of the second move to and fro
     print(f"{name}: rms error {1000 * np.sqrt(np.mean(error**2)):.0f} mm")
-    if controller.compensation is not None:
+    if controller.online is not None:
         state = controller.estimator_state(run.controller_state)
-        viscous, coulomb = np.sqrt(np.diag(estimator.covariance(state)))
-        found = state[estimator.values_at]
-        print(f"  Coulomb friction {found[0]:.4f} ± {coulomb:.1g} N")
-        print(f"  viscous friction {found[1]:.4f} ± {viscous:.1g} N s/m")
+        names = estimator.parameter_names("linear")
+        std = dict(zip(names, np.sqrt(np.diag(estimator.covariance(state))), strict=True))
+        coulomb, viscous = state[estimator.values_at]
+        print(f"  Coulomb friction {coulomb:.4f} ± {std['coulomb_friction']:.1g} N")
+        print(f"  viscous friction {viscous:.4f} ± {std['viscous_friction']:.1g} N s/m")

@@ -1,6 +1,5 @@
 """The loop that the tests of controllers share: the surrogate arm and a controller for it."""
 
-import numpy as np
 import pytest
 
 from stickslip.control import (
@@ -52,10 +51,4 @@ def online() -> OnlineFriction:
     estimator = EnergyEstimator(
         inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False, initial_variance=0.3**2
     )
-    state = estimator.init(sampling_time=SAMPLING_TIME)
-    return OnlineFriction(
-        kernel=estimator.kernel,
-        first_state=np.asarray(state),
-        values_at=estimator.values_at,
-        needs_load=True,
-    )
+    return OnlineFriction.of(estimator, sampling_time=SAMPLING_TIME, needs_load=True)

@@ -6,6 +6,7 @@ from hypothesis import strategies as st
 from stickslip.control import PD, FrictionCompensation, OnlineFriction
 from stickslip.control.friction_compensation import compensating_effort, physical
 from stickslip.control.pd import pd_effort
+from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError
 
@@ -67,6 +68,7 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
             lambda: OnlineFriction(
                 kernel=never_learns,
                 first_state=np.zeros(4),
+                sampling_time=0.01,
                 values_at=slice(0, 3),
                 needs_load=False,
             ),
@@ -76,6 +78,7 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
             lambda: OnlineFriction(
                 kernel=never_learns,
                 first_state=np.array([0.0, np.nan]),
+                sampling_time=0.01,
                 values_at=slice(0, 2),
                 needs_load=False,
             ),
@@ -83,9 +86,28 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
         ),
         (
             lambda: OnlineFriction(
-                kernel=None, first_state=np.zeros(2), values_at=slice(0, 2), needs_load=False
+                kernel=None,
+                first_state=np.zeros(2),
+                sampling_time=0.01,
+                values_at=slice(0, 2),
+                needs_load=False,
             ),
             "the kernel is a NoneType, it cannot be called",
+        ),
+        (
+            lambda: OnlineFriction(
+                kernel=never_learns,
+                first_state=np.zeros(2),
+                sampling_time=0.0,
+                values_at=slice(0, 2),
+                needs_load=False,
+            ),
+            "sampling_time is 0 s, it must be positive",
+        ),
+        (
+            lambda: FrictionCompensation(friction=EnergyEstimator(inertia=1.0)),
+            r"friction must be a CoulombViscousFriction or an OnlineFriction, it is a "
+            r"EnergyEstimator; give the law, or OnlineFriction\.of\(estimator",
         ),
     ],
 )

@@ -15,6 +15,7 @@ from stickslip.control import (
     OnlineFriction,
     PointToPoint,
 )
+from stickslip.estimation import EnergyEstimator, ReportEstimator
 from stickslip.estimation.work_recursion import work_run, work_step
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError, SensorSample
@@ -58,6 +59,7 @@ def counter(first=(0.0, 0.0, 0.0), *, kernel=counting, needs_load=True):
     return OnlineFriction(
         kernel=kernel,
         first_state=np.array(first),
+        sampling_time=0.01,
         values_at=slice(0, 2),
         needs_load=needs_load,
     )
@@ -259,6 +261,30 @@ def test_the_estimate_is_carried_to_the_next_run(arm, controller, online):
 
 
 @pytest.mark.parametrize(
+    "estimator",
+    [
+        EnergyEstimator(inertia=1.0, offset=False),
+        EnergyEstimator(offset=False),
+        ReportEstimator(inertia=1.0),
+    ],
+    ids=["inertia known", "inertia sought", "report"],
+)
+def test_an_estimator_runs_along_from_its_own_first_state(estimator):
+    online = OnlineFriction.of(estimator, sampling_time=0.01, needs_load=False)
+    first = estimator.init(sampling_time=0.01)
+    np.testing.assert_array_equal(online.first_state, first)
+    assert online.sampling_time == 0.01
+    assert list(online.places) == np.arange(first.size)[estimator.values_at].tolist()
+    assert online.kernel is estimator.kernel
+
+
+def test_a_loop_that_the_controller_was_not_made_for_is_refused(arm, controller):
+    message = "the controller was made for a sampling time of 0.01 s, the loop has 0.005 s; give"
+    with pytest.raises(InputError, match=message):
+        simulate_closed_loop(arm, controller, sampling_time=0.005, samples=10)
+
+
+@pytest.mark.parametrize(
     ("make", "message"),
     [
         (lambda: made(sampling_time=0.0), "sampling_time is 0 s"),
@@ -272,8 +298,24 @@ def test_the_estimate_is_carried_to_the_next_run(arm, controller, online):
             lambda: made(counter()).resumed(np.zeros(4)),
             r"has shape \(4,\), its first state has \(3,\); give what estimator_state",
         ),
+        (
+            lambda: made(counter(), sampling_time=0.005),
+            "made for a sampling time of 0.01 s, the controller has 0.005 s; make both for",
+        ),
+        (
+            lambda: made(reference=lambda t: t),
+            r"reference must be a PointToPoint, it is a function; give PointToPoint\(moves=",
+        ),
+        (lambda: made(reference=None), "reference must be a PointToPoint, it is a NoneType"),
+        (lambda: made(pd=(5.0, 2.0)), r"pd must be a PD, it is a tuple; give PD\("),
+        (lambda: made(notch=20.0), r"notch must be a Notch, it is a float; give Notch\("),
+        (
+            lambda: made(compensation=LAW),
+            "compensation must be a FrictionCompensation, it is a CoulombViscousFriction; give",
+        ),
     ],
 )
+@pytest.mark.usefixtures("without_shape_checks")
 def test_refuses_what_cannot_be_used(make, message):
     with pytest.raises(InputError, match=message):
         make()

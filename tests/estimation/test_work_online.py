@@ -371,6 +371,7 @@ def follower(
             friction=OnlineFriction(
                 kernel=estimator.kernel,
                 first_state=estimator.init(sampling_time=time, velocity_measured=velocity_measured),
+                sampling_time=time,
                 values_at=estimator.values_at,
                 needs_load=arm,
             )

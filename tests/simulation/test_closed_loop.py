@@ -166,6 +166,16 @@ def test_refuses_what_is_no_controller(what, missing):
         simulate_closed_loop(MASS, what, sampling_time=0.01, samples=5)
 
 
+@pytest.mark.parametrize("own", [0.005, np.float64(0.02), 1])
+def test_refuses_a_controller_for_another_sampling_time(own):
+    which = SimpleNamespace(init=lambda: (0.0,), step=pd_step, sampling_time=own)
+    message = f"made for a sampling time of {float(own):g} s, the loop has 0.01 s; give both"
+    with pytest.raises(InputError, match=message):
+        simulate_closed_loop(MASS, which, sampling_time=0.01, samples=5)
+    which.sampling_time = 0.1**2  # 0.01 but for rounding
+    assert simulate_closed_loop(MASS, which, sampling_time=0.01, samples=5).log.effort.any()
+
+
 def test_refuses_a_run_of_nothing():
     with pytest.raises(InputError, match="samples is 0"):
         simulate_closed_loop(MASS, INTERPRETED, sampling_time=0.01, samples=0)

@@ -3,7 +3,7 @@
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.friction_compensation import FrictionCompensation
 from stickslip.control.notch import Notch, NotchCoefficients
-from stickslip.control.online_friction import OnlineFriction
+from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
 from stickslip.control.pd import PD
 from stickslip.control.reference import Move, PointToPoint, Reference
 
@@ -14,6 +14,7 @@ __all__ = [
     "Move",
     "Notch",
     "NotchCoefficients",
+    "OnlineEstimator",
     "OnlineFriction",
     "PointToPoint",
     "Reference",

@@ -1,6 +1,7 @@
 """The feedback controller of the report: PD, notch and compensation of friction."""
 
 from dataclasses import dataclass, replace
+from math import isclose
 
 import numpy as np
 from jaxtyping import Float
@@ -16,6 +17,25 @@ from stickslip.records import InputError, non_negative, positive, quantity_field
 __all__ = ["FeedbackController"]
 
 _STRAIGHT_THROUGH = NotchCoefficients(b0=1.0, b1=0.0, b2=0.0, a1=0.0, a2=0.0)
+_SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
+# Name, class, whether None will do, and what to give
+_PARTS = (
+    ("pd", PD, False, "give PD(position_gain=..., velocity_gain=...)"),
+    (
+        "reference",
+        PointToPoint,
+        False,
+        "give PointToPoint(moves=(Move(target=..., duration=...),)), or for another profile a "
+        "controller of your own, with init() and step(state, sample)",
+    ),
+    ("notch", Notch, True, "give Notch(...) or Notch.at_resonance(...), or None for none"),
+    (
+        "compensation",
+        FrictionCompensation,
+        True,
+        "give FrictionCompensation(friction=...), or None for none",
+    ),
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -52,7 +72,8 @@ class FeedbackController:
     Raises
     ------
     InputError
-        If a value is out of its range, or the notch is too fast for the sampling time.
+        If a value is out of its range, a part is not of its class, the notch is too fast for the
+        sampling time, or the estimator's state was made for another one.
 
     Examples
     --------
@@ -91,8 +112,22 @@ class FeedbackController:
         if self.effort_limit is not None:
             limit = positive("effort_limit", self.effort_limit, "N or N m")
             object.__setattr__(self, "effort_limit", limit)
+        for name, kind, optional, remedy in _PARTS:
+            part = getattr(self, name)
+            if not (isinstance(part, kind) or (optional and part is None)):
+                raise InputError(
+                    f"{name} must be a {kind.__name__}, it is a {type(part).__name__}",
+                    remedy=remedy,
+                )
         if self.notch is not None:
             self.notch.coefficients(T)
+        own = T if self.online is None else self.online.sampling_time
+        if not isclose(own, T, rel_tol=_SAME_SAMPLING_TIME):
+            raise InputError(
+                f"the estimator's first state was made for a sampling time of {own:.9g} s, the "
+                f"controller has {T:.9g} s",
+                remedy="make both for the sampling time of the loop",
+            )
 
     @property
     def online(self) -> OnlineFriction | None:

@@ -58,7 +58,8 @@ class FrictionCompensation:
     Raises
     ------
     InputError
-        If the velocity is not one of the two, or the dead band is negative or not finite.
+        If the friction is neither of the two, the velocity is not one of the two, or the dead
+        band is negative or not finite.
 
     Examples
     --------
@@ -72,6 +73,13 @@ class FrictionCompensation:
     dead_band: float = quantity_field("velocity", default=0.0)
 
     def __post_init__(self) -> None:
+        known = isinstance(self.friction, CoulombViscousFriction | OnlineFriction)  # pyright: ignore[reportUnnecessaryIsInstance] - a caller need not check types
+        if not known:
+            raise InputError(
+                "friction must be a CoulombViscousFriction or an OnlineFriction, it is a "
+                f"{type(self.friction).__name__}",
+                remedy="give the law, or OnlineFriction.of(estimator, ...) for one that is learnt",
+            )
         if self.velocity not in _DIRECTIONS:
             raise InputError(
                 f"velocity is {self.velocity!r}, there is no such one",

@@ -2,15 +2,37 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from typing import Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records import InputError, finite_vector
+from stickslip.records import InputError, finite_vector, positive, quantity_field
 
-__all__ = ["OnlineFriction"]
+__all__ = ["OnlineEstimator", "OnlineFriction"]
 
 _PARAMETERS = 2  # Coulomb and viscous friction
+
+Kernel = Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]
+
+
+@runtime_checkable
+class OnlineEstimator(Protocol):
+    """What a controller asks of an estimator that runs along."""
+
+    @property
+    def kernel(self) -> Kernel:
+        """As of `OnlineFriction`."""
+        ...
+
+    @property
+    def values_at(self) -> slice:
+        """As of `OnlineFriction`."""
+        ...
+
+    def init(self, *, sampling_time: float) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample; the sampling time is in s."""
+        ...
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
@@ -18,7 +40,8 @@ class OnlineFriction:
     """An estimator of Coulomb and viscous friction that a controller asks and feeds.
 
     At each sample the controller first compensates the friction with the estimates as they stand,
-    then hands the sample and the effort it computed to the estimator.
+    then hands the sample and the effort it computed to the estimator. `of` makes one from an
+    estimator; with the class itself the state can be one of an earlier run, or made otherwise.
 
     Attributes
     ----------
@@ -28,6 +51,8 @@ class OnlineFriction:
         could use the sample. When it is a compiled kernel, so is the controller.
     first_state
         State before the first sample, a vector [any units, those of the kernel]; copied.
+    sampling_time
+        That the first state was made for [s]; the controller must have the same.
     values_at
         Where in the state the two estimates lie, Coulomb friction [N or N m] first, then viscous
         friction [N s/m or N m s/rad]; a step of -1 reads them the other way round.
@@ -38,26 +63,30 @@ class OnlineFriction:
     Raises
     ------
     InputError
-        If the first state is not a finite vector or the slice does not name two of its places.
+        If the first state is not a finite vector, the slice does not name two of its places, or
+        the sampling time is not positive.
 
     Examples
     --------
     >>> def never_learns(state, u, x, v, x2, v2):
     ...     return True
     >>> online = OnlineFriction(kernel=never_learns, first_state=np.array([0.1, 0.2]),
-    ...                         values_at=slice(0, 2), needs_load=False)
+    ...                         sampling_time=0.001, values_at=slice(0, 2), needs_load=False)
     >>> online.places
     (0, 1)
     """
 
-    kernel: Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]
+    kernel: Kernel
     first_state: Float[np.ndarray, " s"]
+    sampling_time: float = quantity_field("sampling_time")
     values_at: slice
     needs_load: bool
 
     def __post_init__(self) -> None:
         state = finite_vector("first_state", self.first_state, "units of the estimator")
         object.__setattr__(self, "first_state", state)
+        T = positive("sampling_time", self.sampling_time, "s")
+        object.__setattr__(self, "sampling_time", T)
         found = range(*self.values_at.indices(state.size))
         if len(found) != _PARAMETERS:
             raise InputError(
@@ -70,6 +99,34 @@ class OnlineFriction:
                 f"the kernel is a {type(self.kernel).__name__}, it cannot be called",
                 remedy="give the function that takes a sample into the estimator's state",
             )
+
+    @classmethod
+    def of(
+        cls, estimator: OnlineEstimator, *, sampling_time: float, needs_load: bool
+    ) -> "OnlineFriction":
+        """Return an estimator that runs along from its own first state on.
+
+        Parameters
+        ----------
+        estimator
+            Of Coulomb and viscous friction, as `stickslip.EnergyEstimator`.
+        sampling_time
+            That of the loop [s].
+        needs_load
+            As of the class.
+
+        Raises
+        ------
+        InputError
+            If the estimator has not one Coulomb friction, or the sampling time is not positive.
+        """
+        return cls(
+            kernel=estimator.kernel,
+            first_state=estimator.init(sampling_time=sampling_time),
+            sampling_time=sampling_time,
+            values_at=estimator.values_at,
+            needs_load=needs_load,
+        )
 
     @property
     def places(self) -> tuple[int, int]:

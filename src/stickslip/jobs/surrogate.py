@@ -167,6 +167,7 @@ def feedback_controller(
             friction=OnlineFriction(
                 kernel=estimator.kernel,
                 first_state=state,
+                sampling_time=SAMPLING_TIME,
                 values_at=estimator.values_at,
                 needs_load=True,
             )

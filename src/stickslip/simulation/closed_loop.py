@@ -2,6 +2,8 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from math import isclose
+from numbers import Real
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -26,7 +28,11 @@ Vector = NDArray[np.float64]
 
 
 class Controller(Protocol[ControllerState]):
-    """Anything that steps in time: a sensor sample in, an effort out."""
+    """Anything that steps in time: a sensor sample in, an effort out.
+
+    One that was made for a sampling time tells it as an attribute ``sampling_time`` [s], which is
+    compared with that of the loop.
+    """
 
     @property
     def step(
@@ -60,6 +66,7 @@ class ClosedLoopRun(Generic[ControllerState]):
 
 
 _OK, _FAILED, _EFFORT = 0, 1, 2
+_SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
 
 
 @compiled()
@@ -143,7 +150,8 @@ def simulate_closed_loop(
         `SingleMass` or `FlexibleArm`.
     controller
         Anything with ``init() -> state`` and a pure ``step(state, sample) -> (state, effort)``,
-        where ``sample`` is a `SensorSample`.
+        where ``sample`` is a `SensorSample`. If it has a ``sampling_time`` [s], that must be the
+        loop's.
     sampling_time
         [s].
     samples
@@ -167,8 +175,8 @@ def simulate_closed_loop(
     Raises
     ------
     InputError
-        If an argument is out of its range, or the controller commands an effort that is not
-        finite.
+        If an argument is out of its range, the controller was made for another sampling time, or
+        it commands an effort that is not finite.
     EventBudgetError
         If a sample holds more events than allowed.
 
@@ -205,6 +213,13 @@ def simulate_closed_loop(
                 f"the controller, a {type(controller).__name__}, has no method {method}",
                 remedy="give one with init() -> state and step(state, sample) -> (state, effort)",
             )
+    own = getattr(controller, "sampling_time", None)
+    if isinstance(own, Real) and not isclose(own, sampling_time, rel_tol=_SAME_SAMPLING_TIME):
+        raise InputError(
+            f"the controller was made for a sampling time of {float(own):.9g} s, the loop has "
+            f"{sampling_time:.9g} s",
+            remedy="give both the same",
+        )
     step = controller.step
     loop: Any = _compiled_loop if is_jitted(step) else _loop
     controller_state, status, at = loop(
