@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         OnlineFriction,
         PointToPoint,
     )
-    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
+    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
     from stickslip.friction import CoulombViscousFriction
     from stickslip.jobs import identify
     from stickslip.logs import LogSchema, log_from_frame, read_log, write_csv
@@ -51,6 +51,7 @@ __all__ = [
     "Notch",
     "OnlineFriction",
     "PointToPoint",
+    "ReportEstimator",
     "SensorSample",
     "Sensors",
     "SingleMass",
@@ -77,7 +78,7 @@ _HOMES = {
         "OnlineFriction",
         "PointToPoint",
     ),
-    "estimation": ("EnergyEstimator", "IdimLeastSquares", "examine"),
+    "estimation": ("EnergyEstimator", "IdimLeastSquares", "ReportEstimator", "examine"),
     "friction": ("CoulombViscousFriction",),
     "jobs": ("identify",),
     "logs": ("LogSchema", "log_from_frame", "read_log", "write_csv"),
