@@ -27,3 +27,13 @@ for k in range(len(log)):
     if k % 1000 == 500:
         shown = ", ".join(f"{name} {value:8.3f}" for name, value in zip(names, values, strict=True))
         print(f"{log.time[k]:5.1f} s: {shown}")
+
+# The same in place, as a control loop would, and from an encoder alone: a state made without
+# velocities does not read them. One made for them would learn nothing from zeros.
+take = estimator.kernel
+state = estimator.init(sampling_time=log.sampling_time, velocity_measured=False)
+for k in range(len(log)):
+    if not take(state, log.effort[k], log.measured_position[k], 0.0, 0.0, 0.0):
+        raise RuntimeError(f"sample {k} is not finite")
+coulomb, viscous = state[estimator.values_at]
+print(f"from positions only: coulomb_friction {coulomb:.3f}, viscous_friction {viscous:.3f}")
