@@ -8,31 +8,35 @@ from pathlib import Path
 import pytest
 
 SCRIPT = """\
+import sys
+
 from stickslip.compiled import compiled
+
 
 def add_one(x: float) -> float:
     return x + 1.0
 
+
 add_one.__module__ = "stickslip.added"
-print(compiled(cached={cached})(add_one)(1.0))
+sys.modules["stickslip.added"] = sys.modules["__main__"]
+print(compiled(cached=sys.argv[1] == "cached")(add_one)(1.0))
 """
-
-
-def process(tmp_path: Path, *, cached: bool) -> subprocess.CompletedProcess[str]:
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT.format(cached=cached))
-    return subprocess.run(
-        [sys.executable, str(script)],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-        env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-    )
 
 
 @pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 def test_the_notice_is_about_kernels_that_are_kept(tmp_path: Path) -> None:
-    said = [process(tmp_path, cached=cached) for cached in (False, True, True)]
+    script = tmp_path / "script.py"
+    script.write_text(SCRIPT)
+    said = [
+        subprocess.run(
+            [sys.executable, str(script), how],
+            capture_output=True,
+            text=True,
+            timeout=120,
+            check=True,
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
+        )
+        for how in ("not cached", "cached", "cached")
+    ]
     assert [each.stdout for each in said] == ["2.0\n"] * 3
     assert ["compiling the kernels" in each.stderr for each in said] == [False, True, False]

@@ -136,7 +136,7 @@ def test_several_files_need_a_folder_to_go_to(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("kept")
     for folder in (tmp_path / "file", tmp_path / "file" / "below"):
         with (
-            pytest.raises(InputError, match="file: .* is a file, not a folder"),
+            pytest.raises(InputError, match=r"file: .* is a file, not a folder"),
             files_at_once(folder),
         ):
             pass
