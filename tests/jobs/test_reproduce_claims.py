@@ -212,6 +212,17 @@ WORLDS: dict[str, tuple[Change, set[str]]] = {
         case("feedback", "wrong-terms", sequences(0.12, level=0.002, rise=0.002, itse=5.5)),
         {"6.2, feedback", "7, feedback", "6.2, with noise"},
     ),
+    "less sensitive, and still sensitive": (
+        lambda e: replace(
+            e,
+            sequences={
+                **e.sequences,
+                ("feedback", "wrong"): sequences(3.0, itse=50.0),
+                ("feedback", "wrong-terms"): sequences(0.08, itse=5.5),
+            },
+        ),
+        {"6.2, feedback", "7, feedback", "6.2, with noise"},
+    ),
     "flat prediction error": (
         case("feedforward", "noisy", sequences(0.4, level=0.05, rise=0.0, itse=100.0, drift=0.2)),
         {"6.1, Fig. 6.3"},
@@ -269,3 +280,29 @@ def test_chance_does_not_refuse_an_expectation() -> None:
         refused += not noise.input_energy("feedforward", drawn).agrees
     # One in a thousand is expected; seven or more of 400 would come once in ten million times.
     assert refused < 7
+
+
+def test_a_line_within_chance_is_given_by_its_limit() -> None:
+    chance = 0.01
+    found = {
+        name: replace(
+            sequences(itse=5.0),
+            level=np.tile(scattered(mean, chance * np.sqrt(RUNS)), (5, 1)).T,
+        )
+        for name, mean in (("none", 0.0), ("little", 1.5 * chance), ("much", 5.0 * chance))
+    }
+    lines = {name: each.line(-1) for name, each in found.items()}
+    assert [each.told_from_zero for each in lines.values()] == [False, False, True]
+    assert lines["none"].size == 0.0
+    assert lines["none"].limit == pytest.approx(2.0 * chance)
+    assert lines["much"].size == pytest.approx(chance * np.sqrt(24.0))
+    changed = case("feedback", "terms", found["none"])(world())
+    said = loops.line_compensated("feedback", changed).measured
+    assert "below 0.02 J" in said
+    assert "best estimate zero" in said
+
+
+def test_a_ranking_says_so() -> None:
+    for loop in LOOPS:
+        said = loops.most_stable(loop, world()).measured
+        assert said.startswith("from the smallest to the largest: with B and S and half σ")

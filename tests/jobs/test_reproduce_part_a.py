@@ -247,12 +247,14 @@ def test_digests_of_sequences_join() -> None:
     both = sequences_of(made)["feedforward", case.key]
     assert both.values.shape == (2, 5, 2)
     # Without noise sequences are alike, so the mean line is that of either, and chance is none.
-    size, chance = both.line(0)
-    assert chance == 0.0
+    found = both.line(0)
+    assert found.chance == 0.0
+    assert found.told_from_zero
+    assert found.size == found.limit
     time = np.linspace(0.0, surrogate.DURATION, 6001)
     trace = five_runs("feedforward", case, sequence_seeds(1, 0))
     line = np.polynomial.Polynomial.fit(time, trace.error[0], 1)(time)
-    assert size == pytest.approx(np.sqrt(np.mean(line**2)), rel=1e-3)  # a sum for an integral
+    assert found.size == pytest.approx(np.sqrt(np.mean(line**2)), rel=1e-3)  # a sum for an integral
 
 
 def test_what_is_kept_of_many_runs_holds_no_samples() -> None:

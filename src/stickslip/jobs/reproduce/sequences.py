@@ -9,10 +9,44 @@ from jaxtyping import Float
 
 from stickslip.jobs.reproduce.runs import RUNS_IN_A_ROW, Loop, Trace, itse
 
-__all__ = ["Sequences", "digest", "sequence_seeds", "sequences_of"]
+__all__ = ["MeanLine", "Sequences", "digest", "sequence_seeds", "sequences_of"]
 
 _EARLY = 10.0  # when "rapidly" is over [s]
 _STREAM = 0  # of the seeds
+_SURE = 2.0  # standard errors that chance does not exceed, at about 95 %
+
+
+@dataclass(frozen=True, kw_only=True)
+class MeanLine:
+    """The straight line through the prediction error of one run, in the mean over sequences.
+
+    Sizes are root mean square over the run.
+
+    Attributes
+    ----------
+    measured
+        Its size [J].
+    chance
+        Standard error of that, from what differs between the sequences [J].
+    """
+
+    measured: float
+    chance: float
+
+    @property
+    def size(self) -> float:
+        """Size less what chance adds to it on average, the best estimate [J]; not below zero."""
+        return math.sqrt(max(self.measured**2 - self.chance**2, 0.0))
+
+    @property
+    def limit(self) -> float:
+        """Size that it hardly exceeds [J]."""
+        return self.measured + _SURE * self.chance
+
+    @property
+    def told_from_zero(self) -> bool:
+        """Whether chance alone would hardly be as large."""
+        return self.measured > _SURE * self.chance
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,16 +74,17 @@ class Sequences:
     rise: Float[np.ndarray, "sequences runs"]
     itse: Float[np.ndarray, "sequences runs"]
 
-    def line(self, run: int) -> tuple[float, float]:
-        """Return the size of the mean line through one run's prediction error [J], and chance.
+    def line(self, run: int) -> MeanLine:
+        """Return the mean line through one run's prediction error.
 
-        Both root mean square over the run. What is chance in single sequences averages out but for
-        its standard error, the second; what that adds to the size on average is taken off.
+        What is chance in single sequences averages out but for its standard error.
         """
         parts = np.array([self.level[:, run], self.rise[:, run] / np.sqrt(12.0)])
         chance = np.std(parts, axis=1, ddof=1) / np.sqrt(parts.shape[1])
-        square = float(np.sum(np.mean(parts, axis=1) ** 2 - chance**2))
-        return math.sqrt(max(square, 0.0)), math.hypot(*chance.tolist())
+        return MeanLine(
+            measured=math.hypot(*np.mean(parts, axis=1).tolist()),
+            chance=math.hypot(*chance.tolist()),
+        )
 
 
 def sequence_seeds(seed: int, sequence: int) -> list[np.random.SeedSequence]:
