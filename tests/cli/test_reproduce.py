@@ -40,6 +40,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
         reproduction = Reproduction(
             title="A part",
             setting="With surrogate values.",
+            values={"truth": {"coulomb_friction": (0.15, "N")}},
             figures=(),
             five_runs=(
                 FiveRuns(

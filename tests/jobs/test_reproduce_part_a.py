@@ -76,6 +76,42 @@ def test_the_numbers_are_those_of_the_record(reproduced: Reproduced) -> None:
         assert written["itse"] == kept.itse.tolist()
     for written, kept in zip(found["variants"], record.variants, strict=True):
         assert written["bias"] == dict(kept.bias)
+    setting = found["setting"]
+    assert setting["words"] == record.setting
+    assert setting["truth"]["coulomb_friction"] == {
+        "value": surrogate.COULOMB_FRICTION,
+        "unit": "N",
+    }
+    for group in setting.values():
+        if group is not setting["words"]:
+            for each in group.values():
+                assert set(each) == {"value", "unit"}
+
+
+def test_the_legend_is_about_keys_that_are_there(reproduced: Reproduced) -> None:
+    found = json.loads(reproduced.numbers.read_text())
+    assert {"claims.numbers", "variants.assumed", "variants.noise"} <= set(found["legend"])
+    for path in found["legend"]:
+        if path == "loop":
+            continue
+        place = found
+        for key in path.split("."):
+            place = (place[0] if isinstance(place, list) else place)[key]
+
+
+def test_no_peak_without_noise_is_cut_off(reproduced: Reproduced) -> None:
+    figures = {each.number: each for each in reproduced.reproduction.figures}
+    for number in ("6.3", "6.8"):
+        for panel in figures[number].panels[::2]:
+            assert panel.curves[0].label == "without noise"
+            assert panel.y_range is not None
+            assert np.max(np.abs(panel.curves[0].y)) < panel.y_range[1]
+
+
+def test_a_larger_error_despite_compensation_is_told(reproduced: Reproduced) -> None:
+    captions = {each.number: each.caption for each in reproduced.reproduction.figures}
+    words = "larger than without compensation (Figure 6.8)"
+    assert [number for number, caption in captions.items() if words in caption] == ["6.9"]
 
 
 def test_the_panels_are_the_reports(reproduced: Reproduced) -> None:

@@ -100,6 +100,7 @@ def reproduction() -> Reproduction:
     return Reproduction(
         title="A part",
         setting="With <surrogate> values.",
+        values={"truth": {"coulomb_friction": (0.15, "N")}},
         figures=(figure(), figure("6.3", columns=2)),
         five_runs=tuple(
             FiveRuns(
@@ -172,6 +173,22 @@ def test_verdicts_are_counted_and_shown(reproduction: Reproduction) -> None:
     assert "Of 3 claims of the report, 1 agree" in text
     assert text.count("✓ agrees") == 1
     assert text.count("✗ differs") == 2
+    assert text.index("2 differ\n") < text.index("✗ differs")
+    assert text.rindex("✗ differs") < text.index("1 agree\n") < text.index("✓ agrees")
+    assert text.count("Verdict") == 2
+
+
+def test_a_page_without_a_difference_says_so(reproduction: Reproduction) -> None:
+    text = page_of(replace(reproduction, claims=reproduction.claims[:1])).text
+    assert "0 differ\nNone." in text
+
+
+def test_every_wide_table_says_that_it_scrolls(reproduction: Reproduction) -> None:
+    page = page_of(reproduction)
+    wide = [given for _, given in page.tags if given.get("class") == "wide"]
+    assert len(wide) == 6  # estimates and variants of two loops, prediction errors, intervals
+    assert all(given["tabindex"] == "0" and given["aria-label"] for given in wide)
+    assert page.text.count("scrolls sideways") == len(wide)
 
 
 def test_tables_show_every_number_once(reproduction: Reproduction) -> None:

@@ -33,6 +33,7 @@ __all__ = [
     "VISCOUS_FRICTION",
     "bang_bang_effort",
     "feedback_controller",
+    "setting_values",
     "surrogate_arm",
     "surrogate_sensors",
 ]
@@ -85,6 +86,39 @@ LOOPS_SETTING = (
     f"{FORGETTING_FACTOR:g}"
 )
 """What both loops of chapter 6 do, and what the recursion begins with."""
+
+
+def setting_values() -> dict[str, dict[str, tuple[float | tuple[float, ...], str]]]:
+    """Return what `SETTING` and `LOOPS_SETTING` say, by group and name, each with its unit."""
+    targets, durations, dwells = zip(*_MOVES, strict=True)
+    return {
+        "truth": {
+            "coulomb_friction": (COULOMB_FRICTION, "N"),
+            "viscous_friction": (VISCOUS_FRICTION, "N s/m"),
+        },
+        "known": {
+            "mass_1": (MASS_1, "kg"),
+            "mass_2": (MASS_2, "kg"),
+            "stiffness": (STIFFNESS, "N/m"),
+        },
+        "noise": {"position": (POSITION_NOISE, "m"), "velocity": (VELOCITY_NOISE, "m/s")},
+        "sampling": {"sampling_time": (SAMPLING_TIME, "s"), "duration": (DURATION, "s")},
+        "feedforward": {"effort": (_EFFORT, "N"), "switching_time": (_SWITCHING_TIME, "s")},
+        "feedback": {
+            "position_gain": (_POSITION_GAIN, "N/m"),
+            "velocity_gain": (_VELOCITY_GAIN, "N s/m"),
+            "notch_depth": (_NOTCH_DEPTH, "-"),
+            "notch_damping": (_NOTCH_DAMPING, "-"),
+            "effort_limit": (_EFFORT_LIMIT, "N"),
+            "move_targets": (targets, "m"),
+            "move_durations": (durations, "s"),
+            "move_dwells": (dwells, "s"),
+        },
+        "recursion": {
+            "initial_variance": (INITIAL_VARIANCE, "parameter squared"),
+            "forgetting_factor": (FORGETTING_FACTOR, "-"),
+        },
+    }
 
 
 def surrogate_arm() -> "FlexibleArm":

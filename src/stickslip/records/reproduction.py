@@ -21,10 +21,33 @@ __all__ = [
 
 REPRODUCTION_SCHEMA = 1
 
+_LEGEND = {
+    "setting": "values that were simulated with; lists of moves in their order",
+    "loop": "feedforward: the bang-bang input; feedback: the controller along its moves",
+    "claims.numbers": "what the verdict is computed from. Names that end in f_c and c, and those "
+    "of bias, rmse and error, are fractions of the true value (0.01 is 1 %); lines through e_y and "
+    "energies are in J, times in s, lengths in m, correlations without unit",
+    "five_runs.values": "estimates at the end of each consecutive run [N, N s/m]",
+    "five_runs.itse": "integral of time-multiplied squared prediction error of each run (Eq. 6.3), "
+    "over that of the first run without noise in the same loop [-]",
+    "variants.noise": "of the sensors, over setting.noise [-]",
+    "variants.assumed": "standard deviations that the variant was told, over the true ones [-]; "
+    "null: told none",
+    "variants.bias": "mean error, a fraction of the true value [-]",
+    "variants.rmse": "root mean square error, a fraction of the true value [-]",
+    "variants.coverage": "share of the runs whose 95 % interval holds the true value [-]; null: "
+    "the variant gives no interval",
+    "variants.failed": "runs in which nothing was identified; they count in nothing else",
+    "figures.panels.curves": "what is drawn, in the units of the labels of the axes",
+}
+"""What the keys of the JSON document mean, as far as their names do not say it."""
+
 CurveRole = Literal["truth", "first", "second", "third", "fourth"]
 """What a curve is in its panel, on which its look depends."""
 
 Loop = Literal["feedforward", "feedback"]
+
+SettingValues = Mapping[str, Mapping[str, tuple[float | tuple[float, ...], str]]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -213,6 +236,8 @@ class Reproduction:
         Which part.
     setting
         With which values, in words.
+    values
+        The same as numbers with their units, by group and name.
     figures, five_runs, variants, claims
         What was reproduced.
     options
@@ -223,6 +248,7 @@ class Reproduction:
 
     title: str
     setting: str
+    values: SettingValues
     figures: tuple[ReproducedFigure, ...]
     five_runs: tuple[FiveRuns, ...]
     variants: tuple[VariantScore, ...]
@@ -232,13 +258,24 @@ class Reproduction:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "options", MappingProxyType(dict(self.options)))
+        values = {group: MappingProxyType(dict(of)) for group, of in self.values.items()}
+        object.__setattr__(self, "values", MappingProxyType(values))
 
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain JSON types."""
         return {
             "schema": REPRODUCTION_SCHEMA,
             "title": self.title,
-            "setting": self.setting,
+            "setting": {
+                "words": self.setting,
+                **{
+                    group: {
+                        name: {"value": value, "unit": unit} for name, (value, unit) in of.items()
+                    }
+                    for group, of in self.values.items()
+                },
+            },
+            "legend": dict(_LEGEND),
             "provenance": {
                 "stickslip_version": self.stickslip_version,
                 "options": dict(self.options),

@@ -27,6 +27,8 @@ _POLICY = (
 )
 _SYMBOL = re.compile(r"\b([A-Za-zσ])_([a-z]+\d?)")
 
+_DIFFER = "claims-that-differ"
+
 _SECTIONS = (
     ("claims", "The report's claims"),
     ("estimates", "Estimates and ITSE"),
@@ -74,11 +76,25 @@ def _header(reproduction: Reproduction) -> str:
         f"<h1>{html.escape(reproduction.title)}</h1>\n"
         f"<p>{_text(reproduction.setting)}</p>\n"
         f"<p>Of {len(reproduction.claims)} claims of the report, {agree} agree with what was "
-        f"measured and {len(reproduction.claims) - agree} differ.</p>\n</header>\n"
+        f'measured and <a href="#{_DIFFER}">{len(reproduction.claims) - agree} differ</a>.</p>\n'
+        "</header>\n"
     )
 
 
 def _claims(claims: Sequence[Claim]) -> str:
+    """Return the claims in the report's order, those that differ before those that agree."""
+    parts = [
+        "<p>Every verdict is computed from the numbers beside it, by the criterion that stands "
+        "there; they are also in the JSON file.</p>\n"
+    ]
+    for agrees, words, anchor in ((False, "differ", _DIFFER), (True, "agree", "claims-that-agree")):
+        there = [each for each in claims if each.agrees is agrees]
+        table = _claim_table(there) if there else "<p>None.</p>\n"
+        parts.append(f'<h3 id="{anchor}">{len(there)} {words}</h3>\n{table}')
+    return "".join(parts)
+
+
+def _claim_table(claims: Sequence[Claim]) -> str:
     rows: list[str] = []
     for claim in claims:
         word = (
@@ -101,12 +117,11 @@ def _claims(claims: Sequence[Claim]) -> str:
             f"<span class='meaning'>{_text(claim.place)}</span></th>{body}</tr>\n"
         )
     heads = "".join(
-        f'<th scope="col">{name}</th>' for name in ("The report says", "Measured", "", "Why")
+        f'<th scope="col">{name}</th>' for name in ("The report says", "Measured", "Verdict", "Why")
     )
     return (
-        '<table class="parameters claims"><caption>Every verdict is computed from the numbers '
-        "beside it, by the criterion that stands there; they are also in the JSON file."
-        f"</caption>\n<thead><tr>{heads}</tr></thead>\n<tbody>\n{''.join(rows)}</tbody></table>\n"
+        f'<table class="parameters claims"><thead><tr>{heads}</tr></thead>\n'
+        f"<tbody>\n{''.join(rows)}</tbody></table>\n"
     )
 
 
@@ -137,7 +152,9 @@ def _estimates(every: Sequence[FiveRuns]) -> str:
         errors.setdefault(each.case, []).extend(map(_short, each.itse.tolist()))
     parts.append(
         "<h3>Prediction error</h3>\n<p>Its integral of time-multiplied squared error (Eq. 6.3), "
-        "over that of the first run without noise in the same loop.</p>\n"
+        "over that of the first run without noise in the same loop. It measures what the "
+        "regression leaves, not how true the estimates are: compensating the noise can make it "
+        "larger.</p>\n"
         + _table_of_runs(
             [f"{loop.capitalize()}, run" for loop in loops], every[0].itse.size, errors
         )
@@ -150,10 +167,18 @@ def _table_of_runs(groups: Sequence[str], runs: int, rows: Mapping[str, Sequence
     top = "".join(f'<th scope="colgroup" colspan="{runs}">{group}</th>' for group in groups)
     numbers = "".join(f'<th scope="col">{run}</th>' for run in range(1, runs + 1)) * len(groups)
     body = "".join(_row(name, cells) for name, cells in rows.items())
+    return _wide(
+        f"<thead><tr><td></td>{top}</tr><tr><td></td>{numbers}</tr></thead>\n"
+        f"<tbody>\n{body}</tbody>"
+    )
+
+
+def _wide(table: str) -> str:
+    """Return a table that scrolls by itself where the screen is too narrow for it, and says so."""
     return (
-        '<div class="wide"><table class="dense"><thead>'
-        f"<tr><td></td>{top}</tr><tr><td></td>{numbers}</tr></thead>\n"
-        f"<tbody>\n{body}</tbody></table></div>\n"
+        '<p class="scrolls" aria-hidden="true">↔ this table scrolls sideways</p>\n'
+        '<div class="wide" tabindex="0" role="region" aria-label="Table, scrolls sideways">'
+        f'<table class="dense">{table}</table></div>\n'
     )
 
 
@@ -206,11 +231,10 @@ def _variant_table(scores: Sequence[VariantScore]) -> str:
             score = found[variant, assumed, noise]
             cells += [_error(score.bias[name], score.rmse[name]) for name in names]
         rows.append(_row(variant, cells))
-    return (
-        '<div class="wide"><table class="dense"><thead>'
-        f"<tr><td></td><td></td>{top}</tr>"
+    return _wide(
+        f"<thead><tr><td></td><td></td>{top}</tr>"
         f'<tr><th scope="col">variant</th><th scope="col">σ assumed</th>{second}</tr></thead>\n'
-        f"<tbody>\n{''.join(rows)}</tbody></table></div>\n"
+        f"<tbody>\n{''.join(rows)}</tbody>"
     )
 
 
@@ -241,9 +265,7 @@ def _coverage_table(scores: Sequence[VariantScore]) -> str:
         )
         for each in scores
     )
-    return (
-        f'<table class="dense"><thead><tr>{heads}</tr></thead>\n<tbody>\n{body}</tbody></table>\n'
-    )
+    return _wide(f"<thead><tr>{heads}</tr></thead>\n<tbody>\n{body}</tbody>")
 
 
 def _figure(figure: ReproducedFigure, picture: bytes) -> str:

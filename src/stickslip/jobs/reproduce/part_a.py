@@ -186,6 +186,7 @@ def _computed(
         title="Energy-based estimation of Coulomb and viscous friction",
         setting=f"Simulated with surrogate values, as Table 6.1 is lost: {surrogate.SETTING}. "
         f"{surrogate.LOOPS_SETTING}.",
+        values=surrogate.setting_values(),
         figures=(
             *expectation_figures(),
             *(figure for loop in LOOPS for figure in run_figures(loop, drawn)),

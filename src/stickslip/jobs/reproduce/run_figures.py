@@ -31,7 +31,7 @@ _STRIDE = 10
 _SETTLING = 5.0  # of the first run, in which the estimates come from their first guesses [s]
 _MARGIN = 0.08  # of the vertical range, on either side
 _ALIKE = 3.0  # ratio of two columns' ranges up to which they share one
-_SHOWN = 99.5  # percentile of the prediction errors that the vertical range holds
+_SHOWN = 99.5  # percentile of noisy prediction errors that the vertical range holds
 
 
 def run_figures(loop: Loop, traces: Traces) -> tuple[ReproducedFigure, ...]:
@@ -39,10 +39,16 @@ def run_figures(loop: Loop, traces: Traces) -> tuple[ReproducedFigure, ...]:
     shown = {key: traces[loop, key] for pair in _PAIRS for key in pair}
     first = _FIRST_NUMBER[loop]
     reference = _reference(loop, traces)
+    remarks = {"full": _larger_errors(first + len(_PARAMETERS), loop, shown)}
     return (
         *(_evolution(first + k, k, shown) for k in range(len(_PARAMETERS))),
         *(
-            _errors(first + len(_PARAMETERS) + k, [shown[key] for key in pair], reference)
+            _errors(
+                first + len(_PARAMETERS) + k,
+                [shown[key] for key in pair],
+                reference,
+                remarks.get(pair[0], ""),
+            )
             for k, pair in enumerate(_PAIRS)
         ),
     )
@@ -140,9 +146,37 @@ def _range(settled: Sequence[Float[np.ndarray, "..."]], truth: float) -> tuple[f
     return low - margin, high + margin
 
 
-def _errors(number: int, traces: Sequence[Trace], reference: float) -> ReproducedFigure:
+def _larger_errors(number: int, loop: Loop, traces: Mapping[str, Trace]) -> str:
+    """Return a remark if compensating the noise makes the feedback's prediction error larger.
+
+    Parameters
+    ----------
+    number
+        Of the figure, after the dot, that shows the error without compensation.
+    loop, traces
+        Where, and all cases there.
+    """
+    noisy, full = (itse(traces[key].time, traces[key].error) for key in ("noisy", "full"))
+    if loop == "feedforward" or not np.sum(full) > np.sum(noisy):
+        return ""
+    return (
+        " With the true standard deviations it is, over all runs, larger than without compensation "
+        f"(Figure 6.{number}): there the regressors grow with the noise while the arm is slow, and "
+        "so follow a part of the drift of the input energy (Eq. 5.5); compensated ones do not."
+    )
+
+
+def _size(trace: Trace) -> float:
+    """Return what the vertical range holds: all of a noise-free error, nearly all of another."""
+    error = np.abs(trace.error)
+    return float(np.max(error) if trace.case.noise == 0.0 else np.percentile(error, _SHOWN))
+
+
+def _errors(
+    number: int, traces: Sequence[Trace], reference: float, remark: str
+) -> ReproducedFigure:
     left, right = traces
-    sizes = [float(np.percentile(np.abs(trace.error), _SHOWN)) for trace in traces]
+    sizes = [_size(trace) for trace in traces]
     if max(sizes) <= _ALIKE * min(sizes):
         sizes = [max(sizes)] * len(sizes)
     relative = [itse(trace.time, trace.error) / reference for trace in traces]
@@ -154,8 +188,9 @@ def _errors(number: int, traces: Sequence[Trace], reference: float) -> Reproduce
             f"Left column: {left.case.label}; right column: {right.case.label}. From above, the "
             f"{runs} consecutive runs; the report does not say how it arranges them. Above each "
             "stands its integral of time-multiplied squared error (Eq. 6.3), over that of the "
-            "first run without noise in the same loop. Every tenth sample is drawn; single ones "
-            "may lie outside. Columns of very different size have scales of their own."
+            f"first run without noise in the same loop.{remark} Every tenth sample is drawn; with "
+            "noise, single ones may lie outside. Columns of very different size have scales of "
+            "their own."
         ),
         columns=2,
         panels=tuple(
