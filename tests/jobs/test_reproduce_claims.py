@@ -299,7 +299,7 @@ def test_a_line_within_chance_is_given_by_its_limit() -> None:
     changed = case("feedback", "terms", found["none"])(world())
     said = loops.line_compensated("feedback", changed).measured
     assert "below 0.02 J" in said
-    assert "best estimate zero" in said
+    assert "best estimate zero, not to be told from zero" in said
 
 
 def test_a_ranking_says_so() -> None:

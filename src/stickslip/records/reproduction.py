@@ -237,7 +237,7 @@ class Reproduction:
     setting
         With which values, in words.
     values
-        The same as numbers with their units, by group and name.
+        The same as numbers, each with its unit [as told beside it], by group and name.
     figures, five_runs, variants, claims
         What was reproduced.
     options

@@ -154,7 +154,7 @@ def _size(line: MeanLine) -> str:
     if line.told_from_zero:
         return f"{line.size:.2g} J"
     best = f"{line.size:.2g} J" if line.size > 0.0 else "zero"
-    return f"below {line.limit:.2g} J (not to be told from zero; best estimate {best})"
+    return f"below {line.limit:.2g} J (best estimate {best}, not to be told from zero)"
 
 
 def stable_error(loop: Loop, evidence: Evidence) -> Claim:
@@ -252,8 +252,8 @@ def most_stable(loop: Loop, evidence: Evidence) -> Claim:
         measured="from the smallest to the largest: "
         + ", ".join(f"{names[case]} {100 * unsure[case]:.3g} % of the truth" for case in ranking),
         agrees=ranking[0] == "wrong-terms",
-        why="What a wrong σ leaves, B and S take up. This ranks the three; how accurate the first "
-        "is stands below.",
+        why="What a wrong σ leaves, B and S take up. This ranks the three; whether the first is "
+        "accurate is a claim of chapter 7, judged by itself.",
         numbers={f"largest_rmse_{case}": value for case, value in largest.items()},
     )
 
