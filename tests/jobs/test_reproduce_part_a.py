@@ -353,8 +353,10 @@ def test_impossible_settings_are_refused(
 
 def test_a_place_that_cannot_be_written_is_found_beforehand(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("kept")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="is a file, not a folder"):
         reproduce_part_a(tmp_path / "file")
+    with pytest.raises(InputError, match="has no name"):
+        reproduce_part_a("")
     (tmp_path / "out" / "part-a.html").mkdir(parents=True)
     with pytest.raises(InputError, match="names a folder"):
         reproduce_part_a(tmp_path / "out")
