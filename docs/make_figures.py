@@ -180,7 +180,8 @@ def balance_of_work() -> None:
         raise RuntimeError("the arm's sensors measure everything")
     T, noise = log.sampling_time, (POSITION_NOISE, VELOCITY_NOISE)
     force = log.effort - STIFFNESS * (x - x2)
-    seen = free_motion(x, v, force, MASS_1, T, noise, roaming(x, v, force, MASS_1, T, noise))
+    rate = roaming([(x, v, force)], MASS_1, T, noise)
+    seen = free_motion(x, v, force, MASS_1, T, noise, rate)
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.1), layout="constrained")
 
     left.plot(log.time, v, ".", ms=2, color="#d1d5db", label="measured")

@@ -42,3 +42,13 @@ def test_data_prints_where_the_benchmark_is(
     monkeypatch.setenv("STICKSLIP_DATA", str(folder.parent))
     outcome = run("data", "emps")
     assert (outcome.code, outcome.out, outcome.err) == (0, f"{folder}\n", "")
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [(("--out", "x", "--seed", "1.5"), "not a whole number"), (("--out", ""), "it is empty")],
+)
+def test_the_demo_guesses_nothing(run, arguments, message) -> None:
+    outcome = run("demo", *arguments)
+    assert outcome.code == 2
+    assert message in outcome.err

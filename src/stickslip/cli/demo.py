@@ -5,6 +5,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.tables import print_identification
 from stickslip.cli.terminal import console_on, reader_may_leave, working
 
@@ -13,8 +14,11 @@ __all__ = ["demo"]
 
 def demo(
     *,
-    out: Annotated[Path, Parameter(help="Folder for what is written; made if it is missing.")],
-    seed: Annotated[int, Parameter(help="Of the sensors' noise.")] = 1,
+    out: Annotated[
+        Path,
+        Parameter(help="Folder for what is written; made if it is missing.", converter=folder),
+    ],
+    seed: Annotated[int, Parameter(help="Of the sensors' noise.", converter=whole_number)] = 1,
 ) -> int:
     """Simulate a flexible arm, identify its friction, and show the truth beside the estimate.
 

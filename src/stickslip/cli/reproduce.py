@@ -2,12 +2,13 @@
 
 import contextlib
 import sys
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Generator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from cyclopts import Parameter, Token
+from cyclopts import Parameter
 
+from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.terminal import console_on, reader_may_leave
 
 if TYPE_CHECKING:
@@ -20,21 +21,6 @@ if TYPE_CHECKING:
 __all__ = ["reproduce"]
 
 
-def _folder(_type: object, tokens: Sequence[Token]) -> Path:
-    """Return a folder; an empty path would be the current one, which nobody named."""
-    if not tokens[0].value:
-        raise ValueError("it is empty; name a folder, or give . for the current one")
-    return Path(tokens[0].value)
-
-
-def _whole_number(_type: object, tokens: Sequence[Token]) -> int:
-    """Return a whole number; the command line's own conversion would cut 2.5 down to 2."""
-    try:
-        return int(tokens[0].value)
-    except ValueError:
-        raise ValueError(f'"{tokens[0].value}" is not a whole number') from None
-
-
 def reproduce(
     part: Annotated[
         Literal["part-a"],
@@ -44,15 +30,15 @@ def reproduce(
     *,
     out: Annotated[
         Path,
-        Parameter(help="Folder for what is written; made if it is missing.", converter=_folder),
+        Parameter(help="Folder for what is written; made if it is missing.", converter=folder),
     ],
     runs: Annotated[
         int,
         Parameter(
-            help="How often everything with noise is repeated; 5 or more.", converter=_whole_number
+            help="How often everything with noise is repeated; 5 or more.", converter=whole_number
         ),
     ] = 20,
-    seed: Annotated[int, Parameter(help="Of all noise.", converter=_whole_number)] = 1,
+    seed: Annotated[int, Parameter(help="Of all noise.", converter=whole_number)] = 1,
 ) -> int:
     """Make the figures and tables of the report anew, and put its claims beside measurements.
 
