@@ -90,7 +90,9 @@ def _forward(
     for k in range(n):
         if k < kept:
             states[k, 0], states[k, 1], states[k, 2] = z0, z1, z2
-            spreads[k] = P
+            for i in range(3):
+                for j in range(3):
+                    spreads[k, i, j] = P[i, j]
         if k > 0:
             for i in range(2):
                 R = noise[i]
@@ -149,12 +151,13 @@ def _backward(
     z = np.empty(3)
     K = np.empty((2, 3))
     S, e = np.empty(2), np.empty(2)
-    M = np.empty((3, 3))
+    M, P = np.empty((3, 3)), np.empty((3, 3))
     g = np.empty(3)
     for k in range(n - 1, -1, -1):
-        P = spreads[k].copy()
         for j in range(3):
             z[j] = states[k, j]
+            for h in range(3):
+                P[j, h] = spreads[k, j, h]
         if k > 0:
             for i in range(2):  # the updates once more, forward
                 if noise[i] < 0.0:

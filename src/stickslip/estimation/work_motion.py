@@ -124,12 +124,16 @@ def _steady(
     Q[0, 0], Q[0, 1], Q[0, 2] = T**5 / (20 * m * m), T**4 / (8 * m * m), -(T**3) / (6 * m)
     Q[1, 1], Q[1, 2], Q[2, 2] = T**3 / (3 * m * m), -(T**2) / (2 * m), T
     Q[1, 0], Q[2, 0], Q[2, 1] = Q[0, 1], Q[0, 2], Q[1, 2]
-    P[:, :] = 0.0
+    for i in range(3):
+        for j in range(3):
+            P[i, j] = 0.0
     P[0, 0], P[1, 1], P[2, 2] = s[NOISE], s[NOISE + 1], net
     M, S = np.empty((3, 3)), np.ones(2)
     for _ in range(_ITERATIONS):
         before = P[1, 1]
-        M[:, :] = P
+        for i in range(3):
+            for j in range(3):
+                M[i, j] = P[i, j]
         for i in range(2):
             at = GAINS + 3 * i
             s[at], s[at + 1], s[at + 2] = 0.0, 0.0, 0.0

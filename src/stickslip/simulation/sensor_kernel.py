@@ -52,9 +52,7 @@ def measure_all(
         if k == 0 and settings[3] > 0.0:
             velocity[k] = 0.0
     if delay > 0:
-        late = min(delay, n)
-        position[late:] = position[: n - late].copy()
-        velocity[late:] = velocity[: n - late].copy()
-        position[:late] = position[0]
-        velocity[:late] = velocity[0]
+        for k in range(n - 1, -1, -1):
+            seen = max(k - delay, 0)
+            position[k], velocity[k] = position[seen], velocity[seen]
     return position, velocity
