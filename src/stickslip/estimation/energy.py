@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float
@@ -16,7 +15,12 @@ from stickslip.estimation.recursion import VALUES, covariance_in
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.sensor_noise import chosen_cutoff
-from stickslip.estimation.settings import check_arm, check_forgetting_factor, check_given
+from stickslip.estimation.settings import (
+    check_arm,
+    check_forgetting_factor,
+    check_given,
+    first_guesses,
+)
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.estimation.velocity_delay import without_wrong_velocity
@@ -155,19 +159,8 @@ class EnergyEstimator:
                 remedy="give level_noise [J] as well: their ratio decides",
             )
         known = (*(() if self.inertia is not None else ("mass", "inertia")), *self.terms.names)
-        guesses = dict(self.initial_values or {})
-        for name, value in guesses.items():
-            if name not in known:
-                raise InputError(
-                    f"a first guess is given for {name!r}, which is not estimated",
-                    remedy=f"use {', '.join(known)}",
-                )
-            if not np.isfinite(value):
-                raise InputError(
-                    f"the first guess of {name!r} is {value}, it must be finite",
-                    remedy="leave it out to begin at 0",
-                )
-        object.__setattr__(self, "initial_values", MappingProxyType(guesses))
+        guesses = first_guesses(self.initial_values, known)
+        object.__setattr__(self, "initial_values", guesses)
 
     @property
     def name(self) -> str:

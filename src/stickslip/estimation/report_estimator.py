@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
 from functools import cached_property
-from types import MappingProxyType
 from typing import Literal
 
 import numpy as np
@@ -33,7 +32,12 @@ from stickslip.estimation.report_rows import (
     without_error_terms,
 )
 from stickslip.estimation.resampling import resampled
-from stickslip.estimation.settings import check_arm, check_forgetting_factor, check_given
+from stickslip.estimation.settings import (
+    check_arm,
+    check_forgetting_factor,
+    check_given,
+    first_guesses,
+)
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.records import AxisLog, FrictionEstimate, InputError, non_negative, positive
 
@@ -136,19 +140,8 @@ class ReportEstimator:
         check_arm(self.load_inertia, self.stiffness)
         check_forgetting_factor(self.forgetting_factor)
         self._check_choices()
-        guesses = dict(self.initial_values or {})
-        for name, value in guesses.items():
-            if name not in self.parameter_names:
-                raise InputError(
-                    f"a first guess is given for {name!r}, which is not estimated",
-                    remedy=f"use {', '.join(self.parameter_names)}",
-                )
-            if not np.isfinite(value):
-                raise InputError(
-                    f"the first guess of {name!r} is {value}, it must be finite",
-                    remedy="leave it out to begin at 0",
-                )
-        object.__setattr__(self, "initial_values", MappingProxyType(guesses))
+        guesses = first_guesses(self.initial_values, self.parameter_names)
+        object.__setattr__(self, "initial_values", guesses)
 
     def _check_choices(self) -> None:
         for name, known in (("sums", _SUMS), ("compensation", _COMPENSATIONS)):

@@ -1,10 +1,45 @@
 """Checks of settings that several estimators share."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
+from types import MappingProxyType
+
+import numpy as np
 
 from stickslip.records import InputError
 
-__all__ = ["check_arm", "check_forgetting_factor", "check_given"]
+__all__ = ["check_arm", "check_forgetting_factor", "check_given", "first_guesses"]
+
+
+def first_guesses(
+    values: Mapping[str, float] | None, known: Collection[str]
+) -> Mapping[str, float]:
+    """Return first guesses that cannot be changed any more.
+
+    Parameters
+    ----------
+    values
+        By parameter name [SI]; None for none.
+    known
+        Names of what is estimated.
+
+    Raises
+    ------
+    InputError
+        If one is for what is not estimated, or not finite.
+    """
+    guesses = dict(values or {})
+    for name, value in guesses.items():
+        if name not in known:
+            raise InputError(
+                f"a first guess is given for {name!r}, which is not estimated",
+                remedy=f"use {', '.join(known)}",
+            )
+        if not np.isfinite(value):
+            raise InputError(
+                f"the first guess of {name!r} is {value}, it must be finite",
+                remedy="leave it out to begin at 0",
+            )
+    return MappingProxyType(guesses)
 
 
 def check_given(
