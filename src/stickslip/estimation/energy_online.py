@@ -10,7 +10,6 @@ from stickslip.estimation import recursion
 from stickslip.estimation import streaming_layout as at
 from stickslip.estimation.energy_levels import AxisModel, load_position
 from stickslip.estimation.observation import HYSTERESIS
-from stickslip.estimation.recursion import VALUES
 from stickslip.records import AxisLog, InputError
 
 __all__ = ["first_state", "samples_of", "take_sample"]
@@ -99,12 +98,7 @@ def first_state(
     s[at.FORCE_VARIANCE] = force_noise**2
     s[at.HYSTERESIS] = HYSTERESIS
     s[at.SQUARE_BIAS] = _square_bias(s[at.POLE], T)
-    s[VALUES : VALUES + p] = initial_values
-    if initial_variance is None:
-        s[recursion.RELATIVE_PRIOR] = 1.0
-    else:
-        s[recursion.FIRST_SPREAD : recursion.FIRST_SPREAD + p] = initial_variance
-        s[recursion.SPREAD : recursion.SPREAD + p * p] = (initial_variance * np.eye(p)).ravel()
+    recursion.lay_prior(s, initial_values, initial_variance)
     return s
 
 

@@ -5,6 +5,8 @@ compiled loop and on a drive. What lies where in the vector is given by the cons
 settings that several methods have in common are among them.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float
 
@@ -31,6 +33,7 @@ __all__ = [
     "TYPICAL",
     "VALUES",
     "covariance_in",
+    "lay_prior",
     "rls_run",
     "rls_step",
     "update",
@@ -223,3 +226,26 @@ def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
     unknown = np.flatnonzero(state[FIRST_SPREAD : FIRST_SPREAD + p] == 0.0)
     spread[unknown, unknown] = np.inf
     return spread
+
+
+def lay_prior(
+    state: Float[np.ndarray, " s"], values: Sequence[float], variance: float | None
+) -> None:
+    """Lay first guesses and P(0) into a state, in place.
+
+    Parameters
+    ----------
+    state
+        With zeros where they go.
+    values
+        First guesses [SI].
+    variance
+        Diagonal of P(0); None for one that follows the size of the regressors.
+    """
+    p = len(values)
+    state[VALUES : VALUES + p] = values
+    if variance is None:
+        state[RELATIVE_PRIOR] = 1.0
+    else:
+        state[FIRST_SPREAD : FIRST_SPREAD + p] = variance
+        state[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()

@@ -9,7 +9,7 @@ from stickslip.estimation import recursion
 from stickslip.estimation import work_layout as at
 from stickslip.estimation.energy_levels import AxisModel
 from stickslip.estimation.innovations import HeldAxis
-from stickslip.estimation.recursion import VALUES, covariance_in
+from stickslip.estimation.recursion import covariance_in
 
 __all__ = ["first_work_state", "work_covariance"]
 
@@ -86,12 +86,7 @@ def first_work_state(
     s[at.AXIS : at.AXIS + 16] = transition.ravel()
     s[at.AXIS + 16 : at.AXIS + 16 + states] = axis.held
     s[at.AXIS + 20 : at.AXIS + 20 + states] = axis.ramped
-    s[VALUES : VALUES + p] = initial_values
-    if initial_variance is None:
-        s[recursion.RELATIVE_PRIOR] = 1.0
-    else:
-        s[recursion.FIRST_SPREAD : recursion.FIRST_SPREAD + p] = initial_variance
-        s[recursion.SPREAD : recursion.SPREAD + p * p] = (initial_variance * np.eye(p)).ravel()
+    recursion.lay_prior(s, initial_values, initial_variance)
     return s
 
 
