@@ -15,8 +15,8 @@ from hypothesis import strategies as st
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.cases import report_estimator, robust_estimator
-from stickslip.jobs.reproduce.runs import Loop, one_run
+from stickslip.jobs.reproduce.part_a.cases import report_estimator, robust_estimator
+from stickslip.jobs.reproduce.part_a.runs import Loop, one_run
 from stickslip.logs import read_log
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError, Status

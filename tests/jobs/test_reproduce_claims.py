@@ -7,16 +7,16 @@ import numpy as np
 import pytest
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce import loop_claims as loops
-from stickslip.jobs.reproduce import noise_claims as noise
-from stickslip.jobs.reproduce import simulation_claims as simulations
-from stickslip.jobs.reproduce.cases import PRINTED_COMPENSATED
-from stickslip.jobs.reproduce.effects import NoiseEffects
-from stickslip.jobs.reproduce.evidence import Evidence, Rest, Sampling
-from stickslip.jobs.reproduce.expectations import AbsoluteValue
-from stickslip.jobs.reproduce.monte_carlo import Study
-from stickslip.jobs.reproduce.runs import LOOPS, Loop
-from stickslip.jobs.reproduce.sequences import Sequences
+from stickslip.jobs.reproduce.part_a import loop_claims as loops
+from stickslip.jobs.reproduce.part_a import noise_claims as noise
+from stickslip.jobs.reproduce.part_a import simulation_claims as simulations
+from stickslip.jobs.reproduce.part_a.cases import PRINTED_COMPENSATED
+from stickslip.jobs.reproduce.part_a.effects import NoiseEffects
+from stickslip.jobs.reproduce.part_a.evidence import Evidence, Rest, Sampling
+from stickslip.jobs.reproduce.part_a.expectations import AbsoluteValue
+from stickslip.jobs.reproduce.part_a.monte_carlo import Study
+from stickslip.jobs.reproduce.part_a.runs import LOOPS, Loop
+from stickslip.jobs.reproduce.part_a.sequences import Sequences
 from stickslip.records import Claim, VariantScore
 
 TRUTH = np.array(list(surrogate.TRUTH.values()))

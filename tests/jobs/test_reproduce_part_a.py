@@ -12,14 +12,14 @@ import numpy as np
 import pytest
 
 from stickslip.jobs import Reproduced, reproduce_part_a, surrogate
-from stickslip.jobs.reproduce.cases import CASES, report_estimator
-from stickslip.jobs.reproduce.effects import noise_effects
-from stickslip.jobs.reproduce.evidence import rest_of_the_arm, sampling_errors
-from stickslip.jobs.reproduce.expectations import absolute_value, expectation_figures
-from stickslip.jobs.reproduce.monte_carlo import monte_carlo
 from stickslip.jobs.reproduce.parallel import in_parallel
-from stickslip.jobs.reproduce.runs import LOOPS, five_runs, itse, one_run
-from stickslip.jobs.reproduce.sequences import digest, sequence_seeds, sequences_of
+from stickslip.jobs.reproduce.part_a.cases import CASES, report_estimator
+from stickslip.jobs.reproduce.part_a.effects import noise_effects
+from stickslip.jobs.reproduce.part_a.evidence import rest_of_the_arm, sampling_errors
+from stickslip.jobs.reproduce.part_a.expectations import absolute_value, expectation_figures
+from stickslip.jobs.reproduce.part_a.monte_carlo import monte_carlo
+from stickslip.jobs.reproduce.part_a.runs import LOOPS, five_runs, itse, one_run
+from stickslip.jobs.reproduce.part_a.sequences import digest, sequence_seeds, sequences_of
 from stickslip.records import AxisLog, InputError
 from stickslip.simulation import simulate_closed_loop
 
@@ -379,9 +379,9 @@ def test_a_failure_in_drawing_leaves_nothing(
     def fail(_: object) -> bytes:
         raise MemoryError
 
-    monkeypatch.setattr("stickslip.jobs.reproduce.part_a.picture", fail)
+    monkeypatch.setattr("stickslip.jobs.reproduce.writing.picture", fail)
     monkeypatch.setattr(
-        "stickslip.jobs.reproduce.part_a._computed", lambda *_: reproduced.reproduction
+        "stickslip.jobs.reproduce.part_a.computation._computed", lambda *_: reproduced.reproduction
     )
     with pytest.raises(MemoryError):
         reproduce_part_a(tmp_path / "out")

@@ -1,12 +1,10 @@
 """The report's figures, tables and claims, made anew.
 
-`part_a` puts it together and writes it. The way there, in the order to read it: `cases` says which
-estimators are looked at, `runs` simulates them in both loops, `sequences` and `monte_carlo` repeat
-that (`parallel`) and keep what `effects` and the claims need; `expectations` and `run_figures` make
-the figures of chapters 5 and 6; `evidence` holds all that was measured, by which `noise_claims`,
-`simulation_claims` and `loop_claims` judge chapters 5, 6.1 and 6.2 (`judging` is what they share).
+A package for each part computes and judges it; `parallel` does independent pieces of work at once,
+`writing` draws and writes what was computed.
 """
 
-from stickslip.jobs.reproduce.part_a import Reproduced, reproduce_part_a
+from stickslip.jobs.reproduce.part_a import reproduce_part_a
+from stickslip.jobs.reproduce.writing import Reproduced
 
 __all__ = ["Reproduced", "reproduce_part_a"]

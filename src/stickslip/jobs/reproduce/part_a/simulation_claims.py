@@ -4,9 +4,9 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.cases import PRINTED_COMPENSATED
-from stickslip.jobs.reproduce.evidence import Evidence
-from stickslip.jobs.reproduce.judging import (
+from stickslip.jobs.reproduce.part_a.cases import PRINTED_COMPENSATED
+from stickslip.jobs.reproduce.part_a.evidence import Evidence
+from stickslip.jobs.reproduce.part_a.judging import (
     TRUTH,
     VERY_CLOSE,
     errors,

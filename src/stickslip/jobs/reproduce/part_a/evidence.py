@@ -8,11 +8,11 @@ from jaxtyping import Float
 
 from stickslip.estimation import ReportEstimator
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.cases import report_estimator
-from stickslip.jobs.reproduce.expectations import AbsoluteValue
-from stickslip.jobs.reproduce.monte_carlo import Study
-from stickslip.jobs.reproduce.runs import Loop, one_run
-from stickslip.jobs.reproduce.sequences import Sequences
+from stickslip.jobs.reproduce.part_a.cases import report_estimator
+from stickslip.jobs.reproduce.part_a.expectations import AbsoluteValue
+from stickslip.jobs.reproduce.part_a.monte_carlo import Study
+from stickslip.jobs.reproduce.part_a.runs import Loop, one_run
+from stickslip.jobs.reproduce.part_a.sequences import Sequences
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
 
 __all__ = [

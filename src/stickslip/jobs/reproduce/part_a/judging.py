@@ -6,8 +6,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.evidence import Evidence
-from stickslip.jobs.reproduce.runs import Loop
+from stickslip.jobs.reproduce.part_a.evidence import Evidence
+from stickslip.jobs.reproduce.part_a.runs import Loop
 
 __all__ = [
     "NAMES",

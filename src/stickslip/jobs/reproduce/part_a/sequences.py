@@ -7,7 +7,7 @@ from dataclasses import dataclass, fields
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs.reproduce.runs import RUNS_IN_A_ROW, Loop, Trace, itse
+from stickslip.jobs.reproduce.part_a.runs import RUNS_IN_A_ROW, Loop, Trace, itse
 
 __all__ = ["MeanLine", "Sequences", "digest", "sequence_seeds", "sequences_of"]
 

@@ -12,9 +12,9 @@ from stickslip.estimation import (
     viscous_regressor_bias,
 )
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.effects import NoiseEffects
-from stickslip.jobs.reproduce.evidence import Evidence
-from stickslip.jobs.reproduce.runs import Loop
+from stickslip.jobs.reproduce.part_a.effects import NoiseEffects
+from stickslip.jobs.reproduce.part_a.evidence import Evidence
+from stickslip.jobs.reproduce.part_a.runs import Loop
 from stickslip.records import Claim
 
 __all__ = ["noise_claims"]

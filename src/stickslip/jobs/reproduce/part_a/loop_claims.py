@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs.reproduce.evidence import Evidence
-from stickslip.jobs.reproduce.judging import (
+from stickslip.jobs.reproduce.part_a.evidence import Evidence
+from stickslip.jobs.reproduce.part_a.judging import (
     NAMES,
     VERY_CLOSE,
     final,
@@ -13,8 +13,8 @@ from stickslip.jobs.reproduce.judging import (
     percent,
     spread,
 )
-from stickslip.jobs.reproduce.runs import LOOPS, Loop
-from stickslip.jobs.reproduce.sequences import MeanLine
+from stickslip.jobs.reproduce.part_a.runs import LOOPS, Loop
+from stickslip.jobs.reproduce.part_a.sequences import MeanLine
 from stickslip.records import Claim
 
 __all__ = ["loop_claims"]

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.runs import Loop, Trace, itse
+from stickslip.jobs.reproduce.part_a.runs import Loop, Trace, itse
 from stickslip.records import (
     Curve,
     CurveRole,

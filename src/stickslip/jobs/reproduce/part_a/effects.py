@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.runs import Run
+from stickslip.jobs.reproduce.part_a.runs import Run
 
 __all__ = ["NoiseEffects", "noise_effects"]
 

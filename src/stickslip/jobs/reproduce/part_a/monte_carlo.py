@@ -9,10 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.cases import VARIANTS, report_estimator, robust_estimator
-from stickslip.jobs.reproduce.effects import NoiseEffects, noise_effects
 from stickslip.jobs.reproduce.parallel import in_parallel
-from stickslip.jobs.reproduce.runs import LOOPS, Loop, one_run
+from stickslip.jobs.reproduce.part_a.cases import VARIANTS, report_estimator, robust_estimator
+from stickslip.jobs.reproduce.part_a.effects import NoiseEffects, noise_effects
+from stickslip.jobs.reproduce.part_a.runs import LOOPS, Loop, one_run
 from stickslip.records import AxisLog, VariantScore
 
 __all__ = ["ASSUMED", "NOISES", "ROBUST_OFFLINE", "ROBUST_ONLINE", "Study", "monte_carlo"]

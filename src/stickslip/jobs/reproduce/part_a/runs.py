@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from stickslip.estimation import ReportEstimator
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.cases import Case
+from stickslip.jobs.reproduce.part_a.cases import Case
 from stickslip.records import AxisLog
 from stickslip.simulation import SimulatedMotion, simulate, simulate_closed_loop
 

@@ -1,9 +1,5 @@
-"""Part A of the report, whole: computed, drawn, judged and written."""
+"""Part A of the report, whole: computed, judged, and put together."""
 
-import os
-import re
-from collections.abc import Callable
-from dataclasses import dataclass
 from functools import partial
 from itertools import product
 from pathlib import Path
@@ -12,36 +8,19 @@ import numpy as np
 
 from stickslip import __version__
 from stickslip.jobs import surrogate
-from stickslip.jobs.json_file import json_text
-from stickslip.outputs import check_output, files_at_once
+from stickslip.jobs.reproduce.writing import (
+    Progress,
+    Reproduced,
+    checked_seed,
+    checked_workers,
+    write_reproduction,
+)
 from stickslip.records import InputError, Reproduction
-from stickslip.report import picture, reproduction_page
 
-__all__ = ["Reproduced", "reproduce_part_a"]
+__all__ = ["reproduce_part_a"]
 
 _FEWEST_RUNS = 5
-_PAGE, _NUMBERS = "part-a.html", "part-a.json"
 _STREAM = 2  # of the seeds; sequences and the Monte Carlo study have their own
-
-
-@dataclass(frozen=True, kw_only=True)
-class Reproduced:
-    """A reproduction and where it was written.
-
-    Attributes
-    ----------
-    reproduction
-        What was reproduced.
-    page, numbers
-        The page and its numbers as JSON.
-    pictures
-        One PNG file a figure.
-    """
-
-    reproduction: Reproduction
-    page: Path
-    numbers: Path
-    pictures: tuple[Path, ...]
 
 
 def reproduce_part_a(
@@ -50,7 +29,7 @@ def reproduce_part_a(
     runs: int = 20,
     seed: int = 1,
     workers: int | None = None,
-    progress: Callable[[int, int], None] | None = None,
+    progress: Progress | None = None,
 ) -> Reproduced:
     """Reproduce part A of the report: its figures, its tables, and its claims beside measurements.
 
@@ -81,74 +60,39 @@ def reproduce_part_a(
         If no folder is named, there are too few runs, the seed is negative, there is no worker, or
         nothing can be written in the folder.
     """
-    if not str(folder):
-        raise InputError(
-            "the folder for the reproduction has no name",
-            remedy="name one, or give . for the current folder",
-        )
     if runs < _FEWEST_RUNS:
         raise InputError(
             f"runs is {runs}, from fewer than {_FEWEST_RUNS} nothing can be concluded",
             remedy=f"give {_FEWEST_RUNS} or more",
         )
-    if seed < 0:
-        raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
-    if workers is None:
-        workers = os.cpu_count() or 1
-    if workers < 1:
-        raise InputError(f"workers is {workers}, there must be one", remedy="give 1 or more")
-    place = Path(folder)
-    with files_at_once(place, what="the reproduction") as scratch:
-        for name in (_PAGE, _NUMBERS):
-            check_output(place / name, what="the reproduction")
-        reproduction = _computed(runs, seed, workers, progress or (lambda _done, _all: None))
-        drawn = {each.number: picture(each) for each in reproduction.figures}
-        for figure in reproduction.figures:
-            (scratch / figure.file_name).write_bytes(drawn[figure.number])
-        (scratch / _NUMBERS).write_text(_numbers(reproduction), encoding="utf-8")
-        (scratch / _PAGE).write_text(reproduction_page(reproduction, drawn), encoding="utf-8")
-    return Reproduced(
-        reproduction=reproduction,
-        page=place / _PAGE,
-        numbers=place / _NUMBERS,
-        pictures=tuple(place / each.file_name for each in reproduction.figures),
-    )
+    seed, workers = checked_seed(seed), checked_workers(workers)
+    tell: Progress = progress or (lambda _done, _all: None)
+    return write_reproduction(folder, "part-a", lambda: _computed(runs, seed, workers, tell))
 
 
-_LIST_OF_NUMBERS = re.compile(r"\[[-+.\de,\snul]+\]")
-
-
-def _numbers(reproduction: Reproduction) -> str:
-    """Return a reproduction as JSON, each list of numbers on one line."""
-    text = json_text(reproduction.to_dict())
-    return _LIST_OF_NUMBERS.sub(lambda found: " ".join(found[0].split()), text)
-
-
-def _computed(
-    runs: int, seed: int, workers: int, progress: Callable[[int, int], None]
-) -> Reproduction:
+def _computed(runs: int, seed: int, workers: int, progress: Progress) -> Reproduction:
     # Imported here, as the compiler behind them takes a second to load.
-    from stickslip.jobs.reproduce.cases import CASES
-    from stickslip.jobs.reproduce.evidence import (
+    from stickslip.jobs.reproduce.parallel import in_parallel
+    from stickslip.jobs.reproduce.part_a.cases import CASES
+    from stickslip.jobs.reproduce.part_a.evidence import (
         Evidence,
         interaction_of_terms,
         rest_of_the_arm,
         sampling_errors,
     )
-    from stickslip.jobs.reproduce.expectations import absolute_value, expectation_figures
-    from stickslip.jobs.reproduce.loop_claims import loop_claims
-    from stickslip.jobs.reproduce.monte_carlo import NOISES, monte_carlo
-    from stickslip.jobs.reproduce.noise_claims import noise_claims
-    from stickslip.jobs.reproduce.parallel import in_parallel
-    from stickslip.jobs.reproduce.run_figures import five_run_table, run_figures
-    from stickslip.jobs.reproduce.runs import LOOPS, Loop, Trace, five_runs
-    from stickslip.jobs.reproduce.sequences import (
+    from stickslip.jobs.reproduce.part_a.expectations import absolute_value, expectation_figures
+    from stickslip.jobs.reproduce.part_a.loop_claims import loop_claims
+    from stickslip.jobs.reproduce.part_a.monte_carlo import NOISES, monte_carlo
+    from stickslip.jobs.reproduce.part_a.noise_claims import noise_claims
+    from stickslip.jobs.reproduce.part_a.run_figures import five_run_table, run_figures
+    from stickslip.jobs.reproduce.part_a.runs import LOOPS, Loop, Trace, five_runs
+    from stickslip.jobs.reproduce.part_a.sequences import (
         Sequences,
         digest,
         sequence_seeds,
         sequences_of,
     )
-    from stickslip.jobs.reproduce.simulation_claims import simulation_claims
+    from stickslip.jobs.reproduce.part_a.simulation_claims import simulation_claims
 
     pieces = runs + len(LOOPS) * len(NOISES) * runs
     done = 0
