@@ -1,0 +1,1 @@
+"""Part B: pulse width control, pulse amplitude and width control, and what beats them."""
