@@ -1,17 +1,15 @@
 """What says which column of a log is what: made in Python, from flags, or from a TOML file."""
 
-import json
-import tomllib
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
-from difflib import get_close_matches
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any, ClassVar, get_args
 
 from stickslip.records import AxisKind, InputError, positive
+from stickslip.toml_records import read_toml, record_from, unknown_key
 
-__all__ = ["CHANNELS", "AxisSchema", "LogSchema", "nearest", "read_schema"]
+__all__ = ["CHANNELS", "AxisSchema", "LogSchema", "read_schema"]
 
 CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
 """What a column of a log can be; each is also the name of a quantity (without ``load_``)."""
@@ -73,7 +71,7 @@ class AxisSchema:
         object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
         for key in self.units:
             if key not in CHANNELS:
-                raise _unknown_key(key, CHANNELS).at("[units]")
+                raise unknown_key(key, CHANNELS).at("[units]")
         if self.kind not in {None, *get_args(AxisKind)}:
             raise InputError(
                 f"the kind of axis is {self.kind!r}",
@@ -196,68 +194,10 @@ def read_schema(path: str | Path) -> LogSchema:
         value of the wrong kind.
     """
     path = Path(path)
-    try:
-        document = tomllib.loads(path.read_bytes().decode())
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such schema file", where=str(path), remedy="check the path"
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"the schema cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="give the path of a readable TOML file",
-        ) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(
-            f"the schema is not TOML ({error})",
-            where=str(path),
-            remedy='write lines such as position = "encoder"; text goes in quotes',
-        ) from error
-    return _schema_from(document, str(path))
-
-
-def _schema_from(document: Mapping[str, Any], where: str) -> LogSchema:
-    from pydantic import TypeAdapter, ValidationError
-
-    try:
-        # As JSON, so that types are taken strictly: no numbers in quotes, no true for 1.
-        text = json.dumps(document, default=str)
-        return TypeAdapter(LogSchema).validate_json(text, strict=True)
-    except ValidationError as error:
-        fault = error.errors()[0]
-        keys = [str(key) for key in fault["loc"]]
-        own = fault.get("ctx", {}).get("error")
-        if isinstance(own, InputError):
-            raise own.at(_place(where, keys)) from None
-        if fault["type"] in {"unexpected_keyword_argument", "extra_forbidden"}:
-            inner = len(keys) > 1 and keys[0] == "axes"
-            known = [each.name for each in fields(AxisSchema if inner else LogSchema)]
-            raise _unknown_key(keys[-1], known).at(_place(where, keys[:-1])) from None
-        raise InputError(
-            f"{keys[-1]} is {fault['input']!r}: {fault['msg'][0].lower()}{fault['msg'][1:]}",
-            where=_place(where, keys[:-1]),
-            remedy="see the examples of schemas in the documentation",
-        ) from None
-
-
-def _place(where: str, tables: list[str]) -> str:
-    return f"{where}, [{'.'.join(tables)}]" if tables else where
-
-
-def _unknown_key(key: str, known: Iterable[str]) -> InputError:
-    known = tuple(known)
-    near = nearest(key, known)
-    return InputError(
-        f"unknown key {key!r}",
-        remedy=f"did you mean {near}?" if near else f"the keys are: {', '.join(known)}",
+    document = read_toml(path, what="schema", line='position = "encoder"')
+    return record_from(
+        LogSchema,
+        document,
+        where=str(path),
+        remedy="see the examples of schemas in the documentation",
     )
-
-
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the known names that look like the given one, quoted; empty if there is none."""
-    by_plain: dict[str, str] = {}
-    for each in known:
-        by_plain.setdefault(each.casefold(), each)
-    near = get_close_matches(name.casefold(), by_plain, n=3, cutoff=0.6)
-    return " or ".join(repr(by_plain[each]) for each in near)

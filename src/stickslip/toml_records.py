@@ -1,0 +1,144 @@
+"""Records read from TOML files: strictly, and with refusals that say where and how to mend.
+
+A leaf beside the packages: schemas of logs and scenarios of positioning tasks are such files.
+"""
+
+import json
+import tomllib
+from collections.abc import Iterable, Mapping
+from dataclasses import fields, is_dataclass
+from difflib import get_close_matches
+from pathlib import Path
+from typing import Any, TypeVar, get_args, get_type_hints
+
+from stickslip.records import InputError
+
+__all__ = ["nearest", "read_toml", "record_from", "unknown_key"]
+
+Record = TypeVar("Record")
+
+
+def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
+    """Read a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+    what
+        What the file is called in the message, such as ``"schema"``.
+    line
+        A line that such a file could have, for who has not seen one.
+
+    Raises
+    ------
+    InputError
+        If it is missing, cannot be read, or is not TOML.
+    """
+    try:
+        return tomllib.loads(path.read_bytes().decode())
+    except FileNotFoundError:
+        raise InputError(
+            f"there is no such {what} file", where=str(path), remedy="check the path"
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"the {what} cannot be read ({error.strerror})",
+            where=str(path),
+            remedy="give the path of a readable TOML file",
+        ) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(
+            f"the {what} is not TOML ({error})",
+            where=str(path),
+            remedy=f"write lines such as {line}; text goes in quotes",
+        ) from error
+
+
+def record_from(
+    record: type[Record], document: Mapping[str, Any], *, where: str, remedy: str
+) -> Record:
+    """Make a record from what a TOML file says.
+
+    Parameters
+    ----------
+    record
+        A dataclass whose ``__pydantic_config__`` forbids extra keys, as do those of its tables.
+    document
+        What was read.
+    where
+        The file, for the message.
+    remedy
+        What to do about a value of the wrong kind.
+
+    Raises
+    ------
+    InputError
+        If a key is unknown (near names are suggested) or missing, a value is of the wrong kind, or
+        the record itself refuses it.
+    """
+    # Loaded here, as it takes a while.
+    from pydantic import TypeAdapter, ValidationError
+
+    try:
+        # As JSON, so that types are taken strictly: no numbers in quotes, no true for 1.
+        text = json.dumps(document, default=str)
+        return TypeAdapter(record).validate_json(text, strict=True)
+    except ValidationError as error:
+        fault = error.errors()[0]
+        keys = [str(key) for key in fault["loc"]]
+        own = fault.get("ctx", {}).get("error")
+        if isinstance(own, InputError):
+            raise own.at(_place(where, keys)) from None
+        tables = keys[:-1]
+        place = _place(where, tables)
+        if fault["type"] in {"unexpected_keyword_argument", "extra_forbidden"}:
+            raise unknown_key(keys[-1], _keys_of(record, tables)).at(place) from None
+        if fault["type"] == "missing":
+            raise InputError(
+                f"{keys[-1]} is missing", where=place, remedy=f"give {keys[-1]} there"
+            ) from None
+        if fault["type"] == "dataclass_type":
+            raise InputError(
+                f"{keys[-1]} is {fault['input']!r}, it must be a table",
+                where=place,
+                remedy=f"write [{'.'.join(keys)}] and its keys on the lines below it",
+            ) from None
+        raise InputError(
+            f"{keys[-1]} is {fault['input']!r}: {fault['msg'][0].lower()}{fault['msg'][1:]}",
+            where=place,
+            remedy=remedy,
+        ) from None
+
+
+def _place(where: str, tables: list[str]) -> str:
+    return f"{where}, [{'.'.join(tables)}]" if tables else where
+
+
+def _keys_of(record: Any, tables: list[str]) -> list[str]:
+    """Return the keys of the table at a place: a table of its own, or one of several by name."""
+    for table in tables:
+        if not is_dataclass(record):  # the name of one of several tables
+            record = get_args(record)[-1]
+            continue
+        record = get_type_hints(record)[table]
+    return [each.name for each in fields(record)]
+
+
+def unknown_key(key: str, known: Iterable[str]) -> InputError:
+    """Return the refusal of a key that is none of the known ones."""
+    known = tuple(known)
+    near = nearest(key, known)
+    return InputError(
+        f"unknown key {key!r}",
+        remedy=f"did you mean {near}?" if near else f"the keys are: {', '.join(known)}",
+    )
+
+
+def nearest(name: str, known: Iterable[str]) -> str:
+    """Return the known names that look like the given one, quoted; empty if there is none."""
+    by_plain: dict[str, str] = {}
+    for each in known:
+        by_plain.setdefault(each.casefold(), each)
+    near = get_close_matches(name.casefold(), by_plain, n=3, cutoff=0.6)
+    return " or ".join(repr(by_plain[each]) for each in near)
