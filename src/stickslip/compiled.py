@@ -3,8 +3,8 @@
 Kernels are plain functions on scalars, tuples and arrays. ``compiled`` hands them to Numba with the
 settings all kernels share: cached on disk, no fast-math (results must not depend on how terms are
 reordered), IEEE division, and, unless they are brief, free of the interpreter lock. Numba itself
-refreshes its cache of a kernel only when the kernel's own file changes; here a change in any file
-of the same folder does, so kernels that call each other live in one folder.
+refreshes its cache of a kernel only when the kernel's own file changes; here a change does in any
+file of its folder, or of the folders of the kernels that it calls.
 """
 
 import logging
@@ -56,13 +56,20 @@ def _folder_stamp(folder: Path) -> tuple[tuple[str, float, int], ...]:
     return tuple((name, stat.st_mtime, stat.st_size) for name, stat in files)
 
 
+def _note_folders(dispatcher: Any) -> None:
+    """Note on a kernel in which folders it and the kernels that it calls lie."""
+    code = dispatcher.py_func.__code__
+    callees = (dispatcher.py_func.__globals__.get(name) for name in code.co_names)
+    dispatcher.stickslip_folders = frozenset({Path(code.co_filename).parent}).union(
+        *(getattr(each, "stickslip_folders", ()) for each in callees)
+    )
+
+
 def _cache_by_folder(dispatcher: Any) -> None:
-    """Let a cached kernel be valid only as long as no file of its folder has changed."""
-    if not hasattr(dispatcher, "py_func"):  # NUMBA_DISABLE_JIT: a plain function, nothing cached
-        return
+    """Let a cached kernel be valid only as long as no file of its folders has changed."""
     file = dispatcher._cache._cache_file  # Numba has no public way to say it
-    folder = Path(dispatcher.py_func.__code__.co_filename).parent
-    file._source_stamp = (file._source_stamp, _folder_stamp(folder))
+    stamps = tuple(_folder_stamp(folder) for folder in sorted(dispatcher.stickslip_folders))
+    file._source_stamp = (file._source_stamp, stamps)
 
 
 def compiled(
@@ -91,8 +98,10 @@ def compiled(
 
     def compile_lazily(function: Callable[P, R]) -> Callable[P, R]:
         dispatcher: Any = numba.njit(**options)(function)
-        if cached:
-            _cache_by_folder(dispatcher)
+        if hasattr(dispatcher, "py_func"):  # not under NUMBA_DISABLE_JIT, where nothing is compiled
+            _note_folders(dispatcher)
+            if cached:
+                _cache_by_folder(dispatcher)
         return dispatcher
 
     return compile_lazily

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 from stickslip.simulation.double_double import accumulate
 from stickslip.simulation.event_list import GRAZING, record_event
 
@@ -32,48 +33,6 @@ GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
 Vector = NDArray[np.float64]
 State = tuple[float, ...]  # (x, v, their low parts, mode)
 
-_SERIES_TERMS = 22  # of phi2 at |z| < 1: 1/24! = 2e-24
-_ATANH_TERMS = 36  # at z < 1, where w = z/(2 + z) < 1/3: 3^-34 = 6e-17
-
-
-@compiled(inline=True)
-def _phi1(z: float) -> float:
-    """(e^z - 1)/z."""
-    return math.expm1(z) / z if z != 0.0 else 1.0
-
-
-@compiled(inline=True)
-def _phi2(z: float) -> float:
-    """(e^z - 1 - z)/z^2."""
-    if abs(z) > 1.0:
-        return (math.expm1(z) - z) / (z * z)
-    total = 0.0
-    for k in range(_SERIES_TERMS, 1, -1):
-        total = (total + 1.0) * z / (k + 1)
-    return 0.5 * (1.0 + total)
-
-
-@compiled(inline=True)
-def _stopping_time(z: float) -> float:
-    """log(1 + z)/z."""
-    return math.log1p(z) / z if z != 0.0 else 1.0
-
-
-@compiled(inline=True)
-def _stopping_distance(z: float) -> float:
-    """(z - log(1 + z))/z^2, for z >= 0.
-
-    With w = z/(2 + z) it is (1 - w)^2/4 * 2 sum_{k>=2} w^(k-2) (1 - [k odd]/k).
-    """
-    if z > 1.0:
-        return (z - math.log1p(z)) / (z * z)
-    w = z / (2.0 + z)
-    total = 0.0
-    for k in range(_ATANH_TERMS, 1, -1):
-        total = total * w + (1.0 if k % 2 == 0 else 1.0 - 1.0 / k)
-    return 0.5 * (1.0 - w) * (1.0 - w) * total
-
-
 @compiled()
 def mass_model(
     m: float, fc_n: float, fc_p: float, fs_n: float, fs_p: float, c_n: float, c_p: float,
@@ -88,9 +47,9 @@ def mass_model(
         z = -model[C_N + side] * T / m
         place = side * POSITIVE
         model[DECAY + place] = math.expm1(z)
-        model[GAIN + place] = T / m * _phi1(z)
-        model[TRAVEL + place] = T * _phi1(z)
-        model[SHIFT + place] = T * T / m * _phi2(z)
+        model[GAIN + place] = T / m * phi1(z)
+        model[TRAVEL + place] = T * phi1(z)
+        model[SHIFT + place] = T * T / m * phi2(z)
     return model
 
 
@@ -121,8 +80,8 @@ def _events(
             v, vl = v * math.exp(-c * T / m) + model[GAIN + E] * F, 0.0
             return x, v, xl, vl, (mode if v != 0.0 else 0), count, flags
         z = -c * v / F
-        rem = max(T + m * v / F * _stopping_time(z), 0.0)
-        x, xl = accumulate(x, xl, -m * v * v / F * _stopping_distance(z))
+        rem = max(T + m * v / F * stopping_time(z), 0.0)
+        x, xl = accumulate(x, xl, -m * v * v / F * stopping_distance(z))
         v, vl = 0.0, 0.0
         if rem < GRAZING_TOLERANCE * T and (model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]):
             flags = GRAZING
@@ -137,8 +96,8 @@ def _events(
     if mode != 0:
         force = U - model[FC_P] if mode > 0 else U + model[FC_N]
         z = -(model[C_P] if mode > 0 else model[C_N]) * rem / m
-        x, xl = accumulate(x, xl, rem * rem / m * _phi2(z) * force)
-        v, vl = rem / m * _phi1(z) * force, 0.0
+        x, xl = accumulate(x, xl, rem * rem / m * phi2(z) * force)
+        v, vl = rem / m * phi1(z) * force, 0.0
     return x, v, xl, vl, mode, count, flags
 
 
