@@ -2,6 +2,7 @@
 
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
+from stickslip.records.energy_reproduction import EnergyReproduction, FiveRuns, VariantScore
 from stickslip.records.errors import (
     EventBudgetError,
     InputError,
@@ -26,22 +27,34 @@ from stickslip.records.identification import (
     Residuals,
     Resimulation,
 )
+from stickslip.records.pulse_reproduction import (
+    CarriedRuns,
+    ControllerScore,
+    PrintedNumber,
+    PulseReproduction,
+)
+from stickslip.records.pulses import (
+    LearntPulses,
+    PositioningOutcome,
+    PulseMethod,
+    PulseRecord,
+)
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
     Quantity,
     quantity_field,
+    quantity_name,
     unit_of,
 )
 from stickslip.records.reproduction import (
     Claim,
     Curve,
     CurveRole,
-    FiveRuns,
     Panel,
     ReproducedFigure,
     Reproduction,
-    VariantScore,
+    Sketch,
 )
 from stickslip.records.sensor_sample import SensorSample
 from stickslip.records.wording import (
@@ -61,11 +74,14 @@ __all__ = [
     "SCHEMA_VERSION",
     "AxisKind",
     "AxisLog",
+    "CarriedRuns",
     "Claim",
+    "ControllerScore",
     "Curve",
     "CurveRole",
     "Diagnostics",
     "EnergyBalance",
+    "EnergyReproduction",
     "EstimateEvolution",
     "EventBudgetError",
     "FiveRuns",
@@ -73,17 +89,24 @@ __all__ = [
     "FrictionEstimate",
     "Identification",
     "InputError",
+    "LearntPulses",
     "LogSource",
     "MissingExtraError",
     "Panel",
     "ParameterEstimate",
+    "PositioningOutcome",
+    "PrintedNumber",
     "Provenance",
+    "PulseMethod",
+    "PulseRecord",
+    "PulseReproduction",
     "Quantity",
     "ReproducedFigure",
     "Reproduction",
     "Residuals",
     "Resimulation",
     "SensorSample",
+    "Sketch",
     "Status",
     "StickslipError",
     "VariantScore",
@@ -95,6 +118,7 @@ __all__ = [
     "parameter_label",
     "positive",
     "quantity_field",
+    "quantity_name",
     "rounded",
     "rounded_interval",
     "share_text",

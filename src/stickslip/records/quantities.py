@@ -7,7 +7,7 @@ values are in these SI units; conversion happens at the edges only.
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["QUANTITIES", "AxisKind", "Quantity", "quantity_field", "unit_of"]
+__all__ = ["QUANTITIES", "AxisKind", "Quantity", "quantity_field", "quantity_name", "unit_of"]
 
 AxisKind = Literal["linear", "rotary"]
 
@@ -58,8 +58,23 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("viscous friction", "c", "N s/m", "N m s/rad"),
         _quantity("offset", "f_0", "N", "N m"),
         _quantity("stribeck velocity", "v_s", "m/s", "rad/s"),
+        # Displacement of a pulse over its squared width, and that as A_1 f^2 - A_2 f (Eqs. 4, 16)
+        _quantity("pulse gain", "b", "m/s^2", "rad/s^2"),
+        _quantity("gain 1", "A_1", "m/(N s)^2", "rad/(N m s)^2"),
+        _quantity("gain 2", "A_2", "m/(N s^2)", "rad/(N m s^2)"),
     ]
 )
+
+
+def quantity_name(name: str) -> str:
+    """Return the quantity that a parameter is, whichever direction it is for.
+
+    Examples
+    --------
+    >>> quantity_name("viscous_friction_positive")
+    'viscous_friction'
+    """
+    return name.removesuffix("_positive").removesuffix("_negative")
 
 
 def unit_of(name: str, kind: AxisKind) -> str:
@@ -70,7 +85,7 @@ def unit_of(name: str, kind: AxisKind) -> str:
     >>> unit_of("viscous_friction_positive", "rotary")
     'N m s/rad'
     """
-    return QUANTITIES[name.removesuffix("_positive").removesuffix("_negative")].unit(kind)
+    return QUANTITIES[quantity_name(name)].unit(kind)
 
 
 def quantity_field(name: str, **options: Any) -> Any:

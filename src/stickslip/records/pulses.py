@@ -1,0 +1,251 @@
+"""What pulse control leaves behind: its pulses, how it ended, and what it learned."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import Any, Literal, get_args
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records.errors import InputError
+from stickslip.records.quantities import (
+    QUANTITIES,
+    AxisKind,
+    quantity_field,
+    quantity_name,
+    unit_of,
+)
+
+__all__ = ["LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
+
+PulseMethod = Literal["pwc", "papwc", "exact"]
+
+_SCHEMA = 1
+
+
+class PositioningOutcome(Enum):
+    """How far a pulse controller has come; the text says what it means and what to do."""
+
+    MOVING = "moving"
+    REACHED = "reached"
+    STOPPED = "stopped"
+
+    @property
+    def text(self) -> str:
+        """One sentence: what it means and what to do."""
+        return _OUTCOME_TEXT[self]
+
+
+_OUTCOME_TEXT = {
+    PositioningOutcome.MOVING: "The axis moves, or a pulse is due; give it more time.",
+    PositioningOutcome.REACHED: "The axis rests on its target, within the tolerance.",
+    PositioningOutcome.STOPPED: (
+        "The axis rests outside the tolerance and no pulse of this controller brings it nearer; "
+        "allow more effort, a shorter sampling time or a wider tolerance, or give better first "
+        "guesses of the friction."
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseRecord:
+    """One pulse, from rest to rest: what it was, what it should do and what it did.
+
+    Attributes
+    ----------
+    time
+        Of its first sample.
+    levels
+        Its levels in order, each an effort and how long it was held [N or N m, s].
+    error
+        Target minus position, at rest before it.
+    predicted_displacement, achieved_displacement
+        From rest to rest, as the controller expected it and as it measured it.
+    moved
+        Whether it moved the axis at all, as far as the sensors can tell.
+    """
+
+    time: float = quantity_field("time")
+    levels: tuple[tuple[float, float], ...]
+    error: float = quantity_field("position")
+    predicted_displacement: float = quantity_field("position")
+    achieved_displacement: float = quantity_field("position")
+    moved: bool
+
+    @property
+    def duration(self) -> float:
+        """How long the pulse took, all levels together [s]."""
+        return sum(held for _, held in self.levels)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LearntPulses:
+    """What a pulse controller has learned, for its next run.
+
+    Attributes
+    ----------
+    method
+        ``"pwc"``, ``"papwc"`` or ``"exact"``.
+    kind
+        ``"linear"`` or ``"rotary"``.
+    values
+        By name [SI, the unit that `stickslip.records.unit_of` names].
+    covariance
+        What the method's recursion goes on from, shape (n, n) [that of the method]: of least
+        squares the inverse of the sum of the regressors' squares.
+
+    Raises
+    ------
+    InputError
+        If the method is unknown, a name has no unit, or a number is not finite.
+
+    Examples
+    --------
+    >>> learnt = LearntPulses(method="pwc", kind="linear", values={"pulse_gain": 2.5},
+    ...                       covariance=np.array([[1e5]]))
+    >>> LearntPulses.from_dict(learnt.to_dict()).values["pulse_gain"]
+    2.5
+    """
+
+    method: PulseMethod
+    kind: AxisKind
+    values: Mapping[str, float]
+    covariance: Float[np.ndarray, "n n"]
+
+    def __post_init__(self) -> None:
+        _one_of("method", self.method, get_args(PulseMethod))
+        _one_of("kind", self.kind, get_args(AxisKind))
+        values: dict[str, float] = {}
+        for name, value in self.values.items():
+            if quantity_name(name) not in QUANTITIES:
+                raise InputError(
+                    f"{name!r} is not the name of a value that a pulse controller learns",
+                    where="values",
+                    remedy="leave it out",
+                )
+            unit = unit_of(name, self.kind)
+            values[name] = _number(value, f"values.{name}", unit)
+        object.__setattr__(self, "values", MappingProxyType(values))
+        covariance = np.array(self.covariance, dtype=np.float64)
+        square = covariance.ndim == 2 and covariance.shape[0] == covariance.shape[1]
+        if not (square and np.isfinite(covariance).all()):
+            raise InputError(
+                f"the covariance must be a square matrix of finite numbers, it has shape "
+                f"{covariance.shape}"
+                + (" and numbers that are not finite" if square else ""),
+                where="covariance",
+                remedy="give it as it was saved",
+            )
+        covariance.flags.writeable = False
+        object.__setattr__(self, "covariance", covariance)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it in its JSON form (schema 1), units written with the values."""
+        return {
+            "schema": _SCHEMA,
+            "method": self.method,
+            "kind": self.kind,
+            "values": {
+                name: {"value": value, "unit": unit_of(name, self.kind)}
+                for name, value in self.values.items()
+            },
+            "covariance": self.covariance.tolist(),
+        }
+
+    @classmethod
+    def from_dict(cls, saved: Mapping[str, Any]) -> "LearntPulses":
+        """Return what `to_dict` wrote.
+
+        Parameters
+        ----------
+        saved
+            The JSON form.
+
+        Raises
+        ------
+        InputError
+            If a key is missing or unknown, the schema is another, a value is not a finite number,
+            or it is given in another unit.
+        """
+        _keys(saved, ("schema", "method", "kind", "values", "covariance"), "")
+        if saved["schema"] != _SCHEMA or isinstance(saved["schema"], bool):
+            raise InputError(
+                f"the schema is {saved['schema']!r}, this version reads schema {_SCHEMA}",
+                where="schema",
+                remedy="read it with the version of stickslip that wrote it, or learn anew",
+            )
+        kind = saved["kind"]
+        _one_of("kind", kind, get_args(AxisKind))
+        if not isinstance(saved["values"], Mapping):
+            raise InputError(
+                f"values is a {type(saved['values']).__name__}, it must be a table of values",
+                where="values",
+                remedy="give it as it was saved",
+            )
+        values: dict[str, float] = {}
+        for name, entry in saved["values"].items():
+            where = f"values.{name}"
+            _keys(entry, ("value", "unit"), where)
+            known = quantity_name(name) in QUANTITIES
+            if known and entry["unit"] != unit_of(name, kind):
+                raise InputError(
+                    f"{name} is given in {entry['unit']!r}, on a {kind} axis it must be in "
+                    f"{unit_of(name, kind)!r}",
+                    where=where,
+                    remedy="give it in that unit",
+                )
+            values[name] = entry["value"]
+        try:
+            covariance = np.array(saved["covariance"], dtype=np.float64)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                "the covariance is not a matrix of numbers",
+                where="covariance",
+                remedy="give it as it was saved",
+            ) from error
+        return cls(method=saved["method"], kind=kind, values=values, covariance=covariance)
+
+
+def _one_of(name: str, value: Any, known: tuple[str, ...]) -> None:
+    if value not in known:
+        raise InputError(
+            f"the {name} is {value!r}",
+            where=name,
+            remedy=f"give one of {', '.join(known)}",
+        )
+
+
+def _number(value: Any, where: str, unit: str) -> float:
+    number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
+    if not (number and np.isfinite(value)):
+        raise InputError(
+            f"the value is {value!r} [{unit}], it must be a finite number",
+            where=where,
+            remedy="give it as it was saved",
+        )
+    return float(value)
+
+
+def _keys(table: Any, names: tuple[str, ...], where: str) -> None:
+    """Check that a table has these keys and no others."""
+    if not isinstance(table, Mapping):
+        raise InputError(
+            f"what was learned is a {type(table).__name__}, it must be a table with the keys "
+            f"{', '.join(names)}",
+            where=where,
+            remedy="give it as it was saved",
+        )
+    for name in names:
+        if name not in table:
+            raise InputError(
+                f"the key {name!r} is missing", where=where, remedy="give it as it was saved"
+            )
+    for name in table:
+        if name not in names:
+            raise InputError(
+                f"the key {name!r} is unknown",
+                where=where,
+                remedy=f"the keys are {', '.join(names)}",
+            )
