@@ -1,0 +1,75 @@
+"""One pulse on a resting mass: how far it goes, and which pulse takes it as far as asked.
+
+Report part B Eqs. 2 and 3. The mass m, at rest, is pushed by the effort f for a time t against the
+Coulomb friction F and the viscous friction c, and then left alone until it rests. Eq. 3 is the sum
+of the way under the effort and the way after it, and is computed as such: no term cancels another
+as c or t goes to 0, and with c = 0 it is Eq. 2.
+"""
+
+import math
+
+from stickslip.compiled import compiled
+from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
+
+__all__ = ["effort_for", "pulse_displacement", "pulse_duration", "speed_after", "width_for"]
+
+_ITERATIONS = 60
+_CONVERGED = 4e-16  # relative step: about two units in the last place
+
+
+@compiled(inline=True)
+def speed_after(m: float, F: float, c: float, f: float, t: float) -> float:
+    """Return the speed at the end of the pulse, (f - F) t/m phi1(-c t/m)."""
+    return (f - F) * t / m * phi1(-c * t / m)
+
+
+@compiled()
+def pulse_displacement(m: float, F: float, c: float, f: float, t: float) -> float:
+    """Return the displacement from rest to rest (Eq. 3; Eq. 2 for c = 0), for f > F."""
+    v = speed_after(m, F, c, f, t)
+    return (f - F) * t * t / m * phi2(-c * t / m) + m * v * v / F * stopping_distance(c * v / F)
+
+
+@compiled()
+def pulse_duration(m: float, F: float, c: float, f: float, t: float) -> float:
+    """Return the time from rest to rest: t + (m/c) log(1 + c v/F)."""
+    v = speed_after(m, F, c, f, t)
+    return t + m * v / F * stopping_time(c * v / F)
+
+
+@compiled()
+def width_for(m: float, F: float, c: float, d: float, f: float) -> float:
+    """Return the width t with which the effort f takes the mass by d > 0, for f > F.
+
+    Newton's method on Eq. 3, which is convex in t with the slope f v/(F + c v). The solution of
+    Eq. 4 is where it begins, as it is too short where there is viscous friction; the first step
+    leads beyond the root, and all others back to it.
+    """
+    t = math.sqrt(2.0 * m * F * d / (f * (f - F)))
+    for _ in range(_ITERATIONS):
+        v = speed_after(m, F, c, f, t)
+        step = (pulse_displacement(m, F, c, f, t) - d) * (F + c * v) / (f * v)
+        t -= step
+        if abs(step) <= _CONVERGED * t:
+            break
+    return t
+
+
+@compiled()
+def effort_for(m: float, F: float, c: float, d: float, t: float) -> float:
+    """Return the effort f > F that takes the mass by d > 0 within a pulse of width t.
+
+    Newton's method on Eq. 3, which is convex in f. Eq. 15's positive root, exact without viscous
+    friction and too small with it, is where it begins.
+    """
+    f = 0.5 * (F + math.sqrt(F * F + 8.0 * m * F * d / (t * t)))
+    z = -c * t / m
+    way, gain = t * t / m * phi2(z), t / m * phi1(z)
+    for _ in range(_ITERATIONS):
+        v = (f - F) * gain
+        slope = way + m * v / (F + c * v) * gain
+        step = (pulse_displacement(m, F, c, f, t) - d) / slope
+        f -= step
+        if abs(step) <= _CONVERGED * f:
+            break
+    return f
