@@ -1,14 +1,20 @@
-"""Controllers, sample by sample: PD, notch, compensation of friction, and what they follow."""
+"""Controllers, sample by sample: PD, notch, compensation of friction, and pulses."""
 
+from stickslip.control.dither import Dither
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.friction_compensation import FrictionCompensation
 from stickslip.control.notch import Notch, NotchCoefficients
 from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
 from stickslip.control.pd import PD
+from stickslip.control.pid import PIDController
+from stickslip.control.pulse_controller import PulseController
 from stickslip.control.reference import Move, PointToPoint, Reference
+from stickslip.control.reset_integral import ResetIntegral
+from stickslip.control.rest_detection import RestDetection
 
 __all__ = [
     "PD",
+    "Dither",
     "FeedbackController",
     "FrictionCompensation",
     "Move",
@@ -16,6 +22,10 @@ __all__ = [
     "NotchCoefficients",
     "OnlineEstimator",
     "OnlineFriction",
+    "PIDController",
     "PointToPoint",
+    "PulseController",
     "Reference",
+    "ResetIntegral",
+    "RestDetection",
 ]

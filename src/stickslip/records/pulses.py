@@ -133,8 +133,7 @@ class LearntPulses:
         if not (square and np.isfinite(covariance).all()):
             raise InputError(
                 f"the covariance must be a square matrix of finite numbers, it has shape "
-                f"{covariance.shape}"
-                + (" and numbers that are not finite" if square else ""),
+                f"{covariance.shape}" + (" and numbers that are not finite" if square else ""),
                 where="covariance",
                 remedy="give it as it was saved",
             )
@@ -170,7 +169,7 @@ class LearntPulses:
             or it is given in another unit.
         """
         _keys(saved, ("schema", "method", "kind", "values", "covariance"), "")
-        if saved["schema"] != _SCHEMA or isinstance(saved["schema"], bool):
+        if saved["schema"] != _SCHEMA:
             raise InputError(
                 f"the schema is {saved['schema']!r}, this version reads schema {_SCHEMA}",
                 where="schema",

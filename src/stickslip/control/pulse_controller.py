@@ -1,0 +1,267 @@
+"""What all pulse controllers have in common, whatever pulses they plan."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from math import inf, isfinite
+from typing import Self
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.control import pulse_kernel as at
+from stickslip.control.rest_detection import RestDetection
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    PositioningOutcome,
+    PulseMethod,
+    PulseRecord,
+    SensorSample,
+    positive,
+    quantity_field,
+    unit_of,
+)
+
+__all__ = ["PulseController"]
+
+_OUTCOMES = {
+    at.MOVING: PositioningOutcome.MOVING,
+    at.REACHED: PositioningOutcome.REACHED,
+    at.STOPPED: PositioningOutcome.STOPPED,
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseController(ABC):
+    """A controller that moves an axis from rest to rest by pulses of effort.
+
+    At rest outside the tolerance it fires a pulse and waits until the axis rests again; what the
+    pulse did teaches it about the next one. Inside the tolerance it is silent, and begins anew when
+    the axis is pushed out.
+
+    All that it is and remembers is one vector, which `init` returns and `step` takes and leaves as
+    it is. A sample that lacks what the controller needs gives the effort NaN and changes nothing.
+
+    Attributes
+    ----------
+    sampling_time
+        That of the loop; pulses last whole samples.
+    target
+        Where the axis is to rest.
+    tolerance
+        How far from it at most.
+    rest
+        When the axis counts as being at rest.
+    kind
+        ``"linear"`` or ``"rotary"``.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+    """
+
+    sampling_time: float = quantity_field("sampling_time")
+    target: float = quantity_field("position")
+    tolerance: float = quantity_field("position")
+    rest: RestDetection
+    kind: AxisKind = "linear"
+
+    def __post_init__(self) -> None:
+        if self.kind not in ("linear", "rotary"):
+            raise InputError(f"the kind is {self.kind!r}", remedy="give 'linear' or 'rotary'")
+        for name in ("sampling_time", "tolerance"):
+            self._check_positive(name)
+        _finite_target(self.target, self.kind)
+        object.__setattr__(self, "target", float(self.target))
+        rest: type = type(self.rest)
+        if not issubclass(rest, RestDetection):
+            raise InputError(
+                f"rest is a {rest.__name__}, it must be a RestDetection",
+                remedy="give RestDetection(...) or RestDetection.for_encoder(...)",
+            )
+
+    def _unit(self, name: str) -> str:
+        """Return the unit of one of the fields."""
+        return self.__dataclass_fields__[name].metadata["quantity"].unit(self.kind)
+
+    def _check_positive(self, name: str) -> None:
+        object.__setattr__(self, name, positive(name, getattr(self, name), self._unit(name)))
+
+    @property
+    @abstractmethod
+    def method(self) -> PulseMethod:
+        """Name of the method, as in what it has learned."""
+
+    @property
+    @abstractmethod
+    def step(
+        self,
+    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
+        """The pure step, a compiled kernel: ``step(state, sample) -> (state, effort)``.
+
+        The effort is for the time from this sample to the next.
+        """
+
+    @abstractmethod
+    def init(self) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample."""
+
+    @abstractmethod
+    def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
+        """Return what is estimated, by name.
+
+        Parameters
+        ----------
+        state
+            From `init`, a step, or a run's ``controller_state``.
+        """
+
+    @abstractmethod
+    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+        """Return what was learned, for `resumed` of the next run.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+
+    @abstractmethod
+    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+        """Return the same controller, beginning with what an earlier run has learned.
+
+        Parameters
+        ----------
+        learnt
+            From `learnt`, or read from a file.
+        keep_covariance
+            Whether the recursion goes on as if the runs were one; otherwise it begins anew from
+            the estimates.
+
+        Raises
+        ------
+        InputError
+            If it was learned by another method, on another kind of axis, or cannot be.
+        """
+
+    def pulse_count(self, state: Float[np.ndarray, " s"]) -> int:
+        """Return how many pulses were fired.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+        return int(state[at.PULSES])
+
+    def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
+        """Return how far positioning has come.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+        return _OUTCOMES[float(state[at.OUTCOME])]
+
+    def last_pulse(self, state: Float[np.ndarray, " s"]) -> PulseRecord | None:
+        """Return the last pulse of which it is known what it did, or None.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+        pulse = state[at.LAST : at.TRACED].tolist()
+        count = int(pulse[at.AT_LEVEL_COUNT])
+        if count == 0:
+            return None
+        levels = pulse[at.AT_LEVELS : at.AT_LEVELS + 2 * count]
+        return PulseRecord(
+            time=pulse[at.AT_TIME],
+            levels=tuple(
+                (effort, samples * self.sampling_time)
+                for effort, samples in zip(levels[::2], levels[1::2], strict=True)
+            ),
+            error=pulse[at.AT_ERROR],
+            predicted_displacement=pulse[at.AT_PREDICTED],
+            achieved_displacement=pulse[at.AT_ACHIEVED],
+            moved=pulse[at.AT_MOVED] > 0.0,
+        )
+
+    def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
+        """Return the state with another target; a pulse on its way is finished first.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        target
+            The new one [m or rad].
+
+        Raises
+        ------
+        InputError
+            If it is not finite.
+        """
+        _finite_target(target, self.kind)
+        s = state.copy()
+        s[at.TARGET] = target
+        s[at.OUTCOME] = at.MOVING
+        if s[at.PHASE] == at.RESTING:
+            s[at.PHASE] = at.WAITING
+        return s
+
+    def _first_state(self, own: tuple[float, ...]) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample, with these numbers of the method's own."""
+        rest = self.rest
+        s = np.zeros(at.OWN + len(own) + rest.samples)
+        s[at.TARGET], s[at.TOLERANCE] = self.target, self.tolerance
+        s[at.WINDOW], s[at.SPREAD] = rest.samples, rest.spread
+        s[at.SPEED] = inf if rest.speed is None else rest.speed
+        s[at.LEAST_MOTION] = rest.spread if rest.least_motion is None else rest.least_motion
+        s[at.DELAY] = rest.delay
+        s[at.REST] = s[at.ERROR] = np.nan  # until the first rest
+        s[at.OWN : at.OWN + len(own)] = own
+        return s
+
+    def _check_learnt(self, learnt: LearntPulses, names: tuple[str, ...], size: int) -> None:
+        """Check that what was learned is of this method and axis, and holds what is needed."""
+        if learnt.method != self.method:
+            raise InputError(
+                f"this was learned by {learnt.method!r}, the controller is {self.method!r}",
+                where="method",
+                remedy="resume with what the same method has learned",
+            )
+        if learnt.kind != self.kind:
+            raise InputError(
+                f"this was learned on a {learnt.kind} axis, the controller is for a {self.kind} "
+                "one",
+                where="kind",
+                remedy="resume with what was learned on the same axis",
+            )
+        for name in names:
+            if name not in learnt.values:
+                raise InputError(
+                    f"{name} [{unit_of(name, self.kind)}] is missing",
+                    where="values",
+                    remedy=f"it needs {', '.join(names)}",
+                )
+        if learnt.covariance.shape != (size, size):
+            raise InputError(
+                f"the covariance has shape {learnt.covariance.shape}, this method's has "
+                f"({size}, {size})",
+                where="covariance",
+                remedy="give it as it was saved",
+            )
+
+
+def _finite_target(target: float, kind: AxisKind) -> None:
+    if not isfinite(target):
+        raise InputError(
+            f"target is {target} {unit_of('position', kind)}, it must be finite",
+            remedy="give where the axis is to rest",
+        )
