@@ -148,14 +148,14 @@ class PulseController(ABC):
         """
 
     def pulse_count(self, state: Float[np.ndarray, " s"]) -> int:
-        """Return how many pulses were fired.
+        """Return of how many pulses it is known what they did; one on its way is not counted.
 
         Parameters
         ----------
         state
             As for `estimates`.
         """
-        return int(state[at.PULSES])
+        return int(state[at.PULSES] - state[at.PENDING])
 
     def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
         """Return how far positioning has come.
