@@ -8,7 +8,7 @@ import pytest
 from stage_log import Run
 
 from stickslip.jobs import Reproduced
-from stickslip.records import Claim, FiveRuns, Reproduction, VariantScore
+from stickslip.records import Claim, EnergyReproduction, FiveRuns, VariantScore
 
 NAMES = ("coulomb_friction", "viscous_friction")
 
@@ -37,7 +37,7 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
         progress: Callable[[int, int], None] | None,
     ) -> Reproduced:
         calls.append({"folder": folder, "runs": runs, "seed": seed, "progress": progress})
-        reproduction = Reproduction(
+        reproduction = EnergyReproduction(
             title="A part",
             setting="With surrogate values.",
             values={"truth": {"coulomb_friction": (0.15, "N")}},

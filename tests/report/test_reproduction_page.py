@@ -15,10 +15,10 @@ import pytest
 from stickslip.records import (
     Claim,
     Curve,
+    EnergyReproduction,
     FiveRuns,
     Panel,
     ReproducedFigure,
-    Reproduction,
     VariantScore,
 )
 from stickslip.report import picture, reproduction_page
@@ -96,8 +96,8 @@ def score(loop: str, noise: float, *, sure: bool) -> VariantScore:
 
 
 @pytest.fixture
-def reproduction() -> Reproduction:
-    return Reproduction(
+def reproduction() -> EnergyReproduction:
+    return EnergyReproduction(
         title="A part",
         setting="With <surrogate> values.",
         values={"truth": {"coulomb_friction": (0.15, "N")}},
@@ -123,12 +123,12 @@ def reproduction() -> Reproduction:
     )
 
 
-def page_of(reproduction: Reproduction) -> Page:
+def page_of(reproduction: EnergyReproduction) -> Page:
     pictures = {each.number: picture(each) for each in reproduction.figures}
     return Page(reproduction_page(reproduction, pictures))
 
 
-def test_nothing_is_fetched_and_no_script_is_there(reproduction: Reproduction) -> None:
+def test_nothing_is_fetched_and_no_script_is_there(reproduction: EnergyReproduction) -> None:
     page = page_of(reproduction)
     for tag, given in page.tags:
         assert tag not in {"script", "link", "iframe", "object", "embed", "base"}
@@ -140,7 +140,7 @@ def test_nothing_is_fetched_and_no_script_is_there(reproduction: Reproduction) -
     assert "script" not in policy
 
 
-def test_every_picture_is_on_the_page(reproduction: Reproduction) -> None:
+def test_every_picture_is_on_the_page(reproduction: EnergyReproduction) -> None:
     page = page_of(reproduction)
     images = [given for tag, given in page.tags if tag == "img"]
     assert [given["alt"] for given in images] == [
@@ -152,7 +152,7 @@ def test_every_picture_is_on_the_page(reproduction: Reproduction) -> None:
         assert data == picture(each)
 
 
-def test_links_lead_to_what_is_there(reproduction: Reproduction) -> None:
+def test_links_lead_to_what_is_there(reproduction: EnergyReproduction) -> None:
     page = page_of(reproduction)
     anchors = {given["id"] for _, given in page.tags if "id" in given}
     for tag, given in page.tags:
@@ -160,7 +160,7 @@ def test_links_lead_to_what_is_there(reproduction: Reproduction) -> None:
             assert given["href"].removeprefix("#") in anchors
 
 
-def test_text_stays_text_and_symbols_get_their_indices(reproduction: Reproduction) -> None:
+def test_text_stays_text_and_symbols_get_their_indices(reproduction: EnergyReproduction) -> None:
     text = reproduction_page(reproduction, {each.number: b"" for each in reproduction.figures})
     assert "Noise &lt;i&gt;has&lt;/i&gt;" in text
     assert "<i>σ</i><sub>v1</sub>²" in text
@@ -168,7 +168,7 @@ def test_text_stays_text_and_symbols_get_their_indices(reproduction: Reproductio
     assert "&lt;surrogate&gt;" in text
 
 
-def test_verdicts_are_counted_and_shown(reproduction: Reproduction) -> None:
+def test_verdicts_are_counted_and_shown(reproduction: EnergyReproduction) -> None:
     text = page_of(reproduction).text
     assert "Of 3 claims of the report, 1 agree" in text
     assert text.count("✓ agrees") == 1
@@ -178,12 +178,12 @@ def test_verdicts_are_counted_and_shown(reproduction: Reproduction) -> None:
     assert text.count("Verdict") == 2
 
 
-def test_a_page_without_a_difference_says_so(reproduction: Reproduction) -> None:
+def test_a_page_without_a_difference_says_so(reproduction: EnergyReproduction) -> None:
     text = page_of(replace(reproduction, claims=reproduction.claims[:1])).text
     assert "0 differ\nNone." in text
 
 
-def test_every_wide_table_says_that_it_scrolls(reproduction: Reproduction) -> None:
+def test_every_wide_table_says_that_it_scrolls(reproduction: EnergyReproduction) -> None:
     page = page_of(reproduction)
     wide = [given for _, given in page.tags if given.get("class") == "wide"]
     assert len(wide) == 6  # estimates and variants of two loops, prediction errors, intervals
@@ -191,7 +191,7 @@ def test_every_wide_table_says_that_it_scrolls(reproduction: Reproduction) -> No
     assert page.text.count("scrolls sideways") == len(wide)
 
 
-def test_tables_show_every_number_once(reproduction: Reproduction) -> None:
+def test_tables_show_every_number_once(reproduction: EnergyReproduction) -> None:
     text = page_of(reproduction).text
     assert text.count("−1.23 (2.34)") == 8
     assert text.count("+150 (160)") == 4
@@ -200,7 +200,7 @@ def test_tables_show_every_number_once(reproduction: Reproduction) -> None:
     assert not re.search(r"\bnan\b", text)
 
 
-def test_runs_without_a_result_are_told(reproduction: Reproduction) -> None:
+def test_runs_without_a_result_are_told(reproduction: EnergyReproduction) -> None:
     assert "nothing was identified" not in page_of(reproduction).text
     failed = tuple(replace(each, failed=3) for each in reproduction.variants[:1])
     text = page_of(replace(reproduction, variants=failed)).text
@@ -229,7 +229,7 @@ def test_a_panel_keeps_the_range_it_is_given() -> None:
 
 
 def test_a_browser_shows_the_page_without_a_complaint(
-    reproduction: Reproduction, tmp_path: Path
+    reproduction: EnergyReproduction, tmp_path: Path
 ) -> None:
     browser = shutil.which("chromium") or shutil.which("chromium-browser")
     if browser is None:

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.jobs import Reproduced
-    from stickslip.records import Reproduction, VariantScore
+    from stickslip.records import EnergyReproduction, VariantScore
 
 __all__ = ["reproduce"]
 
@@ -71,11 +71,14 @@ def _progress(doing: str) -> Generator[Callable[[int, int], None] | None]:
 
 
 def _print(console: "Console", result: "Reproduced") -> None:
+    from stickslip.records import EnergyReproduction
+
     reproduction = result.reproduction
     console.print(reproduction.setting)
     console.print()
-    console.print(_five_runs(reproduction))
-    console.print(_variants(reproduction))
+    if isinstance(reproduction, EnergyReproduction):
+        console.print(_five_runs(reproduction))
+        console.print(_variants(reproduction))
     differing = [claim for claim in reproduction.claims if not claim.agrees]
     console.print(
         f"{len(reproduction.claims) - len(differing)} of {len(reproduction.claims)} claims of the "
@@ -92,7 +95,7 @@ def _print(console: "Console", result: "Reproduced") -> None:
     )
 
 
-def _five_runs(reproduction: "Reproduction") -> "Table":
+def _five_runs(reproduction: "EnergyReproduction") -> "Table":
     from rich import box
     from rich.table import Table
 
@@ -117,7 +120,7 @@ def _five_runs(reproduction: "Reproduction") -> "Table":
     return table
 
 
-def _variants(reproduction: "Reproduction") -> "Table":
+def _variants(reproduction: "EnergyReproduction") -> "Table":
     from rich import box
     from rich.table import Table
 

@@ -1,5 +1,6 @@
-"""A reproduced part of the report: its figures, its tables, and its claims beside measurements."""
+"""A reproduced part of the report: its figures, and its claims beside measurements."""
 
+from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from types import MappingProxyType
@@ -12,40 +13,26 @@ __all__ = [
     "Claim",
     "Curve",
     "CurveRole",
-    "FiveRuns",
     "Panel",
     "ReproducedFigure",
     "Reproduction",
-    "VariantScore",
+    "Sketch",
 ]
 
 REPRODUCTION_SCHEMA = 1
 
 _LEGEND = {
     "setting": "values that were simulated with; lists of moves in their order",
-    "loop": "feedforward: the bang-bang input; feedback: the controller along its moves",
-    "claims.numbers": "what the verdict is computed from. Names that end in f_c and c, and those "
-    "of bias, rmse and error, are fractions of the true value (0.01 is 1 %); lines through e_y and "
-    "energies are in J, times in s, lengths in m, correlations without unit",
-    "five_runs.values": "estimates at the end of each consecutive run [N, N s/m]",
-    "five_runs.itse": "integral of time-multiplied squared prediction error of each run (Eq. 6.3), "
-    "over that of the first run without noise in the same loop [-]",
-    "variants.noise": "of the sensors, over setting.noise [-]",
-    "variants.assumed": "standard deviations that the variant was told, over the true ones [-]; "
-    "null: told none",
-    "variants.bias": "mean error, a fraction of the true value [-]",
-    "variants.rmse": "root mean square error, a fraction of the true value [-]",
-    "variants.coverage": "share of the runs whose 95 % interval holds the true value [-]; null: "
-    "the variant gives no interval",
-    "variants.failed": "runs in which nothing was identified; they count in nothing else",
-    "figures.panels.curves": "what is drawn, in the units of the labels of the axes",
+    "figures.panels.curves": "what is drawn, in the units of the labels of the axes; a staircase "
+    "keeps each value until the next",
 }
 """What the keys of the JSON document mean, as far as their names do not say it."""
 
 CurveRole = Literal["truth", "first", "second", "third", "fourth"]
 """What a curve is in its panel, on which its look depends."""
 
-Loop = Literal["feedforward", "feedback"]
+Sketch = Literal["mass with friction"]
+"""A drawing of a system, of which only the report's parts are shown."""
 
 SettingValues = Mapping[str, Mapping[str, tuple[float | tuple[float, ...], str]]]
 
@@ -62,12 +49,15 @@ class Curve:
         ``"truth"`` for what an estimate should be, else its place among the panel's lines.
     x, y
         Shape (n,), in the units [of the panel's axes].
+    staircase
+        Whether each value holds until the next, as a held input does.
     """
 
     label: str
     role: CurveRole
     x: Float[np.ndarray, " n"]
     y: Float[np.ndarray, " n"]
+    staircase: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -108,7 +98,9 @@ class ReproducedFigure:
     columns
         How many panels stand beside each other.
     panels
-        Row by row.
+        Row by row; none of a sketch.
+    sketch
+        The system that is drawn instead of panels.
     """
 
     number: str
@@ -116,80 +108,12 @@ class ReproducedFigure:
     caption: str
     columns: int
     panels: tuple[Panel, ...]
+    sketch: Sketch | None = None
 
     @property
     def file_name(self) -> str:
         """Name of its picture."""
         return f"figure-{self.number}.png"
-
-
-@dataclass(frozen=True, kw_only=True)
-class FiveRuns:
-    """Consecutive runs of one case, each beginning with what the one before had learned.
-
-    Attributes
-    ----------
-    loop
-        ``"feedforward"`` or ``"feedback"``.
-    case
-        What is compensated, and with which standard deviations.
-    values
-        Estimates at the end of each run by parameter name, shape (runs,) each [SI].
-    itse
-        Of the prediction error of each run (Eq. 6.3), over that of the first run without noise in
-        the same loop, shape (runs,) [-].
-    """
-
-    loop: Loop
-    case: str
-    values: Mapping[str, Float[np.ndarray, " runs"]]
-    itse: Float[np.ndarray, " runs"]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
-
-
-@dataclass(frozen=True, kw_only=True)
-class VariantScore:
-    """How one variant of the estimator does over many runs with noise.
-
-    Attributes
-    ----------
-    loop
-        ``"feedforward"`` or ``"feedback"``.
-    variant
-        What it is called.
-    noise
-        Of the sensors, over that of the surrogate values [-].
-    assumed
-        Standard deviations that the variant was told, over the true ones [-]; None if it was told
-        none.
-    runs
-        How many there were.
-    failed
-        In how many of them nothing was identified; they count in nothing else.
-    bias, rmse
-        Mean error and root mean square error by parameter name, over the truth [-].
-    coverage
-        Share of runs whose 95 % interval holds the truth, by parameter name [-]; None for a variant
-        that gives no interval.
-    """
-
-    loop: Loop
-    variant: str
-    noise: float
-    assumed: float | None
-    runs: int
-    failed: int
-    bias: Mapping[str, float]
-    rmse: Mapping[str, float]
-    coverage: Mapping[str, float] | None
-
-    def __post_init__(self) -> None:
-        for name in ("bias", "rmse", "coverage"):
-            values = getattr(self, name)
-            if values is not None:
-                object.__setattr__(self, name, MappingProxyType(dict(values)))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,21 +151,21 @@ class Claim:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reproduction:
-    """A part of the report, reproduced.
+class Reproduction(ABC):
+    """A part of the report, reproduced: what all parts have.
 
     Attributes
     ----------
     title
-        Which part.
+        What the part is about.
     setting
         With which values, in words.
     values
         The same as numbers, each with its unit [as told beside it], by group and name.
-    figures, five_runs, variants, claims
+    figures, claims
         What was reproduced.
     options
-        What it was asked with: runs and seed.
+        What it was asked with, such as runs and seed.
     stickslip_version
         Version of this package.
     """
@@ -250,8 +174,6 @@ class Reproduction:
     setting: str
     values: SettingValues
     figures: tuple[ReproducedFigure, ...]
-    five_runs: tuple[FiveRuns, ...]
-    variants: tuple[VariantScore, ...]
     claims: tuple[Claim, ...]
     options: Mapping[str, int]
     stickslip_version: str
@@ -261,10 +183,24 @@ class Reproduction:
         values = {group: MappingProxyType(dict(of)) for group, of in self.values.items()}
         object.__setattr__(self, "values", MappingProxyType(values))
 
+    @property
+    @abstractmethod
+    def part(self) -> Literal["A", "B"]:
+        """Which part of the report."""
+
+    @abstractmethod
+    def legend(self) -> dict[str, str]:
+        """Return what the keys of this part's own results mean."""
+
+    @abstractmethod
+    def results(self) -> dict[str, Any]:
+        """Return this part's own results, by their key, as plain JSON types."""
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain JSON types."""
         return {
             "schema": REPRODUCTION_SCHEMA,
+            "part": self.part,
             "title": self.title,
             "setting": {
                 "words": self.setting,
@@ -275,7 +211,7 @@ class Reproduction:
                     for group, of in self.values.items()
                 },
             },
-            "legend": dict(_LEGEND),
+            "legend": {**_LEGEND, **self.legend()},
             "provenance": {
                 "stickslip_version": self.stickslip_version,
                 "options": dict(self.options),
@@ -292,29 +228,7 @@ class Reproduction:
                 }
                 for each in self.claims
             ],
-            "five_runs": [
-                {
-                    "loop": each.loop,
-                    "case": each.case,
-                    "values": {name: value.tolist() for name, value in each.values.items()},
-                    "itse": each.itse.tolist(),
-                }
-                for each in self.five_runs
-            ],
-            "variants": [
-                {
-                    "loop": each.loop,
-                    "variant": each.variant,
-                    "noise": each.noise,
-                    "assumed": each.assumed,
-                    "runs": each.runs,
-                    "failed": each.failed,
-                    "bias": dict(each.bias),
-                    "rmse": dict(each.rmse),
-                    "coverage": None if each.coverage is None else dict(each.coverage),
-                }
-                for each in self.variants
-            ],
+            **self.results(),
             "figures": [_figure_to_dict(each) for each in self.figures],
         }
 
@@ -333,6 +247,7 @@ def _figure_to_dict(figure: ReproducedFigure) -> dict[str, Any]:
                 "curves": [
                     {
                         "label": curve.label,
+                        "staircase": curve.staircase,
                         "x": _rounded(curve.x),
                         "y": _rounded(curve.y),
                     }

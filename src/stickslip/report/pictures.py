@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 from stickslip.records import CurveRole, Panel, ReproducedFigure
 from stickslip.report.drawing import BLUE, GREY, INK, ORANGE, PINK, VERMILION
+from stickslip.report.sketches import draw_sketch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -19,7 +20,7 @@ _ROW_HEIGHT = 1.75
 _HEAD = 0.45
 _ALONE = 0.9  # width of a line that has a panel for itself [points]
 
-_SYMBOL = re.compile(r"\b([A-Za-z])_([a-z]+\d?)")
+_SYMBOL = re.compile(r"\b([A-Za-z])(\u0302?)(?:_([a-z]+\d?(?:,max)?|\d))?(?!\w)")
 
 _STYLE: dict[Any, Any] = {
     "font.family": "DejaVu Sans",  # the one font that comes with the library
@@ -56,7 +57,7 @@ def picture(figure: ReproducedFigure) -> bytes:
     from matplotlib.figure import Figure
 
     rows = -(-len(figure.panels) // figure.columns)
-    height = _SINGLE_HEIGHT if rows == 1 else _HEAD + rows * _ROW_HEIGHT
+    height = _SINGLE_HEIGHT if rows <= 1 else _HEAD + rows * _ROW_HEIGHT
     with rc_context(_STYLE):
         drawn = Figure(figsize=(_WIDTH, height), dpi=_DOTS_PER_INCH, layout="constrained")
         drawn.suptitle(
@@ -66,15 +67,23 @@ def picture(figure: ReproducedFigure) -> bytes:
             fontsize=10,
             fontweight="bold",
         )
-        axes = drawn.subplots(rows, figure.columns, squeeze=False)
-        for k, panel in enumerate(figure.panels):
-            row, column = divmod(k, figure.columns)
-            lowest = row == rows - 1 or panel.x_label != figure.panels[k + figure.columns].x_label
-            _draw(axes[row, column], panel, x_label=lowest, alone=figure.columns == 1)
+        if figure.sketch is not None:
+            draw_sketch(drawn.subplots(), figure.sketch)
+        elif figure.panels:
+            _draw_panels(drawn.subplots(rows, figure.columns, squeeze=False), figure)
         written = io.BytesIO()
         # No date and no version inside.
         FigureCanvasAgg(drawn).print_png(written, metadata={"Software": None})
     return written.getvalue()
+
+
+def _draw_panels(axes: Any, figure: ReproducedFigure) -> None:
+    """Draw the panels into their places, row by row."""
+    rows = axes.shape[0]
+    for k, panel in enumerate(figure.panels):
+        row, column = divmod(k, figure.columns)
+        lowest = row == rows - 1 or panel.x_label != figure.panels[k + figure.columns].x_label
+        _draw(axes[row, column], panel, x_label=lowest, alone=figure.columns == 1)
 
 
 def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
@@ -82,7 +91,8 @@ def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
         look = dict(_LOOKS[curve.role])
         if len(panel.curves) == 1:
             look |= {"lw": _ALONE, "ls": "-"}
-        axes.plot(curve.x, curve.y, label=_typeset(curve.label), **look)
+        drawn = "steps-post" if curve.staircase else "default"
+        axes.plot(curve.x, curve.y, label=_typeset(curve.label), drawstyle=drawn, **look)
     axes.set_title(_typeset(panel.title))
     axes.set_ylabel(_typeset(panel.y_label))
     if x_label:
@@ -103,5 +113,13 @@ def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
 
 
 def _typeset(text: str) -> str:
-    """Return text with the indices of its symbols set low."""
-    return _SYMBOL.sub(r"$\1_{\2}$", text)
+    """Return text with the indices of its symbols set low, and hats above their letters."""
+    return _SYMBOL.sub(_symbol, text)
+
+
+def _symbol(found: re.Match[str]) -> str:
+    letter, hat, index = found.groups()
+    if not (hat or index):
+        return found[0]
+    letter = rf"\hat{{{letter}}}" if hat else letter
+    return f"${letter}_{{{index}}}$" if index else f"${letter}$"

@@ -2,8 +2,17 @@
 
 import html
 from importlib.resources import files
+from typing import NamedTuple
 
-__all__ = ["contents", "head", "section", "template"]
+__all__ = ["Section", "contents", "head", "section", "template"]
+
+
+class Section(NamedTuple):
+    """A section of a page; its name and body are HTML."""
+
+    anchor: str
+    name: str
+    body: str
 
 
 def head(title: str, *, policy: str) -> str:

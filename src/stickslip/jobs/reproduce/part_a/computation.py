@@ -15,7 +15,7 @@ from stickslip.jobs.reproduce.writing import (
     checked_workers,
     write_reproduction,
 )
-from stickslip.records import InputError, Reproduction
+from stickslip.records import EnergyReproduction, InputError
 
 __all__ = ["reproduce_part_a"]
 
@@ -70,7 +70,7 @@ def reproduce_part_a(
     return write_reproduction(folder, "part-a", lambda: _computed(runs, seed, workers, tell))
 
 
-def _computed(runs: int, seed: int, workers: int, progress: Progress) -> Reproduction:
+def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyReproduction:
     # Imported here, as the compiler behind them takes a second to load.
     from stickslip.jobs.reproduce.parallel import in_parallel
     from stickslip.jobs.reproduce.part_a.cases import CASES
@@ -126,7 +126,7 @@ def _computed(runs: int, seed: int, workers: int, progress: Progress) -> Reprodu
         sequences=sequences_of([digest(drawn), *others]),
         study=monte_carlo(runs, seed, workers=workers, advance=advance),
     )
-    return Reproduction(
+    return EnergyReproduction(
         title="Energy-based estimation of Coulomb and viscous friction",
         setting=f"Simulated with surrogate values, as Table 6.1 is lost: {surrogate.SETTING}. "
         f"{surrogate.LOOPS_SETTING}.",

@@ -1,0 +1,232 @@
+"""Part B of the report, reproduced: its numbers, its runs, and controllers on random axes."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from decimal import Decimal
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from stickslip.records.reproduction import Reproduction
+
+__all__ = ["CarriedRuns", "ControllerScore", "PrintedNumber", "PulseReproduction"]
+
+_LEGEND = {
+    "claims.numbers": "what the verdict is computed from; in the unit that the end of a name "
+    "tells (_m, _s, _N), else a ratio or a count",
+    "printed_numbers.report": "the number as the report prints it",
+    "printed_numbers.same_digits": "whether ours, rounded to the digits that the report prints, "
+    "is the report's",
+    "carried_runs": "consecutive runs, each beginning with the estimates and the covariance that "
+    "the run before ended with",
+    "carried_runs.longest_pulse": "t_p,max [s]; null: not bounded",
+    "carried_runs.first_covariance": "P(0) over the unit matrix for PAPWC, F(0) for PWC [1]",
+    "carried_runs.final_error": "at the end of each run [m]",
+    "carried_runs.reached": "whether the axis was at rest within the tolerance at the end of it",
+    "carried_runs.time": "from the start of each run to rest within the tolerance [s]; null: never",
+    "carried_runs.pulses": "that ended within each run",
+    "carried_runs.reversed": "of these, how many pushed back, as the axis had overshot",
+    "carried_runs.estimates": "at the end of each run, SI units: pulse_gain b [m/s^2], "
+    "coulomb_friction f_c [N]",
+    "controller_scores.within_tolerance": "share of the axes that ended within the tolerance [1]",
+    "controller_scores.hunting": "share of the axes that were still moved to and fro at the end "
+    "[1]",
+    "controller_scores.median_error": "of the axes' final errors, absolute [m]; likewise error_95, "
+    "that 95 % of them do not exceed, and worst_error",
+    "controller_scores.median_time": "until the error stayed within the tolerance [s], of the axes "
+    "on which it did; null: of none",
+    "controller_scores.median_pulses": "until then; null: the controller gives no pulses, or "
+    "reached the tolerance on none of the axes",
+    "controller_scores.peak_effort": "largest effort over the axis's limit [1]",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedNumber:
+    """A number of the report beside the same number computed.
+
+    Attributes
+    ----------
+    place
+        Where the report prints it, such as ``"3.1"``.
+    quantity
+        What it is.
+    report
+        As printed, with all its digits, such as ``"0.092"`` or ``"1.9e-4"``.
+    value
+        The same, computed [unit].
+    unit
+        Of both; ``"1"`` for a ratio.
+    how
+        What it was computed from.
+    """
+
+    place: str
+    quantity: str
+    report: str
+    value: float
+    unit: str
+    how: str
+
+    @property
+    def difference(self) -> float:
+        """What the report's number differs by from ours, over ours [1]."""
+        return float(self.report) / self.value - 1.0
+
+    @property
+    def same_digits(self) -> bool:
+        """Whether ours, rounded to the digits that the report prints, is the report's."""
+        printed = Decimal(self.report)
+        step = Decimal(1).scaleb(int(printed.as_tuple().exponent))
+        return Decimal(self.value).quantize(step) == printed
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarriedRuns:
+    """Consecutive runs of one controller, each beginning with what the one before had learnt.
+
+    Attributes
+    ----------
+    controller
+        Which one.
+    longest_pulse
+        The bound t_p,max of its pulse widths [s]; None for none.
+    first_covariance
+        P(0) over the unit matrix, or F(0) [1].
+    final_error
+        At the end of each run, shape (runs,) [m].
+    reached
+        Whether the axis rested within the tolerance at the end of it, shape (runs,).
+    time
+        From the start of each run to that rest, NaN where it never came, shape (runs,) [s].
+    pulses, reversed_pulses
+        Pulses that ended within each run, and how many of them pushed back, shape (runs,).
+    estimates
+        At the end of each run by name, shape (runs,) each [SI].
+    """
+
+    controller: str
+    longest_pulse: float | None
+    first_covariance: float
+    final_error: Float[np.ndarray, " runs"]
+    reached: Bool[np.ndarray, " runs"]
+    time: Float[np.ndarray, " runs"]
+    pulses: Int[np.ndarray, " runs"]
+    reversed_pulses: Int[np.ndarray, " runs"]
+    estimates: Mapping[str, Float[np.ndarray, " runs"]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerScore:
+    """How one controller does on many random axes.
+
+    Attributes
+    ----------
+    controller
+        Which one, and how it is tuned where that is not said elsewhere.
+    axes
+        How many it was tried on.
+    within_tolerance
+        Share of them that ended at rest within the tolerance [1].
+    hunting
+        Share of them that were still moved to and fro at the end [1].
+    median_error, error_95, worst_error
+        Of the absolute final errors: the median, what 95 % do not exceed, and the largest [m].
+    median_time
+        Until the error stayed within the tolerance, of the axes on which it did [s]; None if there
+        was none.
+    median_pulses
+        Until then, of these axes [1]; None if there was none, or the controller gives no pulses.
+    peak_effort
+        Largest effort over the axis's limit [1].
+    """
+
+    controller: str
+    axes: int
+    within_tolerance: float
+    hunting: float
+    median_error: float
+    error_95: float
+    worst_error: float
+    median_time: float | None
+    median_pulses: float | None
+    peak_effort: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseReproduction(Reproduction):
+    """Part B of the report, reproduced.
+
+    Attributes
+    ----------
+    printed_numbers
+        The report's numbers beside ours.
+    carried_runs
+        Every case that was simulated, ten runs each.
+    controller_scores
+        Controllers on random axes.
+    """
+
+    printed_numbers: tuple[PrintedNumber, ...]
+    carried_runs: tuple[CarriedRuns, ...]
+    controller_scores: tuple[ControllerScore, ...]
+
+    @property
+    def part(self) -> Literal["B"]:
+        """Which part of the report."""
+        return "B"
+
+    def legend(self) -> dict[str, str]:
+        """Return what the keys of this part's own results mean."""
+        return dict(_LEGEND)
+
+    def results(self) -> dict[str, Any]:
+        """Return this part's own results, by their key, as plain JSON types."""
+        return {
+            "printed_numbers": [
+                {
+                    "place": each.place,
+                    "quantity": each.quantity,
+                    "report": each.report,
+                    "value": each.value,
+                    "unit": each.unit,
+                    "same_digits": each.same_digits,
+                    "how": each.how,
+                }
+                for each in self.printed_numbers
+            ],
+            "carried_runs": [
+                {
+                    "controller": each.controller,
+                    "longest_pulse": each.longest_pulse,
+                    "first_covariance": each.first_covariance,
+                    "final_error": each.final_error.tolist(),
+                    "reached": each.reached.tolist(),
+                    "time": each.time.tolist(),
+                    "pulses": each.pulses.tolist(),
+                    "reversed": each.reversed_pulses.tolist(),
+                    "estimates": {name: of.tolist() for name, of in each.estimates.items()},
+                }
+                for each in self.carried_runs
+            ],
+            "controller_scores": [
+                {
+                    "controller": each.controller,
+                    "axes": each.axes,
+                    "within_tolerance": each.within_tolerance,
+                    "hunting": each.hunting,
+                    "median_error": each.median_error,
+                    "error_95": each.error_95,
+                    "worst_error": each.worst_error,
+                    "median_time": each.median_time,
+                    "median_pulses": each.median_pulses,
+                    "peak_effort": each.peak_effort,
+                }
+                for each in self.controller_scores
+            ],
+        }

@@ -1,0 +1,29 @@
+"""What the pages of reproductions write their prose and their dense tables with."""
+
+import html
+import re
+from collections.abc import Sequence
+
+__all__ = ["prose", "row", "wide"]
+
+_SYMBOL = re.compile(r"\b([A-Za-zσ]\u0302?)_([a-z]+\d?(?:,max)?|\d)")
+
+
+def prose(text: str) -> str:
+    """Return plain text as HTML, with the indices of its symbols set low."""
+    return _SYMBOL.sub(r"<i>\1</i><sub>\2</sub>", html.escape(text))
+
+
+def wide(table: str) -> str:
+    """Return a table that scrolls by itself where the screen is too narrow for it, and says so."""
+    return (
+        '<p class="scrolls" aria-hidden="true">↔ this table scrolls sideways</p>\n'
+        '<div class="wide" tabindex="0" role="region" aria-label="Table, scrolls sideways">'
+        f'<table class="dense">{table}</table></div>\n'
+    )
+
+
+def row(name: str, cells: Sequence[str]) -> str:
+    """Return a row of numbers under its name; the cells are HTML."""
+    numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
+    return f'<tr><th scope="row">{html.escape(name)}</th>{numbers}</tr>\n'

@@ -1,0 +1,191 @@
+"""Part B's own sections on its page: its numbers, its runs, and controllers on random axes."""
+
+import html
+import math
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records import (
+    QUANTITIES,
+    CarriedRuns,
+    ControllerScore,
+    PrintedNumber,
+    PulseReproduction,
+    in_words,
+    unit_text,
+)
+from stickslip.report.dense import prose, row, wide
+from stickslip.report.drawing import symbol
+from stickslip.report.sheet import Section
+
+__all__ = ["pulse_sections"]
+
+_TABLE = "table_1"  # the group of values that the report prints as its Table 1
+
+
+def pulse_sections(reproduction: PulseReproduction) -> tuple[Section, ...]:
+    """Return what stands on the page of part B between claims and figures."""
+    return (
+        Section(
+            "numbers",
+            "The report's numbers",
+            _table_1(reproduction) + _printed_numbers(reproduction.printed_numbers),
+        ),
+        Section("runs", "Ten runs in a row", _carried_runs(reproduction.carried_runs)),
+        Section(
+            "controllers",
+            "Controllers on random axes",
+            _controller_scores(reproduction.controller_scores),
+        ),
+    )
+
+
+def _table_1(reproduction: PulseReproduction) -> str:
+    rows = "".join(
+        f'<tr><th scope="row">{_term(name)}</th>'
+        f'<td class="number">{value} {html.escape(unit_text(unit))}</td></tr>\n'
+        for name, (value, unit) in reproduction.values[_TABLE].items()
+    )
+    return f'<h3>Table 1</h3>\n<table class="options"><tbody>{rows}</tbody></table>\n'
+
+
+def _term(name: str) -> str:
+    words = in_words(name).replace("_", " ")
+    words = words[0].upper() + words[1:]
+    return f"{words} {symbol(name)}" if name in QUANTITIES else words
+
+
+def _printed_numbers(numbers: Sequence[PrintedNumber]) -> str:
+    heads = ("place", "quantity", "report", "ours", "unit", "report − ours", "same digits", "from")
+    body = "".join(
+        f'<tr><th scope="row">{prose(each.place)}</th><td>{prose(each.quantity)}</td>'
+        f'<td class="number">{each.report}</td><td class="number">{each.value:.4g}</td>'
+        f"<td>{'' if each.unit == '1' else html.escape(unit_text(each.unit))}</td>"
+        f'<td class="number">{_signed_percent(each.difference)}</td>'
+        f"<td>{_mark(yes=each.same_digits)}</td><td>{prose(each.how)}</td></tr>\n"
+        for each in numbers
+    )
+    return (
+        "<h3>Every number of the text</h3>\n<p>“Same digits” says whether ours, rounded to the "
+        "digits that the report prints, is the report's.</p>\n"
+        + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+    )
+
+
+def _carried_runs(every: Sequence[CarriedRuns]) -> str:
+    runs = every[0].final_error.size
+    parts = [
+        f"<p>{runs} runs from the same start, each beginning with the estimates and the covariance "
+        "that the run before ended with. Errors are at the end of the run; “back” are pulses that "
+        "pushed back after an overshoot; “at rest on target” counts the runs that ended so.</p>\n"
+    ]
+    for controller in dict.fromkeys(each.controller for each in every):
+        there = [each for each in every if each.controller == controller]
+        parts.append(f"<h3>{html.escape(controller)}</h3>\n{_runs_table(there, (0, runs - 1))}")
+    return "".join(parts)
+
+
+def _runs_table(every: Sequence[CarriedRuns], shown: tuple[int, ...]) -> str:
+    names = list(every[0].estimates)
+    columns = ("pulses (back)", "error [µm]", "time [s]", *(symbol(name) for name in names))
+    top = "".join(
+        f'<th scope="colgroup" colspan="{len(columns)}">run {run + 1}</th>' for run in shown
+    )
+    heads = "".join(f'<th scope="col">{column}</th>' for column in columns) * len(shown)
+    body = "".join(
+        row(
+            f"{_bound(each.longest_pulse)}, {_first_covariance(each)}",
+            [
+                *(cell for run in shown for cell in _run_cells(each, run, names)),
+                f"{int(np.sum(each.reached))} of {each.reached.size}",
+            ],
+        )
+        for each in every
+    )
+    return wide(
+        f'<thead><tr><td></td>{top}<td></td></tr><tr><th scope="col">case</th>{heads}'
+        f'<th scope="col">at rest on target</th></tr></thead>\n<tbody>\n{body}</tbody>'
+    )
+
+
+def _run_cells(each: CarriedRuns, run: int, names: Sequence[str]) -> list[str]:
+    return [
+        f"{each.pulses[run]} ({each.reversed_pulses[run]})",
+        _micrometres(float(each.final_error[run])),
+        _number(float(each.time[run]), "{:.2f}"),
+        *(_estimate(each.estimates, name, run) for name in names),
+    ]
+
+
+def _estimate(estimates: Mapping[str, Float[np.ndarray, " runs"]], name: str, run: int) -> str:
+    unit = QUANTITIES[name].unit("linear")
+    return f"{_number(float(estimates[name][run]), '{:.4g}')} {html.escape(unit_text(unit))}"
+
+
+def _bound(longest_pulse: float | None) -> str:
+    return "any width" if longest_pulse is None else f"at most {longest_pulse:g} s"
+
+
+def _first_covariance(each: CarriedRuns) -> str:
+    return f"first covariance {each.first_covariance:.0e}"
+
+
+def _controller_scores(scores: Sequence[ControllerScore]) -> str:
+    heads = (
+        "controller",
+        "on target [%]",
+        "hunting [%]",
+        "median error [µm]",
+        "95 % below [µm]",
+        "worst [µm]",
+        "median time [s]",
+        "median pulses",
+        "peak effort / limit",
+    )
+    body = "".join(
+        row(
+            each.controller,
+            [
+                f"{100 * each.within_tolerance:.2f}",
+                f"{100 * each.hunting:.2f}",
+                _micrometres(each.median_error),
+                _micrometres(each.error_95),
+                _micrometres(each.worst_error),
+                _number(each.median_time, "{:.2f}"),
+                _number(each.median_pulses, "{:.3g}"),
+                f"{each.peak_effort:.3g}",
+            ],
+        )
+        for each in scores
+    )
+    return (
+        f"<p>Each controller on the same {scores[0].axes} random axes, told the same wrong first "
+        "guesses. On target: at rest within the tolerance at the end. Hunting: still moved to and "
+        "fro then. Times and pulses are those until the target was reached for good, of the axes "
+        "on which it was.</p>\n" + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+    )
+
+
+def _heads(names: Sequence[str]) -> str:
+    return "<tr>" + "".join(f'<th scope="col">{name}</th>' for name in names) + "</tr>"
+
+
+def _mark(*, yes: bool) -> str:
+    return '<span class="mark-yes">✓</span>' if yes else '<span class="mark-no">✗</span>'
+
+
+def _micrometres(error: float) -> str:
+    """Return a length in micrometres with three digits, and no exponent."""
+    value = 1e6 * error
+    text = f"{value:,.0f}" if abs(value) >= 1000 else f"{value:.3g}"
+    return text.replace(",", "\u202f").replace("-", "−")
+
+
+def _signed_percent(share: float) -> str:
+    return f"{100 * share:+.2g} %".replace("-", "−")
+
+
+def _number(value: float | None, form: str) -> str:
+    return "–" if value is None or math.isnan(value) else form.format(value).replace("-", "−")
