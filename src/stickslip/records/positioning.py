@@ -1,0 +1,306 @@
+"""A positioning task that was run on a simulated axis: all that its page draws."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import Enum
+from types import MappingProxyType
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records.pulses import LearntPulses, PulseRecord
+from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+
+__all__ = [
+    "Ending",
+    "Positioning",
+    "PositioningMove",
+    "PositioningRun",
+    "ScenarioTables",
+]
+
+POSITIONING_SCHEMA = 1
+
+ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
+"""By table and key, what a scenario says, as a plain value with its unit."""
+
+_LEGEND = {
+    "error": "target less true position",
+    "measured_error": "target less measured position",
+    "settling_time": "from the start of the move until the true error is within the tolerance for "
+    "good; null: it never is",
+    "effort": "held from each sample to the next, so one fewer than samples",
+    "pulses.levels": "effort and duration of each part of a pulse",
+    "estimates": "at the start of a run and after each pulse whose outcome is known",
+    "truth": "of the simulated axis; the controller does not see it",
+}
+"""What the keys of the JSON document mean, as far as their names do not say it."""
+
+
+class Ending(Enum):
+    """How a move ended, judged by the truth; the text names what happened and the remedy."""
+
+    REACHED = "reached"
+    HUNTING = "hunting"
+    STOPPED = "stopped"
+    MISJUDGED = "misjudged"
+    STUCK = "stuck"
+    UNDER_WAY = "under_way"
+
+    @property
+    def reached(self) -> bool:
+        """Whether the axis stays within the tolerance."""
+        return self is Ending.REACHED
+
+    @property
+    def word(self) -> str:
+        """What happened, in a few words."""
+        return _ENDINGS[self][0]
+
+    @property
+    def text(self) -> str:
+        """One sentence: what it means and what to do."""
+        return _ENDINGS[self][1]
+
+
+_ENDINGS = {
+    Ending.REACHED: ("Target reached", "The axis stays within the tolerance."),
+    Ending.HUNTING: (
+        "Hunting",
+        "The axis goes to and fro across its target and does not settle; widen the tolerance, or "
+        "take a controller that stops when it cannot improve (method exact).",
+    ),
+    Ending.STOPPED: (
+        "Stopped short",
+        "The controller stopped, as no pulse that it may give brings the axis closer; widen the "
+        "tolerance, shorten the sampling time, or raise the effort limit.",
+    ),
+    Ending.MISJUDGED: (
+        "Reached by the sensors only",
+        "The sensors show the axis within the tolerance, and in truth it is outside; take better "
+        "sensors, average over more samples, or widen the tolerance.",
+    ),
+    Ending.STUCK: (
+        "Stuck",
+        "The axis rests outside the tolerance, and the controller does not free it; give it more "
+        "effort, a better first guess, or integral action.",
+    ),
+    Ending.UNDER_WAY: (
+        "Still under way",
+        "The time ended before the axis came to rest within the tolerance; give it a longer "
+        "duration.",
+    ),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositioningMove:
+    """One move of a run, from where the axis was to a target.
+
+    Attributes
+    ----------
+    number
+        Place in its run, from 1.
+    start_time, end_time
+        Within its run [s].
+    start, target
+        Where the axis truly was, and where it should go [m or rad].
+    ending
+        How it ended.
+    final_error
+        Target less true position at the end [m or rad].
+    settling_time
+        From the start of the move until the true error is within the tolerance for good [s]; None
+        if it never is.
+    peak_effort
+        Largest magnitude of the effort [N or N m].
+    pulses
+        Those begun in this move whose outcome is known; empty for a controller without pulses.
+    """
+
+    number: int
+    start_time: float = quantity_field("time")
+    end_time: float = quantity_field("time")
+    start: float = quantity_field("position")
+    target: float = quantity_field("position")
+    ending: Ending
+    final_error: float = quantity_field("position")
+    settling_time: float | None = quantity_field("time")
+    peak_effort: float = quantity_field("effort")
+    pulses: tuple[PulseRecord, ...]
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the move as plain JSON types."""
+        return {
+            "number": self.number,
+            "start_time": self.start_time,
+            "end_time": self.end_time,
+            "start": self.start,
+            "target": self.target,
+            "ending": self.ending.value,
+            "ending_text": self.ending.text,
+            "final_error": self.final_error,
+            "settling_time": self.settling_time,
+            "peak_effort": self.peak_effort,
+            "pulses": [
+                {
+                    "time": pulse.time,
+                    "levels": [list(level) for level in pulse.levels],
+                    "error": pulse.error,
+                    "predicted_displacement": pulse.predicted_displacement,
+                    "achieved_displacement": pulse.achieved_displacement,
+                    "moved": pulse.moved,
+                }
+                for pulse in self.pulses
+            ],
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class PositioningRun:
+    """One run of the task: its moves one after the other, from the start position at rest.
+
+    Attributes
+    ----------
+    number
+        From 1.
+    time
+        Sample instants [s], shape (n+1,).
+    error, measured_error
+        Target of the move that is on less the true and the measured position [m or rad], shape
+        (n+1,).
+    effort
+        Held from each sample to the next [N or N m], shape (n,).
+    estimate_time, estimates
+        What the controller believed, by name: at the start and after each pulse whose outcome is
+        known [s, SI], shape (k,).
+    moves
+        In their order.
+    """
+
+    number: int
+    time: Float[np.ndarray, " samples"] = quantity_field("time")
+    error: Float[np.ndarray, " samples"] = quantity_field("position")
+    measured_error: Float[np.ndarray, " samples"] = quantity_field("position")
+    effort: Float[np.ndarray, " efforts"] = quantity_field("effort")
+    estimate_time: Float[np.ndarray, " k"] = quantity_field("time")
+    estimates: Mapping[str, Float[np.ndarray, " k"]]
+    moves: tuple[PositioningMove, ...]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+
+    @property
+    def pulses(self) -> tuple[PulseRecord, ...]:
+        """Every pulse of the run whose outcome is known."""
+        return tuple(pulse for move in self.moves for pulse in move.pulses)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the run as plain JSON types."""
+        return {
+            "number": self.number,
+            "moves": [move.to_dict() for move in self.moves],
+            "estimate_time": self.estimate_time.tolist(),
+            "estimates": {name: values.tolist() for name, values in self.estimates.items()},
+            "time": self.time.tolist(),
+            "error": self.error.tolist(),
+            "measured_error": self.measured_error.tolist(),
+            "effort": self.effort.tolist(),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Positioning:
+    """A positioning task and what came of it.
+
+    Attributes
+    ----------
+    name
+        Of the scenario.
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+    method, controller
+        The controller's name in a scenario, and in words.
+    tolerance
+        [m or rad].
+    scenario
+        What the scenario says, by table and key, with units.
+    truth
+        Of the simulated axis, by the names of the controller's estimates [SI].
+    believed
+        Where each first guess came from, by name: the scenario, an estimate, an earlier run.
+    runs
+        At least one, each with at least one move.
+    learnt
+        What the controller knows after the last run; None if it does not learn.
+    notes
+        Anything else a user should know, one sentence each.
+    file, sha256, stickslip_version
+        The scenario file, its hash, and the version of this package that ran it.
+    """
+
+    name: str
+    kind: AxisKind
+    method: str
+    controller: str
+    tolerance: float = quantity_field("position")
+    scenario: ScenarioTables
+    truth: Mapping[str, float]
+    believed: Mapping[str, str]
+    runs: tuple[PositioningRun, ...]
+    learnt: LearntPulses | None
+    notes: tuple[str, ...] = ()
+    file: str
+    sha256: str
+    stickslip_version: str
+
+    def __post_init__(self) -> None:
+        for field in ("truth", "believed"):
+            object.__setattr__(self, field, MappingProxyType(dict(getattr(self, field))))
+        tables = {name: MappingProxyType(dict(table)) for name, table in self.scenario.items()}
+        object.__setattr__(self, "scenario", MappingProxyType(tables))
+
+    @property
+    def last(self) -> PositioningMove:
+        """The last move of the last run, by which the task is judged first."""
+        return self.runs[-1].moves[-1]
+
+    @property
+    def ending(self) -> Ending:
+        """How the last run ended: as the first of its moves that did not reach its target."""
+        moves = self.runs[-1].moves
+        return next((each.ending for each in moves if not each.ending.reached), Ending.REACHED)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return everything as plain JSON types (schema 1)."""
+        return {
+            "schema": POSITIONING_SCHEMA,
+            "name": self.name,
+            "kind": self.kind,
+            "method": self.method,
+            "ending": self.ending.value,
+            "ending_text": self.ending.text,
+            "tolerance": self.tolerance,
+            "units": {
+                "time": unit_of("time", self.kind),
+                "position": unit_of("position", self.kind),
+                "effort": unit_of("effort", self.kind),
+                **{name: unit_of(name, self.kind) for name in self.truth},
+            },
+            "legend": dict(_LEGEND),
+            "scenario": {
+                table: {key: {"value": value, "unit": unit} for key, (value, unit) in keys.items()}
+                for table, keys in self.scenario.items()
+            },
+            "truth": dict(self.truth),
+            "believed": dict(self.believed),
+            "learnt": None if self.learnt is None else self.learnt.to_dict(),
+            "notes": list(self.notes),
+            "provenance": {
+                "stickslip_version": self.stickslip_version,
+                "file": self.file,
+                "input_sha256": self.sha256,
+            },
+            "runs": [run.to_dict() for run in self.runs],
+        }
