@@ -1,0 +1,132 @@
+"""A pulse controller on a simulated axis, with every pulse and every estimate kept."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.control import PulseController
+from stickslip.plants import Plant
+from stickslip.records import PositioningOutcome, PulseRecord, SensorSample, positive
+from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
+
+__all__ = ["PulseRun", "run_pulses"]
+
+State = Float[np.ndarray, " s"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseRun:
+    """A finished run of a pulse controller.
+
+    Attributes
+    ----------
+    run
+        Truth, log, and the controller's state after the last sample.
+    pulses
+        Every pulse of which it is known what it did, in order.
+    outcome
+        How far positioning has come at the end.
+    estimate_times
+        At the first sample, and whenever the outcome of a pulse became known, shape (k,) [s].
+    estimates
+        By name, at these times and from each on until the next, shape (k,) each [SI].
+    """
+
+    run: ClosedLoopRun[State]
+    pulses: tuple[PulseRecord, ...]
+    outcome: PositioningOutcome
+    estimate_times: Float[np.ndarray, " k"]
+    estimates: Mapping[str, Float[np.ndarray, " k"]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+
+
+class _Recorder:
+    """A controller that does what another does, and notes what that one has found out."""
+
+    def __init__(self, controller: PulseController) -> None:
+        self._controller = controller
+        self._step = controller.step
+        self._known = 0
+        self.sampling_time = controller.sampling_time
+        self.pulses: list[PulseRecord] = []
+        self.times: list[float] = []
+        self.estimates: list[dict[str, float]] = []
+
+    def init(self) -> State:
+        """Return the state before the first sample."""
+        return self._controller.init()
+
+    def step(self, state: State, sample: SensorSample) -> tuple[State, float]:
+        """Step the other controller, and look whether the outcome of a pulse has become known."""
+        state, effort = self._step(state, sample)
+        known = self._controller.pulse_count(state)
+        if known != self._known:
+            self._known = known
+            pulse = self._controller.last_pulse(state)
+            if pulse is not None:
+                self.pulses.append(pulse)
+        elif self.times:
+            return state, effort
+        self.times.append(sample.time)
+        self.estimates.append(self._controller.estimates(state))
+        return state, effort
+
+
+def run_pulses(
+    plant: Plant,
+    controller: PulseController,
+    *,
+    sampling_time: float,
+    duration: float,
+    sensors: Sensors | None = None,
+    generator: np.random.Generator | None = None,
+    initial_state: tuple[float, ...] | None = None,
+) -> PulseRun:
+    """Run a pulse controller on a plant, and keep its pulses and estimates.
+
+    Parameters
+    ----------
+    plant
+        What it moves.
+    controller
+        What moves it.
+    sampling_time
+        Of the loop [s].
+    duration
+        How long, to the nearest sample [s].
+    sensors, generator, initial_state
+        As `stickslip.simulation.simulate_closed_loop` takes them.
+
+    Raises
+    ------
+    InputError
+        As `stickslip.simulation.simulate_closed_loop` does.
+    """
+    recorder = _Recorder(controller)
+    samples = round(
+        positive("duration", duration, "s") / positive("sampling time", sampling_time, "s")
+    )
+    run = simulate_closed_loop(
+        plant,
+        recorder,
+        sampling_time=sampling_time,
+        samples=samples,
+        sensors=sensors,
+        generator=generator,
+        initial_state=initial_state,
+    )
+    return PulseRun(
+        run=run,
+        pulses=tuple(recorder.pulses),
+        outcome=controller.outcome(run.controller_state),
+        estimate_times=np.array(recorder.times),
+        estimates={
+            name: np.array([each[name] for each in recorder.estimates])
+            for name in recorder.estimates[0]
+        },
+    )
