@@ -1,10 +1,7 @@
 """The page: figures, tables and words put together into one file that needs nothing else."""
 
-import html
-import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 from stickslip.outputs import check_output, whole_file
 from stickslip.records import Identification
@@ -17,15 +14,10 @@ from stickslip.report.figures import (
     residual_plots,
     resimulation_plot,
 )
-from stickslip.report.sheet import contents, head, section, template
+from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure
+from stickslip.report.sheet import contents, head, section
 
 __all__ = ["write_report"]
-
-_POLICY = (
-    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-    "img-src data: blob:; base-uri 'none'; form-action 'none'"
-)
-"""Content security policy: the browser itself refuses to fetch anything for this page."""
 
 _NOT_DRAWN = "Not drawn, as the estimate is not good enough for it: "
 
@@ -60,13 +52,11 @@ def write_report(identification: Identification, path: Path | str) -> Path:
 
 
 def _page(identification: Identification) -> Iterable[str]:
-    from plotly.offline import get_plotlyjs
-
     every = _sections(identification)
     sections = [(anchor, name, lead, drawn) for anchor, name, lead, drawn in every if drawn]
     missing = [name for _, name, _, drawn in every if not drawn]
     plots = [plot for _, _, _, drawn in sections for plot in drawn]
-    yield head(f"Friction of {identification.log.name}", policy=_POLICY)
+    yield head(f"Friction of {identification.log.name}", policy=SCRIPT_POLICY)
     yield tables.header(identification)
     named = [(anchor, name) for anchor, name, _, _ in sections]
     yield contents([("parameters", "Parameters"), *named, ("provenance", "Provenance")])
@@ -79,13 +69,7 @@ def _page(identification: Identification) -> Iterable[str]:
     yield section("provenance", "Notes and provenance", tables.provenance(identification))
     yield "</main>\n"
     yield tables.footer(identification)
-    yield (
-        "<noscript><p>The figures are drawn by a script inside this file; allow scripts to see "
-        "them. The tables need none.</p></noscript>\n"
-    )
-    yield f'<script type="application/json" id="plots">{_drawings(plots)}</script>\n'
-    yield f"<script>{get_plotlyjs()}</script>\n"
-    yield f"<script>{template('page.js')}</script>\n</body>\n</html>\n"
+    yield from ending_with(plots)
 
 
 _Section = tuple[str, str, str, list[Plot] | None]
@@ -136,26 +120,7 @@ def _sections(identification: Identification) -> list[_Section]:
 def _figures(anchor: str, lead: str, drawn: list[Plot]) -> str:
     opening = f'<p class="lead">{lead}</p>\n' if lead else ""
     if anchor != "evolution":
-        return opening + "".join(_figure(plot, key(plot.traces)) for plot in drawn)
+        return opening + "".join(figure(plot, key(plot.traces)) for plot in drawn)
     shared = key([trace for plot in drawn for trace in plot.traces])
-    body = "".join(_figure(plot, "") for plot in drawn)
+    body = "".join(figure(plot, "") for plot in drawn)
     return f'{opening}{shared}<div class="grid">\n{body}</div>\n'
-
-
-def _figure(plot: Plot, its_key: str) -> str:
-    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>" if plot.caption else ""
-    heading = f"<h3>{plot.heading}</h3>" if plot.heading else ""
-    return (
-        f'<figure>{heading}{its_key}<div class="plot" id="{plot.anchor}" role="img" '
-        f'aria-label="{html.escape(plot.alternative)}" style="height:{plot.height}px"></div>'
-        f"{caption}</figure>\n"
-    )
-
-
-def _drawings(plots: Iterable[Plot]) -> str:
-    """Return the drawings as JSON that no text in it can end early."""
-    data: Mapping[str, Any] = {
-        plot.anchor: {"data": plot.traces, "layout": plot.layout} for plot in plots
-    }
-    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    return text.replace("<", "\\u003c")

@@ -1,0 +1,50 @@
+"""What pages need whose figures a script draws: the drawings, their frames, and the scripts."""
+
+import html
+import json
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from stickslip.report.drawing import Plot
+from stickslip.report.sheet import template
+
+__all__ = ["SCRIPT_POLICY", "ending_with", "figure"]
+
+SCRIPT_POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
+    "img-src data: blob:; base-uri 'none'; form-action 'none'"
+)
+"""Content security policy: the browser itself refuses to fetch anything for such a page."""
+
+
+def figure(plot: Plot, its_key: str) -> str:
+    """Return the place of a drawing on the page, with its heading, key and caption."""
+    caption = f"<figcaption>{html.escape(plot.caption)}</figcaption>" if plot.caption else ""
+    heading = f"<h3>{plot.heading}</h3>" if plot.heading else ""
+    return (
+        f'<figure>{heading}{its_key}<div class="plot" id="{plot.anchor}" role="img" '
+        f'aria-label="{html.escape(plot.alternative)}" style="height:{plot.height}px"></div>'
+        f"{caption}</figure>\n"
+    )
+
+
+def ending_with(plots: Iterable[Plot]) -> Iterable[str]:
+    """Yield the end of a page: its drawings, and the scripts that draw them."""
+    from plotly.offline import get_plotlyjs
+
+    yield (
+        "<noscript><p>The figures are drawn by a script inside this file; allow scripts to see "
+        "them. The tables need none.</p></noscript>\n"
+    )
+    yield f'<script type="application/json" id="plots">{_drawings(plots)}</script>\n'
+    yield f"<script>{get_plotlyjs()}</script>\n"
+    yield f"<script>{template('page.js')}</script>\n</body>\n</html>\n"
+
+
+def _drawings(plots: Iterable[Plot]) -> str:
+    """Return the drawings as JSON that no text in it can end early."""
+    data: Mapping[str, Any] = {
+        plot.anchor: {"data": plot.traces, "layout": plot.layout} for plot in plots
+    }
+    text = json.dumps(data, allow_nan=False, separators=(",", ":"))
+    return text.replace("<", "\\u003c")
