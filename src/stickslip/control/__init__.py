@@ -8,6 +8,7 @@ from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
 from stickslip.control.pd import PD
 from stickslip.control.pid import PIDController
 from stickslip.control.pulse_controller import PulseController
+from stickslip.control.pulse_width import PulseWidthController
 from stickslip.control.reference import Move, PointToPoint, Reference
 from stickslip.control.reset_integral import ResetIntegral
 from stickslip.control.rest_detection import RestDetection
@@ -25,6 +26,7 @@ __all__ = [
     "PIDController",
     "PointToPoint",
     "PulseController",
+    "PulseWidthController",
     "Reference",
     "ResetIntegral",
     "RestDetection",

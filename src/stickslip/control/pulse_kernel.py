@@ -18,7 +18,7 @@ which rest is looked for is its end. A method is three kernels of its own on top
 
 ``learn`` reads the pulse at ``s[LAST + ...]`` (its effort levels, the displacement it was to make
 and the one it made, whether it moved the axis) and the positions sampled from its start on, which
-are ``s[TRACE : TRACE + int(s[TRACED])]``. ``plan`` reads ``s[ERROR]`` (target minus position) and
+are ``s[TRACE : TRACE + int(s[TRACED])]``, every ``s[STRIDE]`` samples. ``plan`` reads ``s[ERROR]`` (target minus position) and
 either calls `fire` and then `add_level` once or several times, or calls `stop`.
 """
 
@@ -54,9 +54,11 @@ __all__ = [
     "REACHED",
     "REST",
     "RESTING",
+    "ROUNDING",
     "SPEED",
     "SPREAD",
     "STOPPED",
+    "STRIDE",
     "TARGET",
     "TOLERANCE",
     "TRACE",
@@ -70,12 +72,14 @@ __all__ = [
     "readable",
     "stop",
     "watch",
+    "whole_samples",
 ]
 
 WAITING, PULSING, RESTING = 0.0, 1.0, 2.0  # values of PHASE
 MOVING, REACHED, STOPPED = 0.0, 1.0, 2.0  # values of OUTCOME
 MOST_LEVELS = 4  # of one pulse
 TRACE_SIZE = 64  # positions kept from a pulse's first sample on
+ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more has been rounded so
 
 # Settings
 (
@@ -105,7 +109,9 @@ TRACE_SIZE = 64  # positions kept from a pulse's first sample on
     _QUIET,  # samples in a row in which the measured velocity was small enough
     _TIME,  # of this sample
     _POSITION,  # in this sample
-) = range(DELAY + 1, DELAY + 17)
+    STRIDE,  # samples between two positions kept
+    _AGE,  # samples since the pulse's start
+) = range(DELAY + 1, DELAY + 19)
 # Places within a pulse
 (
     AT_TIME,
@@ -117,7 +123,7 @@ TRACE_SIZE = 64  # positions kept from a pulse's first sample on
     AT_LEVELS,  # effort and whole samples of each
 ) = range(7)
 _PULSE_SIZE = AT_LEVELS + 2 * MOST_LEVELS
-PULSE = _POSITION + 1  # the pulse on its way
+PULSE = _AGE + 1  # the pulse on its way
 LAST = PULSE + _PULSE_SIZE  # the last pulse of which it is known what it did
 TRACED = LAST + _PULSE_SIZE  # positions kept
 TRACE = TRACED + 1
@@ -183,8 +189,10 @@ def watch(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     x = sample.measured_position
     s[_TIME], s[_POSITION], s[FRESH] = sample.time, x, 0.0
     if s[PENDING] > 0.0 and s[TRACED] < TRACE_SIZE:
-        s[TRACE + int(s[TRACED])] = x
-        s[TRACED] += 1.0
+        s[_AGE] += 1.0
+        if s[_AGE] == s[STRIDE] * s[TRACED]:
+            s[TRACE + int(s[TRACED])] = x
+            s[TRACED] += 1.0
     if s[PHASE] == PULSING:
         return False
     if s[_WAIT] > 0.0:
@@ -206,13 +214,16 @@ def watch(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
 
 
 @compiled()
-def fire(s: Float[np.ndarray, " s"], predicted: float) -> None:
-    """Begin a pulse, from this sample on, that is expected to move the axis by ``predicted``."""
+def fire(s: Float[np.ndarray, " s"], predicted: float, stride: float) -> None:
+    """Begin a pulse, from this sample on, that is expected to move the axis by ``predicted``.
+
+    Of the positions from here on every one in ``stride`` is kept, a whole number.
+    """
     s[PULSE + AT_TIME], s[PULSE + AT_ERROR] = s[_TIME], s[ERROR]
     s[PULSE + AT_PREDICTED], s[PULSE + AT_LEVEL_COUNT] = predicted, 0.0
     s[PHASE], s[PENDING] = PULSING, 1.0
     s[PULSES] += 1.0
-    s[TRACE], s[TRACED] = s[_POSITION], 1.0
+    s[TRACE], s[TRACED], s[STRIDE], s[_AGE] = s[_POSITION], 1.0, stride, 0.0
     s[_LEVEL] = 0.0
 
 
@@ -224,6 +235,12 @@ def add_level(s: Float[np.ndarray, " s"], effort: float, samples: float) -> None
     s[PULSE + AT_LEVEL_COUNT] = i + 1.0
     if i == 0:
         s[_LEFT] = samples
+
+
+@compiled()
+def whole_samples(width: float, T: float) -> float:
+    """Return a width rounded up to whole samples, at least one."""
+    return max(np.ceil(width / T - ROUNDING), 1.0)
 
 
 @compiled()

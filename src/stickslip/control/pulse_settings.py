@@ -1,0 +1,76 @@
+"""Checks of the settings that pulse width and pulse amplitude width control share."""
+
+from math import floor, inf
+from typing import Literal
+
+from stickslip.control.pulse_kernel import ROUNDING
+from stickslip.records import AxisKind, InputError, positive, unit_of
+
+__all__ = ["checked_first_friction", "checked_patience", "checked_share", "longest_samples"]
+
+
+def checked_share(
+    name: str, value: float, highest: float, *, ends: Literal["", "low", "high"]
+) -> None:
+    """Check a number without unit that must lie between 0 and ``highest``, one end included."""
+    low = value >= 0.0 if ends == "low" else value > 0.0
+    high = value <= highest if ends == "high" else value < highest
+    if not (low and high):
+        left = "[" if ends == "low" else "("
+        right = "]" if ends == "high" else ")"
+        raise InputError(
+            f"{name} is {value:g}, it must lie in {left}0, {highest:g}{right}",
+            remedy="give 1 when in doubt",
+        )
+
+
+def checked_patience(patience: int | None) -> None:
+    """Check how many pulses without motion are allowed."""
+    if patience is not None and patience < 1:
+        raise InputError(
+            f"patience is {patience} pulses, it must be at least 1",
+            remedy="give how many pulses in a row may fail to move the axis, or None for any",
+        )
+
+
+def longest_samples(width: float | None, sampling_time: float) -> float:
+    """Return how many whole samples a pulse may last at most."""
+    if width is None:
+        return inf
+    samples = floor(positive("longest_width", width, "s") / sampling_time + ROUNDING)
+    if samples < 1:
+        raise InputError(
+            f"longest_width is {width:g} s, a pulse lasts at least one sample of "
+            f"{sampling_time:g} s",
+            remedy="allow a longer pulse or sample faster",
+        )
+    return float(samples)
+
+
+def checked_first_friction(
+    mass: float,
+    coulomb_friction: float,
+    static_friction: float | None,
+    pulse_effort: float,
+    kind: AxisKind,
+) -> None:
+    """Check mass and friction, and that the pulses can overcome it."""
+    unit = unit_of("effort", kind)
+    positive("mass", mass, unit_of("mass", kind))
+    positive("coulomb_friction", coulomb_friction, unit)
+    positive("pulse_effort", pulse_effort, unit)
+    limit, name = coulomb_friction, "Coulomb friction"
+    if static_friction is not None:
+        if not static_friction >= coulomb_friction:
+            raise InputError(
+                f"static_friction is {static_friction:g} {unit}, less than the Coulomb friction "
+                f"of {coulomb_friction:g} {unit}",
+                remedy="give the effort it takes to break away, at least the Coulomb friction",
+            )
+        limit, name = static_friction, "breakaway (static) friction"
+    if not pulse_effort > limit:
+        raise InputError(
+            f"pulse_effort is {pulse_effort:g} {unit}, not more than the {name} of {limit:g} "
+            f"{unit}: no pulse would move the axis",
+            remedy="allow more effort",
+        )
