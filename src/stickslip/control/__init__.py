@@ -7,6 +7,7 @@ from stickslip.control.notch import Notch, NotchCoefficients
 from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
 from stickslip.control.pd import PD
 from stickslip.control.pid import PIDController
+from stickslip.control.pulse_amplitude_width import PulseAmplitudeWidthController
 from stickslip.control.pulse_controller import PulseController
 from stickslip.control.pulse_width import PulseWidthController
 from stickslip.control.reference import Move, PointToPoint, Reference
@@ -25,6 +26,7 @@ __all__ = [
     "OnlineFriction",
     "PIDController",
     "PointToPoint",
+    "PulseAmplitudeWidthController",
     "PulseController",
     "PulseWidthController",
     "Reference",

@@ -18,8 +18,9 @@ which rest is looked for is its end. A method is three kernels of its own on top
 
 ``learn`` reads the pulse at ``s[LAST + ...]`` (its effort levels, the displacement it was to make
 and the one it made, whether it moved the axis) and the positions sampled from its start on, which
-are ``s[TRACE : TRACE + int(s[TRACED])]``, every ``s[STRIDE]`` samples. ``plan`` reads ``s[ERROR]`` (target minus position) and
-either calls `fire` and then `add_level` once or several times, or calls `stop`.
+are ``s[TRACE : TRACE + int(s[TRACED])]``, every ``s[STRIDE]`` samples. ``plan`` reads ``s[ERROR]``
+(target minus position) and either calls `fire` and then `add_level` once or several times, or calls
+`stop`.
 """
 
 import numpy as np

@@ -83,7 +83,7 @@ def _plan(s: Float[np.ndarray, " s"]) -> None:
     if s[_APPLIED] > 0.0:
         t_p = n * T
     s[_U] = sign * t_p * t_p
-    fire(s, b * s[_U])
+    fire(s, b * s[_U], 1.0)
     add_level(s, sign * s[_EFFORT], n)
 
 

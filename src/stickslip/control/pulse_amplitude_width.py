@@ -1,0 +1,300 @@
+"""Adaptive pulse amplitude pulse width control (report part B, Eqs. 14-22)."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf, isfinite
+from typing import Literal, Self
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.control import pulse_amplitude_width_kernel as at
+from stickslip.control.pulse_controller import PulseController
+from stickslip.control.pulse_settings import (
+    checked_first_friction,
+    checked_patience,
+    checked_share,
+    longest_samples,
+)
+from stickslip.control.rest_detection import RestDetection
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    PulseMethod,
+    SensorSample,
+    quantity_field,
+)
+
+__all__ = ["PulseAmplitudeWidthController"]
+
+_REGRESSORS = {"applied": at.APPLIED, "nominal": at.NOMINAL, "printed": at.PRINTED}
+_ROUNDED = 1e-9  # a covariance carried on may be indefinite by so much of itself
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseAmplitudeWidthController(PulseController):
+    """Adaptive pulse amplitude pulse width control, PAPWC: whole samples, trimmed effort.
+
+    A pulse of effort f and width t is taken to move the axis by ``(A1 f |f| - A2 f) t^2``, without
+    viscous friction: ``A1 = 1/(2 m f_c)``, ``A2 = 1/(2 m)``. Both are estimated pulse by pulse, and
+    the Coulomb friction is ``A2 / A1``. The width for full effort is rounded up to whole samples
+    and the effort lowered to make up for it, so that steps are far smaller than those of pulse
+    width control; the smallest is where the effort no longer breaks the axis away.
+
+    Attributes
+    ----------
+    pulse_effort
+        Largest effort of a pulse; more than the axis needs to break away.
+    first_gain_1, first_gain_2
+        First guesses of ``A1`` and ``A2``; `from_friction` takes them from mass and Coulomb
+        friction.
+    gain
+        Share of the error that a pulse is to take away, ``K_c`` [-]; between 0 and 2.
+    longest_width
+        Of a pulse, rounded down to whole samples; None for no limit.
+    forgetting
+        ``lambda`` of the recursion [-], in (0, 1].
+    initial_covariance
+        ``P(0)`` of the recursion: a number, for that times the identity, or its entries ``(P11,
+        P12, P22)`` [1/(N s)^4, 1/(N^3 s^4), 1/(N^2 s^4); with N m for N on a rotary axis]. The
+        report's 1e-5 leaves A2 almost as it is; 1e5, its other reading, learns both.
+    friction_margin
+        The estimated Coulomb friction is kept at least this share of ``pulse_effort`` away from 0
+        and from ``pulse_effort``, between which it must lie for the plan to exist [-]; None to let
+        it go where it will, as printed.
+    regressor
+        ``"applied"``: effort and width of the pulse that was fired; ``"nominal"``: full effort and
+        the width before rounding, from which only one combination of A1 and A2 can be learned;
+        ``"printed"``: the same with the report's sign of A2, which is wrong.
+    patience
+        After so many pulses in a row that did not move the axis it stops, since the next would be
+        the same; None to go on, as the report does.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+
+    Notes
+    -----
+    An estimate outside the range is taken to its edge where the recursion's own measure of
+    distance, the inverse of P, is least.
+
+    Examples
+    --------
+    >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
+    >>> from stickslip.simulation import simulate_closed_loop
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, static_friction=130.0,
+    ...                                        viscous_friction=700.0)
+    >>> controller = PulseAmplitudeWidthController.from_friction(
+    ...     mass=150.0, coulomb_friction=80.0, pulse_effort=300.0, sampling_time=0.01,
+    ...     target=0.01, tolerance=2e-5, rest=RestDetection(samples=1, spread=0.0, speed=0.0),
+    ...     longest_width=0.03)
+    >>> run = simulate_closed_loop(SingleMass(mass=150.0, friction=law), controller,
+    ...                            sampling_time=0.01, samples=200)
+    >>> controller.outcome(run.controller_state).value
+    'reached'
+    >>> controller.pulse_count(run.controller_state)
+    10
+    """
+
+    pulse_effort: float = quantity_field("effort")
+    first_gain_1: float = quantity_field("gain_1")
+    first_gain_2: float = quantity_field("gain_2")
+    gain: float = 1.0
+    longest_width: float | None = quantity_field("time", default=None)
+    forgetting: float = 1.0
+    initial_covariance: float | tuple[float, float, float] = 1e-5
+    friction_margin: float | None = 0.01
+    regressor: Literal["applied", "nominal", "printed"] = "applied"
+    patience: int | None = 3
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("pulse_effort", "first_gain_1", "first_gain_2"):
+            self._check_positive(name)
+        checked_share("gain", self.gain, 2.0, ends="")
+        checked_share("forgetting", self.forgetting, 1.0, ends="high")
+        longest_samples(self.longest_width, self.sampling_time)
+        P11, P12, P22 = self._covariance
+        definite = P11 > 0.0 and P22 > 0.0 and P12 * P12 <= P11 * P22 * (1.0 + _ROUNDED)
+        if not (definite and isfinite(P11 + P22)):
+            raise InputError(
+                f"initial_covariance is ({P11:g}, {P12:g}, {P22:g}), it must be positive definite",
+                remedy="give a positive number, for that times the identity",
+            )
+        margin = self.friction_margin
+        if margin is not None:
+            checked_share("friction_margin", margin, 0.5, ends="")
+        if self.regressor not in _REGRESSORS:
+            raise InputError(
+                f"regressor is {self.regressor!r}",
+                remedy=f"give one of {', '.join(_REGRESSORS)}",
+            )
+        checked_patience(self.patience)
+        f_c, f_p, unit = self.coulomb_friction, self.pulse_effort, self._unit("pulse_effort")
+        edge = 0.0 if margin is None else margin * f_p
+        if not edge < f_c < f_p - edge:
+            raise InputError(
+                f"the first guess of the Coulomb friction, first_gain_2 / first_gain_1, is "
+                f"{f_c:g} {unit}; with pulse_effort {f_p:g} {unit} it must lie between {edge:g} "
+                f"and {f_p - edge:g} {unit}",
+                remedy="allow more effort, or give a smaller first guess",
+            )
+
+    @property
+    def _covariance(self) -> tuple[float, float, float]:
+        P = self.initial_covariance
+        return P if isinstance(P, tuple) else (P, 0.0, P)
+
+    @property
+    def coulomb_friction(self) -> float:
+        """First guess of the Coulomb friction [N or N m]."""
+        return self.first_gain_2 / self.first_gain_1
+
+    @classmethod
+    def from_friction(
+        cls,
+        *,
+        mass: float,
+        coulomb_friction: float,
+        static_friction: float | None = None,
+        pulse_effort: float,
+        sampling_time: float,
+        target: float,
+        tolerance: float,
+        rest: RestDetection,
+        kind: AxisKind = "linear",
+        gain: float = 1.0,
+        longest_width: float | None = None,
+        patience: int | None = 3,
+    ) -> Self:
+        """Return one whose first guesses follow from mass and friction (Eq. 16).
+
+        Parameters
+        ----------
+        mass
+            Moving mass or inertia [kg or kg m^2].
+        coulomb_friction
+            First guess of it [N or N m].
+        static_friction
+            Effort it takes to break away, if known; the largest pulse must exceed it [N or N m].
+        pulse_effort, sampling_time, target, tolerance, gain, longest_width
+            As of the class [N or N m, s, m or rad, m or rad, -, s].
+        rest, kind, patience
+            As of the class.
+
+        Raises
+        ------
+        InputError
+            If a value is out of its range, or the pulses cannot overcome the friction.
+        """
+        checked_first_friction(mass, coulomb_friction, static_friction, pulse_effort, kind)
+        return cls(
+            first_gain_1=1.0 / (2.0 * mass * coulomb_friction),
+            first_gain_2=1.0 / (2.0 * mass),
+            pulse_effort=pulse_effort,
+            sampling_time=sampling_time,
+            target=target,
+            tolerance=tolerance,
+            rest=rest,
+            kind=kind,
+            gain=gain,
+            longest_width=longest_width,
+            patience=patience,
+        )
+
+    @property
+    def method(self) -> PulseMethod:
+        """``"papwc"``."""
+        return "papwc"
+
+    @property
+    def step(
+        self,
+    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
+        """As of the base class."""
+        return at.papwc_step
+
+    def init(self) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample."""
+        T, f_p, margin = self.sampling_time, self.pulse_effort, self.friction_margin
+        return self._first_state(
+            (
+                f_p,
+                T,
+                longest_samples(self.longest_width, T) * T,
+                self.gain,
+                self.forgetting,
+                -inf if margin is None else margin * f_p,
+                inf if margin is None else (1.0 - margin) * f_p,
+                _REGRESSORS[self.regressor],
+                inf if self.patience is None else self.patience,
+                self.first_gain_1,
+                self.first_gain_2,
+                *self._covariance,
+                0.0,
+                0.0,
+            )
+        )
+
+    def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
+        """Return the estimates by name, and what follows from them.
+
+        ``gain_1`` and ``gain_2`` are ``A1`` [m/(N s)^2] and ``A2`` [m/(N s^2)];
+        ``coulomb_friction`` their ratio [N], ``pulse_gain`` the displacement at full effort over
+        squared width, ``b`` [m/s^2]. On a rotary axis rad stands for m and N m for N.
+
+        Parameters
+        ----------
+        state
+            From `init`, a step, or a run's ``controller_state``.
+        """
+        A_1, A_2, f_p = float(state[at.A_1]), float(state[at.A_2]), self.pulse_effort
+        return {
+            "gain_1": A_1,
+            "gain_2": A_2,
+            "coulomb_friction": A_2 / A_1 if A_1 else inf,
+            "pulse_gain": A_1 * f_p * f_p - A_2 * f_p,
+        }
+
+    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+        """Return the two gains and their covariance.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+        P11, P12, P22 = state[at.P_11 : at.P_22 + 1].tolist()
+        return LearntPulses(
+            method=self.method,
+            kind=self.kind,
+            values={"gain_1": float(state[at.A_1]), "gain_2": float(state[at.A_2])},
+            covariance=np.array([[P11, P12], [P12, P22]]),
+        )
+
+    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+        """Return the same controller, beginning with what an earlier run has learned.
+
+        Parameters
+        ----------
+        learnt, keep_covariance
+            As of the base class.
+
+        Raises
+        ------
+        InputError
+            If it was learned by another method, on another kind of axis, or is no possible
+            estimate with this controller's effort.
+        """
+        self._check_learnt(learnt, ("gain_1", "gain_2"), 2)
+        (P11, P12), (_, P22) = learnt.covariance.tolist()
+        return replace(
+            self,
+            first_gain_1=learnt.values["gain_1"],
+            first_gain_2=learnt.values["gain_2"],
+            initial_covariance=(P11, P12, P22) if keep_covariance else self.initial_covariance,
+        )
