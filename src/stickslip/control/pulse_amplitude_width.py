@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, isfinite
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -29,7 +29,7 @@ from stickslip.records import (
 __all__ = ["PulseAmplitudeWidthController"]
 
 _REGRESSORS = {"applied": at.APPLIED, "nominal": at.NOMINAL, "printed": at.PRINTED}
-_ROUNDED = 1e-9  # a covariance carried on may be indefinite by so much of itself
+_ROUNDED = 1e-9  # what is carried on may have been rounded by so much of itself
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,8 +135,8 @@ class PulseAmplitudeWidthController(PulseController):
             )
         checked_patience(self.patience)
         f_c, f_p, unit = self.coulomb_friction, self.pulse_effort, self._unit("pulse_effort")
-        edge = 0.0 if margin is None else margin * f_p
-        if not edge < f_c < f_p - edge:
+        edge = _ROUNDED * f_p if margin is None else (margin - _ROUNDED) * f_p
+        if not edge <= f_c <= f_p - edge:
             raise InputError(
                 f"the first guess of the Coulomb friction, first_gain_2 / first_gain_1, is "
                 f"{f_c:g} {unit}; with pulse_effort {f_p:g} {unit} it must lie between {edge:g} "
@@ -170,7 +170,7 @@ class PulseAmplitudeWidthController(PulseController):
         gain: float = 1.0,
         longest_width: float | None = None,
         patience: int | None = 3,
-    ) -> Self:
+    ) -> "PulseAmplitudeWidthController":
         """Return one whose first guesses follow from mass and friction (Eq. 16).
 
         Parameters
@@ -231,7 +231,7 @@ class PulseAmplitudeWidthController(PulseController):
                 -inf if margin is None else margin * f_p,
                 inf if margin is None else (1.0 - margin) * f_p,
                 _REGRESSORS[self.regressor],
-                inf if self.patience is None else self.patience,
+                inf if self.patience is None else float(self.patience),
                 self.first_gain_1,
                 self.first_gain_2,
                 *self._covariance,
@@ -276,7 +276,9 @@ class PulseAmplitudeWidthController(PulseController):
             covariance=np.array([[P11, P12], [P12, P22]]),
         )
 
-    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+    def resumed(
+        self, learnt: LearntPulses, *, keep_covariance: bool = True
+    ) -> "PulseAmplitudeWidthController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters

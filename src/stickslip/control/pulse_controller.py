@@ -4,7 +4,6 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -130,7 +129,7 @@ class PulseController(ABC):
         """
 
     @abstractmethod
-    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> "PulseController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, sqrt
-from typing import Literal, Self
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -197,7 +197,7 @@ class PulseWidthController(PulseController):
         gain: float = 1.0,
         longest_width: float | None = None,
         patience: int | None = 3,
-    ) -> Self:
+    ) -> "PulseWidthController":
         """Return one whose first guess follows from mass and friction (Eq. 4).
 
         Parameters
@@ -257,7 +257,7 @@ class PulseWidthController(PulseController):
                 self.forgetting,
                 self.new_data_weight,
                 float(self.regressor == "applied"),
-                inf if self.patience is None else self.patience,
+                inf if self.patience is None else float(self.patience),
                 self.first_gain,
                 1.0 / self.initial_covariance,
                 0.0,
@@ -289,7 +289,9 @@ class PulseWidthController(PulseController):
             covariance=np.array([[1.0 / state[_F_INVERSE]]]),
         )
 
-    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+    def resumed(
+        self, learnt: LearntPulses, *, keep_covariance: bool = True
+    ) -> "PulseWidthController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters

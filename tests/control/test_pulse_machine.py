@@ -1,0 +1,281 @@
+"""What all pulse controllers have in common, tried on pulse width control."""
+
+import math
+import os
+import subprocess
+import sys
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from stickslip.control import PulseWidthController, RestDetection
+from stickslip.records import InputError, PositioningOutcome, SensorSample
+
+FULL = 300.0
+WIDTH = 3  # samples; what an error of 0.01 asks for with this gain
+CONTROLLER = PulseWidthController(
+    sampling_time=0.01,
+    target=0.01,
+    tolerance=1e-3,
+    rest=RestDetection(samples=1, spread=0.0, speed=0.0),
+    pulse_effort=FULL,
+    first_gain=0.01 / 0.03**2,
+)
+
+
+def played(controller, positions, velocities=None, state=None):
+    """Feed samples to a controller; return the efforts and its state after each sample."""
+    state = controller.init() if state is None else state
+    velocities = [0.0] * len(positions) if velocities is None else velocities
+    efforts, states = [], []
+    for k, (x, v) in enumerate(zip(positions, velocities, strict=True)):
+        sample = SensorSample(0.01 * k, x, v, math.nan, math.nan)
+        state, effort = controller.step(state, sample)
+        efforts.append(effort)
+        states.append(state)
+    return efforts, states
+
+
+def test_a_pulse_fires_in_the_very_sample_in_which_the_axis_has_stuck():
+    efforts, _ = played(CONTROLLER, [0.0] * 6, [0.5, 0.1, 0.0, 3.0, 4.0, 3.0])
+    assert efforts == [0.0, 0.0, FULL, FULL, FULL, 0.0]
+
+
+def test_nothing_fires_while_the_axis_moves():
+    efforts, states = played(CONTROLLER, [0.0] * 50, [1e-9] * 50)
+    assert set(efforts) == {0.0}
+    assert CONTROLLER.outcome(states[-1]) is PositioningOutcome.MOVING
+
+
+def test_the_displacement_of_a_pulse_is_from_rest_to_rest():
+    positions = [0.0, 0.001, 0.003, 0.005, 0.006, 0.006]
+    velocities = [0.0, 0.1, 0.2, 0.2, 0.1, 0.0]
+    efforts, states = played(CONTROLLER, positions, velocities)
+    assert efforts[:5] == [FULL, FULL, FULL, 0.0, 0.0]
+    assert [CONTROLLER.pulse_count(s) for s in states] == [0, 0, 0, 0, 0, 1]
+    assert CONTROLLER.last_pulse(states[4]) is None
+    pulse = CONTROLLER.last_pulse(states[5])
+    assert pulse is not None
+    assert pulse.time == 0.0
+    assert pulse.levels == ((FULL, 0.03),)
+    assert pulse.error == 0.01
+    assert pulse.predicted_displacement == pytest.approx(0.01)
+    assert pulse.achieved_displacement == 0.006
+    assert pulse.moved
+    assert efforts[5] == FULL  # it is known now, and the next pulse fires at once
+
+
+def test_inside_the_tolerance_it_is_silent_until_the_axis_is_pushed_out():
+    positions = [0.0095] * 4 + [0.0092, 0.004, 0.004]
+    velocities = [0.0] * 4 + [0.0, -0.3, 0.0]
+    efforts, states = played(CONTROLLER, positions, velocities)
+    assert efforts == [0.0] * 6 + [FULL]
+    outcomes = [CONTROLLER.outcome(s) for s in states]
+    assert outcomes == [PositioningOutcome.REACHED] * 6 + [PositioningOutcome.MOVING]
+    assert CONTROLLER.pulse_count(states[-1]) == 0
+
+
+def test_what_pushes_the_axis_out_is_not_learned_from():
+    _, states = played(CONTROLLER, [0.0095, 0.004, 0.002], [0.0, 0.0, 0.0])
+    assert CONTROLLER.estimates(states[-1]) == CONTROLLER.estimates(CONTROLLER.init())
+
+
+def test_the_axis_is_watched_to_its_tolerance_and_not_beyond():
+    inside = 0.01 - 0.999 * CONTROLLER.tolerance
+    outside = 0.01 - 1.001 * CONTROLLER.tolerance
+    assert played(CONTROLLER, [inside])[0] == [0.0]
+    assert played(CONTROLLER, [outside])[0] == [FULL]
+
+
+def test_a_new_target_waits_for_the_pulse_on_its_way():
+    _, states = played(CONTROLLER, [0.0, 0.001], [0.0, 0.1])
+    state = CONTROLLER.retargeted(states[-1], -0.01)
+    efforts, states = played(
+        CONTROLLER, [0.003, 0.005, 0.006, 0.006], [0.2, 0.2, 0.1, 0.0], state=state
+    )
+    assert efforts == [FULL, 0.0, 0.0, -FULL]
+    pulse = CONTROLLER.last_pulse(states[-1])
+    assert pulse is not None
+    assert (pulse.error, pulse.achieved_displacement) == (0.01, 0.006)
+
+
+def test_a_new_target_wakes_it_where_it_rests():
+    _, states = played(CONTROLLER, [0.0095])
+    state = CONTROLLER.retargeted(states[-1], 0.5)
+    assert CONTROLLER.outcome(state) is PositioningOutcome.MOVING
+    assert played(CONTROLLER, [0.0095], state=state)[0] == [FULL]
+    with pytest.raises(InputError, match="target is inf m"):
+        CONTROLLER.retargeted(state, math.inf)
+
+
+def test_a_pulse_that_moved_nothing_is_not_learned_from_and_patience_ends():
+    efforts, states = played(CONTROLLER, [0.0] * 30)
+    assert efforts == [FULL] * (3 * WIDTH) + [0.0] * (30 - 3 * WIDTH)
+    assert CONTROLLER.outcome(states[-1]) is PositioningOutcome.STOPPED
+    assert CONTROLLER.pulse_count(states[-1]) == 3
+    pulse = CONTROLLER.last_pulse(states[-1])
+    assert pulse is not None
+    assert not pulse.moved
+    assert CONTROLLER.estimates(states[-1]) == CONTROLLER.estimates(CONTROLLER.init())
+    # Pushed elsewhere it tries again
+    assert played(CONTROLLER, [0.003], state=states[-1])[0] == [FULL]
+
+
+def test_without_end_to_its_patience_it_repeats_the_pulse_as_printed():
+    efforts, states = played(replace(CONTROLLER, patience=None), [0.0] * 300)
+    assert efforts == [FULL] * 300
+    assert CONTROLLER.pulse_count(states[-1]) == 99
+
+
+@pytest.mark.parametrize("motion", [0.0009, 0.0011])
+def test_a_motion_that_the_sensors_cannot_tell_from_none_is_none(motion):
+    rest = RestDetection(samples=1, spread=0.5, speed=0.0, least_motion=0.001)
+    controller = replace(CONTROLLER, rest=rest)
+    _, states = played(controller, [0.0] * 3 + [motion])
+    pulse = controller.last_pulse(states[-1])
+    assert pulse is not None
+    assert pulse.moved is (motion > 0.001)
+
+
+def test_rest_is_a_window_within_the_spread_and_its_position_the_mean():
+    controller = replace(CONTROLLER, rest=RestDetection(samples=3, spread=1e-4))
+    positions = [0.001, 0.0005, 0.0, 2e-5, 1e-4, 3e-5]
+    efforts, states = played(controller, positions, [math.nan] * 6)
+    assert efforts == [0.0] * 4 + [FULL, FULL]
+    _, states = played(controller, [0.0] * 4, state=states[-1])
+    pulse = controller.last_pulse(states[-1])
+    assert pulse is not None
+    assert pulse.error == pytest.approx(0.01 - (0.0 + 2e-5 + 1e-4) / 3)
+
+
+def test_only_samples_from_the_end_of_a_pulse_on_count():
+    # Still for the length of the window during the pulse, moving after it
+    controller = replace(CONTROLLER, rest=RestDetection(samples=2, spread=0.0))
+    positions = [0.0, 0.0, 0.0, 0.0, 0.002, 0.003, 0.004, 0.004]
+    efforts, states = played(controller, positions)
+    assert efforts == [0.0, FULL, FULL, FULL, 0.0, 0.0, 0.0, FULL]
+    pulse = controller.last_pulse(states[-1])
+    assert pulse is not None
+    assert pulse.achieved_displacement == 0.004
+
+
+def test_late_sensors_are_waited_for():
+    # Two samples late: just after the pulse they still show the axis before it
+    late = replace(CONTROLLER, rest=RestDetection(samples=1, spread=0.0, speed=0.0, delay=2))
+    positions = [0.0, 0.0, 0.0, 0.0, 0.0, 0.004, 0.005]
+    velocities = [0.0, 0.0, 0.0, 0.0, 0.0, 0.3, 0.0]
+    efforts, states = played(late, positions, velocities)
+    assert efforts == [FULL] * 3 + [0.0] * 3 + [FULL]
+    pulse = late.last_pulse(states[-1])
+    assert pulse is not None
+    assert pulse.achieved_displacement == 0.005
+
+
+@pytest.mark.parametrize(
+    ("position", "velocity"), [(math.nan, 0.0), (math.inf, 0.0), (0.0, math.nan)]
+)
+def test_a_sample_that_cannot_be_used_changes_nothing(position, velocity):
+    before = CONTROLLER.init()
+    efforts, states = played(CONTROLLER, [position], [velocity])
+    assert math.isnan(efforts[0])
+    assert np.array_equal(states[0], before, equal_nan=True)
+
+
+def test_a_step_leaves_the_state_it_was_given():
+    state = CONTROLLER.init()
+    kept = state.copy()
+    played(CONTROLLER, [0.0] * 3, state=state)
+    assert np.array_equal(state, kept, equal_nan=True)
+
+
+def test_interpreted_it_does_the_same_to_the_last_bit():
+    rng = np.random.default_rng(4)
+    positions = np.repeat(rng.uniform(-0.01, 0.02, 40), 6)
+    _, states = played(CONTROLLER, positions.tolist())
+    code = """
+import sys
+import numpy as np
+from stickslip.control import PulseWidthController, RestDetection
+from stickslip.records import SensorSample
+controller = PulseWidthController(sampling_time=0.01, target=0.01, tolerance=1e-3,
+    rest=RestDetection(samples=1, spread=0.0, speed=0.0), pulse_effort=300.0,
+    first_gain=0.01 / 0.03**2)
+state = controller.init()
+positions = np.repeat(np.random.default_rng(4).uniform(-0.01, 0.02, 40), 6).tolist()
+for k, x in enumerate(positions):
+    state, _ = controller.step(state, SensorSample(0.01 * k, x, 0.0, np.nan, np.nan))
+sys.stdout.write(state.tobytes().hex())
+"""
+    done = subprocess.run(
+        [sys.executable, "-c", code],
+        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert bytes.fromhex(done.stdout) == states[-1].tobytes()
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"sampling_time": 0.0}, "sampling_time is 0 s"),
+        ({"tolerance": 0.0}, "tolerance is 0 m"),
+        ({"tolerance": -1e-5}, "tolerance is -1e-05 m"),
+        ({"target": math.nan}, "target is nan m"),
+        ({"kind": "angular"}, "'angular'"),
+        ({"rest": 3}, "rest is a int"),
+    ],
+)
+def test_impossible_settings_are_refused(settings, says, without_shape_checks):
+    with pytest.raises(InputError, match=says):
+        replace(CONTROLLER, **settings)
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"samples": 0, "speed": 0.0}, "samples is 0, it must be a whole number of at least 1"),
+        ({"samples": 1}, "at least 2 where no velocity"),
+        ({"samples": 2.5}, "samples is 2.5"),
+        ({"spread": -1e-6}, "spread is -1e-06 m or rad"),
+        ({"speed": -1.0}, "speed is -1 m/s or rad/s"),
+        ({"least_motion": -1.0}, "least_motion is -1 m or rad"),
+        ({"delay": -1}, "delay is -1"),
+    ],
+)
+def test_impossible_rest_is_refused(settings, says, without_shape_checks):
+    with pytest.raises(InputError, match=says):
+        RestDetection(**{"samples": 5, "spread": 1e-6, **settings})
+
+
+@pytest.mark.parametrize(
+    ("settings", "says"),
+    [
+        ({"resolution": 0.0}, "resolution is 0"),
+        ({"noise": -1.0}, "noise is -1"),
+        ({"samples": 1}, "samples is 1"),
+        ({"samples": 0}, "samples is 0"),
+    ],
+)
+def test_impossible_encoders_are_refused(settings, says):
+    with pytest.raises(InputError, match=says):
+        RestDetection.for_encoder(**{"resolution": 1e-6, "samples": 20, **settings})
+
+
+@pytest.mark.parametrize("noise", [0.0, 0.3e-6, 1e-6, 5e-6])
+@pytest.mark.parametrize("samples", [2, 20])
+def test_an_encoder_at_rest_is_found_at_rest_and_not_moved(noise, samples):
+    step, windows = 1e-6, 20_000
+    rest = RestDetection.for_encoder(resolution=step, noise=noise, samples=samples)
+    rng = np.random.default_rng(samples)
+    truth = rng.uniform(0.0, step, (windows, 1))
+    read = step * np.rint((truth + noise * rng.standard_normal((windows, samples))) / step)
+    missed = int(np.sum(np.ptp(read, axis=1) > rest.spread * (1 + 1e-9)))
+    # One in a thousand, and six standard deviations of that count
+    assert missed <= 1e-3 * windows + 6.0 * math.sqrt(1e-3 * windows)
+    again = step * np.rint((truth + noise * rng.standard_normal((windows, samples))) / step)
+    difference = np.abs(read.mean(axis=1) - again.mean(axis=1))
+    assert rest.least_motion is not None
+    assert difference.max() <= rest.least_motion  # expected to fail 0.02 times in all of these
