@@ -22,8 +22,9 @@ _LEGEND = {
     "carried_runs": "consecutive runs, each beginning with the estimates and the covariance that "
     "the run before ended with",
     "carried_runs.longest_pulse": "t_p,max [s]; null: not bounded",
-    "carried_runs.first_covariance": "P(0) over the unit matrix for PAPWC, F(0) for PWC [1]",
-    "carried_runs.final_error": "at the end of each run [m]",
+    "carried_runs.reading": "how the report is read where it can be read in two ways",
+    "carried_runs.final_error": "the largest error of each run's last half second, with its sign "
+    "[m]",
     "carried_runs.reached": "whether the axis was at rest within the tolerance at the end of it",
     "carried_runs.time": "from the start of each run to rest within the tolerance [s]; null: never",
     "carried_runs.pulses": "that ended within each run",
@@ -91,12 +92,12 @@ class CarriedRuns:
     ----------
     controller
         Which one.
+    reading
+        How the report is read, where it can be read in two ways.
     longest_pulse
         The bound t_p,max of its pulse widths [s]; None for none.
-    first_covariance
-        P(0) over the unit matrix, or F(0) [1].
     final_error
-        At the end of each run, shape (runs,) [m].
+        The largest error of each run's last half second, with its sign, shape (runs,) [m].
     reached
         Whether the axis rested within the tolerance at the end of it, shape (runs,).
     time
@@ -108,8 +109,8 @@ class CarriedRuns:
     """
 
     controller: str
+    reading: str
     longest_pulse: float | None
-    first_covariance: float
     final_error: Float[np.ndarray, " runs"]
     reached: Bool[np.ndarray, " runs"]
     time: Float[np.ndarray, " runs"]
@@ -203,8 +204,8 @@ class PulseReproduction(Reproduction):
             "carried_runs": [
                 {
                     "controller": each.controller,
+                    "reading": each.reading,
                     "longest_pulse": each.longest_pulse,
-                    "first_covariance": each.first_covariance,
                     "final_error": each.final_error.tolist(),
                     "reached": each.reached.tolist(),
                     "time": each.time.tolist(),

@@ -22,6 +22,9 @@ __all__ = [
 REPRODUCTION_SCHEMA = 1
 
 _LEGEND = {
+    "claims.agrees": "whether the criterion is met, in every reading",
+    "claims.readings": "the same by reading, where the report can be read in several ways and they "
+    "differ",
     "setting": "values that were simulated with; lists of moves in their order",
     "figures.panels.curves": "what is drawn, in the units of the labels of the axes; a staircase "
     "keeps each value until the next",
@@ -131,11 +134,14 @@ class Claim:
     measured
         What was measured, in words and numbers.
     agrees
-        Whether the criterion is met.
+        Whether the criterion is met, in every reading.
     why
         What explains it.
     numbers
         The numbers on which the verdict rests, by name [SI or -].
+    readings
+        Whether the criterion is met in each way in which the report can be read; none where that
+        makes no difference.
     """
 
     place: str
@@ -145,9 +151,16 @@ class Claim:
     agrees: bool
     why: str
     numbers: Mapping[str, float] = field(default_factory=dict[str, float])
+    readings: Mapping[str, bool] = field(default_factory=dict[str, bool])
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", MappingProxyType(dict(self.numbers)))
+        object.__setattr__(self, "readings", MappingProxyType(dict(self.readings)))
+
+    @property
+    def agrees_partly(self) -> bool:
+        """Whether the criterion is met in some readings, but not in all."""
+        return not self.agrees and any(self.readings.values())
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -223,6 +236,7 @@ class Reproduction(ABC):
                     "criterion": each.criterion,
                     "measured": each.measured,
                     "agrees": each.agrees,
+                    "readings": dict(each.readings),
                     "why": each.why,
                     "numbers": dict(each.numbers),
                 }

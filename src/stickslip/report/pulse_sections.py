@@ -78,8 +78,9 @@ def _carried_runs(every: Sequence[CarriedRuns]) -> str:
     runs = every[0].final_error.size
     parts = [
         f"<p>{runs} runs from the same start, each beginning with the estimates and the covariance "
-        "that the run before ended with. Errors are at the end of the run; “back” are pulses that "
-        "pushed back after an overshoot; “at rest on target” counts the runs that ended so.</p>\n"
+        "that the run before ended with. Errors are the largest of the run's last half second; "
+        "“back” are pulses that pushed back after an overshoot; “at rest on target” counts the "
+        "runs that ended so.</p>\n"
     ]
     for controller in dict.fromkeys(each.controller for each in every):
         there = [each for each in every if each.controller == controller]
@@ -96,7 +97,7 @@ def _runs_table(every: Sequence[CarriedRuns], shown: tuple[int, ...]) -> str:
     heads = "".join(f'<th scope="col">{column}</th>' for column in columns) * len(shown)
     body = "".join(
         row(
-            f"{_bound(each.longest_pulse)}, {_first_covariance(each)}",
+            f"{each.reading}, {_bound(each.longest_pulse)}",
             [
                 *(cell for run in shown for cell in _run_cells(each, run, names)),
                 f"{int(np.sum(each.reached))} of {each.reached.size}",
@@ -125,11 +126,7 @@ def _estimate(estimates: Mapping[str, Float[np.ndarray, " runs"]], name: str, ru
 
 
 def _bound(longest_pulse: float | None) -> str:
-    return "any width" if longest_pulse is None else f"at most {longest_pulse:g} s"
-
-
-def _first_covariance(each: CarriedRuns) -> str:
-    return f"first covariance {each.first_covariance:.0e}"
+    return "any width" if longest_pulse is None else f"widths up to {longest_pulse:g} s"
 
 
 def _controller_scores(scores: Sequence[ControllerScore]) -> str:

@@ -3,6 +3,7 @@
 import base64
 import html
 from collections.abc import Mapping, Sequence
+from typing import NamedTuple
 
 from stickslip.records import (
     Claim,
@@ -22,8 +23,6 @@ _POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
     "form-action 'none'"
 )
-
-_DIFFER = "claims-that-differ"
 
 
 def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes]) -> str:
@@ -66,15 +65,39 @@ def _own_sections(reproduction: Reproduction) -> tuple[Section, ...]:
             return ()
 
 
+class _Verdict(NamedTuple):
+    """Claims that share a verdict, and how it is called."""
+
+    anchor: str
+    words: str
+    claims: list[Claim]
+
+
+def _verdicts(claims: Sequence[Claim]) -> list[_Verdict]:
+    """Return the claims by verdict, those that differ first; one that there is none of, if rare."""
+    partly = [each for each in claims if each.agrees_partly]
+    differ = [each for each in claims if not (each.agrees or each.agrees_partly)]
+    verdicts = [
+        _Verdict("claims-that-differ", "differ", differ),
+        _Verdict("claims-that-agree-partly", "agree in one reading only", partly),
+        _Verdict("claims-that-agree", "agree", [each for each in claims if each.agrees]),
+    ]
+    return [each for each in verdicts if each.claims is not partly or partly]
+
+
 def _header(reproduction: Reproduction) -> str:
-    agree = sum(each.agrees for each in reproduction.claims)
+    differ, *partly, agree = (
+        f'<a href="#{each.anchor}">{len(each.claims)} {each.words}</a>'
+        for each in _verdicts(reproduction.claims)
+    )
+    between = "".join(f", {each}" for each in partly)
     return (
         '<header class="top">\n'
         f'<p class="kicker">stickslip · the report, part {reproduction.part}, made anew</p>\n'
         f"<h1>{html.escape(reproduction.title)}</h1>\n"
         f"<p>{prose(reproduction.setting)}</p>\n"
-        f"<p>Of {len(reproduction.claims)} claims of the report, {agree} agree with what was "
-        f'measured and <a href="#{_DIFFER}">{len(reproduction.claims) - agree} differ</a>.</p>\n'
+        f"<p>Of {len(reproduction.claims)} claims of the report, {agree} with what was measured"
+        f"{between} and {differ}.</p>\n"
         "</header>\n"
     )
 
@@ -85,8 +108,7 @@ def _claims(claims: Sequence[Claim]) -> str:
         "<p>Every verdict is computed from the numbers beside it, by the criterion that stands "
         "there; they are also in the JSON file.</p>\n"
     ]
-    for agrees, words, anchor in ((False, "differ", _DIFFER), (True, "agree", "claims-that-agree")):
-        there = [each for each in claims if each.agrees is agrees]
+    for anchor, words, there in _verdicts(claims):
         table = _claim_table(there) if there else "<p>None.</p>\n"
         parts.append(f'<h3 id="{anchor}">{len(there)} {words}</h3>\n{table}')
     return "".join(parts)
@@ -95,18 +117,13 @@ def _claims(claims: Sequence[Claim]) -> str:
 def _claim_table(claims: Sequence[Claim]) -> str:
     rows: list[str] = []
     for claim in claims:
-        word = (
-            '<span class="mark-yes">✓ agrees</span>'
-            if claim.agrees
-            else '<span class="mark-no">✗ differs</span>'
-        )
         cells = (
             (
                 "Measured",
                 f"{prose(claim.measured)}"
                 f"<span class='meaning'>Agrees if {prose(claim.criterion)}.</span>",
             ),
-            ("Verdict", word),
+            ("Verdict", _verdict(claim)),
             ("Why", prose(claim.why)),
         )
         body = "".join(f'<td data-label="{label}"><div>{text}</div></td>' for label, text in cells)
@@ -121,6 +138,22 @@ def _claim_table(claims: Sequence[Claim]) -> str:
         f'<table class="parameters claims"><thead><tr>{heads}</tr></thead>\n'
         f"<tbody>\n{''.join(rows)}</tbody></table>\n"
     )
+
+
+def _verdict(claim: Claim) -> str:
+    """Return the verdict, or that of each reading."""
+    if not claim.readings:
+        return _mark(agrees=claim.agrees)
+    return "".join(
+        f"{_mark(agrees=agrees)}<span class='meaning'>{prose(reading)}</span>"
+        for reading, agrees in claim.readings.items()
+    )
+
+
+def _mark(*, agrees: bool) -> str:
+    if agrees:
+        return '<span class="mark-yes">✓ agrees</span>'
+    return '<span class="mark-no">✗ differs</span>'
 
 
 def _figure(figure: ReproducedFigure, picture: bytes) -> str:
