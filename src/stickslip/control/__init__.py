@@ -1,6 +1,7 @@
 """Controllers, sample by sample: PD, notch, compensation of friction, and pulses."""
 
 from stickslip.control.dither import Dither
+from stickslip.control.exact_pulse import ExactPulseController
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.friction_compensation import FrictionCompensation
 from stickslip.control.notch import Notch, NotchCoefficients
@@ -17,6 +18,7 @@ from stickslip.control.rest_detection import RestDetection
 __all__ = [
     "PD",
     "Dither",
+    "ExactPulseController",
     "FeedbackController",
     "FrictionCompensation",
     "Move",

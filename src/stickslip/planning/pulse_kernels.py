@@ -11,7 +11,14 @@ import math
 from stickslip.compiled import compiled
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 
-__all__ = ["effort_for", "pulse_displacement", "pulse_duration", "speed_after", "width_for"]
+__all__ = [
+    "effort_for",
+    "pulse_displacement",
+    "pulse_duration",
+    "pulse_position",
+    "speed_after",
+    "width_for",
+]
 
 _ITERATIONS = 60
 _CONVERGED = 4e-16  # relative step: about two units in the last place
@@ -28,6 +35,19 @@ def pulse_displacement(m: float, F: float, c: float, f: float, t: float) -> floa
     """Return the displacement from rest to rest (Eq. 3; Eq. 2 for c = 0), for f > F."""
     v = speed_after(m, F, c, f, t)
     return (f - F) * t * t / m * phi2(-c * t / m) + m * v * v / F * stopping_distance(c * v / F)
+
+
+@compiled()
+def pulse_position(m: float, F: float, c: float, f: float, t: float, tau: float) -> float:
+    """Return how far the mass is at the time tau after the pulse's start, for f > F."""
+    if tau <= t:
+        return (f - F) * tau * tau / m * phi2(-c * tau / m)
+    v = speed_after(m, F, c, f, t)
+    x = (f - F) * t * t / m * phi2(-c * t / m)
+    h, z = tau - t, -c * (tau - t) / m
+    if h >= m * v / F * stopping_time(c * v / F):
+        return x + m * v * v / F * stopping_distance(c * v / F)
+    return x + v * h * phi1(z) - F * h * h / m * phi2(z)
 
 
 @compiled()

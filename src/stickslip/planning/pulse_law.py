@@ -115,7 +115,7 @@ class PulseLaw:
         """The effort above which the mass moves [N or N m]."""
         return self.coulomb_friction if self.static_friction is None else self.static_friction
 
-    def displacement(self, effort: ArrayLike, width: ArrayLike) -> Values:
+    def displacement(self, effort: float | ArrayLike, width: float | ArrayLike) -> Values:
         """Return the displacement from rest to rest (Eq. 3; Eq. 2 without viscous friction).
 
         Parameters
@@ -132,7 +132,7 @@ class PulseLaw:
         moving = np.where(f > self.breakaway, f, np.nan)
         return np.nan_to_num(self._apply(pulse_kernels.pulse_displacement, moving, t))
 
-    def duration(self, effort: ArrayLike, width: ArrayLike) -> Values:
+    def duration(self, effort: float | ArrayLike, width: float | ArrayLike) -> Values:
         """Return the time from the pulse's begin until the mass rests again [s].
 
         Parameters
@@ -150,7 +150,7 @@ class PulseLaw:
         duration = self._apply(pulse_kernels.pulse_duration, moving, t)
         return np.where(np.isnan(duration), t, duration)
 
-    def width_for(self, displacement: ArrayLike, *, effort: ArrayLike) -> Values:
+    def width_for(self, displacement: float | ArrayLike, *, effort: float | ArrayLike) -> Values:
         """Return the width of the pulse of given effort that causes a displacement [s].
 
         Parameters
@@ -176,7 +176,7 @@ class PulseLaw:
             )
         return self._apply(pulse_kernels.width_for, d, f, nothing=0.0)
 
-    def effort_for(self, displacement: ArrayLike, *, width: ArrayLike) -> Values:
+    def effort_for(self, displacement: float | ArrayLike, *, width: float | ArrayLike) -> Values:
         """Return the effort of the pulse of given width that causes a displacement [N or N m].
 
         NaN where that effort would not free the mass: the displacement is below
@@ -204,7 +204,7 @@ class PulseLaw:
         effort = self._apply(pulse_kernels.effort_for, d, t)
         return np.where(effort > self.breakaway, effort, np.nan)
 
-    def smallest_displacement(self, width: ArrayLike) -> Values:
+    def smallest_displacement(self, width: float | ArrayLike) -> Values:
         """Return the least displacement that a pulse of given width can cause (Eq. 24) [m or rad].
 
         It is that of an effort which just frees the mass. The least one of a given effort (Eq. 23)
@@ -234,7 +234,7 @@ class PulseLaw:
         F = self.coulomb_friction
         return effort * (effort - F) / (2.0 * self.mass * F)
 
-    def _numbers(self, **quantities: ArrayLike) -> tuple[Values, ...]:
+    def _numbers(self, **quantities: float | ArrayLike) -> tuple[Values, ...]:
         units = {
             "effort": unit_of("effort", self.kind),
             "width": "s",

@@ -62,6 +62,11 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("pulse gain", "b", "m/s^2", "rad/s^2"),
         _quantity("gain 1", "A_1", "m/(N s)^2", "rad/(N m s)^2"),
         _quantity("gain 2", "A_2", "m/(N s^2)", "rad/(N m s^2)"),
+        # Weakest effort that has freed a resting mass, and strongest that has not
+        _quantity("freeing effort", "u_f", "N", "N m"),
+        _quantity("holding effort", "u_h", "N", "N m"),
+        # Relative change of the friction from pulse to pulse
+        _quantity("friction walk", "q", "-", "-"),
     ]
 )
 

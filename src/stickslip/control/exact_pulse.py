@@ -1,0 +1,336 @@
+"""Pulse control by the exact law, which learns the friction of both directions from each pulse."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf, log, sqrt
+from typing import Self
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+from stickslip.control import exact_pulse_learning as at
+from stickslip.control.exact_pulse_planning import EXHAUSTED, HELD_FAST, NO_BETTER, plan
+from stickslip.control.pulse_controller import PulseController
+from stickslip.control.pulse_kernel import (
+    FRESH,
+    MOVING,
+    OUTCOME,
+    STOPPED,
+    emit,
+    readable,
+    watch,
+)
+from stickslip.control.pulse_settings import checked_patience, longest_samples
+from stickslip.friction import CoulombViscousFriction
+from stickslip.records import (
+    InputError,
+    LearntPulses,
+    PulseMethod,
+    SensorSample,
+    non_negative,
+    quantity_field,
+)
+
+__all__ = ["ExactPulseController"]
+
+_LOGARITHMS = (
+    "mass",
+    "coulomb_friction_positive",
+    "coulomb_friction_negative",
+    "viscous_friction_positive",
+    "viscous_friction_negative",
+)
+_STATIC = ("static_friction_positive", "static_friction_negative")
+_HELD = ("holding_effort_positive", "holding_effort_negative")
+_FREED = ("freeing_effort_positive", "freeing_effort_negative")
+_WALK = "friction_walk"
+
+_NO_VISCOUS = 1e-6  # of the mass over the sampling time: stands for none, a logarithm needs some
+_FIRST_WALK = 1e-3  # by how much friction is first taken to change from pulse to pulse [-]
+_FINEST_REST = 1e-12  # of the tolerance, where sensors have no noise
+
+_WHY = {
+    NO_BETTER: "the spread of a pulse is many times what is left, so that none is likely to help",
+    EXHAUSTED: "the last pulses have not halved the error",
+    HELD_FAST: "even the effort limit does not free the axis",
+}
+
+
+@compiled()
+def _step(
+    state: Float[np.ndarray, " s"], sample: SensorSample
+) -> tuple[Float[np.ndarray, " s"], float]:
+    """Take a sample."""
+    s = state.copy()
+    if not readable(s, sample):
+        return s, np.nan
+    if watch(s, sample):
+        if s[FRESH] > 0.0:
+            at.learn(s)
+        if s[OUTCOME] == MOVING:
+            plan(s)
+    return s, emit(s)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExactPulseController(PulseController):
+    """Pulse control that inverts the exact law of a pulse, viscous friction included (Eq. 3).
+
+    Each pulse lasts the fewest whole samples that the effort limit allows, with the effort that
+    Eq. 3 asks for. The positions along it teach mass and friction, of each direction by itself; a
+    constant offset (gravity) counts with the friction of the direction that it opposes. Estimates
+    are logarithms and so stay positive.
+
+    What lies nearer than the smallest step (Eq. 24: the breakaway is above the Coulomb friction) is
+    reached by a step beyond it and a predicted step back. When no pulse is likely to improve the
+    error it stops (`why` says for which reason). As the error can be halved only so often, and only
+    ``patience`` pulses in a row may fail to, it cannot limit-cycle.
+
+    Attributes
+    ----------
+    effort_limit
+        Largest effort of a pulse.
+    mass
+        Moving mass or inertia, as far as it is known.
+    friction
+        First guesses, breakaway and offset included.
+    mass_uncertainty, friction_uncertainty
+        Standard deviation of mass, and of Coulomb and viscous friction, over the value given [-].
+    asymmetry
+        Standard deviation by which the friction of either direction departs from what the
+        directions have in common, over the value given [-].
+    position_noise
+        Standard deviation of a sampled position, its rounding to encoder steps included.
+    longest_width
+        Of a pulse, rounded down to whole samples; None for no limit.
+    patience
+        So many pulses in a row may fail to halve the error before it stops.
+    experience
+        What an earlier run has learned (`resumed`), in place of mass and friction; or None.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, or the effort limit does not exceed the breakaway.
+
+    Examples
+    --------
+    >>> from stickslip.control import RestDetection
+    >>> from stickslip.plants import SingleMass
+    >>> from stickslip.simulation import simulate_closed_loop
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, static_friction=130.0,
+    ...                                        viscous_friction=700.0)
+    >>> guess = CoulombViscousFriction.symmetric(coulomb_friction=80.0, viscous_friction=500.0)
+    >>> controller = ExactPulseController(
+    ...     sampling_time=0.01, target=0.01, tolerance=1e-6, effort_limit=300.0, mass=150.0,
+    ...     friction=guess, rest=RestDetection(samples=1, spread=0.0, speed=0.0))
+    >>> run = simulate_closed_loop(SingleMass(mass=150.0, friction=law), controller,
+    ...                            sampling_time=0.01, samples=200)
+    >>> controller.outcome(run.controller_state).value
+    'reached'
+    >>> abs(float(run.motion.position[-1]) - 0.01) < 1e-6
+    True
+    """
+
+    effort_limit: float = quantity_field("effort")
+    mass: float = quantity_field("mass")
+    friction: CoulombViscousFriction
+    mass_uncertainty: float = 0.05
+    friction_uncertainty: float = 0.5
+    asymmetry: float = 0.2
+    position_noise: float = quantity_field("position", default=0.0)
+    longest_width: float | None = quantity_field("time", default=None)
+    patience: int = 10
+    experience: LearntPulses | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        for name in ("effort_limit", "mass"):
+            self._check_positive(name)
+        for name in ("mass_uncertainty", "friction_uncertainty", "asymmetry"):
+            object.__setattr__(self, name, non_negative(name, getattr(self, name), "(a ratio)"))
+        noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
+        object.__setattr__(self, "position_noise", noise)
+        longest_samples(self.longest_width, self.sampling_time)
+        checked_patience(self.patience)
+        unit = self._unit("effort_limit")
+        for direction, (coulomb, static) in zip(
+            ("positive", "negative"), self._resistances(), strict=True
+        ):
+            if not coulomb > 0.0:
+                raise InputError(
+                    f"the offset is guessed to be {self.friction.offset:g} {unit}, not below the "
+                    f"Coulomb friction in {direction} direction, so that no pulse would end",
+                    remedy="balance the offset, or guess it below the Coulomb friction",
+                )
+            if not self.effort_limit > static:
+                raise InputError(
+                    f"effort_limit is {self.effort_limit:g} {unit}, not above the breakaway in "
+                    f"{direction} direction, {static:g} {unit} (offset included), so that no pulse "
+                    "would move the axis",
+                    remedy="allow more effort",
+                )
+        if self.experience is not None:
+            names = (*_LOGARITHMS, *_STATIC, *_HELD, *_FREED, _WALK)
+            self._check_learnt(self.experience, names, at.PARAMETERS)
+            for name in _LOGARITHMS:
+                value = self.experience.values[name]
+                if not value > 0.0:
+                    raise InputError(
+                        f"{name} is {value:g}, it must be positive",
+                        where="values",
+                        remedy="resume with what was saved",
+                    )
+
+    def _resistances(self) -> tuple[tuple[float, float], tuple[float, float]]:
+        """Return Coulomb and static friction with the offset, in either direction."""
+        law = self.friction
+        return (
+            (
+                law.coulomb_friction_positive + law.offset,
+                law.static_friction_positive + law.offset,
+            ),
+            (
+                law.coulomb_friction_negative - law.offset,
+                law.static_friction_negative - law.offset,
+            ),
+        )
+
+    @property
+    def method(self) -> PulseMethod:
+        """``"exact"``."""
+        return "exact"
+
+    @property
+    def step(
+        self,
+    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
+        """As of the base class."""
+        return _step
+
+    def init(self) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample."""
+        s = self._first_state((0.0,) * at.OWN_SIZE)
+        s[at.PERIOD], s[at.LIMIT] = self.sampling_time, self.effort_limit
+        s[at.LONGEST] = longest_samples(self.longest_width, self.sampling_time)
+        s[at.NOISE] = self.position_noise
+        rest_noise = self.position_noise / sqrt(self.rest.samples)
+        s[at.REST_NOISE] = max(rest_noise, _FINEST_REST * self.tolerance)
+        s[at.PATIENCE], s[at.BEST] = self.patience, inf
+        known = self._guess() if self.experience is None else self.experience
+        values = known.values
+        s[at.VALUES : at.COVARIANCE] = [log(values[name]) for name in _LOGARITHMS]
+        s[at.COVARIANCE : at.COVARIANCE + at.PARAMETERS**2] = known.covariance.ravel()
+        for place, names in ((at.BREAKAWAY, _STATIC), (at.HELD, _HELD)):
+            s[place : place + 2] = [values[name] for name in names]
+        s[at.MOVED_AT : at.MOVED_AT + 2] = [min(values[name], self.effort_limit) for name in _FREED]
+        s[at.WALK] = values[_WALK] ** 2
+        return s
+
+    def _guess(self) -> LearntPulses:
+        """Return the first guesses in the form of what is learned."""
+        law, least = self.friction, _NO_VISCOUS * self.mass / self.sampling_time
+        coulomb, static = zip(*self._resistances(), strict=True)
+        viscous = (
+            max(law.viscous_friction_positive, least),
+            max(law.viscous_friction_negative, least),
+        )
+        both, apart = self.friction_uncertainty**2, self.asymmetry**2
+        P = np.zeros((at.PARAMETERS, at.PARAMETERS))
+        P[0, 0] = self.mass_uncertainty**2
+        for i in (at.COULOMB, at.VISCOUS):
+            P[i : i + 2, i : i + 2] = both + apart * np.eye(2)
+        return LearntPulses(
+            method=self.method,
+            kind=self.kind,
+            values={
+                **dict(zip(_LOGARITHMS, (self.mass, *coulomb, *viscous), strict=True)),
+                **dict(zip(_STATIC, static, strict=True)),
+                **dict.fromkeys(_HELD, 0.0),
+                **dict.fromkeys(_FREED, self.effort_limit),
+                _WALK: _FIRST_WALK,
+            },
+            covariance=P,
+        )
+
+    def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
+        """Return the state with another target, as of the base class.
+
+        Parameters
+        ----------
+        state, target
+            As of the base class [-, m or rad].
+
+        Raises
+        ------
+        InputError
+            If the target is not finite.
+        """
+        s = super().retargeted(state, target)
+        s[at.BEST] = inf
+        return s
+
+    def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
+        """Return mass and friction of either direction, offsets included [SI].
+
+        Parameters
+        ----------
+        state
+            From `init`, a step, or a run's ``controller_state``.
+        """
+        values = np.exp(state[at.VALUES : at.COVARIANCE]).tolist()
+        static = state[at.BREAKAWAY : at.BREAKAWAY + 2].tolist()
+        return dict(zip((*_LOGARITHMS, *_STATIC), (*values, *static), strict=True))
+
+    def why(self, state: Float[np.ndarray, " s"]) -> str | None:
+        """Return why the controller has stopped short of the target; None if it has not.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+        return _WHY[float(state[at.REASON])] if state[OUTCOME] == STOPPED else None
+
+    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+        """Return what was learned, with the covariance of the logarithms of mass and friction.
+
+        Parameters
+        ----------
+        state
+            As for `estimates`.
+        """
+        return LearntPulses(
+            method=self.method,
+            kind=self.kind,
+            values={
+                **self.estimates(state),
+                **dict(zip(_HELD, state[at.HELD : at.HELD + 2].tolist(), strict=True)),
+                **dict(zip(_FREED, state[at.MOVED_AT : at.MOVED_AT + 2].tolist(), strict=True)),
+                _WALK: sqrt(float(state[at.WALK])),
+            },
+            covariance=state[at.COVARIANCE : at.COVARIANCE + at.PARAMETERS**2].reshape(
+                at.PARAMETERS, at.PARAMETERS
+            ),
+        )
+
+    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+        """Return the same controller, beginning with what an earlier run has learned.
+
+        Parameters
+        ----------
+        learnt
+            From `learnt`, or read from a file.
+        keep_covariance
+            Whether it is as sure of the estimates as it was; otherwise as sure as of a first guess.
+
+        Raises
+        ------
+        InputError
+            If it was learned by another method, on another kind of axis, or cannot be.
+        """
+        again = replace(self, experience=learnt)
+        if keep_covariance:
+            return again
+        return replace(self, experience=replace(learnt, covariance=self._guess().covariance))

@@ -1,0 +1,239 @@
+"""What the exact pulse controller learns from a pulse.
+
+The parameters are the logarithms of mass, Coulomb friction (offset included) and viscous friction,
+the last two for each direction, so that every estimate is positive whatever is observed. They are
+known as a Gaussian with covariance P. A pulse is one observation: the positions sampled along it
+and the displacement from rest to rest. Its likelihood is that of Eq. 3's motion with white noise on
+the samples, and the maximum of the posterior is found by an iterated extended Kalman filter (each
+iteration is a Gauss-Newton step), one scalar at a time: no matrix is inverted.
+
+From pulse to pulse the Coulomb friction of both directions walks at random, as friction does; how
+far is learned from how far the estimates had to move.
+
+The breakaway is learned apart, as an interval for each direction: an effort that freed the mass is
+at least as strong, one that did not is weaker.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+from stickslip.control.pulse_kernel import (
+    AT_ACHIEVED,
+    AT_LEVELS,
+    AT_MOVED,
+    DELAY,
+    LAST,
+    OWN,
+    REST,
+    STRIDE,
+    TRACE,
+    TRACED,
+)
+from stickslip.planning.pulse_kernels import pulse_displacement, pulse_position
+
+__all__ = [
+    "BEST",
+    "BREAKAWAY",
+    "COULOMB",
+    "COVARIANCE",
+    "FRUITLESS",
+    "HELD",
+    "LIMIT",
+    "LONGEST",
+    "MOVED_AT",
+    "NOISE",
+    "OWN_SIZE",
+    "PARAMETERS",
+    "PATIENCE",
+    "PERIOD",
+    "REASON",
+    "REST_NOISE",
+    "VALUES",
+    "VISCOUS",
+    "WALK",
+    "learn",
+    "slopes",
+]
+
+PARAMETERS = 5  # logarithms of m, F+, F-, c+, c-
+COULOMB, VISCOUS = 1, 3  # of the positive direction; that of the negative follows
+
+# Settings
+(
+    PERIOD,  # sampling time
+    LIMIT,  # of the effort
+    LONGEST,  # most samples in one pulse
+    NOISE,  # standard deviation of a sampled position
+    REST_NOISE,  # of the position at rest
+    PATIENCE,  # pulses in a row that may bring nothing
+) = range(OWN, OWN + 6)
+# What changes
+(
+    WALK,  # variance by which log F+ and log F- walk from pulse to pulse
+    BREAKAWAY,  # believed, for each direction
+    _,
+    HELD,  # strongest effort that did not free the mass, or the Coulomb friction, each direction
+    _,
+    MOVED_AT,  # weakest effort that freed it, each direction
+    _,
+    BEST,  # smallest error at rest so far
+    FRUITLESS,  # pulses since the error was last halved
+    REASON,  # why no pulse is fired any more
+) = range(PATIENCE + 1, PATIENCE + 11)
+VALUES = REASON + 1
+COVARIANCE = VALUES + PARAMETERS
+OWN_SIZE = COVARIANCE + PARAMETERS * PARAMETERS - OWN
+
+_ITERATIONS = 20
+_CONVERGED = 1e-9  # change of a logarithm
+_STRONGEST = 0.98  # of the effort: the Coulomb friction of a mass that it has moved
+_LONGEST_STEP = 0.5  # of a logarithm in one iteration
+_DIFFERENCE = 1e-6  # of a logarithm, for slopes
+_FINEST = 1e-4  # of the displacement: no axis follows the law more closely
+_SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
+_SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction repeats exactly
+
+Vector = Float[np.ndarray, " s"]
+
+
+@compiled()
+def slopes(
+    m: float, F: float, c: float, f: float, t: float, tau: float
+) -> tuple[float, float, float, float]:
+    """Return the position at tau and its slopes by log m, log F and log c.
+
+    With tau = inf it is the displacement from rest to rest.
+    """
+    up = 1.0 + _DIFFERENCE
+    if tau == math.inf:
+        x = pulse_displacement(m, F, c, f, t)
+        by_m = pulse_displacement(m * up, F, c, f, t)
+        by_f = pulse_displacement(m, F * up, c, f, t)
+        by_c = pulse_displacement(m, F, c * up, f, t)
+    else:
+        x = pulse_position(m, F, c, f, t, tau)
+        by_m = pulse_position(m * up, F, c, f, t, tau)
+        by_f = pulse_position(m, F * up, c, f, t, tau)
+        by_c = pulse_position(m, F, c * up, f, t, tau)
+    return x, (by_m - x) / _DIFFERENCE, (by_f - x) / _DIFFERENCE, (by_c - x) / _DIFFERENCE
+
+
+@compiled()
+def _observe(
+    value: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, row: Vector, y: float,
+    R: float,
+) -> None:  # fmt: skip
+    """Take a scalar observation y with variance R in place: one update of the Kalman filter.
+
+    ``row`` is the prediction at the point of linearisation ``at``, and its slopes by log m, log F
+    and log c of the direction ``side``.
+    """
+    n = value.size
+    gain = np.empty(n)
+    innovation = y - row[0]
+    for k in range(3):
+        i = 0 if k == 0 else (COULOMB if k == 1 else VISCOUS) + side
+        innovation -= row[1 + k] * (value[i] - at[i])
+    for a in range(n):
+        gain[a] = row[1] * P[a, 0] + row[2] * P[a, COULOMB + side] + row[3] * P[a, VISCOUS + side]
+    S = R + row[1] * gain[0] + row[2] * gain[COULOMB + side] + row[3] * gain[VISCOUS + side]
+    for a in range(n):
+        value[a] += gain[a] / S * innovation
+        for b in range(n):
+            P[a, b] -= gain[a] * gain[b] / S
+
+
+@compiled()
+def _posterior(
+    s: Vector, prior: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, f: float,
+    t: float, inflation: float, value: Vector, Q: Float[np.ndarray, "p p"],
+) -> float:  # fmt: skip
+    """Write the posterior linearised at ``at`` into ``value`` and ``Q``.
+
+    Returns the mean square of the normalised residuals there.
+    """
+    n = prior.size
+    for a in range(n):
+        value[a] = prior[a]
+        for b in range(n):
+            Q[a, b] = P[a, b]
+    m = math.exp(at[0])
+    F, c = math.exp(at[COULOMB + side]), math.exp(at[VISCOUS + side])
+    way = 1.0 if f > 0.0 else -1.0
+    achieved = way * s[LAST + AT_ACHIEVED]
+    start = s[REST] - s[LAST + AT_ACHIEVED]
+    coarse = (_FINEST * achieved) ** 2
+    count, total = int(s[TRACED]), 0.0
+    row = np.empty(4)
+    for k in range(1, count + 1):
+        last = k == count
+        tau = math.inf if last else max(k * s[STRIDE] - s[DELAY], 0.0) * s[PERIOD]
+        row[0], row[1], row[2], row[3] = slopes(m, F, c, abs(f), t, tau)
+        y = achieved if last else way * (s[TRACE + k] - start)
+        R = s[REST_NOISE] ** 2 + coarse + (s[REST_NOISE] ** 2 if last else s[NOISE] ** 2)
+        total += (y - row[0]) ** 2 / R
+        _observe(value, Q, at, side, row, y, R * inflation)
+    return total / count
+
+
+@compiled()
+def _fit(s: Vector, side: int, f: float, t: float) -> None:
+    """Replace mean and covariance of the parameters by those after the last pulse."""
+    n = PARAMETERS
+    prior, at, value = np.empty(n), np.empty(n), np.empty(n)
+    P, Q = np.empty((n, n)), np.empty((n, n))
+    for a in range(n):
+        prior[a] = at[a] = s[VALUES + a]
+        for b in range(n):
+            P[a, b] = s[COVARIANCE + n * a + b]
+    for side_ in range(2):
+        P[COULOMB + side_, COULOMB + side_] += s[WALK]
+    misfit = 1.0
+    for _ in range(_ITERATIONS):
+        misfit = _posterior(s, prior, P, at, side, f, t, 1.0, value, Q)
+        farthest = 0.0
+        for a in range(n):
+            farthest = max(farthest, abs(value[a] - at[a]))
+        shorter = min(1.0, _LONGEST_STEP / farthest) if farthest > 0.0 else 1.0
+        for a in range(n):
+            at[a] += shorter * (value[a] - at[a])
+        at[COULOMB + side] = min(at[COULOMB + side], math.log(_STRONGEST * abs(f)))
+        if farthest <= _CONVERGED:
+            break
+    # Where the law does not hold to within the noise, the noise is taken to be as large as needed
+    _posterior(s, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
+    i = COULOMB + side
+    surprise = (value[i] - prior[i]) ** 2 / P[i, i]
+    s[WALK] = max(s[WALK] * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
+    for a in range(n):
+        s[VALUES + a] = value[a]
+        for b in range(n):
+            s[COVARIANCE + n * a + b] = Q[a, b]
+
+
+@compiled()
+def learn(s: Vector) -> None:
+    """Learn from the pulse at ``s[LAST + ...]``."""
+    f = s[LAST + AT_LEVELS]
+    t = s[LAST + AT_LEVELS + 1] * s[PERIOD]
+    side = 0 if f > 0.0 else 1
+    strength = abs(f)
+    if s[LAST + AT_MOVED] == 0.0:
+        s[HELD + side] = strength
+        if s[MOVED_AT + side] <= strength:  # it has grown since
+            s[MOVED_AT + side] = s[LIMIT]
+        s[BREAKAWAY + side] = max(s[BREAKAWAY + side], 0.5 * (s[HELD + side] + s[MOVED_AT + side]))
+        return
+    if s[LAST + AT_ACHIEVED] * f < 0.0:  # something else has pushed
+        return
+    _fit(s, side, f, t)
+    F = math.exp(s[VALUES + COULOMB + side])
+    s[MOVED_AT + side] = min(s[MOVED_AT + side], strength)
+    if s[HELD + side] >= strength or s[HELD + side] < F:  # it has fallen since; or is at least F
+        s[HELD + side] = min(F, strength)
+    if s[BREAKAWAY + side] > s[MOVED_AT + side]:
+        s[BREAKAWAY + side] = 0.5 * (s[HELD + side] + s[MOVED_AT + side])
+    s[BREAKAWAY + side] = max(s[BREAKAWAY + side], s[HELD + side])

@@ -1,0 +1,181 @@
+"""Which pulse the exact pulse controller fires, and when it fires none any more.
+
+At rest with an error e there are three cases.
+
+One pulse takes the mass to the target: Eq. 3, inverted, gives the least width in whole samples for
+which the effort stays within its limit, and the effort. As long as the friction is not known well
+the pulse aims short, as it is cheaper to go on than to come back.
+
+The error is so small that this effort might not free the mass (Eq. 24): the pulse then takes it
+beyond the target, by as much as a pulse back certainly can.
+
+No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
+from the sensors' noise, is no less than the error, or the effort limit frees the mass no more, or
+the last pulses have not halved the error. Then none is fired. As an error can only be halved so
+often until it is below what the sensors tell apart, the number of pulses is bounded: there is no
+limit cycle, whatever the axis does.
+"""
+
+import math
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+from stickslip.control.exact_pulse_learning import (
+    BEST,
+    BREAKAWAY,
+    COULOMB,
+    COVARIANCE,
+    FRUITLESS,
+    HELD,
+    LIMIT,
+    LONGEST,
+    MOVED_AT,
+    PARAMETERS,
+    PATIENCE,
+    PERIOD,
+    REASON,
+    REST_NOISE,
+    VALUES,
+    VISCOUS,
+    WALK,
+    slopes,
+)
+from stickslip.control.pulse_kernel import (
+    ERROR,
+    FRESH,
+    TOLERANCE,
+    TRACE_SIZE,
+    add_level,
+    fire,
+    stop,
+)
+from stickslip.planning.pulse_kernels import (
+    effort_for,
+    pulse_displacement,
+    pulse_duration,
+    width_for,
+)
+
+__all__ = ["EXHAUSTED", "HELD_FAST", "NO_BETTER", "plan"]
+
+NO_BETTER, EXHAUSTED, HELD_FAST = 1.0, 2.0, 3.0  # values of REASON
+
+_CAUTION = 2.0  # how much shorter a pulse aims when its displacement is uncertain
+_SURE = 0.5  # of the way from the believed breakaway to an effort that has freed the mass
+_WHOLE = 1e-9  # of a sample: rounding of a width that is whole
+_HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
+_ROOM = 1.2  # what a step back may fall short by and still be large enough
+
+Vector = Float[np.ndarray, " s"]
+
+
+@compiled()
+def _law(s: Vector, side: int) -> tuple[float, float, float]:
+    """Return the estimates of m, F and c in one direction."""
+    return (
+        math.exp(s[VALUES]),
+        math.exp(s[VALUES + COULOMB + side]),
+        math.exp(s[VALUES + VISCOUS + side]),
+    )
+
+
+@compiled()
+def _spread(s: Vector, side: int, f: float, t: float, learned: bool) -> float:
+    """Return the standard deviation of a pulse's displacement, relative to it.
+
+    ``learned``: only what is left when all that can be learned is: the walk of the friction.
+    """
+    m, F, c = _law(s, side)
+    d, by_m, by_f, by_c = slopes(m, F, c, f, t, math.inf)
+    variance = by_f * by_f * s[WALK]
+    if not learned:
+        rows = (by_m, by_f, by_c)
+        places = (0, COULOMB + side, VISCOUS + side)
+        for a in range(3):
+            for b in range(3):
+                P = s[COVARIANCE + PARAMETERS * places[a] + places[b]]
+                variance += rows[a] * P * rows[b]
+    return math.sqrt(max(variance, 0.0)) / d
+
+
+@compiled()
+def _pulse(s: Vector, side: int, d: float) -> tuple[float, float]:
+    """Return effort and whole samples of the shortest pulse that moves the mass by d.
+
+    If that takes more than the longest pulse it is the longest one, at the effort limit.
+    """
+    m, F, c = _law(s, side)
+    if s[LIMIT] <= F:  # as far as is known nothing moves: try
+        return s[LIMIT], 1.0
+    n = max(math.ceil(width_for(m, F, c, d, s[LIMIT]) / s[PERIOD] - _WHOLE), 1.0)
+    if n > s[LONGEST]:
+        return s[LIMIT], s[LONGEST]
+    return min(effort_for(m, F, c, d, n * s[PERIOD]), s[LIMIT]), n
+
+
+@compiled()
+def _sure(s: Vector, side: int) -> float:
+    """Return an effort that frees the mass as far as can be told."""
+    return s[BREAKAWAY + side] + _SURE * (s[MOVED_AT + side] - s[BREAKAWAY + side])
+
+
+@compiled()
+def _shoot(s: Vector, side: int, f: float, n: float) -> None:
+    """Fire a pulse; thin its trace out so that all of its motion is seen."""
+    m, F, c = _law(s, side)
+    way = 1.0 if side == 0 else -1.0
+    stride, d = 1.0, 0.0
+    if f > F:
+        t = n * s[PERIOD]
+        d = pulse_displacement(m, F, c, f, t)
+        stride = math.ceil(pulse_duration(m, F, c, f, t) / s[PERIOD] / (TRACE_SIZE - 2))
+    fire(s, way * d, max(stride, 1.0))
+    add_level(s, way * f, n)
+
+
+@compiled()
+def _give_up(s: Vector, reason: float) -> None:
+    s[REASON] = reason
+    stop(s)
+
+
+@compiled()
+def plan(s: Vector) -> None:
+    """Fire the pulse for ``s[ERROR]``, or stop."""
+    error = abs(s[ERROR])
+    # A new task, pushed away, or a success
+    if s[FRESH] == 0.0 or error <= 0.5 * s[BEST]:
+        s[BEST], s[FRUITLESS] = error, 0.0
+    else:
+        s[FRUITLESS] += 1.0
+    if s[FRUITLESS] >= s[PATIENCE]:
+        _give_up(s, EXHAUSTED)
+        return
+    side = 0 if s[ERROR] > 0.0 else 1
+    back = 1 - side
+    if min(s[HELD + side], s[HELD + back]) >= s[LIMIT]:
+        _give_up(s, HELD_FAST)
+        return
+    T = s[PERIOD]
+    f, n = _pulse(s, side, error)
+    if f > _law(s, side)[1]:
+        uncertain = _CAUTION * _spread(s, side, f, n * T, False)
+        short_f, short_n = _pulse(s, side, error / (1.0 + uncertain * uncertain))
+        if short_f >= s[BREAKAWAY + side]:
+            f, n = short_f, short_n
+    if f >= s[BREAKAWAY + side]:
+        _shoot(s, side, f, n)
+        return
+    # Beyond the target, by what a pulse back can make good
+    m_back, F_back, c_back = _law(s, back)
+    f_back = _sure(s, back)
+    step = _ROOM * pulse_displacement(m_back, F_back, c_back, f_back, T) if f_back > F_back else 0.0
+    left = _spread(s, back, f_back, T, True) * step if f_back > F_back else 0.0
+    left = math.sqrt(left * left + 2.0 * s[REST_NOISE] ** 2)
+    if left > _HOPELESS * max(s[TOLERANCE], 0.5 * error):
+        _give_up(s, NO_BETTER)
+        return
+    f, n = _pulse(s, side, error + step)
+    _shoot(s, side, max(f, _sure(s, side)), n)
