@@ -1,4 +1,6 @@
-"""The loop that the tests of controllers share: the surrogate arm and a controller for it."""
+"""The loops that the tests of controllers share: the surrogate arm, and the axis of part B."""
+
+from collections.abc import Callable
 
 import pytest
 
@@ -10,10 +12,12 @@ from stickslip.control import (
     Notch,
     OnlineFriction,
     PointToPoint,
+    PulseController,
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import FlexibleArm
+from stickslip.jobs.pulse_run import PulseRun, run_pulses
+from stickslip.plants import FlexibleArm, SingleMass
 
 SAMPLING_TIME = 0.01
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
@@ -52,3 +56,33 @@ def online() -> OnlineFriction:
         inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False, initial_variance=0.3**2
     )
     return OnlineFriction.of(estimator, sampling_time=SAMPLING_TIME, needs_load=True)
+
+
+@pytest.fixture(scope="session")
+def sliding_mass() -> SingleMass:
+    """The axis of the report's part B, Table 1."""
+    friction = CoulombViscousFriction.symmetric(
+        coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
+    )
+    return SingleMass(mass=150.0, friction=friction)
+
+
+@pytest.fixture(scope="session")
+def consecutive_runs(
+    sliding_mass: SingleMass,
+) -> Callable[..., list[PulseRun]]:
+    """Return a function that runs a controller so often, each time with what it has learned."""
+
+    def run(
+        controller: PulseController, count: int, *, keep_covariance: bool = True
+    ) -> list[PulseRun]:
+        done: list[PulseRun] = []
+        for _ in range(count):
+            done.append(
+                run_pulses(sliding_mass, controller, sampling_time=SAMPLING_TIME, duration=2.0)
+            )
+            learnt = controller.learnt(done[-1].run.controller_state)
+            controller = controller.resumed(learnt, keep_covariance=keep_covariance)
+        return done
+
+    return run

@@ -1,0 +1,245 @@
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.control import PulseWidthController, RestDetection
+from stickslip.friction import CoulombViscousFriction
+from stickslip.jobs.pulse_run import run_pulses
+from stickslip.plants import SingleMass
+from stickslip.records import InputError, PositioningOutcome
+from stickslip.simulation import simulate_closed_loop
+
+T = 0.01
+IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
+REPORT = PulseWidthController.from_friction(  # its mass known, its friction guessed at 0.8 f_c
+    mass=150.0,
+    coulomb_friction=80.0,
+    pulse_effort=300.0,
+    sampling_time=T,
+    target=0.01,
+    tolerance=2e-5,
+    rest=IDEAL,
+)
+TRUE_GAIN = 2.0  # b of Table 1 [m/s^2]
+LAST_DIGIT = 5e-7  # of the report's cycles as they are known, in micrometres [m]
+ROUNDING = 1e-10  # relative; some hundred updates
+
+
+def cycle(run):
+    """Return the two errors between which a run goes to and fro at its end."""
+    errors = [pulse.error for pulse in run.pulses[-4:]]
+    assert errors[0] == pytest.approx(errors[2], rel=1e-6)
+    assert errors[1] == pytest.approx(errors[3], rel=1e-6)
+    return max(errors), min(errors)
+
+
+def regressors(run, controller):
+    """Return u_p of each pulse, from its error and the estimate before it (Eqs. 7 and 10)."""
+    b = run.estimates["pulse_gain"][: len(run.pulses)]
+    error = np.array([pulse.error for pulse in run.pulses])
+    width = np.minimum(
+        np.sqrt(controller.gain * np.abs(error) / b), controller.longest_width or np.inf
+    )
+    if controller.regressor == "applied":
+        width = T * np.ceil(width / T - 1e-9)
+    return np.sign(error) * width**2
+
+
+def test_the_first_guess_is_that_of_the_report():
+    assert REPORT.first_gain == pytest.approx(1.375 * TRUE_GAIN, rel=1e-12)
+
+
+def test_it_cycles_for_ever_at_one_sample_and_after_ten_runs_at_two(consecutive_runs):
+    runs = consecutive_runs(REPORT, 10)
+    first, tenth = runs[0], runs[-1]
+    assert cycle(first) == pytest.approx((0.114e-3, -0.072e-3), abs=LAST_DIGIT)
+    assert cycle(tenth) == pytest.approx((0.275e-3, -0.419e-3), abs=LAST_DIGIT)
+    for run, samples in ((first, 1), (tenth, 2)):
+        assert run.outcome is PositioningOutcome.MOVING
+        assert [pulse.duration for pulse in run.pulses[-4:]] == pytest.approx([samples * T] * 4)
+        assert [pulse.levels[0][0] for pulse in run.pulses[-2:]] in ([300, -300], [-300, 300])
+
+
+def test_with_bounded_widths_it_cycles_as_well_and_its_estimate_is_nearer(consecutive_runs):
+    bounded = consecutive_runs(replace(REPORT, longest_width=0.03), 10)[-1]
+    unbounded = consecutive_runs(REPORT, 10)[-1]
+    assert max(pulse.duration for pulse in bounded.pulses) <= 0.03 + 1e-12
+    upper, lower = cycle(bounded)
+    assert lower < -REPORT.tolerance < REPORT.tolerance < upper
+    b_bounded, b_unbounded = (run.estimates["pulse_gain"][-1] for run in (bounded, unbounded))
+    assert abs(b_bounded - TRUE_GAIN) < abs(b_unbounded - TRUE_GAIN)
+
+
+@pytest.mark.parametrize("regressor", ["nominal", "applied"])
+@pytest.mark.parametrize(("forgetting", "weight"), [(1.0, 1.0), (0.9, 1.0), (1.0, 0.5), (0.8, 1.7)])
+def test_the_recursion_is_weighted_least_squares(consecutive_runs, regressor, forgetting, weight):
+    """In closed form: b minimises the weighted squares with F^-1(0) (b - b(0))^2 before them.
+
+    With lambda_2 the recursion of Eqs. 12 and 13 multiplies the update by F alone, so that only
+    for lambda_2 = 1 is it least squares; elsewhere it is compared with Eqs. 11-13 written out.
+    """
+    controller = replace(REPORT, regressor=regressor, forgetting=forgetting, new_data_weight=weight)
+    (run,) = consecutive_runs(controller, 1)
+    u = regressors(run, controller)
+    d = np.array([pulse.achieved_displacement for pulse in run.pulses])
+    found = run.estimates["pulse_gain"]
+    if weight == 1.0:
+        for n in (1, 5, len(u)):
+            fade = forgetting ** np.arange(n - 1, -1, -1)
+            prior = forgetting**n / controller.initial_covariance
+            b = (prior * controller.first_gain + np.sum(fade * u[:n] * d[:n])) / (
+                prior + np.sum(fade * u[:n] ** 2)
+            )
+            assert found[n] == pytest.approx(b, rel=ROUNDING)
+    else:
+        b, inverse = controller.first_gain, 1.0 / controller.initial_covariance
+        for k in range(len(u)):
+            inverse = forgetting * inverse + weight * u[k] ** 2
+            b += u[k] * (d[k] - b * u[k]) / inverse
+            assert found[k + 1] == pytest.approx(b, rel=ROUNDING)
+
+
+def test_runs_that_keep_the_covariance_learn_as_one(consecutive_runs):
+    runs = consecutive_runs(REPORT, 3)
+    u = np.concatenate([regressors(run, REPORT) for run in runs])
+    d = np.concatenate([[p.achieved_displacement for p in run.pulses] for run in runs])
+    prior = 1.0 / REPORT.initial_covariance
+    b = (prior * REPORT.first_gain + np.sum(u * d)) / (prior + np.sum(u * u))
+    assert runs[-1].estimates["pulse_gain"][-1] == pytest.approx(b, rel=ROUNDING)
+    anew = consecutive_runs(REPORT, 3, keep_covariance=False)
+    assert anew[-1].estimates["pulse_gain"][-1] != pytest.approx(b, rel=1e-3)
+
+
+def test_compiled_and_sample_by_sample_it_does_the_same_to_the_last_bit(
+    sliding_mass, consecutive_runs
+):
+    (by_sample,) = consecutive_runs(REPORT, 1)
+    compiled = simulate_closed_loop(sliding_mass, REPORT, sampling_time=T, samples=200)
+    assert np.array_equal(compiled.log.effort, by_sample.run.log.effort)
+    assert compiled.controller_state.tobytes() == by_sample.run.controller_state.tobytes()
+
+
+@settings(max_examples=60)
+@given(
+    error=st.floats(-0.02, 0.02),
+    mass=st.floats(75.0, 300.0),
+    coulomb=st.floats(50.0, 200.0),
+    excess=st.floats(1.0, 1.5),
+    guess=st.floats(0.5, 1.4),
+    gain=st.floats(0.2, 1.9),
+    longest=st.one_of(st.none(), st.floats(0.01, 0.1)),
+)
+def test_on_any_axis_it_keeps_its_limits(error, mass, coulomb, excess, guess, gain, longest):
+    plant = SingleMass(
+        mass=mass,
+        friction=CoulombViscousFriction.symmetric(
+            coulomb_friction=coulomb, static_friction=excess * coulomb, viscous_friction=700.0
+        ),
+    )
+    effort = 3.0 * coulomb
+    controller = replace(
+        PulseWidthController.from_friction(
+            mass=mass,
+            coulomb_friction=guess * coulomb,
+            pulse_effort=effort,
+            sampling_time=T,
+            target=error,
+            tolerance=2e-5,
+            rest=IDEAL,
+        ),
+        gain=gain,
+        longest_width=longest,
+    )
+    run = run_pulses(plant, controller, sampling_time=T, duration=1.0)
+    applied = run.run.log.effort[:-1]
+    assert set(np.abs(applied).tolist()) <= {0.0, effort}
+    for pulse in run.pulses:
+        assert abs(pulse.error) > controller.tolerance
+        assert pulse.levels[0][0] * pulse.error > 0.0
+        assert longest is None or pulse.duration <= longest + 1e-12
+        assert pulse.duration == pytest.approx(T * round(pulse.duration / T), rel=1e-12)
+    # It fires only while the axis is at rest
+    starts = [round(pulse.time / T) for pulse in run.pulses]
+    assert not np.any(run.run.motion.velocity[starts])
+    assert (run.estimates["pulse_gain"] > 0.0).all()
+
+
+def test_what_was_learned_is_resumed(consecutive_runs):
+    (run,) = consecutive_runs(REPORT, 1)
+    learnt = REPORT.learnt(run.run.controller_state)
+    resumed = REPORT.resumed(learnt)
+    assert resumed.first_gain == run.estimates["pulse_gain"][-1]
+    assert resumed.initial_covariance < REPORT.initial_covariance
+    assert REPORT.resumed(learnt, keep_covariance=False) == replace(
+        REPORT, first_gain=resumed.first_gain
+    )
+
+
+def test_what_cannot_be_resumed_is_refused():
+    learnt = REPORT.learnt(REPORT.init())
+    with pytest.raises(InputError, match="pulses of 300 N, the controller's are of 200 N"):
+        replace(REPORT, pulse_effort=200.0).resumed(learnt)
+    with pytest.raises(InputError, match="learned on a linear axis"):
+        replace(REPORT, kind="rotary").resumed(learnt)
+    with pytest.raises(InputError, match="learned by 'exact'"):
+        REPORT.resumed(replace(learnt, method="exact"))
+    with pytest.raises(InputError, match=r"pulse_gain \[m/s\^2\] is missing"):
+        REPORT.resumed(replace(learnt, values={"effort": 300.0}))
+    with pytest.raises(InputError, match=r"\(2, 2\), this method's has \(1, 1\)"):
+        REPORT.resumed(replace(learnt, covariance=np.eye(2)))
+    with pytest.raises(InputError, match="first_gain is -1 m/s"):
+        REPORT.resumed(replace(learnt, values={"effort": 300.0, "pulse_gain": -1.0}))
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"pulse_effort": 0.0}, "pulse_effort is 0 N"),
+        ({"first_gain": -1.0}, "first_gain is -1 m/s"),
+        ({"gain": 0.0}, r"gain is 0, it must lie in \(0, 2\)"),
+        ({"gain": 2.0}, r"gain is 2, it must lie in \(0, 2\)"),
+        ({"gain": math.nan}, "gain is nan"),
+        ({"forgetting": 1.01}, r"forgetting is 1.01, it must lie in \(0, 1\]"),
+        ({"forgetting": 0.0}, "forgetting is 0"),
+        ({"new_data_weight": 2.0}, r"new_data_weight is 2, it must lie in \[0, 2\)"),
+        ({"longest_width": 0.009}, "longest_width is 0.009 s, a pulse lasts at least one sample"),
+        ({"longest_width": math.inf}, "longest_width is inf s"),
+        ({"initial_covariance": 0.0}, "initial_covariance is 0"),
+        ({"regressor": "best"}, "regressor is 'best'"),
+        ({"patience": 0}, "patience is 0 pulses"),
+    ],
+)
+def test_impossible_settings_are_refused(wrong, says, without_shape_checks):
+    with pytest.raises(InputError, match=says) as error:
+        replace(REPORT, **wrong)
+    assert error.value.remedy
+
+
+@pytest.mark.parametrize(
+    ("wrong", "says"),
+    [
+        ({"mass": 0.0}, "mass is 0 kg"),
+        ({"coulomb_friction": -1.0}, "coulomb_friction is -1 N"),
+        ({"coulomb_friction": 300.0}, "not more than the Coulomb friction of 300 N"),
+        ({"static_friction": 310.0}, r"not more than the breakaway \(static\) friction of 310 N"),
+        ({"static_friction": 70.0}, "less than the Coulomb friction of 80 N"),
+        ({"kind": "rotary", "static_friction": 310.0}, "pulse_effort is 300 N m"),
+    ],
+)
+def test_pulses_that_cannot_overcome_the_friction_are_refused(wrong, says):
+    values = {
+        "mass": 150.0,
+        "coulomb_friction": 80.0,
+        "pulse_effort": 300.0,
+        "sampling_time": T,
+        "target": 0.01,
+        "tolerance": 2e-5,
+        "rest": IDEAL,
+        **wrong,
+    }
+    with pytest.raises(InputError, match=says):
+        PulseWidthController.from_friction(**values)
