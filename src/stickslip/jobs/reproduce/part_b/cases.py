@@ -25,6 +25,7 @@ __all__ = [
     "BOUNDED",
     "CALCULATED",
     "CASES",
+    "COVARIANCE",
     "LARGE",
     "PAPWC",
     "PWC",
@@ -32,6 +33,7 @@ __all__ = [
     "SMALL",
     "UNBOUNDED",
     "Case",
+    "Key",
     "papwc",
     "pwc",
 ]
@@ -47,7 +49,11 @@ LARGE = "P(0) = 1e5 I"
 READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}
 """By controller; the printed one first."""
 
-_COVARIANCE = {SMALL: 1e-5, LARGE: 1e5}
+Key = tuple[str, str, float | None]
+"""Controller, reading, and t_p,max [s] or None."""
+
+COVARIANCE = {SMALL: 1e-5, LARGE: 1e5}
+"""P(0) over the unit matrix, by reading [of the recursion]."""
 _REST = RestDetection(samples=1, spread=0.0, speed=0.0)
 
 
@@ -140,6 +146,11 @@ class Case:
     reading: str
     longest_width: float | None
 
+    @property
+    def key(self) -> Key:
+        """All three."""
+        return self.controller, self.reading, self.longest_width
+
     def first(self) -> PulseController:
         """Return the controller of the first run."""
         if self.controller == PWC:
@@ -147,7 +158,7 @@ class Case:
             return pwc(
                 longest_width=self.longest_width, regressor="nominal" if nominal else "applied"
             )
-        return papwc(longest_width=self.longest_width, covariance=_COVARIANCE[self.reading])
+        return papwc(longest_width=self.longest_width, covariance=COVARIANCE[self.reading])
 
 
 CASES = tuple(

@@ -1,5 +1,6 @@
 """Runs of a controller on the mass of Table 1, and several in a row."""
 
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -88,7 +89,11 @@ def one_run(controller: PulseController, *, duration: float = DURATION) -> Pulse
 
 
 def series_of(
-    first: PulseController, *, runs: int = RUNS_IN_A_ROW, keep_covariance: bool = True
+    first: PulseController,
+    *,
+    runs: int = RUNS_IN_A_ROW,
+    keep_covariance: bool = True,
+    last: Callable[[Mapping[str, float]], bool] | None = None,
 ) -> Series:
     """Run a controller several times, each time with what the run before has taught it.
 
@@ -100,11 +105,15 @@ def series_of(
         How many.
     keep_covariance
         Whether each run goes on with the covariance as well, not with the estimates alone.
+    last
+        Whether a run that ends with these estimates is the last, whatever ``runs`` is.
     """
     controllers, done = [first], [one_run(first)]
     for _ in range(1, runs):
-        before = controllers[-1]
-        learnt = before.learnt(done[-1].run.controller_state)
+        before, state = controllers[-1], done[-1].run.controller_state
+        if last is not None and last(before.estimates(state)):
+            break
+        learnt = before.learnt(state)
         controllers.append(before.resumed(learnt, keep_covariance=keep_covariance))
         done.append(one_run(controllers[-1]))
     return Series(controllers=tuple(controllers), runs=tuple(done))
