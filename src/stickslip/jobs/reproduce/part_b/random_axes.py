@@ -5,16 +5,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from stickslip.friction import CoulombViscousFriction
+from stickslip.jobs.reproduce.part_b.setting import COULOMB_FRICTION, MASS, VISCOUS_FRICTION
 from stickslip.plants import SingleMass
 from stickslip.records import quantity_field
 
-__all__ = ["ENCODER_STEP", "POSITION_NOISE", "SAMPLING_TIME", "RandomAxis", "random_axes"]
-
-# Table 1 of the report, part B: [kg], [N], [N s/m]; time [s]
-_MASS = 150.0
-_COULOMB = 100.0
-_VISCOUS = 700.0
-SAMPLING_TIME = 0.01
+__all__ = ["ENCODER_STEP", "POSITION_NOISE", "RandomAxis", "random_axes"]
 
 _FACTOR = 2.0
 """Mass, Coulomb and viscous friction lie between Table 1 over this and times this [-]."""
@@ -77,7 +72,9 @@ def _guess(generator: np.random.Generator, value: float, error: float) -> float:
 
 
 def _random_axis(generator: np.random.Generator) -> RandomAxis:
-    mass, coulomb, viscous = (_around(generator, value) for value in (_MASS, _COULOMB, _VISCOUS))
+    mass, coulomb, viscous = (
+        _around(generator, value) for value in (MASS, COULOMB_FRICTION, VISCOUS_FRICTION)
+    )
     uneven_coulomb, uneven_viscous = generator.uniform(-_ASYMMETRY, _ASYMMETRY, 2)
     lowest, highest = _STATIC
     while True:  # until the static friction of each direction is in the range of that direction

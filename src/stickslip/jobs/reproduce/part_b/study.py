@@ -1,0 +1,37 @@
+"""The comparison of all contenders on random axes."""
+
+from collections.abc import Callable
+
+import numpy as np
+
+from stickslip.jobs.reproduce.part_b.contenders import CONTENDERS
+from stickslip.jobs.reproduce.part_b.random_axes import random_axes
+from stickslip.jobs.reproduce.part_b.trials import study, tasks
+from stickslip.records import ControllerScore
+
+__all__ = ["controller_scores", "pieces"]
+
+
+def controller_scores(
+    axes: int, seed: int, *, workers: int, advance: Callable[[], None]
+) -> tuple[ControllerScore, ...]:
+    """Try all contenders on random axes.
+
+    Parameters
+    ----------
+    axes
+        How many, the same for each contender.
+    seed
+        Of the axes and their noise.
+    workers
+        How many runs are worked on at once.
+    advance
+        Called `pieces` times.
+    """
+    drawn = random_axes(np.random.default_rng(seed), axes)
+    return study(drawn, CONTENDERS, workers=workers, advance=advance)
+
+
+def pieces(axes: int) -> int:
+    """Return how often `controller_scores` calls ``advance``."""
+    return len(CONTENDERS) * tasks(axes)
