@@ -53,7 +53,7 @@ class PulseLaw:
     >>> round(float(law.width_for(0.01, effort=300.0)), 3)
     0.092
     >>> round(float(law.effort_for(0.01, width=0.10)), 1)
-    273.8
+    280.1
     >>> f"{float(law.smallest_displacement(width=0.01)):.1e}"
     '1.3e-05'
     """
@@ -130,7 +130,8 @@ class PulseLaw:
         """
         f, t = self._numbers(effort=effort, width=width)
         moving = np.where(f > self.breakaway, f, np.nan)
-        return np.nan_to_num(self._apply(pulse_kernels.pulse_displacement, moving, t))
+        displacement = self._apply(pulse_kernels.pulse_displacement, moving, t)
+        return np.where(np.isnan(moving), 0.0, displacement)
 
     def duration(self, effort: float | ArrayLike, width: float | ArrayLike) -> Values:
         """Return the time from the pulse's begin until the mass rests again [s].

@@ -1,0 +1,194 @@
+"""The law of a pulse against Eq. 3 in many digits, the report's numbers and the simulator."""
+
+from math import ceil
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import PulseLaw
+from stickslip.planning.pulse_kernels import pulse_position
+from stickslip.plants import SingleMass
+from stickslip.records import InputError
+from stickslip.simulation import simulate
+
+TABLE_1 = PulseLaw(
+    mass=150.0, coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0
+)
+WITHOUT_VISCOSITY = PulseLaw(
+    mass=150.0, coulomb_friction=100.0, viscous_friction=0.0, static_friction=130.0
+)
+ROUNDING = 1e-14  # relative: some tens of units in the last place, of sums of positive terms
+INVERTED = 1e-11  # relative: rounding times the condition of the inverse, up to a thousand
+NEAR_ZERO = 1e-12  # relative: the simulator's own, on displacements of a micrometre
+
+masses = st.floats(0.1, 1e3)
+coulombs = st.floats(0.1, 1e3)
+ratios = st.floats(1.01, 10.0)  # of the effort to the Coulomb friction
+# Of the time constant m/c to the width: from no viscous friction to nothing but it
+swiftness = st.floats(1e-12, 30.0)
+widths = st.floats(1e-3, 1.0)
+
+
+def printed(law: PulseLaw, effort: float, width: float) -> mpmath.mpf:
+    """Eq. 3 as it stands in the report, in 60 digits."""
+    with mpmath.workdps(60):
+        m, fc, c, fp, tp = (
+            mpmath.mpf(x)
+            for x in (law.mass, law.coulomb_friction, law.viscous_friction, effort, width)
+        )
+        if c == 0:
+            return fp * (fp - fc) / (2 * m * fc) * tp**2
+        log = mpmath.log(fp / fc * (mpmath.exp(c * tp / m) - 1) + 1)
+        return fp * tp / c - m * fc / c**2 * log
+
+
+@given(masses, coulombs, ratios, swiftness, widths)
+def test_displacement_is_equation_3(m: float, F: float, ratio: float, z: float, t: float) -> None:
+    law = PulseLaw(mass=m, coulomb_friction=F, viscous_friction=z * m / t)
+    exact = printed(law, F * ratio, t)
+    assert float(law.displacement(F * ratio, t)) == pytest.approx(float(exact), rel=ROUNDING * 10)
+
+
+@given(masses, coulombs, ratios, widths)
+def test_without_viscosity_it_is_equation_2(m: float, F: float, ratio: float, t: float) -> None:
+    law = PulseLaw(mass=m, coulomb_friction=F, viscous_friction=0.0)
+    assert float(law.displacement(F * ratio, t)) == pytest.approx(
+        float(printed(law, F * ratio, t)), rel=ROUNDING * 10
+    )
+    assert law.gain(F * ratio) * t * t == pytest.approx(
+        float(law.displacement(F * ratio, t)), rel=ROUNDING * 10
+    )
+
+
+@given(masses, coulombs, ratios, swiftness, widths)
+def test_inverses_meet_the_displacement(
+    m: float, F: float, ratio: float, z: float, t: float
+) -> None:
+    law = PulseLaw(mass=m, coulomb_friction=F, viscous_friction=z * m / t)
+    d = float(printed(law, F * ratio, t))
+    assert float(law.width_for(d, effort=F * ratio)) == pytest.approx(t, rel=INVERTED)
+    assert float(law.effort_for(d, width=t)) == pytest.approx(F * ratio, rel=INVERTED)
+
+
+def test_numbers_of_the_report() -> None:
+    # Section 3.1, as printed (two or three digits)
+    t = float(TABLE_1.width_for(0.01, effort=300.0))
+    assert f"{t:.3f}" == "0.092"
+    assert f"{float(WITHOUT_VISCOSITY.width_for(0.01, effort=300.0)):.3f}" == "0.071"  # R: 0.070
+    b = TABLE_1.gain(300.0)
+    assert f"{0.01 / t**2 / b:.1f}" == "0.6"
+    assert f"{float(TABLE_1.displacement(300.0, 0.03)) / 0.03**2 / b:.0%}" == "81%"
+    assert f"{float(TABLE_1.width_for(0.002, effort=300.0)):.3f}" == "0.036"
+    too_long = np.sqrt(0.002 / (0.01 / t**2))
+    assert f"{too_long:.3f}" == "0.041"
+    assert f"{float(TABLE_1.displacement(300.0, too_long)):.4f}" == "0.0026"  # R: 2.5 mm
+    guess = PulseLaw(mass=150.0, coulomb_friction=80.0, viscous_friction=0.0)
+    assert guess.gain(300.0) / b == pytest.approx(1.375, abs=1e-12)
+    # Eqs. 23 and 24
+    assert f"{float(TABLE_1.displacement(300.0, 0.01)):.1e}" == "1.9e-04"
+    assert f"{float(TABLE_1.smallest_displacement(0.01)):.1e}" == "1.3e-05"
+
+
+@settings(max_examples=30)
+@given(
+    m=st.floats(75.0, 300.0),
+    F=st.floats(50.0, 200.0),
+    c=st.sampled_from([0.0, 350.0, 1400.0]),
+    offset=st.floats(-0.3, 0.3),
+    ratio=st.floats(2.0, 4.0),
+    n=st.integers(1, 30),
+    way=st.sampled_from([1, -1]),
+)
+def test_the_simulator_goes_as_far(
+    m: float, F: float, c: float, offset: float, ratio: float, n: int, way: int
+) -> None:
+    T = 0.01
+    friction = CoulombViscousFriction(
+        coulomb_friction_positive=F,
+        coulomb_friction_negative=0.8 * F,
+        static_friction_positive=1.2 * F,
+        static_friction_negative=1.1 * F,
+        viscous_friction_positive=c,
+        viscous_friction_negative=0.9 * c,
+        offset=offset * F,
+    )
+    plant = SingleMass(mass=m, friction=friction)
+    law = PulseLaw.of(plant, direction=way)
+    effort = ratio * F
+    rest = n + ceil(float(law.duration(effort, n * T)) / T)
+    u = np.zeros(rest + 1)
+    u[:n] = way * effort
+    motion = simulate(plant, u, sampling_time=T)
+    d = float(law.displacement(effort, n * T))
+    assert motion.velocity[-1] == 0.0
+    assert way * motion.position[-1] == pytest.approx(d, rel=NEAR_ZERO)
+    stop = motion.event_time[motion.event_mode == 0]
+    assert float(stop[-1]) == pytest.approx(float(law.duration(effort, n * T)), rel=NEAR_ZERO)
+    along = [
+        pulse_position(m, law.coulomb_friction, law.viscous_friction, effort, n * T, float(tau))
+        for tau in motion.time
+    ]
+    np.testing.assert_allclose(way * motion.position, along, rtol=NEAR_ZERO, atol=NEAR_ZERO * d)
+
+
+def test_what_does_not_break_away_does_not_move() -> None:
+    efforts = np.array([0.0, 50.0, 130.0, np.nextafter(130.0, 200.0)])
+    assert TABLE_1.displacement(efforts, 0.01).tolist()[:3] == [0.0, 0.0, 0.0]
+    assert TABLE_1.displacement(efforts, 0.01)[3] == pytest.approx(
+        float(TABLE_1.smallest_displacement(0.01)), rel=ROUNDING * 100
+    )
+    assert np.isnan(TABLE_1.effort_for(1e-5, width=0.01))  # below Eq. 24
+    assert float(TABLE_1.effort_for(1.3e-5, width=0.01)) > 130.0
+    assert TABLE_1.duration(efforts, 0.01).tolist()[:3] == [0.01] * 3
+
+
+def test_arrays_are_broadcast() -> None:
+    grid = TABLE_1.displacement(np.array([[200.0], [300.0]]), np.array([0.0, 0.01, 0.02]))
+    assert grid.shape == (2, 3)
+    assert (np.diff(grid) > 0).all()
+    assert (np.diff(grid, axis=0)[:, 1:] > 0).all()
+    assert TABLE_1.width_for(np.array([0.0, 1e-3]), effort=300.0)[0] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("call", "said"),
+    [
+        (lambda: TABLE_1.displacement(300.0, -0.01), "width is -0.01 s, it must not be negative"),
+        (lambda: TABLE_1.displacement(np.nan, 0.01), "effort is nan N, it must be finite"),
+        (lambda: TABLE_1.width_for(0.01, effort=130.0), "130 N, not above the breakaway, 130 N"),
+        (lambda: TABLE_1.width_for(-0.01, effort=300.0), "displacement is -0.01 m"),
+        (lambda: TABLE_1.effort_for(0.0, width=0.01), "displacement is 0 m, it must be positive"),
+        (lambda: TABLE_1.effort_for(0.01, width=0.0), "width is 0 s, it must be positive"),
+        (
+            lambda: PulseLaw(mass=0.0, coulomb_friction=1.0, viscous_friction=0.0),
+            "mass is 0 kg, it must be positive",
+        ),
+        (
+            lambda: PulseLaw(mass=1.0, coulomb_friction=0.0, viscous_friction=0.0),
+            "coulomb_friction is 0 N, it must be positive",
+        ),
+        (
+            lambda: PulseLaw(
+                mass=1.0, coulomb_friction=2.0, viscous_friction=0.0, static_friction=1.0
+            ),
+            "static_friction is 1 N, below the Coulomb friction, 2 N",
+        ),
+    ],
+)
+def test_bad_input_is_named(call, said: str) -> None:
+    with pytest.raises(InputError, match=said.replace("(", r"\(")):
+        call()
+
+
+def test_an_offset_that_never_lets_go_is_refused() -> None:
+    friction = CoulombViscousFriction.symmetric(
+        coulomb_friction=1.0, viscous_friction=1.0, static_friction=3.0, offset=2.0
+    )
+    plant = SingleMass(mass=1.0, friction=friction)
+    assert PulseLaw.of(plant, direction=1).coulomb_friction == 3.0
+    with pytest.raises(InputError, match="drives the mass on"):
+        PulseLaw.of(plant, direction=-1)
