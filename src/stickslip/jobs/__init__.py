@@ -1,11 +1,12 @@
-"""What a person asks for: identify a log, see a demonstration, find benchmark data."""
+"""What a person asks for: identify a log, position an axis, see a demonstration, find data."""
 
 from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
+from stickslip.jobs.position import position
 from stickslip.jobs.reproduce import Reproduced, reproduce_part_a
 from stickslip.logs import AxisSchema, find_benchmark
-from stickslip.report import write_report
+from stickslip.report import write_positioning_page, write_report
 
 __all__ = [
     "AxisSchema",
@@ -15,7 +16,9 @@ __all__ = [
     "find_benchmark",
     "identify",
     "json_text",
+    "position",
     "reproduce_part_a",
     "write_json",
+    "write_positioning_page",
     "write_report",
 ]

@@ -28,6 +28,8 @@ ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
 _LEGEND = {
     "error": "target less true position",
     "measured_error": "target less measured position",
+    "late_errors": "smallest and largest error in the last half of the move",
+    "reason": "why the controller stopped short, if it says so",
     "settling_time": "from the start of the move until the true error is within the tolerance for "
     "good; null: it never is",
     "effort": "held from each sample to the next, so one fewer than samples",
@@ -108,8 +110,12 @@ class PositioningMove:
         Where the axis truly was, and where it should go [m or rad].
     ending
         How it ended.
+    reason
+        Why the controller stopped short, if it says so.
     final_error
         Target less true position at the end [m or rad].
+    late_errors
+        Smallest and largest target less true position in the last half of the move [m or rad].
     settling_time
         From the start of the move until the true error is within the tolerance for good [s]; None
         if it never is.
@@ -125,7 +131,9 @@ class PositioningMove:
     start: float = quantity_field("position")
     target: float = quantity_field("position")
     ending: Ending
+    reason: str | None
     final_error: float = quantity_field("position")
+    late_errors: tuple[float, float] = quantity_field("position")
     settling_time: float | None = quantity_field("time")
     peak_effort: float = quantity_field("effort")
     pulses: tuple[PulseRecord, ...]
@@ -140,7 +148,9 @@ class PositioningMove:
             "target": self.target,
             "ending": self.ending.value,
             "ending_text": self.ending.text,
+            "reason": self.reason,
             "final_error": self.final_error,
+            "late_errors": list(self.late_errors),
             "settling_time": self.settling_time,
             "peak_effort": self.peak_effort,
             "pulses": [

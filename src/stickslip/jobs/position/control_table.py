@@ -1,0 +1,151 @@
+"""The table of a scenario that chooses the controller and its settings."""
+
+from dataclasses import dataclass, fields
+from typing import Any, ClassVar, Literal
+
+from stickslip.records import InputError, positive, quantity_field
+
+__all__ = ["CONTROLLERS", "ControllerTable", "Method"]
+
+Method = Literal["exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset"]
+
+CONTROLLERS: dict[Method, str] = {
+    "exact": "pulses planned by the exact law of Coulomb and viscous friction",
+    "papwc": "adaptive pulse amplitude pulse width control",
+    "pwc": "adaptive pulse width control",
+    "pd": "PD control",
+    "pid": "PID control",
+    "pid-dither": "PID control with dither",
+    "pid-reset": "PID control with resets of the integral",
+}
+"""Every method, in words."""
+
+_PULSES = ("longest_width", "patience", "rest_samples")
+_ADAPTIVE = (*_PULSES, "gain", "forgetting", "initial_covariance")
+_FEEDBACK = ("position_gain", "velocity_gain", "filter_time")
+_INTEGRAL = (*_FEEDBACK, "integral_gain", "bandwidth", "dead_band")
+_USES: dict[Method, tuple[str, ...]] = {
+    "exact": _PULSES,
+    "papwc": _ADAPTIVE,
+    "pwc": _ADAPTIVE,
+    "pd": _FEEDBACK,
+    "pid": _INTEGRAL,
+    "pid-dither": (*_INTEGRAL, "dither_amplitude", "dither_frequency", "dither_shape"),
+    "pid-reset": (*_INTEGRAL, "reset_law", "reset_speed", "reset_samples"),
+}
+_NEEDS: dict[Method, tuple[str, ...]] = {
+    "pid-dither": ("dither_amplitude", "dither_frequency"),
+    "pid-reset": ("reset_law", "reset_speed"),
+}
+_GAINS = ("position_gain", "integral_gain", "velocity_gain", "filter_time")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerTable:
+    """``[controller]``: which one, how strong, and its settings.
+
+    Attributes
+    ----------
+    method
+        ``"exact"``, ``"papwc"``, ``"pwc"``, ``"pd"``, ``"pid"``, ``"pid-dither"`` or
+        ``"pid-reset"``.
+    effort_limit
+        Largest magnitude of the effort [N or N m]; of ``"pwc"`` the effort of every pulse.
+    longest_width
+        Of a pulse [s].
+    patience
+        Pulses in vain after which a pulse controller stops.
+    rest_samples
+        Samples over which a pulse controller judges whether the axis rests.
+    gain, forgetting, initial_covariance
+        Of ``"pwc"`` and ``"papwc"``: ``K_c`` [-], ``lambda`` [-], and what the recursion begins
+        with [1/s^4, of ``"papwc"`` that of its gains].
+    position_gain, integral_gain, velocity_gain
+        Of PD and PID [N/m, N/(m s), N s/m; rotary N m/rad, N m/(rad s), N m s/rad].
+    filter_time
+        Of the differentiated position [s]; not given: the velocity is measured.
+    bandwidth
+        Of PID, in place of gains, with the mass in ``[guess]`` [Hz].
+    dead_band
+        Error within which the integral stands still [m or rad].
+    dither_amplitude, dither_frequency, dither_shape
+        Of ``"pid-dither"``: [N or N m], [Hz], and ``"square"`` or ``"sine"``.
+    reset_law, reset_speed, reset_samples
+        Of ``"pid-reset"``: ``"coulomb"`` or ``"stribeck"``, the largest speed taken for rest
+        [m/s or rad/s], and for how many samples.
+
+    Raises
+    ------
+    InputError
+        If a setting is without use for the method, or one that it needs is missing.
+    """
+
+    method: Method
+    effort_limit: float = quantity_field("effort")
+    longest_width: float | None = quantity_field("time", default=None)
+    patience: int | None = None
+    rest_samples: int | None = None
+    gain: float | None = None
+    forgetting: float | None = None
+    initial_covariance: float | None = None
+    position_gain: float | None = quantity_field("stiffness", default=None)
+    integral_gain: float | None = None
+    velocity_gain: float | None = quantity_field("viscous_friction", default=None)
+    filter_time: float | None = quantity_field("time", default=None)
+    bandwidth: float | None = None
+    dead_band: float | None = quantity_field("position", default=None)
+    dither_amplitude: float | None = quantity_field("effort", default=None)
+    dither_frequency: float | None = None
+    dither_shape: Literal["square", "sine"] | None = None
+    reset_law: Literal["coulomb", "stribeck"] | None = None
+    reset_speed: float | None = quantity_field("velocity", default=None)
+    reset_samples: int | None = None
+
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
+
+    def __post_init__(self) -> None:
+        positive("effort_limit", self.effort_limit, "N or N m")
+        method, uses = self.method, _USES[self.method]
+        for name in self.given():
+            if name not in uses:
+                users = [each for each, known in _USES.items() if name in known]
+                raise InputError(
+                    f"{name} is given, and method {method} has no use for it",
+                    remedy=f"leave it out, or use method {' or '.join(users)}",
+                )
+        for name in _NEEDS.get(method, ()):
+            self._needed(name, f"give it, method {method} has no default for it")
+        if "position_gain" in uses:
+            self._check_gains()
+
+    def given(self, *, without: tuple[str, ...] = ()) -> dict[str, Any]:
+        """Return the settings that were given, by name."""
+        never = ("method", "effort_limit", *without)
+        return {
+            each.name: value
+            for each in fields(self)
+            if each.name not in never and (value := getattr(self, each.name)) is not None
+        }
+
+    @property
+    def gains(self) -> dict[str, float]:
+        """The gains that were given, and the time constant of the filter."""
+        return {name: value for name in _GAINS if (value := getattr(self, name)) is not None}
+
+    def _check_gains(self) -> None:
+        if self.bandwidth is not None:
+            if self.gains:
+                raise InputError(
+                    f"bandwidth and {', '.join(self.gains)} are both given",
+                    remedy="keep bandwidth, which gives all gains, or the gains themselves",
+                )
+            return
+        other = "give it" if self.method == "pd" else "give it, or bandwidth and the mass"
+        self._needed("position_gain", other)
+        self._needed("velocity_gain", other)
+        if self.method != "pd":
+            self._needed("integral_gain", other)
+
+    def _needed(self, name: str, why: str) -> None:
+        if getattr(self, name) is None:
+            raise InputError(f"{name} is missing", remedy=why)

@@ -1,0 +1,319 @@
+"""From a scenario to the controller it asks for."""
+
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from math import sqrt
+from pathlib import Path
+from typing import Any
+
+from stickslip.control import (
+    Dither,
+    ExactPulseController,
+    PIDController,
+    PulseAmplitudeWidthController,
+    PulseController,
+    PulseWidthController,
+    ResetIntegral,
+    RestDetection,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.jobs.position.beliefs import Beliefs, beliefs_from, learnt_from
+from stickslip.jobs.position.scenario import Scenario
+from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable, SensorsTable
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    count_of,
+    prefixed,
+    unit_of,
+)
+
+__all__ = ["Chosen", "choose_controller"]
+
+Chosen = PulseController | PIDController
+
+_REST_SAMPLES = 10
+"""Samples over which a rest is judged where sensors are not ideal, unless the scenario says."""
+
+_SURELY = 3.0
+"""Standard deviations of a mean that the sensors are taken to be off by."""
+
+_CONTINUOUS = 1e-9
+"""Step of an encoder without steps, over the noise: too fine to matter."""
+
+_SURE = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
+_ADAPTIVE = ("mass", "coulomb_friction", "static_friction")
+_WANTED: dict[str, tuple[str, ...]] = {
+    "exact": ("mass", *DIRECTIONAL, "offset", *_SURE),
+    "papwc": _ADAPTIVE,
+    "pwc": _ADAPTIVE,
+}
+
+
+def choose_controller(
+    scenario: Scenario, folder: Path
+) -> tuple[Chosen, dict[str, str], tuple[str, ...]]:
+    """Return the controller, set to the first target, with what it believes.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    folder
+        Where files that it names are looked for.
+
+    Returns
+    -------
+    The controller; by name, where its first guesses came from; and notes for the user.
+
+    Raises
+    ------
+    InputError
+        If a first guess is missing, unused or impossible, or a setting is.
+    """
+    table, guess, kind = scenario.controller, scenario.guess, scenario.axis.kind
+    wanted = _WANTED.get(table.method, () if table.bandwidth is None else ("mass",))
+    _refuse_unused(guess, wanted, table.method)
+    try:
+        if not scenario.pulsed:
+            beliefs = beliefs_from(guess, kind, folder)
+            return _feedback(scenario, beliefs), _sources(beliefs, wanted), ()
+        rest = _rest(scenario.sensors, table.rest_samples)
+        aim = _aim(scenario, rest)
+        notes = (_about(rest, kind), *_about_aim(aim, scenario))
+        if guess.learnt is not None:
+            learnt = _learnt(scenario, folder / guess.learnt)
+            first = _pulses(scenario, _anything(scenario), rest, aim)
+            where = f"learnt {guess.learnt}"
+            try:
+                resumed = first.resumed(learnt)
+            except InputError as error:
+                raise error.at(str(folder / guess.learnt)) from None
+            return resumed, dict.fromkeys(resumed.estimates(resumed.init()), where), notes
+        beliefs = beliefs_from(guess, kind, folder)
+        return _pulses(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
+    except InputError as error:
+        raise error if error.where else error.at("[controller] and [guess]") from None
+
+
+def _refuse_unused(guess: GuessTable, wanted: tuple[str, ...], method: str) -> None:
+    given = [
+        each.name
+        for each in fields(guess)
+        if getattr(guess, each.name) is not None and each.name not in {"estimate", "learnt"}
+    ]
+    if guess.learnt is not None and (given or guess.estimate is not None):
+        raise InputError(
+            f"learnt is given beside {', '.join(given) or 'estimate'}",
+            where="[guess]",
+            remedy="keep learnt, which holds all that the controller goes on from, or leave it out",
+        )
+    for name in given:
+        plain = name.removesuffix("_positive").removesuffix("_negative")
+        if ("mass" if plain == "inertia" else plain) not in wanted:
+            raise InputError(
+                f"{name} is given, and method {method} has no use for it",
+                where="[guess]",
+                remedy="leave it out"
+                + ("" if method in _WANTED else ", or use method exact, which learns"),
+            )
+    for name in ("estimate", "learnt"):
+        if getattr(guess, name) is not None and not (method in _WANTED or wanted == ("mass",)):
+            raise InputError(
+                f"{name} is given, and method {method} has no use for it",
+                where="[guess]",
+                remedy="leave it out, or use method exact, which learns",
+            )
+
+
+def _sources(beliefs: Beliefs, wanted: tuple[str, ...]) -> dict[str, str]:
+    return {name: beliefs.sources[name] for name in wanted if name in beliefs.sources}
+
+
+def _rest(sensors: SensorsTable, samples: int | None) -> RestDetection:
+    """Return when the axis counts as resting, from what its sensors are known to do."""
+    seen = sensors.velocity == "measured"
+    ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
+    if ideal and seen and sensors.velocity_noise == 0.0:
+        return RestDetection(samples=samples or 1, spread=0.0, speed=0.0)
+    if ideal:
+        return RestDetection(samples=samples or 2, spread=0.0)
+    window = _REST_SAMPLES if samples is None else samples
+    step = sensors.encoder_step or _CONTINUOUS * sensors.position_noise
+    rest = RestDetection.for_encoder(resolution=step, noise=sensors.position_noise, samples=window)
+    exact = seen and sensors.velocity_noise == 0.0
+    return replace(rest, speed=0.0) if exact else rest
+
+
+def _about(rest: RestDetection, kind: AxisKind) -> str:
+    if rest.samples == 1:
+        return "The axis counts as resting in the sample in which its velocity is 0."
+    still = "" if rest.speed is None else " and no velocity is seen"
+    within = prefixed(rest.spread, unit_of("position", kind))
+    return (
+        f"The axis counts as resting when {count_of(rest.samples, 'position')} in a row lie within "
+        f"{within}{still}."
+    )
+
+
+def _aim(scenario: Scenario, rest: RestDetection) -> float:
+    """Return the tolerance less what a measured rest may be off by: the controller's own."""
+    sensors, tolerance = scenario.sensors, scenario.task.tolerance
+    noise = _SURELY * sensors.position_noise / sqrt(rest.samples)
+    off = 0.5 * sensors.encoder_step + noise
+    if tolerance <= off:
+        unit = unit_of("position", scenario.axis.kind)
+        raise InputError(
+            f"tolerance is {tolerance:g} {unit}, and over {count_of(rest.samples, 'sample')} the "
+            f"sensors tell a position to {off:.3g} {unit} only",
+            where="[task]",
+            remedy="widen the tolerance, take better sensors, or give more rest_samples",
+        )
+    return tolerance - off
+
+
+def _about_aim(aim: float, scenario: Scenario) -> tuple[str, ...]:
+    if aim == scenario.task.tolerance:
+        return ()
+    unit = unit_of("position", scenario.axis.kind)
+    return (
+        f"The controller aims at {prefixed(aim, unit)}: the tolerance less what the sensors may be "
+        "off by at rest.",
+    )
+
+
+def _anything(scenario: Scenario) -> Beliefs:
+    """Return first guesses that can be, for a controller to begin with what was learnt instead."""
+    friction = 0.5 * scenario.controller.effort_limit
+    values = {"mass": 1.0, "coulomb_friction": friction, "viscous_friction": 0.0}
+    return Beliefs(
+        kind=scenario.axis.kind,
+        values={name: (value, value) for name, value in values.items()},
+        sources={},
+        missing={},
+    )
+
+
+def _pulses(
+    scenario: Scenario, beliefs: Beliefs, rest: RestDetection, aim: float
+) -> PulseController:
+    table, task, kind = scenario.controller, scenario.task, scenario.axis.kind
+    settings = table.given(without=("rest_samples",))
+    if table.method == "exact":
+        return _exact(scenario, beliefs, rest, aim, settings)
+    method = PulseWidthController if table.method == "pwc" else PulseAmplitudeWidthController
+    static = beliefs.value("static_friction") if "static_friction" in beliefs.values else None
+    first = method.from_friction(
+        mass=beliefs.value("mass"),
+        coulomb_friction=beliefs.value("coulomb_friction"),
+        static_friction=static,
+        pulse_effort=table.effort_limit,
+        sampling_time=task.sampling_time,
+        target=task.goals[0],
+        tolerance=aim,
+        rest=rest,
+        kind=kind,
+    )
+    return replace(first, **settings)
+
+
+def _exact(
+    scenario: Scenario,
+    beliefs: Beliefs,
+    rest: RestDetection,
+    aim: float,
+    settings: Mapping[str, Any],
+) -> ExactPulseController:
+    task, sensors, guess = scenario.task, scenario.sensors, scenario.guess
+    coulomb, viscous = beliefs.pair("coulomb_friction"), beliefs.pair("viscous_friction")
+    static = beliefs.values.get("static_friction", coulomb)
+    law = CoulombViscousFriction(
+        coulomb_friction_positive=coulomb[0],
+        coulomb_friction_negative=coulomb[1],
+        viscous_friction_positive=viscous[0],
+        viscous_friction_negative=viscous[1],
+        static_friction_positive=static[0],
+        static_friction_negative=static[1],
+        offset=beliefs.value("offset") if "offset" in beliefs.values else 0.0,
+    )
+    sure = {name: value for name in _SURE if (value := getattr(guess, name)) is not None}
+    return ExactPulseController(
+        sampling_time=task.sampling_time,
+        target=task.goals[0],
+        tolerance=aim,
+        rest=rest,
+        kind=scenario.axis.kind,
+        effort_limit=scenario.controller.effort_limit,
+        mass=beliefs.value("mass"),
+        friction=law,
+        position_noise=sqrt(sensors.position_noise**2 + sensors.encoder_step**2 / 12.0),
+        **sure,
+        **settings,
+    )
+
+
+def _learnt(scenario: Scenario, path: Path) -> LearntPulses:
+    learnt = learnt_from(path)
+    method, kind = scenario.controller.method, scenario.axis.kind
+    if learnt.method != method:
+        raise InputError(
+            f"this was learnt by method {learnt.method}, the scenario's is {method}",
+            where=f"{path}, method",
+            remedy=f"use method {learnt.method}, or give first guesses in its place",
+        )
+    if learnt.kind != kind:
+        raise InputError(
+            f"this was learnt on a {learnt.kind} axis, the scenario's is {kind}",
+            where=f"{path}, kind",
+            remedy="give what was learnt on this axis, or correct kind in [axis]",
+        )
+    return learnt
+
+
+def _feedback(scenario: Scenario, beliefs: Beliefs) -> PIDController:
+    table, task = scenario.controller, scenario.task
+    dither = reset = None
+    if table.dither_amplitude is not None and table.dither_frequency is not None:
+        dither = Dither(
+            amplitude=table.dither_amplitude,
+            frequency=table.dither_frequency,
+            shape=table.dither_shape or "square",
+        )
+    if table.reset_law is not None and table.reset_speed is not None:
+        reset = ResetIntegral(
+            law=table.reset_law,
+            rest_speed=table.reset_speed,
+            rest_samples=table.reset_samples or 1,
+        )
+    if table.bandwidth is not None:
+        return PIDController.for_mass(
+            sampling_time=task.sampling_time,
+            target=task.goals[0],
+            mass=beliefs.value("mass"),
+            bandwidth=table.bandwidth,
+            effort_limit=table.effort_limit,
+            dead_band=table.dead_band or 0.0,
+            dither=dither,
+            reset=reset,
+        )
+    if table.filter_time is None and scenario.sensors.velocity == "none":
+        raise InputError(
+            "the gains act on a velocity, and none is measured",
+            where="[controller]",
+            remedy="give filter_time in s, so that the position is differentiated",
+        )
+    gains = table.gains
+    return PIDController(
+        sampling_time=task.sampling_time,
+        target=task.goals[0],
+        position_gain=gains["position_gain"],
+        integral_gain=gains.get("integral_gain", 0.0),
+        velocity_gain=gains["velocity_gain"],
+        effort_limit=table.effort_limit,
+        velocity="measured" if table.filter_time is None else "differentiated",
+        filter_time=table.filter_time or 0.0,
+        dead_band=table.dead_band or 0.0,
+        dither=dither,
+        reset=reset,
+    )

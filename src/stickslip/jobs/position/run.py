@@ -1,0 +1,252 @@
+"""Run a positioning task on its simulated axis, and judge how it went."""
+
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip import __version__
+from stickslip.control import ExactPulseController, PulseController
+from stickslip.jobs.position.control_table import CONTROLLERS
+from stickslip.jobs.position.controllers import Chosen, choose_controller
+from stickslip.jobs.position.judging import ending, settling_time
+from stickslip.jobs.position.scenario import Scenario, read_scenario
+from stickslip.plants import SingleMass
+from stickslip.records import (
+    InputError,
+    LearntPulses,
+    Positioning,
+    PositioningMove,
+    PositioningOutcome,
+    PositioningRun,
+    PulseRecord,
+    SensorSample,
+)
+from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
+
+__all__ = ["position"]
+
+State = Float[np.ndarray, " s"]
+
+_TOLD = 200
+"""Samples between two calls of the progress."""
+
+
+class _Recorder:
+    """A controller that does what another does, sets its targets, and notes what it finds out.
+
+    It runs in Python, so that nothing has to be compiled for a single short run.
+    """
+
+    def __init__(
+        self, controller: Chosen, scenario: Scenario, advance: Callable[[int], None]
+    ) -> None:
+        self._controller = controller
+        self._step = controller.step
+        self._goals = scenario.task.goals
+        self._samples = scenario.task.samples
+        self._advance = advance
+        self._known = 0
+        self._k = 0
+        self.sampling_time = controller.sampling_time
+        self.pulses: list[PulseRecord] = []
+        self.times: list[float] = []
+        self.estimates: list[dict[str, float]] = []
+        self.outcomes: list[PositioningOutcome | None] = []
+        self.reasons: list[str | None] = []
+
+    def init(self) -> State:
+        """Return the state before the first sample."""
+        return self._controller.init()
+
+    def step(self, state: State, sample: SensorSample) -> tuple[State, float]:
+        """Step the other controller, to the next target when it is time."""
+        move, k = divmod(self._k, self._samples)
+        if k == 0 and move > 0:
+            self.end_move(state)
+            state = self._controller.retargeted(state, self._goals[move])
+        if k % _TOLD == 0:
+            self._advance(k + move * self._samples)
+        self._k += 1
+        state, effort = self._step(state, sample)
+        controller = self._controller
+        if isinstance(controller, PulseController):
+            self._note(controller, state, sample.time)
+        return state, effort
+
+    def end_move(self, state: State) -> None:
+        """Ask how far positioning has come, at the end of a move."""
+        controller = self._controller
+        pulsed = isinstance(controller, PulseController)
+        self.outcomes.append(controller.outcome(state) if pulsed else None)
+        tells = isinstance(controller, ExactPulseController)
+        self.reasons.append(controller.why(state) if tells else None)
+
+    def _note(self, controller: PulseController, state: State, time: float) -> None:
+        known = controller.pulse_count(state)
+        if known == self._known and self.times:
+            return
+        if known != self._known:
+            self._known = known
+            pulse = controller.last_pulse(state)
+            if pulse is not None:
+                self.pulses.append(pulse)
+        self.times.append(time)
+        self.estimates.append(controller.estimates(state))
+
+
+def position(
+    scenario: Path | str, *, progress: Callable[[int, int], None] | None = None
+) -> Positioning:
+    """Run the positioning task of a scenario file on its simulated axis.
+
+    Parameters
+    ----------
+    scenario
+        The TOML file (see the guide on positioning); files that it names are beside it.
+    progress
+        Called now and then with how many samples are done, of how many.
+
+    Returns
+    -------
+    Every run with its moves and pulses, what was learnt, and how it ended.
+
+    Raises
+    ------
+    InputError
+        If the scenario or a file that it names cannot be used; the message says what, where, and
+        the remedy.
+
+    Examples
+    --------
+    >>> result = position("examples/scenarios/papwc.toml")
+    >>> result.ending.value
+    'reached'
+    """
+    read = read_scenario(scenario)
+    asked, folder = read.scenario, read.path.parent
+    try:
+        controller, believed, notes = choose_controller(asked, folder)
+    except InputError as error:
+        raise error if str(folder) in error.where else error.at(str(read.path)) from None
+    generator = np.random.default_rng(asked.sensors.seed) if asked.sensors.noisy else None
+    task = asked.task
+    every = task.runs * len(task.goals) * task.samples
+    runs: list[PositioningRun] = []
+    learnt: LearntPulses | None = None
+    for number in range(1, task.runs + 1):
+        done = (number - 1) * len(task.goals) * task.samples
+
+        def advance(samples: int, done: int = done) -> None:
+            if progress is not None:
+                progress(done + samples, every)
+
+        recorder = _Recorder(controller, asked, advance)
+        run = simulate_closed_loop(
+            asked.axis.plant(),
+            recorder,
+            sampling_time=task.sampling_time,
+            samples=len(task.goals) * task.samples,
+            sensors=asked.sensors.sensors(),
+            generator=generator,
+            initial_state=(task.start, 0.0),
+            name=read.name,
+        )
+        recorder.end_move(run.controller_state)
+        runs.append(_judged(number, run, recorder, asked))
+        if isinstance(controller, PulseController):
+            learnt = controller.learnt(run.controller_state)
+            controller = controller.resumed(learnt)
+    if progress is not None:
+        progress(every, every)
+    return Positioning(
+        name=read.name,
+        kind=asked.axis.kind,
+        method=asked.controller.method,
+        controller=CONTROLLERS[asked.controller.method],
+        tolerance=task.tolerance,
+        scenario=asked.tables(),
+        truth=_truth(asked.axis.plant(), asked.controller.effort_limit, runs[0].estimates),
+        believed=believed,
+        runs=tuple(runs),
+        learnt=learnt,
+        notes=notes,
+        file=read.path.name,
+        sha256=read.sha256,
+        stickslip_version=__version__,
+    )
+
+
+def _judged(
+    number: int, run: ClosedLoopRun[State], recorder: _Recorder, scenario: Scenario
+) -> PositioningRun:
+    """Return a run with its moves, each judged by the truth."""
+    task, n = scenario.task, scenario.task.samples
+    goals = np.append(np.repeat(task.goals, n), task.goals[-1])
+    motion = run.motion
+    error = goals - motion.position
+    moves: list[PositioningMove] = []
+    ends = zip(task.goals, recorder.outcomes, recorder.reasons, strict=True)
+    for k, (goal, outcome, reason) in enumerate(ends):
+        # The move's last sample is the first of the next one, but for the target
+        there = slice(k * n, (k + 1) * n + 1)
+        own = goal - motion.position[there]
+        begin, end = float(motion.time[k * n]), float(motion.time[(k + 1) * n])
+        last = k == len(task.goals) - 1
+        moves.append(
+            PositioningMove(
+                number=k + 1,
+                start_time=begin,
+                end_time=end,
+                start=float(motion.position[k * n]),
+                target=goal,
+                ending=ending(own, task.tolerance, outcome),
+                reason=reason,
+                late_errors=(float(np.min(own[n // 2 :])), float(np.max(own[n // 2 :]))),
+                final_error=float(own[-1]),
+                settling_time=settling_time(motion.time[there], own, task.tolerance),
+                peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
+                pulses=tuple(
+                    pulse
+                    for pulse in recorder.pulses
+                    if pulse.time >= begin - 0.5 * task.sampling_time
+                    and (last or pulse.time < end - 0.5 * task.sampling_time)
+                ),
+            )
+        )
+    names = recorder.estimates[0] if recorder.estimates else {}
+    return PositioningRun(
+        number=number,
+        time=motion.time,
+        error=error,
+        measured_error=goals - run.log.measured_position,
+        effort=motion.commanded_effort,
+        estimate_time=np.array(recorder.times),
+        estimates={name: np.array([each[name] for each in recorder.estimates]) for name in names},
+        moves=tuple(moves),
+    )
+
+
+def _truth(plant: SingleMass, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
+    """Return what the estimates should be, as far as the axis has such a value."""
+    law = plant.friction
+    forward = law.coulomb_friction_positive + law.offset
+    backward = law.coulomb_friction_negative - law.offset
+    mean = 0.5 * (forward + backward)
+    every = {
+        "mass": plant.mass,
+        "coulomb_friction": mean,
+        "coulomb_friction_positive": forward,
+        "coulomb_friction_negative": backward,
+        "viscous_friction_positive": law.viscous_friction_positive,
+        "viscous_friction_negative": law.viscous_friction_negative,
+        "static_friction_positive": law.static_friction_positive + law.offset,
+        "static_friction_negative": law.static_friction_negative - law.offset,
+        "offset": law.offset,
+        # Eqs. 4 and 16
+        "pulse_gain": effort * (effort - mean) / (2.0 * plant.mass * mean),
+        "gain_1": 1.0 / (2.0 * plant.mass * mean),
+        "gain_2": 1.0 / (2.0 * plant.mass),
+    }
+    return {name: value for name, value in every.items() if name in estimates}

@@ -1,0 +1,173 @@
+"""A positioning task as a TOML file describes it."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any, ClassVar
+
+from stickslip.jobs.position.control_table import ControllerTable
+from stickslip.jobs.position.tables import AxisTable, GuessTable, SensorsTable, TaskTable
+from stickslip.records import AxisKind, InputError, ScenarioTables, unit_of
+from stickslip.toml_records import read_toml, record_from
+
+__all__ = ["Scenario", "ScenarioFile", "read_scenario"]
+
+_TABLES = ("axis", "task", "sensors", "controller", "guess")
+
+# Of what is no quantity that records know
+_UNITS: Mapping[str, tuple[str, str]] = {
+    "integral_gain": ("N/(m s)", "N m/(rad s)"),
+    "bandwidth": ("Hz", "Hz"),
+    "dither_frequency": ("Hz", "Hz"),
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario:
+    """A positioning task on a simulated axis.
+
+    Attributes
+    ----------
+    name
+        What to call it; None for the file's name.
+    axis, task, sensors, controller, guess
+        Its tables.
+
+    Raises
+    ------
+    InputError
+        If the tables contradict each other, or the axis cannot do the task.
+    """
+
+    name: str | None = None
+    axis: AxisTable
+    task: TaskTable
+    sensors: SensorsTable = field(default_factory=SensorsTable)
+    controller: ControllerTable
+    guess: GuessTable = field(default_factory=GuessTable)
+
+    __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
+
+    def __post_init__(self) -> None:
+        self._check_effort()
+        step, tolerance = self.sensors.encoder_step, self.task.tolerance
+        position = unit_of("position", self.axis.kind)
+        if tolerance < step:
+            raise InputError(
+                f"tolerance is {tolerance:g} {position}, below one step of the encoder, "
+                f"{step:g} {position}, which shows no such error",
+                where="[task]",
+                remedy="widen the tolerance, or take a finer encoder",
+            )
+        longest = self.controller.longest_width
+        if longest is not None and longest >= self.task.duration:
+            raise InputError(
+                f"longest_width is {longest:g} s, and a move ends after {self.task.duration:g} s",
+                where="[controller]",
+                remedy="allow shorter pulses only, or lengthen the duration",
+            )
+
+    def _check_effort(self) -> None:
+        """Refuse a limit under which the axis cannot move both ways, or not rest without effort."""
+        plant, unit = self.axis.plant(), unit_of("effort", self.axis.kind)
+        offset, limit = plant.friction.offset, self.controller.effort_limit
+        forward, backward = plant.friction.breakaway()
+        for way, static, needed in (
+            ("positive", forward, forward + offset),
+            ("negative", backward, backward - offset),
+        ):
+            if limit <= needed:
+                lost = f" and offset {offset:g} {unit}" if offset else ""
+                raise InputError(
+                    f"effort_limit is {limit:g} {unit}, and the axis breaks away in the {way} "
+                    f"direction above {needed:g} {unit} (static friction {static:g} {unit}{lost})",
+                    where="[controller]",
+                    remedy=f"allow more than {needed:g} {unit}",
+                )
+            if needed <= 0 and self.pulsed:
+                raise InputError(
+                    f"the offset is {offset:g} {unit}, more than the static friction {static:g} "
+                    f"{unit} holds: without effort the axis slides away, and pulses need a rest",
+                    where="[axis]",
+                    remedy="balance the offset, or use method pid",
+                )
+
+    @property
+    def pulsed(self) -> bool:
+        """Whether the controller moves the axis by pulses."""
+        return self.controller.method in {"exact", "papwc", "pwc"}
+
+    def tables(self) -> ScenarioTables:
+        """Return what the scenario says, with units; what is not said is left out."""
+        return {
+            name: _values(getattr(self, name), self.axis.kind)
+            for name in _TABLES
+            if _values(getattr(self, name), self.axis.kind)
+        }
+
+
+def _values(table: Any, kind: AxisKind) -> dict[str, tuple[Any, str]]:
+    values: dict[str, tuple[Any, str]] = {}
+    for each in fields(table):
+        value = getattr(table, each.name)
+        if value is None:
+            continue
+        quantity = each.metadata.get("quantity")
+        if quantity is not None:
+            unit = quantity.unit(kind)
+        else:
+            unit = _UNITS.get(each.name, ("", ""))[kind == "rotary"]
+        values[each.name] = (list(value) if isinstance(value, tuple) else value, unit)
+    return values
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioFile:
+    """A scenario with where it was read.
+
+    Attributes
+    ----------
+    scenario
+        What the file says.
+    path
+        The file; other files that it names are beside it.
+    sha256
+        Of its bytes.
+    """
+
+    scenario: Scenario
+    path: Path
+    sha256: str
+
+    @property
+    def name(self) -> str:
+        """What to call the task."""
+        return self.scenario.name or self.path.stem.replace("_", " ").replace("-", " ")
+
+
+def read_scenario(path: Path | str) -> ScenarioFile:
+    """Read a scenario from a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it is missing, is not TOML, has an unknown key (near names are suggested) or a value
+        that cannot be.
+    """
+    path = Path(path)
+    document = read_toml(path, what="scenario", line="mass = 150.0")
+    scenario = record_from(
+        Scenario,
+        document,
+        where=str(path),
+        remedy="see examples/scenarios and the guide on positioning",
+    )
+    return ScenarioFile(
+        scenario=scenario, path=path, sha256=hashlib.sha256(path.read_bytes()).hexdigest()
+    )
