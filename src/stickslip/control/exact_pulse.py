@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, log, sqrt
-from typing import Self
 
 import numpy as np
 from jaxtyping import Float
@@ -315,7 +314,7 @@ class ExactPulseController(PulseController):
             ),
         )
 
-    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> Self:
+    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> "ExactPulseController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters
