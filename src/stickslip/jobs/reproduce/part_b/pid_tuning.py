@@ -8,8 +8,7 @@ from typing import Literal
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.jobs.reproduce.part_b.random_axes import (
-    ENCODER_STEP,
-    POSITION_NOISE,
+    SAMPLE_NOISE,
     RandomAxis,
 )
 from stickslip.jobs.reproduce.part_b.setting import SAMPLING_TIME, TOLERANCE
@@ -105,9 +104,8 @@ class PIDTuning:
 def _derivative_noise(tau: float) -> float:
     """Return the standard deviation of (2 (z - 1))/((2 tau + T) z - (2 tau - T)) of the noise."""
     T = SAMPLING_TIME
-    noise = sqrt(POSITION_NOISE**2 + ENCODER_STEP**2 / 12.0)
     pole = (2.0 * tau - T) / (2.0 * tau + T)
-    return noise * 2.0 / (2.0 * tau + T) * sqrt(2.0 / (1.0 + pole))
+    return SAMPLE_NOISE * 2.0 / (2.0 * tau + T) * sqrt(2.0 / (1.0 + pole))
 
 
 _GRID: dict[str, tuple[float, ...]] = {

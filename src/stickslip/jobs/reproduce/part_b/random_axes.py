@@ -1,6 +1,7 @@
 """Random axes around the one of the report's Table 1, and what a controller is told of them."""
 
 from dataclasses import dataclass
+from math import sqrt
 
 import numpy as np
 
@@ -9,7 +10,7 @@ from stickslip.jobs.reproduce.part_b.setting import COULOMB_FRICTION, MASS, VISC
 from stickslip.plants import SingleMass
 from stickslip.records import quantity_field
 
-__all__ = ["ENCODER_STEP", "POSITION_NOISE", "RandomAxis", "random_axes"]
+__all__ = ["ENCODER_STEP", "POSITION_NOISE", "SAMPLE_NOISE", "RandomAxis", "random_axes"]
 
 _FACTOR = 2.0
 """Mass, Coulomb and viscous friction lie between Table 1 over this and times this [-]."""
@@ -31,6 +32,8 @@ ENCODER_STEP = 1e-6
 """[m]."""
 POSITION_NOISE = 1e-6
 """Standard deviation [m]."""
+SAMPLE_NOISE = sqrt(POSITION_NOISE**2 + ENCODER_STEP**2 / 12.0)
+"""Standard deviation of a measured position, its rounding included [m]."""
 
 
 @dataclass(frozen=True, kw_only=True)
