@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, isfinite
+from math import inf, isfinite, sqrt
 from typing import Literal
 
 import numpy as np
@@ -221,6 +221,8 @@ class PulseAmplitudeWidthController(PulseController):
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
         T, f_p, margin = self.sampling_time, self.pulse_effort, self.friction_margin
+        P11, P12, P22 = self._covariance
+        S11, S21 = sqrt(P11), P12 / sqrt(P11)
         return self._first_state(
             (
                 f_p,
@@ -234,7 +236,10 @@ class PulseAmplitudeWidthController(PulseController):
                 inf if self.patience is None else float(self.patience),
                 self.first_gain_1,
                 self.first_gain_2,
-                *self._covariance,
+                S11,
+                0.0,
+                S21,
+                sqrt(max(P22 - S21 * S21, 0.0)),
                 0.0,
                 0.0,
             )
@@ -268,12 +273,12 @@ class PulseAmplitudeWidthController(PulseController):
         state
             As for `estimates`.
         """
-        P11, P12, P22 = state[at.P_11 : at.P_22 + 1].tolist()
+        S = state[at.S_11 : at.S_11 + 4].reshape(2, 2)
         return LearntPulses(
             method=self.method,
             kind=self.kind,
             values={"gain_1": float(state[at.A_1]), "gain_2": float(state[at.A_2])},
-            covariance=np.array([[P11, P12], [P12, P22]]),
+            covariance=S @ S.T,
         )
 
     def resumed(

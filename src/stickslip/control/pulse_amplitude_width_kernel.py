@@ -32,9 +32,7 @@ __all__ = [
     "A_2",
     "NOMINAL",
     "PRINTED",
-    "P_11",
-    "P_12",
-    "P_22",
+    "S_11",
     "in_range",
     "papwc_step",
     "trimmed_effort",
@@ -54,12 +52,13 @@ APPLIED, NOMINAL, PRINTED = 0.0, 1.0, 2.0  # regressors
     _PATIENCE,
     A_1,
     A_2,
-    P_11,
-    P_12,
-    P_22,
+    S_11,  # P = S S', so that it stays definite however large P(0) is
+    _S_12,
+    _S_21,
+    _S_22,
     _U_1,  # regressor of the pulse on its way
     _U_2,
-) = range(OWN, OWN + 16)
+) = range(OWN, OWN + 17)
 
 
 @compiled()
@@ -71,45 +70,54 @@ def trimmed_effort(f_p: float, f_c: float, t_p: float, T_x: float) -> float:
 
 @compiled()
 def in_range(
-    a: tuple[float, float], P: tuple[float, float, float], low: float, high: float
+    a: tuple[float, float], S: tuple[float, float, float, float], low: float, high: float
 ) -> tuple[float, float]:
     """Return the estimate [A_1, A_2], with A_2/A_1 taken into [low, high] if it is outside.
 
     Of the points on the edges w = [1, h], h = low or high, it is the one nearest to a in the metric
-    G = P^-1: w (w' G a) / (w' G w). NaN if both would need a negative A_1.
+    G = P^-1, P = S S' with S by rows: w (w' G a) / (w' G w). NaN if both would need a negative A_1.
     """
     A_1, A_2 = a
     if A_1 > 0.0 and low * A_1 <= A_2 <= high * A_1:
         return a
-    G_11, G_12, G_22 = P[2], -P[1], P[0]  # but for the determinant of P, which cancels
+    S_11, S_12, S_21, S_22 = S
+    # S^-1 a and S^-1 w but for the determinant, which cancels
+    r_1, r_2 = S_22 * A_1 - S_12 * A_2, S_11 * A_2 - S_21 * A_1
     nearest, edge, scale = 0.0, np.nan, np.nan
     for h in (low, high):
-        along = (G_11 + h * G_12) * A_1 + (G_12 + h * G_22) * A_2
-        square = G_11 + 2.0 * h * G_12 + h * h * G_22
-        if along > 0.0 and square > 0.0 and along * along / square > nearest:
+        q_1, q_2 = S_22 - S_12 * h, S_11 * h - S_21
+        along, square = q_1 * r_1 + q_2 * r_2, q_1 * q_1 + q_2 * q_2
+        if along > 0.0 and along * along > nearest * square:
             nearest, edge, scale = along * along / square, h, along / square
     return scale, edge * scale
 
 
 @compiled()
 def _learn(s: Float[np.ndarray, " s"]) -> None:
-    """Take in what the last pulse did (Eqs. 17-21), unless no possible estimate agrees with it."""
+    """Take in what the last pulse did (Eqs. 17-21), unless no possible estimate agrees with it.
+
+    With P = S S' and phi = S' u, pi = S phi (Eq. 17), and Eqs. 18 and 19 are (Potter)
+    S <- [S - pi phi' / (beta + sqrt(lambda beta))] / sqrt(lambda), beta = lambda + phi' phi.
+    """
     u_1, u_2, lam = s[_U_1], s[_U_2], s[_LAMBDA]
-    pi_1 = s[P_11] * u_1 + s[P_12] * u_2
-    pi_2 = s[P_12] * u_1 + s[P_22] * u_2
-    scale = lam + u_1 * pi_1 + u_2 * pi_2
+    s_11, s_12, s_21, s_22 = s[S_11], s[_S_12], s[_S_21], s[_S_22]
+    phi_1, phi_2 = s_11 * u_1 + s_21 * u_2, s_12 * u_1 + s_22 * u_2
+    pi_1, pi_2 = s_11 * phi_1 + s_12 * phi_2, s_21 * phi_1 + s_22 * phi_2
+    beta = lam + phi_1 * phi_1 + phi_2 * phi_2
     xi = s[LAST + AT_ACHIEVED] - s[A_1] * u_1 - s[A_2] * u_2
-    a = (s[A_1] + pi_1 / scale * xi, s[A_2] + pi_2 / scale * xi)
-    P = (
-        (s[P_11] - pi_1 * pi_1 / scale) / lam,
-        (s[P_12] - pi_1 * pi_2 / scale) / lam,
-        (s[P_22] - pi_2 * pi_2 / scale) / lam,
+    a = (s[A_1] + pi_1 / beta * xi, s[A_2] + pi_2 / beta * xi)
+    gamma, root = 1.0 / (beta + sqrt(lam * beta)), sqrt(lam)
+    S = (
+        (s_11 - gamma * pi_1 * phi_1) / root,
+        (s_12 - gamma * pi_1 * phi_2) / root,
+        (s_21 - gamma * pi_2 * phi_1) / root,
+        (s_22 - gamma * pi_2 * phi_2) / root,
     )
     if s[_HIGH] < np.inf:
-        a = in_range(a, P, s[_LOW], s[_HIGH])
-    if np.isfinite(a[0] + a[1] + P[0] + P[1] + P[2]):
+        a = in_range(a, S, s[_LOW], s[_HIGH])
+    if np.isfinite(a[0] + a[1] + S[0] + S[1] + S[2] + S[3]):
         s[A_1], s[A_2] = a
-        s[P_11], s[P_12], s[P_22] = P
+        s[S_11], s[_S_12], s[_S_21], s[_S_22] = S
 
 
 @compiled()
