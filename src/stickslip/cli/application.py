@@ -11,6 +11,8 @@ from stickslip import __version__
 from stickslip.cli.data import data
 from stickslip.cli.demo import demo
 from stickslip.cli.identify import EXAMPLES, identify
+from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
+from stickslip.cli.position import position
 from stickslip.cli.reproduce import reproduce
 from stickslip.cli.terminal import one_line, reader_may_leave, say
 
@@ -38,6 +40,7 @@ def _help(command: Callable[..., int]) -> str:
 
 
 app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
+app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)
 app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
 app.command(
     reproduce,

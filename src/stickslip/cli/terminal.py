@@ -3,15 +3,17 @@
 import contextlib
 import os
 import sys
-from collections.abc import Generator
+import time
+from collections.abc import Callable, Generator
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["console_on", "one_line", "reader_may_leave", "say", "working"]
+__all__ = ["console_on", "one_line", "progress_bar", "reader_may_leave", "say", "working"]
 
 _WIDTH_OF_A_PIPE = 120
+_PATIENCE = 2.0  # seconds without a sign of life that nobody minds
 
 
 def console_on(stream: Literal["output", "error"]) -> "Console":
@@ -76,3 +78,27 @@ def working(doing: str) -> Generator[None]:
     console = console_on("error")
     with console.status(f"{doing} …"):
         yield
+
+
+@contextlib.contextmanager
+def progress_bar(doing: str) -> Generator[Callable[[int, int], None] | None]:
+    """Draw a bar on a terminal once the work takes a while; say nothing where nobody looks on.
+
+    Yields what is to be called with how much is done, of how much; None where there is no bar.
+    """
+    if not sys.stderr.isatty():
+        yield None
+        return
+    from rich.progress import Progress
+
+    begun = time.monotonic()
+    with contextlib.ExitStack() as drawn:
+        bar = Progress(console=console_on("error"), transient=True)
+        task = bar.add_task(doing, total=None)
+
+        def advance(done: int, every: int) -> None:
+            bar.update(task, completed=done, total=every)
+            if not bar.live.is_started and time.monotonic() - begun > _PATIENCE:
+                drawn.enter_context(bar)
+
+        yield advance

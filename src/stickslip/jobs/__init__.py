@@ -3,7 +3,7 @@
 from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
-from stickslip.jobs.position import position
+from stickslip.jobs.position import ScenarioFile, position, read_scenario
 from stickslip.jobs.reproduce import Reproduced, reproduce_part_a
 from stickslip.logs import AxisSchema, find_benchmark
 from stickslip.report import write_positioning_page, write_report
@@ -12,11 +12,13 @@ __all__ = [
     "AxisSchema",
     "Demonstration",
     "Reproduced",
+    "ScenarioFile",
     "demonstrate",
     "find_benchmark",
     "identify",
     "json_text",
     "position",
+    "read_scenario",
     "reproduce_part_a",
     "write_json",
     "write_positioning_page",

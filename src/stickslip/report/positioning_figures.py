@@ -42,6 +42,9 @@ _ZOOM = 4.0
 _AFTER = 1.6
 """Time drawn over the time until the last motion."""
 
+_WILD = 5.0
+"""Largest over smallest ratio of displacements from which on they are drawn on logarithms."""
+
 _ROOM = 1.15
 _FRAME = "#9ca3af"
 
@@ -231,6 +234,8 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
                 "marker": look,
             }
         )
+    spread = [abs(p.achieved_displacement / p.predicted_displacement) for *_, p in moved]
+    wild = max(spread) > _WILD * min(spread)
     not_drawn = (
         f" {others} of {len(every)} pulses moved nothing or went the other way and are not drawn."
         if others
@@ -265,7 +270,11 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
             traces=ratios,
             layout=layout(
                 x=axis("pulse, all runs on end [-]"),
-                y=[axis("achieved over predicted [-]", rangemode="tozero")],
+                y=[
+                    axis("achieved over predicted [-]", type="log", **_DECADES)
+                    if wild
+                    else axis("achieved over predicted [-]", rangemode="tozero")
+                ],
                 hovermode="closest",
                 shapes=_starts([len(run.pulses) for run in positioning.runs], first=0.5),
             ),

@@ -223,11 +223,22 @@ def beliefs(positioning: Positioning) -> str:
         f"<li>{parameter_label(name)}: {html.escape(source)}</li>"
         for name, source in positioning.believed.items()
     )
+    counted = (
+        "<p>Friction of each direction has the constant offset in it, as the controller counts it."
+        "</p>\n"
+        if any(name.endswith("_positive") for name in first) and _offset(positioning)
+        else ""
+    )
     where = f'<h3>Where the first guess came from</h3>\n<ul class="plain">{sources}</ul>\n'
     return (
         f'<table class="parameters">{heads}<tbody>\n{"".join(rows)}</tbody></table>\n'
-        f"{where if sources else ''}"
+        f"{counted}{where if sources else ''}"
     )
+
+
+def _offset(positioning: Positioning) -> bool:
+    """Return whether the axis has an offset."""
+    return bool(positioning.scenario.get("axis", {}).get("offset", (0.0, ""))[0])
 
 
 def _number(value: float) -> str:
@@ -235,7 +246,10 @@ def _number(value: float) -> str:
 
 
 def _error(value: float, truth: float | None) -> str:
-    return "–" if not truth else f"{value / truth - 1:+.1%}".replace("-", "−")
+    if not truth:
+        return "–"
+    percent = round(100.0 * (value / truth - 1.0), 1) + 0.0  # of −0.0 it makes 0.0
+    return f"{percent:+.1f}\u00a0%".replace("-", "−")
 
 
 def notes(positioning: Positioning) -> str:

@@ -11,7 +11,7 @@ from stickslip.control import ExactPulseController, PulseController
 from stickslip.jobs.position.control_table import CONTROLLERS
 from stickslip.jobs.position.controllers import Chosen, choose_controller
 from stickslip.jobs.position.judging import ending, settling_time
-from stickslip.jobs.position.scenario import Scenario, read_scenario
+from stickslip.jobs.position.scenario import Scenario, ScenarioFile, read_scenario
 from stickslip.plants import SingleMass
 from stickslip.records import (
     InputError,
@@ -97,14 +97,14 @@ class _Recorder:
 
 
 def position(
-    scenario: Path | str, *, progress: Callable[[int, int], None] | None = None
+    scenario: ScenarioFile | Path | str, *, progress: Callable[[int, int], None] | None = None
 ) -> Positioning:
     """Run the positioning task of a scenario file on its simulated axis.
 
     Parameters
     ----------
     scenario
-        The TOML file (see the guide on positioning); files that it names are beside it.
+        The TOML file (see the guide on positioning), or what `read_scenario` read from it.
     progress
         Called now and then with how many samples are done, of how many.
 
@@ -124,7 +124,7 @@ def position(
     >>> result.ending.value
     'reached'
     """
-    read = read_scenario(scenario)
+    read = scenario if isinstance(scenario, ScenarioFile) else read_scenario(scenario)
     asked, folder = read.scenario, read.path.parent
     try:
         controller, believed, notes = choose_controller(asked, folder)

@@ -109,7 +109,7 @@ class Scenario:
 
 def _values(table: Any, kind: AxisKind) -> dict[str, tuple[Any, str]]:
     values: dict[str, tuple[Any, str]] = {}
-    for each in fields(table):
+    for each in sorted(fields(table), key=lambda each: each.name != "kind"):  # which rules units
         value = getattr(table, each.name)
         if value is None:
             continue
@@ -144,6 +144,28 @@ class ScenarioFile:
     def name(self) -> str:
         """What to call the task."""
         return self.scenario.name or self.path.stem.replace("_", " ").replace("-", " ")
+
+    @property
+    def learns(self) -> bool:
+        """Whether the controller learns something that can be saved."""
+        return self.scenario.pulsed
+
+    @property
+    def estimate(self) -> Path | None:
+        """The file of an estimate that the first guess is taken from."""
+        named = self.scenario.guess.estimate
+        return None if named is None else self.path.parent / named
+
+    @property
+    def learnt(self) -> Path | None:
+        """The file of what an earlier run has learnt."""
+        named = self.scenario.guess.learnt
+        return None if named is None else self.path.parent / named
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """The files that the scenario names."""
+        return tuple(each for each in (self.estimate, self.learnt) if each is not None)
 
 
 def read_scenario(path: Path | str) -> ScenarioFile:

@@ -1,0 +1,203 @@
+"""``stickslip position``: a positioning task on a simulated axis, from a scenario file."""
+
+import sys
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+from stickslip.cli.terminal import console_on, progress_bar, reader_may_leave
+
+if TYPE_CHECKING:
+    from rich.console import Console
+    from rich.table import Table
+
+    from stickslip.records import Positioning, PositioningMove, PositioningRun
+
+__all__ = ["EXAMPLES", "position"]
+
+EXAMPLES = """Examples:
+  stickslip position examples/scenarios/exact.toml --report exact.html
+  stickslip position stage.toml --learnt learnt.json --json -"""
+
+_FIRST, _LAST = 20, 10
+"""Rows of a long table that are printed."""
+
+
+def position(
+    scenario: Annotated[
+        Path, Parameter(help="The scenario, a TOML file; see examples/scenarios for some.")
+    ],
+    /,
+    *,
+    json: Annotated[
+        str | None,
+        Parameter(
+            allow_leading_hyphen=True,
+            help="Write everything as JSON to this file; - is standard output.",
+        ),
+    ] = None,
+    report: Annotated[
+        Path | None, Parameter(help="Write the report, one HTML page that works offline.")
+    ] = None,
+    learnt: Annotated[
+        Path | None,
+        Parameter(
+            help="Save what the controller has learnt, for learnt = FILE in the [guess] of a "
+            "scenario."
+        ),
+    ] = None,
+) -> int:
+    """Position a simulated axis with friction, as a scenario file tells.
+
+    The scenario says which axis is simulated, where it is to go, what its sensors show, and which
+    controller moves it with which first guess. Prints how each move ended. Exit code 0: every move
+    of the last run ended within the tolerance; 1: one did not, and its ending says why.
+    """
+    from stickslip.jobs import read_scenario
+    from stickslip.outputs import check_output
+    from stickslip.records import InputError
+
+    json_file = None if json in {None, "-"} else Path(str(json))
+    files = {"--json": json_file, "--report": report, "--learnt": learnt}
+    read = read_scenario(scenario)
+    if learnt is not None and not read.learns:
+        raise InputError(
+            "--learnt is given, and the method of the scenario learns nothing",
+            where=str(scenario),
+            remedy="leave it out, or use a method that learns, such as exact",
+        )
+    named = {option: path for option, path in files.items() if path is not None}
+    for option, path in named.items():
+        for other, same in named.items():
+            if option < other and path.resolve() == same.resolve():
+                raise InputError(
+                    f"{option} and {other} name the same file",
+                    where=str(path),
+                    remedy="name two files",
+                )
+        # What was learnt may take the place of what it began with
+        goes_on = option == "--learnt"
+        inputs = [each for each in read.inputs if not (goes_on and each == read.learnt)]
+        check_output(path, inputs=[scenario, *inputs], what=option)
+    with progress_bar(f"positioning, {scenario.name}") as progress:
+        from stickslip.jobs import position, write_json, write_positioning_page
+
+        result = position(read, progress=progress)
+        if learnt is not None and result.learnt is not None:
+            write_json(result.learnt.to_dict(), learnt)
+        if json_file is not None:
+            write_json(result.to_dict(), json_file)
+        if report is not None:
+            write_positioning_page(result, report)
+    if json == "-":
+        from stickslip.jobs import json_text
+
+        with reader_may_leave():
+            sys.stdout.write(json_text(result.to_dict()))
+    console = console_on("error" if json == "-" else "output")
+    with reader_may_leave():
+        _print(console, result)
+        for what, path in (("JSON", json_file), ("Report", report), ("Learnt", learnt)):
+            if path is not None:
+                console.print(f"{what}: {path}", soft_wrap=True)
+    return 0 if result.ending.reached else 1
+
+
+def _print(console: "Console", result: "Positioning") -> None:
+    from stickslip.records import prefixed, unit_of
+
+    unit = unit_of("position", result.kind)
+    console.print(f"{result.name}: {result.controller}, {result.kind} axis", soft_wrap=True)
+    console.print()
+    console.print(_moves(result))
+    if result.runs[0].estimates:
+        console.print(_estimates(result))
+    last = result.last
+    words = f"{result.ending.value}: {result.ending.text}"
+    if result.ending.reached:
+        words = (
+            f"reached: {prefixed(last.final_error, unit)} from the target, tolerance "
+            f"{prefixed(result.tolerance, unit)}."
+        )
+    elif last.reason is not None:
+        words += f" The controller stopped because {last.reason}."
+    mark = "✓" if result.ending.reached else "✗"
+    style = "green" if result.ending.reached else "bold red"
+    console.print(textwrap.fill(f"{mark} {words}", console.width), style=style, soft_wrap=True)
+    for note in result.notes:
+        console.print(textwrap.fill(note, console.width), style="dim", soft_wrap=True)
+
+
+def _moves(result: "Positioning") -> "Table":
+    from rich import box
+    from rich.table import Table
+
+    several = len(result.runs[0].moves) > 1
+    pulsed = bool(result.runs[0].estimates)
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("run", justify="right")
+    if several:
+        table.add_column("move", justify="right")
+    for head in ("target", "final error", "within tolerance after"):
+        table.add_column(head, justify="right", no_wrap=True)
+    if pulsed:
+        table.add_column("pulses", justify="right")
+    table.add_column("peak effort", justify="right", no_wrap=True)
+    table.add_column("ending", no_wrap=True)
+    every = [(run, move) for run in result.runs for move in run.moves]
+    for k, (run, move) in enumerate(every):
+        if _FIRST <= k < len(every) - _LAST:
+            if k == _FIRST:
+                table.add_row("…")
+            continue
+        table.add_row(*_row(run, move, result, several=several, pulsed=pulsed))
+    return table
+
+
+def _row(
+    run: "PositioningRun",
+    move: "PositioningMove",
+    result: "Positioning",
+    *,
+    several: bool,
+    pulsed: bool,
+) -> list[str]:
+    from stickslip.records import prefixed, unit_of
+
+    unit, settled = unit_of("position", result.kind), move.settling_time
+    return [
+        str(run.number),
+        *([str(move.number)] if several else []),
+        prefixed(move.target, unit),
+        prefixed(move.final_error, unit),
+        "never" if settled is None else prefixed(settled, "s"),
+        *([str(len(move.pulses))] if pulsed else []),
+        prefixed(move.peak_effort, unit_of("effort", result.kind)),
+        move.ending.word.lower(),
+    ]
+
+
+def _estimates(result: "Positioning") -> "Table":
+    from rich import box
+    from rich.table import Table
+
+    from stickslip.records import parameter_label, unit_of, unit_text
+
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("learnt", no_wrap=True)
+    for head in ("at first", "in the end", "truth"):
+        table.add_column(head, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    last = result.runs[-1].estimates
+    for name, values in result.runs[0].estimates.items():
+        truth = result.truth.get(name)
+        table.add_row(
+            parameter_label(name),
+            f"{values[0]:.4g}",
+            f"{last[name][-1]:.4g}",
+            "-" if truth is None else f"{truth:.4g}",
+            unit_text(unit_of(name, result.kind)),
+        )
+    return table
