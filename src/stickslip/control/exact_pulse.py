@@ -216,7 +216,8 @@ class ExactPulseController(PulseController):
         s[at.NOISE] = self.position_noise
         rest_noise = self.position_noise / sqrt(self.rest.samples)
         s[at.REST_NOISE] = max(rest_noise, _FINEST_REST * self.tolerance)
-        s[at.PATIENCE], s[at.BEST] = self.patience, inf
+        s[at.PATIENCE] = float(self.patience)
+        s[at.BEST] = s[at.GOAL] = inf
         known = self._guess() if self.experience is None else self.experience
         values = known.values
         s[at.VALUES : at.COVARIANCE] = [log(values[name]) for name in _LOGARITHMS]
@@ -267,7 +268,7 @@ class ExactPulseController(PulseController):
             If the target is not finite.
         """
         s = super().retargeted(state, target)
-        s[at.BEST] = inf
+        s[at.BEST] = s[at.GOAL] = inf
         return s
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
@@ -314,7 +315,9 @@ class ExactPulseController(PulseController):
             ),
         )
 
-    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> "ExactPulseController":
+    def resumed(
+        self, learnt: LearntPulses, *, keep_covariance: bool = True
+    ) -> "ExactPulseController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters

@@ -40,6 +40,7 @@ __all__ = [
     "COULOMB",
     "COVARIANCE",
     "FRUITLESS",
+    "GOAL",
     "HELD",
     "LIMIT",
     "LONGEST",
@@ -80,9 +81,10 @@ COULOMB, VISCOUS = 1, 3  # of the positive direction; that of the negative follo
     MOVED_AT,  # weakest effort that freed it, each direction
     _,
     BEST,  # smallest error at rest so far
-    FRUITLESS,  # pulses since the error was last halved
+    GOAL,  # half of what the error was when it was last halved
+    FRUITLESS,  # pulses since then
     REASON,  # why no pulse is fired any more
-) = range(PATIENCE + 1, PATIENCE + 11)
+) = range(PATIENCE + 1, PATIENCE + 12)
 VALUES = REASON + 1
 COVARIANCE = VALUES + PARAMETERS
 OWN_SIZE = COVARIANCE + PARAMETERS * PARAMETERS - OWN

@@ -12,8 +12,8 @@ beyond the target, by as much as a pulse back certainly can.
 No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
 from the sensors' noise, is no less than the error, or the effort limit frees the mass no more, or
 the last pulses have not halved the error. Then none is fired. As an error can only be halved so
-often until it is below what the sensors tell apart, the number of pulses is bounded: there is no
-limit cycle, whatever the axis does.
+often until it is below what the sensors tell apart, and at most twice the patience goes by between,
+the number of pulses is bounded: there is no limit cycle, whatever the axis does.
 """
 
 import math
@@ -28,6 +28,7 @@ from stickslip.control.exact_pulse_learning import (
     COULOMB,
     COVARIANCE,
     FRUITLESS,
+    GOAL,
     HELD,
     LIMIT,
     LONGEST,
@@ -66,6 +67,7 @@ _CAUTION = 2.0  # how much shorter a pulse aims when its displacement is uncerta
 _SURE = 0.5  # of the way from the believed breakaway to an effort that has freed the mass
 _WHOLE = 1e-9  # of a sample: rounding of a width that is whole
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
+_NEAR = 3.0  # times the best error so far
 _ROOM = 1.2  # what a step back may fall short by and still be large enough
 
 Vector = Float[np.ndarray, " s"]
@@ -145,12 +147,16 @@ def _give_up(s: Vector, reason: float) -> None:
 def plan(s: Vector) -> None:
     """Fire the pulse for ``s[ERROR]``, or stop."""
     error = abs(s[ERROR])
-    # A new task, pushed away, or a success
-    if s[FRESH] == 0.0 or error <= 0.5 * s[BEST]:
-        s[BEST], s[FRUITLESS] = error, 0.0
+    if s[FRESH] == 0.0:  # a new task, or pushed away
+        s[BEST] = s[GOAL] = math.inf
+    s[BEST] = min(s[BEST], error)
+    if error <= s[GOAL]:
+        s[GOAL], s[FRUITLESS] = 0.5 * error, 0.0
     else:
         s[FRUITLESS] += 1.0
-    if s[FRUITLESS] >= s[PATIENCE]:
+    # Rather where it has come near than where it was only to come back from
+    patience = s[PATIENCE] if error <= _NEAR * s[BEST] else 2.0 * s[PATIENCE]
+    if s[FRUITLESS] >= patience:
         _give_up(s, EXHAUSTED)
         return
     side = 0 if s[ERROR] > 0.0 else 1

@@ -39,6 +39,7 @@ from stickslip.records.pulse_reproduction import (
     ControllerScore,
     PrintedNumber,
     PulseReproduction,
+    ResolutionScore,
 )
 from stickslip.records.pulses import (
     LearntPulses,
@@ -118,6 +119,7 @@ __all__ = [
     "Reproduction",
     "Residuals",
     "Resimulation",
+    "ResolutionScore",
     "ScenarioTables",
     "SensorSample",
     "Sketch",

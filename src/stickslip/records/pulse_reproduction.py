@@ -11,7 +11,13 @@ from jaxtyping import Bool, Float, Int
 
 from stickslip.records.reproduction import Reproduction
 
-__all__ = ["CarriedRuns", "ControllerScore", "PrintedNumber", "PulseReproduction"]
+__all__ = [
+    "CarriedRuns",
+    "ControllerScore",
+    "PrintedNumber",
+    "PulseReproduction",
+    "ResolutionScore",
+]
 
 _LEGEND = {
     "claims.numbers": "what the verdict is computed from; in the unit that the end of a name "
@@ -157,6 +163,47 @@ class ControllerScore:
     median_time: float | None
     median_pulses: float | None
     peak_effort: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResolutionScore:
+    """How near the target an axis is brought that is asked for the step of its encoder.
+
+    Attributes
+    ----------
+    encoder_step
+        Of the encoder, which is also the tolerance [m].
+    static_ratio
+        Static over Coulomb friction [1].
+    friction_change
+        Standard deviation by which the friction changes from pulse to pulse, relative to it [1].
+    sampling_time
+        Shortest pulse [s].
+    axes
+        How many runs there were, from starts of their own.
+    smallest_step
+        That a single pulse can cause (Eq. 24) [m].
+    median_error, error_95
+        Of the absolute final errors: the median, and what 95 % do not exceed [m].
+    within_a_step
+        Share of runs that ended within a step of the encoder [1].
+    median_pulses
+        Until they ended [1].
+    still_moving
+        Runs that had not ended.
+    """
+
+    encoder_step: float
+    static_ratio: float
+    friction_change: float
+    sampling_time: float
+    axes: int
+    smallest_step: float
+    median_error: float
+    error_95: float
+    within_a_step: float
+    median_pulses: float
+    still_moving: int
 
 
 @dataclass(frozen=True, kw_only=True)
