@@ -1,7 +1,7 @@
 """How near the target pulses can bring an axis, and what bounds it."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from math import sqrt
 
@@ -146,15 +146,14 @@ def _one(case: _Case, generator: np.random.Generator) -> tuple[float, int, Posit
         measured = step * round(position / step)
         sample = SensorSample(k * case.sampling_time, measured, np.nan, np.nan, np.nan)
         state, effort = advance(state, sample)
-        outcome = controller.outcome(state)
-        if outcome is not PositioningOutcome.MOVING:
+        if controller.outcome(state) is not PositioningOutcome.MOVING:
             break
         if controller.pulse_count(state) != pulses:  # it rests: the next pulse finds other friction
             pulses = controller.pulse_count(state)
             stepper, plant_state = _anew(case, generator, position)
         plant_state, output = stepper.step(plant_state, effort)
         position = output[0]
-    return abs(target - position), controller.pulse_count(state), outcome
+    return abs(target - position), controller.pulse_count(state), controller.outcome(state)
 
 
 def _anew(
