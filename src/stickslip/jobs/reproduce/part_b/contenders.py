@@ -91,11 +91,11 @@ PID_TUNINGS: Mapping[str, PIDTuning] = MappingProxyType(
             bandwidth=10.0, phase_margin=30.0, integral_ratio=3.0, dead_band=0.9
         ),
         "PID with dither": PIDTuning(
-            bandwidth=10.0,
+            bandwidth=8.0,
             phase_margin=30.0,
-            integral_ratio=5.0,
-            dead_band=0.9,
-            dither=0.3,
+            integral_ratio=3.0,
+            dead_band=0.75,
+            dither=0.6,
             dither_frequency=50.0,
         ),
         "PID with dither, tuned to the edge": PIDTuning(
