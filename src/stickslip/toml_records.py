@@ -17,6 +17,8 @@ __all__ = ["nearest", "read_toml", "record_from", "unknown_key"]
 
 Record = TypeVar("Record")
 
+_UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
+
 
 def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
     """Read a TOML file.
@@ -85,18 +87,26 @@ def record_from(
         text = json.dumps(document, default=str)
         return TypeAdapter(record).validate_json(text, strict=True)
     except ValidationError as error:
-        fault = error.errors()[0]
+        faults = error.errors()
+        # A name that is mistyped is also missing: the one that is there says more
+        fault = next((each for each in faults if each["type"] in _UNKNOWN), faults[0])
         keys = [str(key) for key in fault["loc"]]
         own = fault.get("ctx", {}).get("error")
         if isinstance(own, InputError):
             raise own.at(_place(where, keys)) from None
         tables = keys[:-1]
         place = _place(where, tables)
-        if fault["type"] in {"unexpected_keyword_argument", "extra_forbidden"}:
-            raise unknown_key(keys[-1], _keys_of(record, tables)).at(place) from None
+        if fault["type"] in _UNKNOWN:
+            known = [each.name for each in fields(_table_at(record, tables))]
+            raise unknown_key(keys[-1], known).at(place) from None
         if fault["type"] == "missing":
+            table = is_dataclass(_table_at(record, keys))
             raise InputError(
-                f"{keys[-1]} is missing", where=place, remedy=f"give {keys[-1]} there"
+                f"the table [{'.'.join(keys)}] is missing" if table else f"{keys[-1]} is missing",
+                where=place,
+                remedy="write it, with its keys on the lines below it"
+                if table
+                else "give it there",
             ) from None
         if fault["type"] == "dataclass_type":
             raise InputError(
@@ -115,14 +125,11 @@ def _place(where: str, tables: list[str]) -> str:
     return f"{where}, [{'.'.join(tables)}]" if tables else where
 
 
-def _keys_of(record: Any, tables: list[str]) -> list[str]:
-    """Return the keys of the table at a place: a table of its own, or one of several by name."""
-    for table in tables:
-        if not is_dataclass(record):  # the name of one of several tables
-            record = get_args(record)[-1]
-            continue
-        record = get_type_hints(record)[table]
-    return [each.name for each in fields(record)]
+def _table_at(record: Any, keys: list[str]) -> Any:
+    """Return the type at a place: of a key, of a table, or of one of several tables by its name."""
+    for key in keys:
+        record = get_type_hints(record)[key] if is_dataclass(record) else get_args(record)[-1]
+    return record
 
 
 def unknown_key(key: str, known: Iterable[str]) -> InputError:

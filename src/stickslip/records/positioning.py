@@ -76,7 +76,8 @@ _ENDINGS = {
     Ending.STOPPED: (
         "Stopped short",
         "The controller stopped, as no pulse that it may give brings the axis closer; widen the "
-        "tolerance, shorten the sampling time, or raise the effort limit.",
+        "tolerance, give better first guesses, shorten the sampling time, or raise the effort "
+        "limit.",
     ),
     Ending.MISJUDGED: (
         "Reached by the sensors only",

@@ -149,8 +149,8 @@ def _band(time: Float[np.ndarray, " n"], half: float, row: int) -> Trace:
 
 
 def _staircase(
-    time: Float[np.ndarray, " n+1"],
-    values: Float[np.ndarray, " n"],
+    time: Float[np.ndarray, " samples"],
+    values: Float[np.ndarray, " efforts"],
     *,
     name: str,
     colour: str,

@@ -257,7 +257,10 @@ class SensorsTable:
     __pydantic_config__: ClassVar[Any] = _STRICT
 
     def __post_init__(self) -> None:
-        non_negative("seed", self.seed, "")
+        if self.seed < 0:
+            raise InputError(
+                f"seed is {self.seed}, it must not be negative", remedy="give 0 or more"
+            )
         self.sensors()
 
     def sensors(self) -> Sensors:
