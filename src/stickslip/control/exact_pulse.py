@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, log, sqrt
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +21,7 @@ from stickslip.control.pulse_kernel import (
     readable,
     watch,
 )
-from stickslip.control.pulse_settings import checked_patience, longest_samples
+from stickslip.control.pulse_settings import longest_samples
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import (
     InputError,
@@ -47,12 +48,13 @@ _WALK = "friction_walk"
 
 _NO_VISCOUS = 1e-6  # of the mass over the sampling time: stands for none, a logarithm needs some
 _FIRST_WALK = 1e-3  # by how much friction is first taken to change from pulse to pulse [-]
+_ROUNDING = 1e-9  # of the largest variance
 _FINEST_REST = 1e-12  # of the tolerance, where sensors have no noise
 
 _WHY = {
     NO_BETTER: "the spread of a pulse is many times what is left, so that none is likely to help",
     EXHAUSTED: "the last pulses have not halved the error",
-    HELD_FAST: "even the effort limit does not free the axis",
+    HELD_FAST: "none of the last pulses has freed the axis",
 }
 
 
@@ -152,7 +154,12 @@ class ExactPulseController(PulseController):
         noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
         object.__setattr__(self, "position_noise", noise)
         longest_samples(self.longest_width, self.sampling_time)
-        checked_patience(self.patience)
+        patience: Any = self.patience
+        if not (isinstance(patience, int) and patience >= 1):
+            raise InputError(
+                f"patience is {patience!r} pulses, it must be a whole number of at least 1",
+                remedy="give how many pulses in a row may fail to halve the error",
+            )
         unit = self._unit("effort_limit")
         for direction, (coulomb, static) in zip(
             ("positive", "negative"), self._resistances(), strict=True
@@ -181,6 +188,13 @@ class ExactPulseController(PulseController):
                         where="values",
                         remedy="resume with what was saved",
                     )
+            P = self.experience.covariance
+            if not (np.array_equal(P, P.T) and np.linalg.eigvalsh(P)[0] >= -_ROUNDING * P.max()):
+                raise InputError(
+                    "the covariance is not symmetric, or gives a variance below zero",
+                    where="covariance",
+                    remedy="resume with what was saved",
+                )
 
     def _resistances(self) -> tuple[tuple[float, float], tuple[float, float]]:
         """Return Coulomb and static friction with the offset, in either direction."""

@@ -11,7 +11,8 @@ From pulse to pulse the Coulomb friction of both directions walks at random, as 
 far is learned from how far the estimates had to move.
 
 The breakaway is learned apart, as an interval for each direction: an effort that freed the mass is
-at least as strong, one that did not is weaker.
+at least as strong, one that did not is weaker. As long as none has failed, the breakaway is taken
+to be at most twice the Coulomb friction: to try in vain costs a sample, never to try costs detours.
 """
 
 import math
@@ -96,6 +97,7 @@ _LONGEST_STEP = 0.5  # of a logarithm in one iteration
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
+_HIGHEST = 2.0  # breakaway over Coulomb friction, where nothing shows that it is higher
 _SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction repeats exactly
 
 Vector = Float[np.ndarray, " s"]
@@ -191,8 +193,11 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
         prior[a] = at[a] = s[VALUES + a]
         for b in range(n):
             P[a, b] = s[COVARIANCE + n * a + b]
+    s[WALK] = max(s[WALK], _SLOWEST_WALK)
     for side_ in range(2):
         P[COULOMB + side_, COULOMB + side_] += s[WALK]
+    most = math.log(_STRONGEST * abs(f))
+    at[COULOMB + side] = min(at[COULOMB + side], most)
     misfit = 1.0
     for _ in range(_ITERATIONS):
         misfit = _posterior(s, prior, P, at, side, f, t, 1.0, value, Q)
@@ -202,7 +207,7 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
         shorter = min(1.0, _LONGEST_STEP / farthest) if farthest > 0.0 else 1.0
         for a in range(n):
             at[a] += shorter * (value[a] - at[a])
-        at[COULOMB + side] = min(at[COULOMB + side], math.log(_STRONGEST * abs(f)))
+        at[COULOMB + side] = min(at[COULOMB + side], most)
         if farthest <= _CONVERGED:
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
@@ -232,8 +237,12 @@ def learn(s: Vector) -> None:
     if s[LAST + AT_ACHIEVED] * f < 0.0:  # something else has pushed
         return
     _fit(s, side, f, t)
-    F = math.exp(s[VALUES + COULOMB + side])
     s[MOVED_AT + side] = min(s[MOVED_AT + side], strength)
+    for side_ in range(2):
+        most = _HIGHEST * math.exp(s[VALUES + COULOMB + side_])
+        if s[HELD + side_] < most:
+            s[BREAKAWAY + side_] = min(s[BREAKAWAY + side_], most)
+    F = math.exp(s[VALUES + COULOMB + side])
     if s[HELD + side] >= strength or s[HELD + side] < F:  # it has fallen since; or is at least F
         s[HELD + side] = min(F, strength)
     if s[BREAKAWAY + side] > s[MOVED_AT + side]:

@@ -10,8 +10,8 @@ The error is so small that this effort might not free the mass (Eq. 24): the pul
 beyond the target, by as much as a pulse back certainly can.
 
 No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
-from the sensors' noise, is no less than the error, or the effort limit frees the mass no more, or
-the last pulses have not halved the error. Then none is fired. As an error can only be halved so
+from the sensors' noise, is no less than the error, or the last pulses have not halved the error, or
+have not even freed the mass. Then none is fired. As an error can only be halved so
 often until it is below what the sensors tell apart, and at most twice the patience goes by between,
 the number of pulses is bounded: there is no limit cycle, whatever the axis does.
 """
@@ -29,7 +29,6 @@ from stickslip.control.exact_pulse_learning import (
     COVARIANCE,
     FRUITLESS,
     GOAL,
-    HELD,
     LIMIT,
     LONGEST,
     MOVED_AT,
@@ -46,6 +45,7 @@ from stickslip.control.exact_pulse_learning import (
 from stickslip.control.pulse_kernel import (
     ERROR,
     FRESH,
+    IDLE,
     TOLERANCE,
     TRACE_SIZE,
     add_level,
@@ -68,6 +68,7 @@ _SURE = 0.5  # of the way from the believed breakaway to an effort that has free
 _WHOLE = 1e-9  # of a sample: rounding of a width that is whole
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
 _NEAR = 3.0  # times the best error so far
+_DETOURS = 4  # most samples of a pulse back that is looked for
 _ROOM = 1.2  # what a step back may fall short by and still be large enough
 
 Vector = Float[np.ndarray, " s"]
@@ -120,7 +121,33 @@ def _pulse(s: Vector, side: int, d: float) -> tuple[float, float]:
 @compiled()
 def _sure(s: Vector, side: int) -> float:
     """Return an effort that frees the mass as far as can be told."""
-    return s[BREAKAWAY + side] + _SURE * (s[MOVED_AT + side] - s[BREAKAWAY + side])
+    f = s[BREAKAWAY + side] + _SURE * (s[MOVED_AT + side] - s[BREAKAWAY + side])
+    return min(f, s[LIMIT])
+
+
+@compiled()
+def _beyond(s: Vector, side: int, error: float) -> tuple[float, float, float]:
+    """Return a pulse beyond the target, by what a pulse back can make good, and what that leaves.
+
+    Where breakaway and effort limit are near each other, the displacements that n samples can cause
+    leave gaps to those of n + 1: the first n for the way back is taken with which there is a pulse
+    for the way there too. Returns effort, whole samples, and the standard deviation at the end.
+    """
+    back = 1 - side
+    m, F, c = _law(s, back)
+    f_back, f_there = _sure(s, back), _sure(s, side)
+    f, n, spread = f_there, 1.0, 0.0
+    for n_back in range(1, _DETOURS + 1):
+        step, t = 0.0, n_back * s[PERIOD]
+        if f_back > F:
+            least = pulse_displacement(m, F, c, f_back, t)
+            most = pulse_displacement(m, F, c, s[LIMIT], t)
+            step = min(_ROOM * least, 0.5 * (least + most))
+            spread = _spread(s, back, f_back, t, True) * step
+        f, n = _pulse(s, side, error + step)
+        if f >= f_there:
+            break
+    return max(f, f_there), n, math.sqrt(spread * spread + 2.0 * s[REST_NOISE] ** 2)
 
 
 @compiled()
@@ -157,13 +184,9 @@ def plan(s: Vector) -> None:
     # Rather where it has come near than where it was only to come back from
     patience = s[PATIENCE] if error <= _NEAR * s[BEST] else 2.0 * s[PATIENCE]
     if s[FRUITLESS] >= patience:
-        _give_up(s, EXHAUSTED)
+        _give_up(s, HELD_FAST if s[IDLE] >= s[FRUITLESS] else EXHAUSTED)
         return
     side = 0 if s[ERROR] > 0.0 else 1
-    back = 1 - side
-    if min(s[HELD + side], s[HELD + back]) >= s[LIMIT]:
-        _give_up(s, HELD_FAST)
-        return
     T = s[PERIOD]
     f, n = _pulse(s, side, error)
     if f > _law(s, side)[1]:
@@ -171,17 +194,13 @@ def plan(s: Vector) -> None:
         short_f, short_n = _pulse(s, side, error / (1.0 + uncertain * uncertain))
         if short_f >= s[BREAKAWAY + side]:
             f, n = short_f, short_n
+        elif uncertain > 1.0 and n > 1.0:
+            f, n = _sure(s, side), 1.0
     if f >= s[BREAKAWAY + side]:
         _shoot(s, side, f, n)
         return
-    # Beyond the target, by what a pulse back can make good
-    m_back, F_back, c_back = _law(s, back)
-    f_back = _sure(s, back)
-    step = _ROOM * pulse_displacement(m_back, F_back, c_back, f_back, T) if f_back > F_back else 0.0
-    left = _spread(s, back, f_back, T, True) * step if f_back > F_back else 0.0
-    left = math.sqrt(left * left + 2.0 * s[REST_NOISE] ** 2)
+    f, n, left = _beyond(s, side, error)
     if left > _HOPELESS * max(s[TOLERANCE], 0.5 * error):
         _give_up(s, NO_BETTER)
         return
-    f, n = _pulse(s, side, error + step)
-    _shoot(s, side, max(f, _sure(s, side)), n)
+    _shoot(s, side, f, n)
