@@ -20,6 +20,7 @@ check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings a
 
 docs: .venv/dev.stamp ## the documentation, with its figures made anew
 	$(BIN)/python docs/make_figures.py
+	$(BIN)/python docs/make_pulse_figures.py
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some ten minutes)
