@@ -100,14 +100,7 @@ def record_from(
             known = [each.name for each in fields(_table_at(record, tables))]
             raise unknown_key(keys[-1], known).at(place) from None
         if fault["type"] == "missing":
-            table = is_dataclass(_table_at(record, keys))
-            raise InputError(
-                f"the table [{'.'.join(keys)}] is missing" if table else f"{keys[-1]} is missing",
-                where=place,
-                remedy="write it, with its keys on the lines below it"
-                if table
-                else "give it there",
-            ) from None
+            raise _missing(record, keys).at(place) from None
         if fault["type"] == "dataclass_type":
             raise InputError(
                 f"{keys[-1]} is {fault['input']!r}, it must be a table",
@@ -123,6 +116,22 @@ def record_from(
 
 def _place(where: str, tables: list[str]) -> str:
     return f"{where}, [{'.'.join(tables)}]" if tables else where
+
+
+def _missing(record: Any, keys: list[str]) -> InputError:
+    """Return the refusal of a file that lacks a key or a table."""
+    if is_dataclass(_table_at(record, keys)):
+        return InputError(
+            f"the table [{'.'.join(keys)}] is missing",
+            remedy="write it, with its keys on the lines below it",
+        )
+    declared = {each.name: each for each in fields(_table_at(record, keys[:-1]))}
+    quantity = declared[keys[-1]].metadata.get("quantity")
+    units = () if quantity is None else dict.fromkeys((quantity.linear, quantity.rotary))
+    return InputError(
+        f"{keys[-1]} is missing",
+        remedy=f"give it there, in {' or '.join(units)}" if units else "give it there",
+    )
 
 
 def _table_at(record: Any, keys: list[str]) -> Any:

@@ -69,7 +69,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ],
         ["the table [task] is missing"],
     ),
-    "missing key": ([("tolerance = 2e-5", "")], ["[task]", "tolerance is missing"]),
+    "missing key": ([("tolerance = 2e-5", "")], ["[task]", "tolerance is missing", "in m or rad"]),
     "missing friction": (
         [("viscous_friction = 700.0", "")],
         ["[axis]", "viscous friction", "N s/m"],
@@ -104,7 +104,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     ),
     "effort below the guess": (
         [("coulomb_friction = 80.0", "coulomb_friction = 310.0")],
-        ["300 N", "310 N", "[guess]"],
+        ["[guess]", "effort_limit is 300 N", "310 N", "coulomb_friction from the scenario"],
     ),
     "no sampling": ([("sampling_time = 0.01", "sampling_time = 0")], ["sampling_time is 0 s"]),
     "no target": ([("target = 0.001", "")], ["[task]", "neither target nor targets"]),

@@ -92,6 +92,7 @@ def choose_controller(
                 raise error.at(str(folder / guess.learnt)) from None
             return resumed, dict.fromkeys(resumed.estimates(resumed.init()), where), notes
         beliefs = beliefs_from(guess, kind, folder)
+        _check_guess(beliefs, table.effort_limit)
         return _pulses(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
     except InputError as error:
         raise error if error.where else error.at("[controller] and [guess]") from None
@@ -181,6 +182,25 @@ def _about_aim(aim: float, scenario: Scenario) -> tuple[str, ...]:
         f"The controller aims at {prefixed(aim, unit)}: the tolerance less what the sensors may be "
         "off by at rest.",
     )
+
+
+def _check_guess(beliefs: Beliefs, limit: float) -> None:
+    """Refuse first guesses under which no pulse would move the axis."""
+    unit = unit_of("effort", beliefs.kind)
+    offset = beliefs.value("offset") if "offset" in beliefs.values else 0.0
+    for name in ("static_friction", "coulomb_friction"):
+        if name not in beliefs.values:
+            continue
+        forward, backward = beliefs.pair(name)
+        for way, needed in (("positive", forward + offset), ("negative", backward - offset)):
+            if limit <= needed:
+                raise InputError(
+                    f"effort_limit is {limit:g} {unit}, and by the first guess it takes "
+                    f"{needed:g} {unit} to move the axis in the {way} direction ({name} "
+                    f"from {beliefs.sources[name]})",
+                    where="[guess]",
+                    remedy="guess less, or allow more effort",
+                )
 
 
 def _anything(scenario: Scenario) -> Beliefs:
