@@ -3,15 +3,16 @@
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.jobs.reversals import reversals
 from stickslip.records import Ending, PositioningOutcome
 
-__all__ = ["ending", "hunts", "settling_time"]
+__all__ = ["ending", "settling_time"]
 
 _LEAST_STAY = 10
 """Samples within the tolerance that end a move as settled: an axis that flies through does not."""
 
 _REVERSALS = 2
-"""Changes of the error's sign that make a to and fro; one is an overshoot."""
+"""Turns within the last half of a move that make a cycle; one corrects an overshoot."""
 
 _REST = 0.25
 """Share of a move, at its end, without any motion, that makes it a rest."""
@@ -35,30 +36,15 @@ def settling_time(
     -------
     Time from the first sample [s]; None if it is never so for the last samples.
     """
+    sample = _settled(error, tolerance)
+    return None if sample is None else float(time[sample] - time[0])
+
+
+def _settled(error: Float[np.ndarray, " n"], tolerance: float) -> int | None:
+    """Return the sample from which on the error is within the tolerance for good, if any."""
     outside = np.flatnonzero(np.abs(error) > tolerance)
-    if not outside.size:
-        return 0.0
-    inside_from = int(outside[-1]) + 1
-    if error.size - inside_from < min(_LEAST_STAY, error.size):
-        return None
-    return float(time[inside_from] - time[0])
-
-
-def hunts(error: Float[np.ndarray, " n"], tolerance: float) -> bool:
-    """Return whether an axis goes to and fro across its target and does not settle.
-
-    Parameters
-    ----------
-    error
-        The true one over a whole move [m or rad]; the last half of it counts.
-    tolerance
-        [m or rad].
-    """
-    late = error[error.size // 2 :]
-    if settling_time(late, late, tolerance) is not None:
-        return False
-    signs = np.sign(late[late != 0.0])
-    return int(np.count_nonzero(np.diff(signs))) >= _REVERSALS
+    sample = int(outside[-1]) + 1 if outside.size else 0
+    return sample if error.size - sample >= _LEAST_STAY else None
 
 
 def ending(
@@ -75,9 +61,9 @@ def ending(
     outcome
         What the controller says at its end; None for one that says nothing.
     """
-    if settling_time(error, error, tolerance) is not None:
+    if _settled(error, tolerance) is not None:
         return Ending.REACHED
-    if hunts(error, tolerance):
+    if reversals(error[error.size // 2 :], tolerance) >= _REVERSALS:
         return Ending.HUNTING
     if outcome is PositioningOutcome.STOPPED:
         return Ending.STOPPED

@@ -157,7 +157,14 @@ def position(
         runs.append(_judged(number, run, recorder, asked))
         if isinstance(controller, PulseController):
             learnt = controller.learnt(run.controller_state)
-            controller = controller.resumed(learnt)
+            if number < task.runs:
+                try:
+                    controller = controller.resumed(learnt)
+                except InputError as error:
+                    notes += (
+                        f"What run {number} has learnt cannot be gone on from ({error.what}); the "
+                        "next run begins as this one did.",
+                    )
     if progress is not None:
         progress(every, every)
     return Positioning(

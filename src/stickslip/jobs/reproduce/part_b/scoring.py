@@ -13,6 +13,7 @@ from stickslip.jobs.reproduce.part_b.random_axes import (
     RandomAxis,
 )
 from stickslip.jobs.reproduce.part_b.setting import SAMPLING_TIME, TOLERANCE
+from stickslip.jobs.reversals import reversals
 from stickslip.records import ControllerScore
 from stickslip.simulation import Controller, Sensors, SimulatedMotion, simulate_closed_loop
 
@@ -22,7 +23,6 @@ __all__ = [
     "AxisOutcome",
     "Make",
     "outcome_on",
-    "reversals",
     "score",
 ]
 
@@ -63,33 +63,6 @@ class AxisOutcome:
     time: float | None
     pulses: int | None
     peak_effort: float
-
-
-def reversals(position: Float[np.ndarray, " n"], least: float) -> int:
-    """Return how often a motion turned round.
-
-    A way back counts from ``least`` on, from the farthest point of the way there; so does the
-    first way.
-
-    Parameters
-    ----------
-    position
-        At all samples [m or rad].
-    least
-        [m or rad], positive.
-    """
-    moved = position[np.flatnonzero(np.diff(position)) + 1]
-    turns, direction = 0, 0
-    low = high = float(position[0])
-    for x in moved.tolist():
-        low, high = min(low, x), max(high, x)
-        if direction >= 0 and high - x >= least:
-            turns += direction
-            direction, low, high = -1, x, x
-        elif direction <= 0 and x - low >= least:
-            turns -= direction
-            direction, low, high = 1, x, x
-    return turns
 
 
 def outcome_on(axis: RandomAxis, make: Make) -> AxisOutcome:
