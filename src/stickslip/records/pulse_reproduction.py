@@ -1,7 +1,7 @@
 """Part B of the report, reproduced: its numbers, its runs, and controllers on random axes."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from decimal import Decimal
 from types import MappingProxyType
 from typing import Any, Literal
@@ -47,6 +47,12 @@ _LEGEND = {
     "controller_scores.median_pulses": "until then; null: the controller gives no pulses, or "
     "reached the tolerance on none of the axes",
     "controller_scores.peak_effort": "largest effort over the axis's limit [1]",
+    "how_compared": "how those controllers were tuned that needed it",
+    "resolution_scores": "the controller of exact pulses on the mass of Table 1, asked for the "
+    "step of its encoder [m]: friction_change is the standard deviation by which friction changes "
+    "from pulse to pulse, over itself; smallest_step what a single pulse can do (Eq. 24) [m]; "
+    "median_error and error_95 of the final errors [m]; within_a_step the share that ended within "
+    "a step of the encoder; still_moving the number that had not ended",
 }
 
 
@@ -218,11 +224,17 @@ class PulseReproduction(Reproduction):
         Every case that was simulated, ten runs each.
     controller_scores
         Controllers on random axes.
+    how_compared
+        How those were tuned that needed it, in words.
+    resolution_scores
+        How near the target pulses bring an axis.
     """
 
     printed_numbers: tuple[PrintedNumber, ...]
     carried_runs: tuple[CarriedRuns, ...]
     controller_scores: tuple[ControllerScore, ...]
+    how_compared: str
+    resolution_scores: tuple[ResolutionScore, ...]
 
     @property
     def part(self) -> Literal["B"]:
@@ -262,19 +274,7 @@ class PulseReproduction(Reproduction):
                 }
                 for each in self.carried_runs
             ],
-            "controller_scores": [
-                {
-                    "controller": each.controller,
-                    "axes": each.axes,
-                    "within_tolerance": each.within_tolerance,
-                    "hunting": each.hunting,
-                    "median_error": each.median_error,
-                    "error_95": each.error_95,
-                    "worst_error": each.worst_error,
-                    "median_time": each.median_time,
-                    "median_pulses": each.median_pulses,
-                    "peak_effort": each.peak_effort,
-                }
-                for each in self.controller_scores
-            ],
+            "controller_scores": [asdict(each) for each in self.controller_scores],
+            "how_compared": self.how_compared,
+            "resolution_scores": [asdict(each) for each in self.resolution_scores],
         }

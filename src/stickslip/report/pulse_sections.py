@@ -13,7 +13,9 @@ from stickslip.records import (
     ControllerScore,
     PrintedNumber,
     PulseReproduction,
+    ResolutionScore,
     in_words,
+    prefixed,
     unit_text,
 )
 from stickslip.report.dense import prose, row, wide
@@ -22,6 +24,7 @@ from stickslip.report.sheet import Section
 
 __all__ = ["pulse_sections"]
 
+_SYMBOLS = {"pulse_effort": "f_p"}  # of values of Table 1 that are no quantities of an axis
 _TABLE = "table_1"  # the group of values that the report prints as its Table 1
 
 
@@ -37,8 +40,9 @@ def pulse_sections(reproduction: PulseReproduction) -> tuple[Section, ...]:
         Section(
             "controllers",
             "Controllers on random axes",
-            _controller_scores(reproduction.controller_scores),
+            _controller_scores(reproduction.controller_scores, reproduction.how_compared),
         ),
+        Section("resolution", "How near", _resolution_scores(reproduction.resolution_scores)),
     )
 
 
@@ -54,7 +58,9 @@ def _table_1(reproduction: PulseReproduction) -> str:
 def _term(name: str) -> str:
     words = in_words(name).replace("_", " ")
     words = words[0].upper() + words[1:]
-    return f"{words} {symbol(name)}" if name in QUANTITIES else words
+    if name in QUANTITIES:
+        return f"{words} {symbol(name)}"
+    return f"{words} {prose(_SYMBOLS[name])}" if name in _SYMBOLS else words
 
 
 def _printed_numbers(numbers: Sequence[PrintedNumber]) -> str:
@@ -129,7 +135,7 @@ def _bound(longest_pulse: float | None) -> str:
     return "any width" if longest_pulse is None else f"widths up to {longest_pulse:g} s"
 
 
-def _controller_scores(scores: Sequence[ControllerScore]) -> str:
+def _controller_scores(scores: Sequence[ControllerScore], how_compared: str) -> str:
     heads = (
         "controller",
         "on target [%]",
@@ -161,12 +167,54 @@ def _controller_scores(scores: Sequence[ControllerScore]) -> str:
         f"<p>Each controller on the same {scores[0].axes} random axes, told the same wrong first "
         "guesses. On target: at rest within the tolerance at the end. Hunting: still moved to and "
         "fro then. Times and pulses are those until the target was reached for good, of the axes "
-        "on which it was.</p>\n" + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+        "on which it was.</p>\n"
+        + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+        + f"<p>{prose(how_compared)}</p>\n"
+    )
+
+
+def _resolution_scores(scores: Sequence[ResolutionScore]) -> str:
+    heads = (
+        "encoder step",
+        "f_s/f_c",
+        "friction changes by",
+        "T",
+        "Eq. 24",
+        "median error",
+        "95 % below",
+        "within a step [%]",
+        "median pulses",
+    )
+    body = "".join(
+        row(
+            prefixed(each.encoder_step, "m"),
+            [
+                f"{each.static_ratio:g}",
+                "–" if each.friction_change == 0.0 else f"{100 * each.friction_change:g} %",
+                prefixed(each.sampling_time, "s"),
+                *(
+                    prefixed(length, "m")
+                    for length in (each.smallest_step, each.median_error, each.error_95)
+                ),
+                f"{100 * each.within_a_step:.0f}",
+                f"{each.median_pulses:g}",
+            ],
+        )
+        for each in scores
+    )
+    return (
+        "<p>Below Eq. 24, by alternating pulses: one goes beyond the target, and the next back by "
+        "a displacement that differs from it by what is left. The controller of exact pulses on "
+        f"the mass of Table 1, asked for the step of its encoder, from {scores[0].axes} starts of "
+        "0.5 to 20 mm in each case. As long as friction repeats itself, the encoder is the limit; "
+        "where it changes from pulse to pulse, about that change times a few steps of Eq. 24, "
+        "which shrink with the square of the sampling time T.</p>\n"
+        + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
     )
 
 
 def _heads(names: Sequence[str]) -> str:
-    return "<tr>" + "".join(f'<th scope="col">{name}</th>' for name in names) + "</tr>"
+    return "<tr>" + "".join(f'<th scope="col">{prose(name)}</th>' for name in names) + "</tr>"
 
 
 def _mark(*, yes: bool) -> str:

@@ -5,6 +5,7 @@ A package for each part computes and judges it; `parallel` does independent piec
 """
 
 from stickslip.jobs.reproduce.part_a import reproduce_part_a
+from stickslip.jobs.reproduce.part_b import reproduce_part_b
 from stickslip.jobs.reproduce.writing import Reproduced
 
-__all__ = ["Reproduced", "reproduce_part_a"]
+__all__ = ["Reproduced", "reproduce_part_a", "reproduce_part_b"]

@@ -26,6 +26,7 @@ __all__ = [
     "CALCULATED",
     "CASES",
     "COVARIANCE",
+    "KEYS",
     "LARGE",
     "PAPWC",
     "PWC",
@@ -48,6 +49,8 @@ SMALL = "P(0) = 1e-5 I"
 LARGE = "P(0) = 1e5 I"
 READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}
 """By controller; the printed one first."""
+KEYS = {CALCULATED: "calculated", APPLIED: "applied", SMALL: "small_p", LARGE: "large_p"}
+"""What the names of numbers begin with, by reading."""
 
 Key = tuple[str, str, float | None]
 """Controller, reading, and t_p,max [s] or None."""

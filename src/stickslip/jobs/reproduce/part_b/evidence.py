@@ -9,6 +9,7 @@ from stickslip.jobs.reproduce.part_b.cases import (
     COVARIANCE,
     PAPWC,
     READINGS,
+    SMALL,
     UNBOUNDED,
     Key,
     papwc,
@@ -18,6 +19,7 @@ from stickslip.jobs.reproduce.part_b.setting import (
     GUESS,
     PULSE_EFFORT,
     SAMPLING_TIME,
+    START_ERROR,
     report_law,
 )
 from stickslip.planning import PulseLaw
@@ -31,7 +33,7 @@ GUESSES = (GUESS, 1.0, 1.5)
 
 _UNLEARNED = 1e-30  # P(0), so small that no pulse changes the estimates
 _TIGHT = 1e-9  # a tolerance below every displacement [m]
-PIECES = 2 * len(CASES) + len(READINGS[PAPWC]) * (len(FINER) + 4) + len(GUESSES)
+PIECES = 2 * len(CASES) + len(READINGS[PAPWC]) * (len(FINER) + 4) + 1 + len(GUESSES)
 """How often `gather` tells that a piece of work is done."""
 
 
@@ -49,6 +51,8 @@ class Evidence:
         The same, but with F(0) or P(0) laid anew before each run; only the estimates are carried.
     finer
         Ten runs of PAPWC without a bound, by reading and sampling time [s].
+    nearer
+        Ten runs of PAPWC without a bound from half the distance, with P(0) = 1e-5 I.
     unlearned
         A run of PAPWC with a bound that learns nothing, by first guess.
     tight
@@ -66,6 +70,7 @@ class Evidence:
     series: Mapping[Key, Series]
     anew: Mapping[Key, Series]
     finer: Mapping[tuple[str, float], Series]
+    nearer: Series
     unlearned: Mapping[float, Series]
     tight: Mapping[str, Series]
     printed: Mapping[str, Series]
@@ -112,6 +117,7 @@ def gather(advance: Callable[[], None]) -> Evidence:
             for reading, each in unbounded.items()
             for T in FINER
         },
+        nearer=done(series_of(replace(unbounded[SMALL], target=0.5 * START_ERROR))),
         unlearned={
             guess: done(
                 series_of(papwc(longest_width=BOUNDED, covariance=_UNLEARNED, guess=guess), runs=1)

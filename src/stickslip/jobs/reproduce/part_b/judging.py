@@ -1,10 +1,24 @@
 """What claims of part B are put together with: verdicts by reading, and numbers in words."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
+from stickslip.jobs.reproduce.part_b.cases import KEYS, PAPWC, READINGS
+from stickslip.jobs.reproduce.part_b.evidence import Evidence
+from stickslip.jobs.reproduce.part_b.runs import Series
 from stickslip.records import Claim, prefixed
 
-__all__ = ["Found", "by_reading", "judged", "lengths", "percent", "ratios"]
+__all__ = [
+    "Found",
+    "by_reading",
+    "in_both_readings",
+    "judged",
+    "lengths",
+    "percent",
+    "pulses",
+    "ratios",
+]
+
+_NOTHING = 1e-9  # a length below every displacement here [m]
 
 Found = tuple[bool, str]
 """Whether a criterion is met, and what was measured."""
@@ -58,9 +72,43 @@ def by_reading(
     )
 
 
+def in_both_readings(
+    evidence: Evidence, judge: Callable[[Series, Series], tuple[bool, str, Mapping[str, float]]]
+) -> tuple[dict[str, Found], dict[str, float]]:
+    """Judge PAPWC in both readings of P(0).
+
+    Parameters
+    ----------
+    evidence
+        Where its runs are.
+    judge
+        Takes the runs without a bound and those with it; returns whether the criterion is met,
+        what was measured, and the numbers of that.
+
+    Returns
+    -------
+    What was found by reading, and all numbers.
+    """
+    found: dict[str, Found] = {}
+    numbers: dict[str, float] = {}
+    for reading in READINGS[PAPWC]:
+        agrees, measured, own = judge(*evidence.by_bound(PAPWC, reading))
+        found[reading] = (agrees, measured)
+        numbers |= {f"{KEYS[reading]}_{name}": value for name, value in own.items()}
+    return found, numbers
+
+
 def lengths(values: Iterable[float]) -> str:
     """Return lengths [m] in words."""
-    return ", ".join(prefixed(value, "m").replace("-", "−") for value in values)
+    return ", ".join(
+        "less than 1 nm" if abs(value) < _NOTHING else prefixed(value, "m").replace("-", "−")
+        for value in values
+    )
+
+
+def pulses(count: int) -> str:
+    """Return a number of pulses in words."""
+    return f"{count} pulse" if count == 1 else f"{count} pulses"
 
 
 def percent(share: float) -> str:
