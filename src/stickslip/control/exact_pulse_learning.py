@@ -90,7 +90,8 @@ VALUES = REASON + 1
 COVARIANCE = VALUES + PARAMETERS
 OWN_SIZE = COVARIANCE + PARAMETERS * PARAMETERS - OWN
 
-_ITERATIONS = 20
+_ITERATIONS = 30
+_COOLING = 0.1  # of the variance by which the observation is inflated, from iteration to iteration
 _CONVERGED = 1e-9  # change of a logarithm
 _STRONGEST = 0.98  # of the effort: the Coulomb friction of a mass that it has moved
 _LONGEST_STEP = 0.5  # of a logarithm in one iteration
@@ -198,9 +199,11 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
         P[COULOMB + side_, COULOMB + side_] += s[WALK]
     most = math.log(_STRONGEST * abs(f))
     at[COULOMB + side] = min(at[COULOMB + side], most)
-    misfit = 1.0
+    # Far from the prior the slopes there mislead: the observation gains its weight step by step
+    inflation = misfit = _posterior(s, prior, P, at, side, f, t, 1.0, value, Q)
     for _ in range(_ITERATIONS):
-        misfit = _posterior(s, prior, P, at, side, f, t, 1.0, value, Q)
+        inflation = max(min(inflation, misfit) * _COOLING, 1.0)
+        misfit = _posterior(s, prior, P, at, side, f, t, inflation, value, Q)
         farthest = 0.0
         for a in range(n):
             farthest = max(farthest, abs(value[a] - at[a]))
@@ -208,7 +211,7 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
         for a in range(n):
             at[a] += shorter * (value[a] - at[a])
         at[COULOMB + side] = min(at[COULOMB + side], most)
-        if farthest <= _CONVERGED:
+        if farthest <= _CONVERGED and inflation == 1.0:
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
     _posterior(s, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
