@@ -69,7 +69,7 @@ def main() -> None:
     """Tune every variant and write the page."""
     axes = random_axes(np.random.default_rng(SEED), AXES)
     parts = [
-        "---\norphan: true\n---\n\n% Made by docs/make_pid_tuning.py\n\n# How the PID controllers "
+        "% Made by docs/make_pid_tuning.py\n\n# How the PID controllers "
         f"are tuned\n\n{HOW_TUNED} The axes: seed {SEED}, {AXES} of them. The integral stands "
         "still within the dead band; the dither is a square wave; amplitudes are over the believed "
         "static friction. The best few of each variant:\n"
