@@ -45,7 +45,7 @@ def header(positioning: Positioning) -> str:
         away += f" It swings between {shown(low, position)} and {shown(high, position)}."
     reasons = [move.reason for move in positioning.runs[-1].moves if move.reason]
     if reasons:
-        away += f" The controller stopped because {reasons[0]}."
+        away += f" The controller stopped because {html.escape(reasons[0])}."
     return (
         '<header class="top">\n'
         f'<p class="kicker">stickslip · positioning · {_KIND[positioning.kind]}</p>\n'
