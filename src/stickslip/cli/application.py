@@ -45,7 +45,8 @@ app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --
 app.command(
     reproduce,
     help=_help(reproduce),
-    help_epilogue="Example:\n  stickslip reproduce part-a --out part-a --runs 20",
+    help_epilogue="Examples:\n  stickslip reproduce part-a --out part-a --runs 20\n"
+    "  stickslip reproduce part-b --out part-b --axes 200",
 )
 app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
 

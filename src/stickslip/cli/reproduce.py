@@ -2,13 +2,14 @@
 
 import contextlib
 import sys
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import folder, whole_number
+from stickslip.cli.pulse_tables import carried_runs, controller_scores, printed_numbers
 from stickslip.cli.terminal import console_on, reader_may_leave
 
 if TYPE_CHECKING:
@@ -16,15 +17,20 @@ if TYPE_CHECKING:
     from rich.table import Table
 
     from stickslip.jobs import Reproduced
-    from stickslip.records import EnergyReproduction, VariantScore
+    from stickslip.records import Claim, EnergyReproduction, VariantScore
 
 __all__ = ["reproduce"]
+
+_RUNS, _AXES = 20, 200
 
 
 def reproduce(
     part: Annotated[
-        Literal["part-a"],
-        Parameter(help="part-a: energy-based estimation of Coulomb and viscous friction."),
+        Literal["part-a", "part-b"],
+        Parameter(
+            help="part-a: energy-based estimation of Coulomb and viscous friction; part-b: pulse "
+            "width control and pulse amplitude pulse width control."
+        ),
     ],
     /,
     *,
@@ -33,28 +39,64 @@ def reproduce(
         Parameter(help="Folder for what is written; made if it is missing.", converter=folder),
     ],
     runs: Annotated[
-        int,
+        int | None,
         Parameter(
-            help="How often everything with noise is repeated; 5 or more.", converter=whole_number
+            help="Of part-a: how often everything with noise is repeated; 5 or more, 20 unless "
+            "given.",
+            converter=whole_number,
         ),
-    ] = 20,
-    seed: Annotated[int, Parameter(help="Of all noise.", converter=whole_number)] = 1,
+    ] = None,
+    axes: Annotated[
+        int | None,
+        Parameter(
+            help="Of part-b: on how many random axes the controllers are compared; 25 or more, "
+            f"{_AXES} unless given.",
+            converter=whole_number,
+        ),
+    ] = None,
+    seed: Annotated[
+        int, Parameter(help="Of all noise and of the random axes.", converter=whole_number)
+    ] = 1,
 ) -> int:
     """Make the figures and tables of the report anew, and put its claims beside measurements.
 
-    Simulates the report's experiments with surrogate values, as its table of parameters is lost,
-    and scores every variant of the estimator by Monte Carlo. Writes one page, its numbers as JSON
-    and a PNG file for each figure into the folder.
+    Part A simulates its experiments with surrogate values, as its table of parameters is lost, and
+    scores every variant of the estimator by Monte Carlo. Part B simulates its own with the values
+    of its Table 1, in each reading that its text allows, and compares pulse controllers and PID
+    controllers on random axes. Writes one page, its numbers as JSON and a PNG file for each figure
+    into the folder.
     """
-    del part  # there is one so far
-    with _progress("reproducing part A") as progress:
-        from stickslip.jobs import reproduce_part_a
+    _check_options(part, {"--runs": (runs, "part-a"), "--axes": (axes, "part-b")})
+    with _progress(f"reproducing part {part[-1].upper()}") as progress:
+        if part == "part-a":
+            from stickslip.jobs import reproduce_part_a
 
-        result = reproduce_part_a(out, runs=runs, seed=seed, progress=progress)
+            result = reproduce_part_a(
+                out, runs=_RUNS if runs is None else runs, seed=seed, progress=progress
+            )
+        else:
+            from stickslip.jobs import reproduce_part_b
+
+            result = reproduce_part_b(
+                out, axes=_AXES if axes is None else axes, seed=seed, progress=progress
+            )
     console = console_on("output")
     with reader_may_leave():
         _print(console, result)
     return 0
+
+
+def _check_options(part: str, options: Mapping[str, tuple[int | None, str]]) -> None:
+    """Refuse an option that has no use for the part."""
+    from stickslip.records import InputError
+
+    for name, (value, of) in options.items():
+        if value is not None and of != part:
+            raise InputError(
+                f"{name} is an option of {of}, it has no use for {part}",
+                where="reproduce",
+                remedy=f"leave it out, or reproduce {of}",
+            )
 
 
 @contextlib.contextmanager
@@ -71,28 +113,43 @@ def _progress(doing: str) -> Generator[Callable[[int, int], None] | None]:
 
 
 def _print(console: "Console", result: "Reproduced") -> None:
-    from stickslip.records import EnergyReproduction
+    from stickslip.records import EnergyReproduction, PulseReproduction
 
     reproduction = result.reproduction
     console.print(reproduction.setting)
     console.print()
-    if isinstance(reproduction, EnergyReproduction):
-        console.print(_five_runs(reproduction))
-        console.print(_variants(reproduction))
-    differing = [claim for claim in reproduction.claims if not claim.agrees]
-    console.print(
-        f"{len(reproduction.claims) - len(differing)} of {len(reproduction.claims)} claims of the "
-        "report agree with what was measured. These differ:"
-    )
-    for claim in differing:
-        console.print(f"  {claim.place}: {claim.statement}")
-        console.print(f"    {claim.measured}", style="dim")
+    match reproduction:
+        case EnergyReproduction():
+            console.print(_five_runs(reproduction))
+            console.print(_variants(reproduction))
+        case PulseReproduction():
+            console.print(printed_numbers(reproduction))
+            console.print(carried_runs(reproduction))
+            console.print(controller_scores(reproduction))
+        case _:
+            pass
+    _print_claims(console, reproduction.claims)
     console.print()
     console.print(f"Page     {result.page}", soft_wrap=True)
     console.print(f"Numbers  {result.numbers}", soft_wrap=True)
     console.print(
         f"Figures  {result.pictures[0]} and {len(result.pictures) - 1} more", soft_wrap=True
     )
+
+
+def _print_claims(console: "Console", claims: "Sequence[Claim]") -> None:
+    """Print how many claims agree, and those that differ."""
+    agree = sum(claim.agrees for claim in claims)
+    partly = sum(claim.agrees_partly for claim in claims)
+    in_part = f", {partly} in part of the readings" if partly else ""
+    console.print(
+        f"{agree} of {len(claims)} claims of the report agree with what was measured{in_part}. "
+        "These differ:"
+    )
+    for claim in claims:
+        if not (claim.agrees or claim.agrees_partly):
+            console.print(f"  {claim.place}: {claim.statement}")
+            console.print(f"    {claim.measured}", style="dim")
 
 
 def _five_runs(reproduction: "EnergyReproduction") -> "Table":

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from types import MappingProxyType
 from typing import Any, Literal
 
@@ -14,6 +14,7 @@ __all__ = [
     "Curve",
     "CurveRole",
     "Panel",
+    "Reading",
     "ReproducedFigure",
     "Reproduction",
     "Sketch",
@@ -23,8 +24,8 @@ REPRODUCTION_SCHEMA = 1
 
 _LEGEND = {
     "claims.agrees": "whether the criterion is met, in every reading",
-    "claims.readings": "the same by reading, where the report can be read in several ways and they "
-    "differ",
+    "claims.readings": "the same, and what was measured, in each way in which the report can be "
+    "read, or in each case; none where there is one only",
     "setting": "values that were simulated with; lists of moves in their order",
     "figures.panels.curves": "what is drawn, in the units of the labels of the axes; a staircase "
     "keeps each value until the next",
@@ -120,6 +121,25 @@ class ReproducedFigure:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Reading:
+    """A claim in one of the ways in which the report can be read, or in one of its cases.
+
+    Attributes
+    ----------
+    name
+        Which one.
+    agrees
+        Whether the claim's criterion is met in it.
+    measured
+        What was measured, in words and numbers.
+    """
+
+    name: str
+    agrees: bool
+    measured: str
+
+
+@dataclass(frozen=True, kw_only=True)
 class Claim:
     """A statement of the report beside what was measured.
 
@@ -140,8 +160,8 @@ class Claim:
     numbers
         The numbers on which the verdict rests, by name [SI or -].
     readings
-        Whether the criterion is met in each way in which the report can be read; none where that
-        makes no difference.
+        The same in each way in which the report can be read, or in each case; none where there is
+        one only.
     """
 
     place: str
@@ -151,16 +171,15 @@ class Claim:
     agrees: bool
     why: str
     numbers: Mapping[str, float] = field(default_factory=dict[str, float])
-    readings: Mapping[str, bool] = field(default_factory=dict[str, bool])
+    readings: tuple[Reading, ...] = ()
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "numbers", MappingProxyType(dict(self.numbers)))
-        object.__setattr__(self, "readings", MappingProxyType(dict(self.readings)))
 
     @property
     def agrees_partly(self) -> bool:
         """Whether the criterion is met in some readings, but not in all."""
-        return not self.agrees and any(self.readings.values())
+        return not self.agrees and any(each.agrees for each in self.readings)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -236,7 +255,7 @@ class Reproduction(ABC):
                     "criterion": each.criterion,
                     "measured": each.measured,
                     "agrees": each.agrees,
-                    "readings": dict(each.readings),
+                    "readings": [asdict(reading) for reading in each.readings],
                     "why": each.why,
                     "numbers": dict(each.numbers),
                 }

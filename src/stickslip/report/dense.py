@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 __all__ = ["prose", "row", "wide"]
 
-_SYMBOL = re.compile(r"\b([A-Za-zσ]\u0302?)_([a-z]+\d?(?:,max)?|\d)")
+_SYMBOL = re.compile(r"\b([A-Za-zÂσ]\u0302?)_([a-z]+\d?(?:,max)?|\d)")
 
 
 def prose(text: str) -> str:
@@ -26,4 +26,4 @@ def wide(table: str) -> str:
 def row(name: str, cells: Sequence[str]) -> str:
     """Return a row of numbers under its name; the cells are HTML."""
     numbers = "".join(f'<td class="number">{cell}</td>' for cell in cells)
-    return f'<tr><th scope="row">{html.escape(name)}</th>{numbers}</tr>\n'
+    return f'<tr><th scope="row">{prose(name)}</th>{numbers}</tr>\n'

@@ -2,7 +2,7 @@
 
 import io
 import re
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal
 
 from stickslip.records import CurveRole, Panel, ReproducedFigure
 from stickslip.report.drawing import BLUE, GREY, INK, ORANGE, PINK, VERMILION
@@ -10,6 +10,7 @@ from stickslip.report.sketches import draw_sketch
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 __all__ = ["picture"]
 
@@ -17,8 +18,10 @@ _DOTS_PER_INCH = 160
 _WIDTH = 9.0  # inches, as all sizes here
 _SINGLE_HEIGHT = 3.6
 _ROW_HEIGHT = 1.75
+_SKETCH_HEIGHT = 2.9
 _HEAD = 0.45
 _ALONE = 0.9  # width of a line that has a panel for itself [points]
+_STEPS = 1.2  # the same of a staircase, which does not fill its panel
 
 _SYMBOL = re.compile(r"\b([A-Za-z])(\u0302?)(?:_([a-z]+\d?(?:,max)?|\d))?(?!\w)")
 
@@ -57,7 +60,9 @@ def picture(figure: ReproducedFigure) -> bytes:
     from matplotlib.figure import Figure
 
     rows = -(-len(figure.panels) // figure.columns)
-    height = _SINGLE_HEIGHT if rows <= 1 else _HEAD + rows * _ROW_HEIGHT
+    height = _SINGLE_HEIGHT if rows == 1 else _HEAD + rows * _ROW_HEIGHT
+    if figure.sketch is not None:
+        height = _SKETCH_HEIGHT
     with rc_context(_STYLE):
         drawn = Figure(figsize=(_WIDTH, height), dpi=_DOTS_PER_INCH, layout="constrained")
         drawn.suptitle(
@@ -70,27 +75,39 @@ def picture(figure: ReproducedFigure) -> bytes:
         if figure.sketch is not None:
             draw_sketch(drawn.subplots(), figure.sketch)
         elif figure.panels:
-            _draw_panels(drawn.subplots(rows, figure.columns, squeeze=False), figure)
+            _draw_panels(drawn, figure, rows)
         written = io.BytesIO()
         # No date and no version inside.
         FigureCanvasAgg(drawn).print_png(written, metadata={"Software": None})
     return written.getvalue()
 
 
-def _draw_panels(axes: Any, figure: ReproducedFigure) -> None:
+def _draw_panels(drawn: "Figure", figure: ReproducedFigure, rows: int) -> None:
     """Draw the panels into their places, row by row."""
-    rows = axes.shape[0]
+    axes = drawn.subplots(rows, figure.columns, squeeze=False)
+    # One legend for all where panels have several lines and no room for it
+    shared = figure.columns > 1 and rows > 1 and any(len(each.curves) > 1 for each in figure.panels)
     for k, panel in enumerate(figure.panels):
         row, column = divmod(k, figure.columns)
         lowest = row == rows - 1 or panel.x_label != figure.panels[k + figure.columns].x_label
-        _draw(axes[row, column], panel, x_label=lowest, alone=figure.columns == 1)
+        _draw(
+            axes[row, column],
+            panel,
+            x_label=lowest,
+            legend="none" if shared else "above" if figure.columns == 1 else "inside",
+        )
+    if shared:
+        lines = {line.get_label(): line for each in axes.flat for line in each.get_lines()}
+        drawn.legend(lines.values(), lines.keys(), loc="outside upper right", ncols=len(lines))
 
 
-def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
+def _draw(
+    axes: "Axes", panel: Panel, *, x_label: bool, legend: Literal["above", "inside", "none"]
+) -> None:
     for curve in panel.curves:
         look = dict(_LOOKS[curve.role])
         if len(panel.curves) == 1:
-            look |= {"lw": _ALONE, "ls": "-"}
+            look |= {"lw": _STEPS if curve.staircase else _ALONE, "ls": "-"}
         drawn = "steps-post" if curve.staircase else "default"
         axes.plot(curve.x, curve.y, label=_typeset(curve.label), drawstyle=drawn, **look)
     axes.set_title(_typeset(panel.title))
@@ -101,14 +118,14 @@ def _draw(axes: "Axes", panel: Panel, *, x_label: bool, alone: bool) -> None:
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
     if len({curve.label for curve in panel.curves}) > 1:
-        if alone:  # above the panel, beside its title, where there is room for it
+        if legend == "above":  # above the panel, beside its title, where there is room for it
             axes.legend(
                 ncols=len(panel.curves),
                 loc="lower right",
                 bbox_to_anchor=(1.0, 0.99),
                 borderaxespad=0.0,
             )
-        else:
+        elif legend == "inside":
             axes.legend(loc="best")
 
 

@@ -2,10 +2,9 @@
 
 import html
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
-from jaxtyping import Float
 
 from stickslip.records import (
     QUANTITIES,
@@ -25,6 +24,8 @@ from stickslip.report.sheet import Section
 __all__ = ["pulse_sections"]
 
 _SYMBOLS = {"pulse_effort": "f_p"}  # of values of Table 1 that are no quantities of an axis
+_ESTIMATES = {"pulse_gain": "b̂", "coulomb_friction": "f̂_c"}
+_WORDS = ' class="words"'
 _TABLE = "table_1"  # the group of values that the report prints as its Table 1
 
 
@@ -33,13 +34,13 @@ def pulse_sections(reproduction: PulseReproduction) -> tuple[Section, ...]:
     return (
         Section(
             "numbers",
-            "The report's numbers",
+            "Numbers",
             _table_1(reproduction) + _printed_numbers(reproduction.printed_numbers),
         ),
-        Section("runs", "Ten runs in a row", _carried_runs(reproduction.carried_runs)),
+        Section("runs", "Ten runs", _carried_runs(reproduction.carried_runs)),
         Section(
             "controllers",
-            "Controllers on random axes",
+            "Controllers compared",
             _controller_scores(reproduction.controller_scores, reproduction.how_compared),
         ),
         Section("resolution", "How near", _resolution_scores(reproduction.resolution_scores)),
@@ -49,10 +50,14 @@ def pulse_sections(reproduction: PulseReproduction) -> tuple[Section, ...]:
 def _table_1(reproduction: PulseReproduction) -> str:
     rows = "".join(
         f'<tr><th scope="row">{_term(name)}</th>'
-        f'<td class="number">{value} {html.escape(unit_text(unit))}</td></tr>\n'
+        f'<td class="number">{_values(value)} {html.escape(unit_text(unit))}</td></tr>\n'
         for name, (value, unit) in reproduction.values[_TABLE].items()
     )
     return f'<h3>Table 1</h3>\n<table class="options"><tbody>{rows}</tbody></table>\n'
+
+
+def _values(value: float | tuple[float, ...]) -> str:
+    return ", ".join(f"{each:g}" for each in (value if isinstance(value, tuple) else (value,)))
 
 
 def _term(name: str) -> str:
@@ -76,7 +81,10 @@ def _printed_numbers(numbers: Sequence[PrintedNumber]) -> str:
     return (
         "<h3>Every number of the text</h3>\n<p>“Same digits” says whether ours, rounded to the "
         "digits that the report prints, is the report's.</p>\n"
-        + wide(f"<thead>{_heads(heads)}</thead>\n<tbody>\n{body}</tbody>")
+        + wide(
+            f"<thead>{_heads(heads, words=('quantity', 'unit', 'same digits', 'from'))}</thead>\n"
+            f"<tbody>\n{body}</tbody>"
+        )
     )
 
 
@@ -96,7 +104,7 @@ def _carried_runs(every: Sequence[CarriedRuns]) -> str:
 
 def _runs_table(every: Sequence[CarriedRuns], shown: tuple[int, ...]) -> str:
     names = list(every[0].estimates)
-    columns = ("pulses (back)", "error [µm]", "time [s]", *(symbol(name) for name in names))
+    columns = ("pulses (back)", "error [µm]", "time [s]", *(_estimate_head(n) for n in names))
     top = "".join(
         f'<th scope="colgroup" colspan="{len(columns)}">run {run + 1}</th>' for run in shown
     )
@@ -122,13 +130,13 @@ def _run_cells(each: CarriedRuns, run: int, names: Sequence[str]) -> list[str]:
         f"{each.pulses[run]} ({each.reversed_pulses[run]})",
         _micrometres(float(each.final_error[run])),
         _number(float(each.time[run]), "{:.2f}"),
-        *(_estimate(each.estimates, name, run) for name in names),
+        *(_number(float(each.estimates[name][run]), "{:.4g}") for name in names),
     ]
 
 
-def _estimate(estimates: Mapping[str, Float[np.ndarray, " runs"]], name: str, run: int) -> str:
-    unit = QUANTITIES[name].unit("linear")
-    return f"{_number(float(estimates[name][run]), '{:.4g}')} {html.escape(unit_text(unit))}"
+def _estimate_head(name: str) -> str:
+    unit = html.escape(unit_text(QUANTITIES[name].unit("linear")))
+    return f"{prose(_ESTIMATES[name])} [{unit}]"
 
 
 def _bound(longest_pulse: float | None) -> str:
@@ -213,8 +221,12 @@ def _resolution_scores(scores: Sequence[ResolutionScore]) -> str:
     )
 
 
-def _heads(names: Sequence[str]) -> str:
-    return "<tr>" + "".join(f'<th scope="col">{prose(name)}</th>' for name in names) + "</tr>"
+def _heads(names: Sequence[str], words: Sequence[str] = ()) -> str:
+    """Return a row of heads, those of columns of words on the left of their columns."""
+    cells = "".join(
+        f'<th scope="col"{_WORDS if name in words else ""}>{prose(name)}</th>' for name in names
+    )
+    return f"<tr>{cells}</tr>"
 
 
 def _mark(*, yes: bool) -> str:
@@ -229,7 +241,7 @@ def _micrometres(error: float) -> str:
 
 
 def _signed_percent(share: float) -> str:
-    return f"{100 * share:+.2g} %".replace("-", "−")
+    return f"{100 * share:+.1f} %".replace("-", "−")
 
 
 def _number(value: float | None, form: str) -> str:

@@ -79,7 +79,7 @@ def _verdicts(claims: Sequence[Claim]) -> list[_Verdict]:
     differ = [each for each in claims if not (each.agrees or each.agrees_partly)]
     verdicts = [
         _Verdict("claims-that-differ", "differ", differ),
-        _Verdict("claims-that-agree-partly", "agree in one reading only", partly),
+        _Verdict("claims-that-agree-partly", "agree in part of the readings", partly),
         _Verdict("claims-that-agree", "agree", [each for each in claims if each.agrees]),
     ]
     return [each for each in verdicts if each.claims is not partly or partly]
@@ -120,7 +120,7 @@ def _claim_table(claims: Sequence[Claim]) -> str:
         cells = (
             (
                 "Measured",
-                f"{prose(claim.measured)}"
+                f"{_measured(claim)}"
                 f"<span class='meaning'>Agrees if {prose(claim.criterion)}.</span>",
             ),
             ("Verdict", _verdict(claim)),
@@ -140,19 +140,23 @@ def _claim_table(claims: Sequence[Claim]) -> str:
     )
 
 
-def _verdict(claim: Claim) -> str:
-    """Return the verdict, or that of each reading."""
+def _measured(claim: Claim) -> str:
+    """Return what was measured, in each reading by itself."""
     if not claim.readings:
-        return _mark(agrees=claim.agrees)
-    return "".join(
-        f"{_mark(agrees=agrees)}<span class='meaning'>{prose(reading)}</span>"
-        for reading, agrees in claim.readings.items()
+        return prose(claim.measured)
+    items = "".join(
+        f'<li class="{"yes" if each.agrees else "no"}">{prose(each.name)}: '
+        f"{prose(each.measured)}</li>"
+        for each in claim.readings
     )
+    return f'<ul class="readings">{items}</ul>'
 
 
-def _mark(*, agrees: bool) -> str:
-    if agrees:
+def _verdict(claim: Claim) -> str:
+    if claim.agrees:
         return '<span class="mark-yes">✓ agrees</span>'
+    if claim.agrees_partly:
+        return '<span class="mark-part">◐ partly</span>'
     return '<span class="mark-no">✗ differs</span>'
 
 

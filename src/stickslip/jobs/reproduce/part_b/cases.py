@@ -43,8 +43,8 @@ PWC = "PWC"
 PAPWC = "PAPWC"
 UNBOUNDED, BOUNDED = None, LONGEST_PULSE
 
-CALCULATED = "learning from the calculated width"
-APPLIED = "learning from the applied width"
+CALCULATED = "u_p as calculated"
+APPLIED = "u_p as applied"
 SMALL = "P(0) = 1e-5 I"
 LARGE = "P(0) = 1e5 I"
 READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}

@@ -70,7 +70,7 @@ def _same_first_estimate(evidence: Evidence) -> Claim:
     return judged(
         place="4",
         statement="Both algorithms begin with the same b̂(0), 1.375 b, for f_c,est = 0.8 f_c.",
-        criterion="so it is, within rounding",
+        criterion="they do, within rounding",
         found=(
             all(abs(gain - 1.375) < 1e-9 for gain in gains.values()),
             ", ".join(f"{name} {gain:.4f} b" for name, gain in gains.items()),
@@ -255,7 +255,7 @@ def _opposite_changes(evidence: Evidence) -> Claim:
     return by_reading(
         place="4, Fig. 9",
         statement="b̂ increases when f̂_c decreases and vice versa.",
-        criterion="so it is in every update of all runs",
+        criterion="they do, in every update of all runs",
         found=found,
         why="True if A_2 stays as it is, which P(0) = 1e-5 I sees to: A_1 changes f_p² times as "
         "much. With 1e5 I both are learned, and b̂ can rise with f̂_c.",

@@ -20,9 +20,11 @@ from stickslip.jobs.reproduce.part_b.setting import (
     RUNS_IN_A_ROW,
     SAMPLING_TIME,
     TOLERANCE,
+    report_plant,
 )
 from stickslip.planning import PulseLaw
 from stickslip.records import Curve, CurveRole, Panel, ReproducedFigure
+from stickslip.simulation import simulate
 
 __all__ = ["part_b_figures"]
 
@@ -34,6 +36,7 @@ _BOUNDS: tuple[tuple[float | None, str, CurveRole], ...] = (
 _TIME = 1.0  # of each run that is drawn: what comes later is like its end [s]
 _TIME_LABEL = "time [s]"
 _POINTS = 301
+_BETWEEN = 4  # points a sample of an error that is drawn
 _ZOOM = {PWC: 0.5, PAPWC: 0.05}  # half the vertical range around the target [mm]
 _MARGIN = 0.08  # of the vertical range, on either side
 
@@ -159,16 +162,13 @@ def _error_panel(
     curves: list[Curve] = []
     for bound, label, role in _BOUNDS:
         series = evidence.series[controller, reading, bound]
-        time = series.runs[run].run.motion.time
-        shown = time <= _TIME
-        curves.append(
-            Curve(label=label, role=role, x=time[shown], y=1e3 * series.error(run)[shown])
-        )
+        time, error = _between_samples(series, run)
+        curves.append(Curve(label=label, role=role, x=time, y=1e3 * error))
     title = f"run {run + 1}, {reading}"
     if not zoomed:
         return Panel(title=title, x_label=_TIME_LABEL, y_label="error [mm]", curves=tuple(curves))
     limit = _dmin(evidence) if controller == PWC else 1e3 * TOLERANCE
-    word = "±d_min" if controller == PWC else "tolerance"
+    word = "±d_min" if controller == PWC else "±tolerance"
     curves += [_level(word, sign * limit, (0.0, _TIME)) for sign in (1.0, -1.0)]
     half = _ZOOM[controller]
     return Panel(
@@ -180,6 +180,20 @@ def _error_panel(
     )
 
 
+def _between_samples(
+    series: Series, run: int
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return the error of a run between its samples too, as far as it is drawn [s, m]."""
+    controller, log = series.controllers[run], series.runs[run].run.log
+    samples = round(_TIME / controller.sampling_time)
+    motion = simulate(
+        report_plant(),
+        np.repeat(log.effort[:samples], _BETWEEN),
+        sampling_time=controller.sampling_time / _BETWEEN,
+    )
+    return motion.time, controller.target - motion.position
+
+
 def _pulses(evidence: Evidence, number: str, controller: str) -> ReproducedFigure:
     panels = [
         _pulse_panel(evidence.series[controller, reading, bound], run, f"{label}, {reading}")
@@ -188,7 +202,7 @@ def _pulses(evidence: Evidence, number: str, controller: str) -> ReproducedFigur
         for run in _SHOWN
     ]
     readings = (
-        "Learning from the calculated width; learning from the applied width looks alike."
+        f"{READINGS[controller][0]}; with {READINGS[controller][1]} it looks alike."
         if controller == PWC
         else f"The upper pair of rows is {READINGS[controller][0]}, the lower "
         f"{READINGS[controller][1]}."

@@ -261,7 +261,7 @@ def _printed_regressor(evidence: Evidence) -> Claim:
     return by_reading(
         place="3.2, Eq. 22",
         statement="The regressor of A_1 and A_2 is [f_p² t_p², f_p t_p²].",
-        criterion="with it b̂ stays positive in run 1 without a bound",
+        criterion="b̂ stays positive with it in run 1 without a bound",
         found=found,
         why="By Eq. 16 the second entry is −f_p t_p², and of odd sign. With the printed sign the "
         "recursion raises A_2 where it should lower it.",

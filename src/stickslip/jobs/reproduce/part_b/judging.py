@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from stickslip.jobs.reproduce.part_b.cases import KEYS, PAPWC, READINGS
 from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.runs import Series
-from stickslip.records import Claim, prefixed
+from stickslip.records import Claim, Reading, prefixed
 
 __all__ = [
     "Found",
@@ -55,20 +55,20 @@ def by_reading(
     why: str,
     numbers: Mapping[str, float],
 ) -> Claim:
-    """Return a claim that was judged in each reading.
-
-    Readings are told apart only where their verdicts differ.
-    """
-    verdicts = {reading: agrees for reading, (agrees, _) in found.items()}
+    """Return a claim that was judged in each reading, or in each of several cases."""
+    readings = tuple(
+        Reading(name=name, agrees=agrees, measured=measured)
+        for name, (agrees, measured) in found.items()
+    )
     return Claim(
         place=place,
         statement=statement,
         criterion=criterion,
-        measured="; ".join(f"{reading}: {measured}" for reading, (_, measured) in found.items()),
-        agrees=all(verdicts.values()),
+        measured="; ".join(f"{each.name}: {each.measured}" for each in readings),
+        agrees=all(each.agrees for each in readings),
         why=why,
         numbers=numbers,
-        readings=verdicts if len(set(verdicts.values())) > 1 else {},
+        readings=readings,
     )
 
 

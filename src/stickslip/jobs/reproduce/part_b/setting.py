@@ -51,9 +51,9 @@ SETTING = (
     f"sensors. The start is {1e3 * START_ERROR:g} mm off the target and a run lasts {DURATION:g} "
     "s, which the report does not print. The first guess of the mass is right, that of the Coulomb "
     f"friction is {GUESS:g} f_c; K_c = 1, nothing is forgotten, and inside ±{1e6 * TOLERANCE:g} µm "
-    "the input is zero. Two passages can be read in two ways, and all is shown in both: P(0) = "
-    "1e-5 I or 1e5 I (the report prints δ⁻¹ = 1e-5), and whether pulse width control learns from "
-    "the width that it calculated or from the whole samples that were applied"
+    "the input is zero. Two passages can be read in two ways, and all is shown in both: "
+    "P(0) = 1e-5 I or 1e5 I, as the report prints δ⁻¹ = 1e-5; and whether the u_p = t_p² that "
+    "pulse width control learns from is the one calculated or that of the whole samples applied"
 )
 
 

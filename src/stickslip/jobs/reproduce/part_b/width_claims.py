@@ -227,7 +227,7 @@ def _estimate_in_range(evidence: Evidence) -> Claim:
         place="3.1; 4, Figs. 7, 8",
         statement="With t_p,max = 0.03 s the estimate b̂ of the controllers is between 81 % and "
         "100 % of b.",
-        criterion=f"so it is at the end of run {RUNS_IN_A_ROW}",
+        criterion=f"it is, at the end of run {RUNS_IN_A_ROW}",
         found=found,
         why="PWC that learns from the calculated width lays the surplus of the whole samples on b, "
         "so that its b̂ is too large for a width that is applied.",
