@@ -115,7 +115,7 @@ def _shown_until(run: PositioningRun) -> float:
         return whole
     moving = np.flatnonzero((error[1:] != error[:-1]) | (run.effort != 0.0))
     last = float(run.time[moving[-1] + 1]) if moving.size else 0.0
-    return min(whole, max(_AFTER * last, 0.05 * whole))
+    return min(whole, float(f"{max(_AFTER * last, 0.05 * whole):.2g}"))
 
 
 def _zoom(run: PositioningRun, tolerance: float) -> float:
@@ -193,6 +193,7 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
     sizes += [abs(p.achieved_displacement) for *_, p in moved]
     factor, shown = prefixed_unit(max(sizes), unit)
     ends = np.array([min(sizes) / 1.5, max(sizes) * 1.5]) * factor
+    scale = _LOGARITHMS if max(sizes) > _WILD * min(sizes) else {"rangemode": "tozero"}
     pairs: list[Trace] = [
         line(ends, ends, name="as predicted", colour=INK, dash="dash", width=1.2),
     ]
@@ -245,14 +246,14 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
         Plot(
             anchor="pulse-pairs",
             alternative=(
-                f"Achieved against predicted displacement of {len(every)} pulses, logarithmic, "
-                f"from {ends[0]:.2g} to {ends[1]:.2g} {shown}."
+                f"Achieved against predicted displacement of {len(every)} pulses, from "
+                f" {ends[0]:.2g} to {ends[1]:.2g} {shown}."
             ),
             caption="Points on the line went as far as the controller expected." + not_drawn,
             traces=pairs,
             layout=layout(
-                x=axis(f"predicted displacement [{shown}]", type="log", **_DECADES),
-                y=[axis(f"achieved displacement [{shown}]", type="log", **_DECADES)],
+                x=axis(f"predicted displacement [{shown}]", **scale),
+                y=[axis(f"achieved displacement [{shown}]", **scale)],
                 hovermode="closest",
             ),
             height=340,
@@ -271,7 +272,7 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
             layout=layout(
                 x=axis("pulse, all runs on end [-]"),
                 y=[
-                    axis("achieved over predicted [-]", type="log", **_DECADES)
+                    axis("achieved over predicted [-]", **_LOGARITHMS)
                     if wild
                     else axis("achieved over predicted [-]", rangemode="tozero")
                 ],
@@ -284,7 +285,7 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
     ]
 
 
-_DECADES = {"dtick": 1, "exponentformat": "none"}
+_LOGARITHMS = {"type": "log", "dtick": 1, "exponentformat": "none"}
 _STARTS_TEXT = "Dotted lines part the runs."
 
 

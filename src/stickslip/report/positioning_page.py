@@ -13,6 +13,9 @@ from stickslip.report.sheet import contents, head, section
 
 __all__ = ["write_positioning_page"]
 
+_UNFOLDED = 3
+"""Runs up to which all are open."""
+
 _MOST_RUNS = 12
 """Runs that are drawn: the first, the last, and some between."""
 
@@ -105,7 +108,7 @@ def _run_by_run(drawn: Sequence[PositioningRun], bodies: Sequence[str]) -> str:
         words = ", ".join(dict.fromkeys(move.ending.word.lower() for move in run.moves))
         made = f", {count_of(len(run.pulses), 'pulse')}" if run.estimates else ""
         name = f"Run {run.number}: {words}{made}"
-        if k in {0, len(drawn) - 1}:
+        if k in {0, len(drawn) - 1} or len(drawn) <= _UNFOLDED:
             parts.append(f"<h3>{name}</h3>\n{body}")
         else:
             parts.append(f"<details><summary>{name}</summary>\n{body}</details>\n")

@@ -229,6 +229,11 @@ def beliefs(positioning: Positioning) -> str:
         if any(name.endswith("_positive") for name in first) and _offset(positioning)
         else ""
     )
+    if any(name.startswith("static_friction") for name in first):
+        counted += (
+            "<p>Static friction shows itself only to pulses near it; until then its estimate is a "
+            "first guess, or a limit that it is known to exceed.</p>\n"
+        )
     where = f'<h3>Where the first guess came from</h3>\n<ul class="plain">{sources}</ul>\n'
     return (
         f'<table class="parameters">{heads}<tbody>\n{"".join(rows)}</tbody></table>\n'
