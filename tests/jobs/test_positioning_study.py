@@ -11,7 +11,12 @@ from scipy import stats
 from stickslip import CoulombViscousFriction, SingleMass
 from stickslip.control import PIDController
 from stickslip.jobs.reproduce.part_b import setting
-from stickslip.jobs.reproduce.part_b.contenders import CONTENDERS, PID_TUNINGS, SUCCESSOR
+from stickslip.jobs.reproduce.part_b.contenders import (
+    CONTENDERS,
+    LONG_WATCHED,
+    PID_TUNINGS,
+    SUCCESSOR,
+)
 from stickslip.jobs.reproduce.part_b.pid_tuning import FASTEST, LEAST_MARGIN, PIDTuning, tune
 from stickslip.jobs.reproduce.part_b.random_axes import (
     POSITION_NOISE,
@@ -208,11 +213,11 @@ def test_a_score_counts_what_the_outcomes_say() -> None:
 
 def test_the_result_depends_on_the_seed_alone() -> None:
     told: list[None] = []
-    one = controller_scores(30, 7, workers=1, advance=lambda: told.append(None))
-    assert len(told) == pieces(30)
-    assert [each.controller for each in one] == list(CONTENDERS)
-    assert one == controller_scores(30, 7, workers=3, advance=lambda: None)
-    assert one != controller_scores(30, 8, workers=3, advance=lambda: None)
+    one = controller_scores(26, 7, workers=1, advance=lambda: told.append(None))
+    assert len(told) == pieces(26)
+    assert [each.controller for each in one] == [*CONTENDERS, *LONG_WATCHED]
+    assert one == controller_scores(26, 7, workers=3, advance=lambda: None)
+    assert one != controller_scores(26, 8, workers=3, advance=lambda: None)
 
 
 def test_exact_pulses_bring_every_axis_there_and_none_hunts() -> None:
@@ -235,6 +240,15 @@ def test_the_others_hunt_or_miss() -> None:
         # More than 1 % of all axes
         assert stats.binom.sf(round(SOME * found[name].hunting) - 1, SOME, 0.01) < 0.05, name
     assert all(each.peak_effort <= 1.0 for each in found.values())
+
+
+def test_the_plain_pid_hunts_once_it_is_watched_for_long() -> None:
+    (name,) = LONG_WATCHED
+    (short,) = study(axes(40), LONG_WATCHED, workers=2, advance=lambda: None)
+    (long,) = study(axes(40), LONG_WATCHED, watch=1200.0, workers=2, advance=lambda: None)
+    assert short.controller == long.controller == name
+    assert short.hunting < 0.1 < 0.5 < long.hunting
+    assert long.within_tolerance < 0.5 * short.within_tolerance
 
 
 def test_tuning_keeps_its_limits_and_puts_the_best_first() -> None:

@@ -18,10 +18,10 @@ from stickslip.jobs.reproduce.part_b.random_axes import (
     SAMPLE_NOISE,
     RandomAxis,
 )
-from stickslip.jobs.reproduce.part_b.scoring import Make
+from stickslip.jobs.reproduce.part_b.scoring import ARRIVAL, WATCH, Make
 from stickslip.jobs.reproduce.part_b.setting import LONGEST_PULSE, SAMPLING_TIME, TOLERANCE
 
-__all__ = ["CONTENDERS", "HOW_TUNED", "PID_TUNINGS", "SUCCESSOR"]
+__all__ = ["CONTENDERS", "HOW_TUNED", "LONG_WATCH", "LONG_WATCHED", "PID_TUNINGS", "SUCCESSOR"]
 
 _REST_SAMPLES = 5
 _REST = RestDetection.for_encoder(
@@ -116,13 +116,26 @@ PID_TUNINGS: Mapping[str, PIDTuning] = MappingProxyType(
 )
 """The best that `tune` has found for each on 200 axes (docs/make_pid_tuning.py)."""
 
+LONG_WATCH = 1200.0
+"""[s]."""
+
+LONG_WATCHED: Mapping[str, Make] = MappingProxyType(
+    {f"PID, watched for {LONG_WATCH / 60:g} min": PID_TUNINGS["PID"]}
+)
+"""What goes to and fro so slowly that the usual watch does not see it."""
+
 HOW_TUNED = (
-    "Each PID is shaped for the believed mass by bandwidth, phase margin and the place of the "
-    "integral; these, and what else a variant has (dead band of the integral, amplitude and "
-    "frequency of the dither), are what kept most of 200 other axes within the tolerance, and of "
-    f"equals what was there soonest, with at most {FASTEST:g} Hz and at least {LEAST_MARGIN:g}° of "
-    "phase margin. Tuned to the edge is without these limits: on a real axis no margin would be "
-    "left for delay and for what is not rigid."
+    f"A run lasts {ARRIVAL + WATCH:g} s; on target is what was within {1e6 * TOLERANCE:g} µm "
+    f"during all of the last {WATCH:g} s, by its true position, and hunting what turned round "
+    "twice in them, by more than the tolerance each time. Each PID is shaped for the believed mass "
+    "by bandwidth, phase margin and the place of the integral; these, and what else a variant has "
+    "(dead band of the integral, amplitude and frequency of the dither), are what kept most of 200 "
+    "other axes on target, and of equals what was there soonest, with at most "
+    f"{FASTEST:g} Hz and at least {LEAST_MARGIN:g}° of phase margin. Tuned to the edge is without "
+    "these limits: on a real axis no margin would be left for delay and for what is not rigid. "
+    "The PID without a dead band never comes to rest where static friction exceeds Coulomb "
+    "friction: its integral winds up until the axis slips again. Tuned so, that takes minutes, "
+    f"which is why it is watched for {LONG_WATCH / 60:g} more as well."
 )
 
 SUCCESSOR = "exact pulses"

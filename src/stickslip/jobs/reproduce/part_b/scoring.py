@@ -65,14 +65,22 @@ class AxisOutcome:
     peak_effort: float
 
 
-def outcome_on(axis: RandomAxis, make: Make) -> AxisOutcome:
-    """Run the controller that is made for an axis on it, and judge the true motion."""
+def outcome_on(axis: RandomAxis, make: Make, *, watch: float = WATCH) -> AxisOutcome:
+    """Run the controller that is made for an axis on it, and judge the true motion.
+
+    Parameters
+    ----------
+    axis, make
+        Which, and what makes the controller.
+    watch
+        How long it is watched after the time to arrive [s].
+    """
     controller = make(axis)
     run = simulate_closed_loop(
         axis.plant,
         controller,
         sampling_time=SAMPLING_TIME,
-        samples=round((ARRIVAL + WATCH) / SAMPLING_TIME),
+        samples=round((ARRIVAL + watch) / SAMPLING_TIME),
         sensors=Sensors(position_noise=POSITION_NOISE, encoder_step=ENCODER_STEP, velocity="none"),
         generator=np.random.default_rng(axis.seed),
     )

@@ -4,7 +4,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from stickslip.jobs.reproduce.part_b.contenders import CONTENDERS
+from stickslip.jobs.reproduce.part_b.contenders import CONTENDERS, LONG_WATCH, LONG_WATCHED
 from stickslip.jobs.reproduce.part_b.random_axes import random_axes
 from stickslip.jobs.reproduce.part_b.trials import study, tasks
 from stickslip.records import ControllerScore
@@ -29,9 +29,10 @@ def controller_scores(
         Called `pieces` times.
     """
     drawn = random_axes(np.random.default_rng(seed), axes)
-    return study(drawn, CONTENDERS, workers=workers, advance=advance)
+    scores = study(drawn, CONTENDERS, workers=workers, advance=advance)
+    return scores + study(drawn, LONG_WATCHED, watch=LONG_WATCH, workers=workers, advance=advance)
 
 
 def pieces(axes: int) -> int:
     """Return how often `controller_scores` calls ``advance``."""
-    return len(CONTENDERS) * tasks(axes)
+    return (len(CONTENDERS) + len(LONG_WATCHED)) * tasks(axes)

@@ -5,7 +5,7 @@ from functools import partial
 
 from stickslip.jobs.reproduce.parallel import in_parallel
 from stickslip.jobs.reproduce.part_b.random_axes import RandomAxis
-from stickslip.jobs.reproduce.part_b.scoring import AxisOutcome, Make, outcome_on, score
+from stickslip.jobs.reproduce.part_b.scoring import WATCH, AxisOutcome, Make, outcome_on, score
 from stickslip.records import ControllerScore
 
 __all__ = ["study", "tasks"]
@@ -17,6 +17,7 @@ def study(
     axes: Sequence[RandomAxis],
     controllers: Mapping[str, Make],
     *,
+    watch: float = WATCH,
     workers: int,
     advance: Callable[[], None],
 ) -> tuple[ControllerScore, ...]:
@@ -28,6 +29,8 @@ def study(
         At least one.
     controllers
         By name, what makes the controller for an axis.
+    watch
+        How long each axis is watched after the time to arrive [s].
     workers
         How many runs are worked on at once.
     advance
@@ -36,7 +39,7 @@ def study(
     chunks = [axes[k : k + _CHUNK] for k in range(0, len(axes), _CHUNK)]
 
     def run(make: Make, chunk: Sequence[RandomAxis]) -> list[AxisOutcome]:
-        return [outcome_on(axis, make) for axis in chunk]
+        return [outcome_on(axis, make, watch=watch) for axis in chunk]
 
     found = in_parallel(
         [partial(run, make, chunk) for make in controllers.values() for chunk in chunks],
