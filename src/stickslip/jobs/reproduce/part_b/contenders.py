@@ -133,9 +133,9 @@ HOW_TUNED = (
     "other axes on target, and of equals what was there soonest, with at most "
     f"{FASTEST:g} Hz and at least {LEAST_MARGIN:g}° of phase margin. Tuned to the edge is without "
     "these limits: on a real axis no margin would be left for delay and for what is not rigid. "
-    "The PID without a dead band never comes to rest where static friction exceeds Coulomb "
-    "friction: its integral winds up until the axis slips again. Tuned so, that takes minutes, "
-    f"which is why it is watched for {LONG_WATCH / 60:g} more as well."
+    "The PID without a dead band seldom rests for good where static friction exceeds Coulomb "
+    "friction: stuck off its target, its integral winds up until the axis slips again. Tuned so, "
+    f"that takes minutes, which is why it is also watched for {LONG_WATCH / 60:g} min."
 )
 
 SUCCESSOR = "exact pulses"
