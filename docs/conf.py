@@ -1,10 +1,10 @@
-"""Sphinx configuration; also writes the tables read from the code, and a report to look at."""
+"""Sphinx configuration; also writes the tables read from the code, and reports to look at."""
 
 from pathlib import Path
 
 from stickslip import __version__
-from stickslip.jobs import demonstrate
-from stickslip.records import PARAMETER_NAMES, QUANTITIES, Status
+from stickslip.jobs import demonstrate, position, write_positioning_page
+from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
 
 project = "stickslip"
 author = "the stickslip developers"
@@ -55,11 +55,21 @@ def _write_tables() -> None:
             [(f"`{s.value}`", "0" if s.trusted else "1", s.text) for s in Status],
         )
     )
+    (folder / "endings.md").write_text(
+        _table(
+            ("ending", "exit code", "meaning and remedy"),
+            [(f"`{e.value}`", "0" if e.reached else "1", e.text) for e in Ending],
+        )
+    )
     (folder / "parameters.md").write_text("\n".join(f"- `{n}`" for n in PARAMETER_NAMES) + "\n")
 
 
 def _write_demonstration() -> None:
-    demonstrate(Path(__file__).parent / "_generated" / "pages" / "demo")
+    docs = Path(__file__).parent
+    folder = docs / "_generated" / "pages" / "demo"
+    demonstrate(folder)
+    task = position(docs.parent / "examples" / "scenarios" / "gravity.toml")
+    write_positioning_page(task, folder / "positioning.html")
 
 
 _write_tables()
