@@ -7,8 +7,8 @@ and the displacement from rest to rest. Its likelihood is that of Eq. 3's motion
 the samples, and the maximum of the posterior is found by an iterated extended Kalman filter (each
 iteration is a Gauss-Newton step), one scalar at a time: no matrix is inverted.
 
-From pulse to pulse the Coulomb friction of both directions walks at random, as friction does; how
-far is learned from how far the estimates had to move.
+From pulse to pulse the friction of both directions, Coulomb and viscous, walks at random; how far
+is learned from how far the estimates of the Coulomb friction had to move.
 
 The breakaway is learned apart, as an interval for each direction: an effort that freed the mass is
 at least as strong, one that did not is weaker. As long as none has failed, the breakaway is taken
@@ -74,7 +74,7 @@ COULOMB, VISCOUS = 1, 3  # of the positive direction; that of the negative follo
 ) = range(OWN, OWN + 6)
 # What changes
 (
-    WALK,  # variance by which log F+ and log F- walk from pulse to pulse
+    WALK,  # variance by which log F+, F-, c+ and c- walk from pulse to pulse
     BREAKAWAY,  # believed, for each direction
     _,
     HELD,  # strongest effort that did not free the mass, or the Coulomb friction, each direction
@@ -197,6 +197,7 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
     s[WALK] = max(s[WALK], _SLOWEST_WALK)
     for side_ in range(2):
         P[COULOMB + side_, COULOMB + side_] += s[WALK]
+        P[VISCOUS + side_, VISCOUS + side_] += s[WALK]
     most = math.log(_STRONGEST * abs(f))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
