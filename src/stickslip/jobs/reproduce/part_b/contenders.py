@@ -21,7 +21,15 @@ from stickslip.jobs.reproduce.part_b.random_axes import (
 from stickslip.jobs.reproduce.part_b.scoring import ARRIVAL, WATCH, Make
 from stickslip.jobs.reproduce.part_b.setting import LONGEST_PULSE, SAMPLING_TIME, TOLERANCE
 
-__all__ = ["CONTENDERS", "HOW_TUNED", "LONG_WATCH", "LONG_WATCHED", "PID_TUNINGS", "SUCCESSOR"]
+__all__ = [
+    "CONTENDERS",
+    "HOW_TUNED",
+    "LONG_WATCH",
+    "LONG_WATCHED",
+    "LONG_WATCHED_AXES",
+    "PID_TUNINGS",
+    "SUCCESSOR",
+]
 
 _REST_SAMPLES = 5
 _REST = RestDetection.for_encoder(
@@ -124,6 +132,9 @@ LONG_WATCHED: Mapping[str, Make] = MappingProxyType(
 )
 """What goes to and fro so slowly that the usual watch does not see it."""
 
+LONG_WATCHED_AXES = 200
+"""On no more axes than these."""
+
 HOW_TUNED = (
     f"A run lasts {ARRIVAL + WATCH:g} s; on target is what was within {1e6 * TOLERANCE:g} µm "
     f"during all of the last {WATCH:g} s, by its true position, and hunting what turned round "
@@ -135,7 +146,8 @@ HOW_TUNED = (
     "these limits: on a real axis no margin would be left for delay and for what is not rigid. "
     "The PID without a dead band seldom rests for good where static friction exceeds Coulomb "
     "friction: stuck off its target, its integral winds up until the axis slips again. Tuned so, "
-    f"that takes minutes, which is why it is also watched for {LONG_WATCH / 60:g} min."
+    f"that takes minutes, which is why it is also watched for {LONG_WATCH / 60:g} min, on no more "
+    f"than {LONG_WATCHED_AXES} of the axes."
 )
 
 SUCCESSOR = "exact pulses"
