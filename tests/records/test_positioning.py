@@ -68,6 +68,7 @@ def positioning(*runs: PositioningRun) -> Positioning:
         truth={"pulse_gain": 2.0},
         believed={"mass": "the scenario"},
         runs=runs or (run(1),),
+        limits={"static_friction_positive": (None, 173.0)},
         learnt=LearntPulses(
             method="pwc",
             kind="linear",
@@ -97,6 +98,7 @@ def test_everything_is_in_the_json_form_as_plain_types() -> None:
     assert document["ending"] == "hunting"
     assert document["units"]["pulse_gain"] == "m/s^2"
     assert document["scenario"]["axis"]["mass"] == {"value": 150.0, "unit": "kg"}
+    assert document["limits"] == {"static_friction_positive": [None, 173.0]}
     assert document["learnt"]["method"] == "pwc"
     assert document["provenance"]["input_sha256"] == "ab" * 32
     first, second = document["runs"]

@@ -100,6 +100,7 @@ def make_run(
         estimates={
             "mass": np.full(count + 1, 150.0),
             "coulomb_friction_positive": 100.0 - 20.0 * 0.5 ** np.arange(count + 1.0),
+            "static_friction_positive": np.full(count + 1, 120.0),
         },
         moves=tuple(
             PositioningMove(
@@ -132,9 +133,14 @@ def make(*runs: PositioningRun, kind: AxisKind = "linear") -> Positioning:
             "axis": {"mass": (150.0, "kg"), "offset": (5.0, "N")},
             "guess": {"estimate": ("<file>.json", "")},
         },
-        truth={"mass": 151.0, "coulomb_friction_positive": 100.0},
+        truth={
+            "mass": 151.0,
+            "coulomb_friction_positive": 100.0,
+            "static_friction_positive": 130.0,
+        },
         believed={"mass": "estimate <file>.json"},
         runs=runs or (make_run(1),),
+        limits={"static_friction_positive": (None, 173.0)},
         learnt=LearntPulses(method="exact", kind=kind, values={}, covariance=np.eye(1)),
         notes=("a <note>",),
         file="a <task>.toml",
@@ -154,7 +160,7 @@ def test_everything_of_a_run_is_on_the_page(tmp_path: Path) -> None:
         "300\u00a0N for 30.0\u00a0ms, −120\u00a0N for 10.0\u00a0ms", "10.0\u00a0mm",
         "9.00\u00a0mm", "−1.00\u00a0mm", "did not move", "Mass", "−0.7\u00a0%", "150 kg",
         "estimate <file>.json", "a <note>", "a <task>.toml", "ab" * 32, "1.2.3",
-        "constant offset",
+        "constant offset", "below 173", "inside",
     ):  # fmt: skip
         assert words in page.text, words
     plots = page.plots()

@@ -183,7 +183,7 @@ def _estimates(result: "Positioning") -> "Table":
     from rich import box
     from rich.table import Table
 
-    from stickslip.records import parameter_label, unit_of, unit_text
+    from stickslip.records import between_text, parameter_label, unit_of, unit_text
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("learnt", no_wrap=True)
@@ -192,11 +192,11 @@ def _estimates(result: "Positioning") -> "Table":
     table.add_column("unit", no_wrap=True)
     last = result.runs[-1].estimates
     for name, values in result.runs[0].estimates.items():
-        truth = result.truth.get(name)
+        truth, limits = result.truth.get(name), result.limits.get(name)
         table.add_row(
             parameter_label(name),
             f"{values[0]:.4g}",
-            f"{last[name][-1]:.4g}",
+            f"{last[name][-1]:.4g}" if limits is None else between_text(*limits),
             "-" if truth is None else f"{truth:.4g}",
             unit_text(unit_of(name, result.kind)),
         )

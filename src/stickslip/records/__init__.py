@@ -67,6 +67,7 @@ from stickslip.records.reproduction import (
 )
 from stickslip.records.sensor_sample import SensorSample
 from stickslip.records.wording import (
+    between_text,
     count_of,
     in_words,
     parameter_label,
@@ -129,6 +130,7 @@ __all__ = [
     "StickslipError",
     "VariantScore",
     "Verdict",
+    "between_text",
     "count_of",
     "finite_vector",
     "in_words",

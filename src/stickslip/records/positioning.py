@@ -35,6 +35,8 @@ _LEGEND = {
     "effort": "held from each sample to the next, so one fewer than samples",
     "pulses.levels": "effort and duration of each part of a pulse",
     "estimates": "at the start of a run and after each pulse whose outcome is known",
+    "limits": "of static friction: the strongest effort that has not freed the axis (or the "
+    "Coulomb friction), and the weakest that has; null: none",
     "truth": "of the simulated axis; the controller does not see it",
 }
 """What the keys of the JSON document mean, as far as their names do not say it."""
@@ -243,6 +245,9 @@ class Positioning:
         Where each first guess came from, by name: the scenario, an estimate, an earlier run.
     runs
         At least one, each with at least one move.
+    limits
+        Of estimates that are beliefs within limits, by name: the limits that pulses have shown
+        [SI], None where none has.
     learnt
         What the controller knows after the last run; None if it does not learn.
     notes
@@ -260,6 +265,7 @@ class Positioning:
     truth: Mapping[str, float]
     believed: Mapping[str, str]
     runs: tuple[PositioningRun, ...]
+    limits: Mapping[str, tuple[float | None, float | None]]
     learnt: LearntPulses | None
     notes: tuple[str, ...] = ()
     file: str
@@ -267,7 +273,7 @@ class Positioning:
     stickslip_version: str
 
     def __post_init__(self) -> None:
-        for field in ("truth", "believed"):
+        for field in ("truth", "believed", "limits"):
             object.__setattr__(self, field, MappingProxyType(dict(getattr(self, field))))
         tables = {name: MappingProxyType(dict(table)) for name, table in self.scenario.items()}
         object.__setattr__(self, "scenario", MappingProxyType(tables))
@@ -306,6 +312,7 @@ class Positioning:
             },
             "truth": dict(self.truth),
             "believed": dict(self.believed),
+            "limits": {name: list(ends) for name, ends in self.limits.items()},
             "learnt": None if self.learnt is None else self.learnt.to_dict(),
             "notes": list(self.notes),
             "provenance": {

@@ -6,6 +6,7 @@ import re
 from stickslip.records.quantities import QUANTITIES
 
 __all__ = [
+    "between_text",
     "count_of",
     "in_words",
     "parameter_label",
@@ -161,6 +162,26 @@ def _fixed(value: float, decimals: int | None) -> str:
         return f"{value:.6g}"
     text = f"{round(value, decimals):.{max(decimals, 0)}f}"
     return text.removeprefix("-") if float(text) == 0 else text
+
+
+def between_text(low: float | None, high: float | None) -> str:
+    """Return what is known of a value that lies between two limits.
+
+    Parameters
+    ----------
+    low, high
+        The limits [any unit]; None where there is none.
+
+    Examples
+    --------
+    >>> between_text(130.0, 173.24), between_text(None, 173.24), between_text(None, None)
+    ('130 to 173.2', 'below 173.2', 'untested')
+    """
+    if low is not None and high is not None:
+        return f"{low:.4g} to {high:.4g}"
+    if high is not None:
+        return f"below {high:.4g}"
+    return "untested" if low is None else f"above {low:.4g}"
 
 
 def rounded(value: float, uncertainty: float) -> str:

@@ -313,6 +313,8 @@ def estimate_plots(positioning: Positioning) -> list[Plot]:
     runs = positioning.runs
     plots: list[Plot] = []
     for name in runs[0].estimates:
+        if name in positioning.limits:
+            continue
         # A run begins with what the one before it ended with
         own = [run.estimates[name][min(k, 1) :] for k, run in enumerate(runs)]
         values = np.concatenate(own)

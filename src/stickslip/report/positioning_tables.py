@@ -10,6 +10,7 @@ from stickslip.records import (
     PositioningMove,
     PositioningRun,
     PulseRecord,
+    between_text,
     count_of,
     parameter_label,
     prefixed,
@@ -205,12 +206,17 @@ def beliefs(positioning: Positioning) -> str:
     for name, values in first.items():
         unit = unit_of(name, positioning.kind)
         truth = positioning.truth.get(name)
+        ended, missed = _number(float(last[name][-1])), _error(float(last[name][-1]), truth)
+        if name in positioning.limits:
+            low, high = positioning.limits[name]
+            ended = between_text(low, high)
+            missed = "–" if truth is None else _inside(truth, low, high)
         cells = [
             ("Unit", "unit", unit_text(unit)),
             ("At first", "number", _number(float(values[0]))),
-            ("In the end", "number value", _number(float(last[name][-1]))),
+            ("In the end", "number value", ended),
             ("Truth", "number", "–" if truth is None else _number(truth)),
-            ("Error", "number", _error(float(last[name][-1]), truth)),
+            ("Error", "number", missed),
         ]
         body = "".join(
             f'<td class="{style}" data-label="{label}">{value}</td>'
@@ -229,10 +235,11 @@ def beliefs(positioning: Positioning) -> str:
         if any(name.endswith("_positive") for name in first) and _offset(positioning)
         else ""
     )
-    if any(name.startswith("static_friction") for name in first):
+    if positioning.limits:
         counted += (
-            "<p>Static friction shows itself only to pulses near it; until then its estimate is a "
-            "first guess, or a limit that it is known to exceed.</p>\n"
+            "<p>Static friction shows itself only to pulses near it: it is known to lie between "
+            "the strongest effort that has not freed the axis, or its Coulomb friction, and the "
+            "weakest that has freed it.</p>\n"
         )
     where = f'<h3>Where the first guess came from</h3>\n<ul class="plain">{sources}</ul>\n'
     return (
@@ -248,6 +255,13 @@ def _offset(positioning: Positioning) -> bool:
 
 def _number(value: float) -> str:
     return f"{value:.4g}".replace("-", "−")
+
+
+def _inside(truth: float, low: float | None, high: float | None) -> str:
+    if low is None and high is None:
+        return "–"
+    inside = (low is None or low <= truth) and (high is None or truth <= high)
+    return "inside" if inside else "outside"
 
 
 def _error(value: float, truth: float | None) -> str:

@@ -177,6 +177,7 @@ def position(
         truth=_truth(asked.axis.plant(), asked.controller.effort_limit, runs[0].estimates),
         believed=believed,
         runs=tuple(runs),
+        limits=_limits(learnt, asked.controller.effort_limit),
         learnt=learnt,
         notes=notes,
         file=read.path.name,
@@ -233,6 +234,22 @@ def _judged(
         estimates={name: np.array([each[name] for each in recorder.estimates]) for name in names},
         moves=tuple(moves),
     )
+
+
+def _limits(
+    learnt: LearntPulses | None, effort_limit: float
+) -> dict[str, tuple[float | None, float | None]]:
+    """Return between which efforts pulses have shown the static friction to lie."""
+    values = {} if learnt is None else learnt.values
+    limits: dict[str, tuple[float | None, float | None]] = {}
+    for way in ("positive", "negative"):
+        held, freed = values.get(f"holding_effort_{way}"), values.get(f"freeing_effort_{way}")
+        if held is not None and freed is not None:
+            limits[f"static_friction_{way}"] = (
+                held if held > 0.0 else None,
+                freed if freed < effort_limit else None,
+            )
+    return limits
 
 
 def _truth(plant: SingleMass, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
