@@ -46,7 +46,7 @@ app.command(
     reproduce,
     help=_help(reproduce),
     help_epilogue="Examples:\n  stickslip reproduce part-a --out part-a --runs 20\n"
-    "  stickslip reproduce part-b --out part-b --axes 200",
+    "  stickslip reproduce part-b --out part-b --axes 400",
 )
 app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
 

@@ -1,8 +1,6 @@
 """``stickslip reproduce``: the report's figures, tables and claims, made anew."""
 
-import contextlib
-import sys
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
@@ -10,7 +8,7 @@ from cyclopts import Parameter
 
 from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.pulse_tables import carried_runs, controller_scores, printed_numbers
-from stickslip.cli.terminal import console_on, reader_may_leave
+from stickslip.cli.terminal import console_on, progress_bar, reader_may_leave
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -21,7 +19,7 @@ if TYPE_CHECKING:
 
 __all__ = ["reproduce"]
 
-_RUNS, _AXES = 20, 200
+_RUNS, _AXES = 20, 400
 
 
 def reproduce(
@@ -67,7 +65,7 @@ def reproduce(
     into the folder.
     """
     _check_options(part, {"--runs": (runs, "part-a"), "--axes": (axes, "part-b")})
-    with _progress(f"reproducing part {part[-1].upper()}") as progress:
+    with progress_bar(f"reproducing part {part[-1].upper()}") as progress:
         if part == "part-a":
             from stickslip.jobs import reproduce_part_a
 
@@ -97,19 +95,6 @@ def _check_options(part: str, options: Mapping[str, tuple[int | None, str]]) -> 
                 where="reproduce",
                 remedy=f"leave it out, or reproduce {of}",
             )
-
-
-@contextlib.contextmanager
-def _progress(doing: str) -> Generator[Callable[[int, int], None] | None]:
-    """Draw a bar on a terminal; say nothing where nobody looks on."""
-    if not sys.stderr.isatty():
-        yield None
-        return
-    from rich.progress import Progress
-
-    with Progress(console=console_on("error"), transient=True) as bar:
-        task = bar.add_task(doing, total=None)
-        yield lambda done, every: bar.update(task, completed=done, total=every)
 
 
 def _print(console: "Console", result: "Reproduced") -> None:

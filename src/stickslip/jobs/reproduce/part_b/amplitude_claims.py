@@ -14,6 +14,7 @@ from stickslip.jobs.reproduce.part_b.cases import (
 from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.judging import (
     Found,
+    Numbers,
     by_reading,
     in_both_readings,
     judged,
@@ -73,7 +74,7 @@ def _left(series: Series, run: int) -> float:
 
 def _single_pulse_in_the_end(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for carried, every in (("P carried", evidence.series), ("P laid anew", evidence.anew)):
         for reading in _READINGS:
             counts = _counts(every[PAPWC, reading, UNBOUNDED])
@@ -93,7 +94,7 @@ def _single_pulse_in_the_end(evidence: Evidence) -> Claim:
 
 
 def _takes_longer(evidence: Evidence) -> Claim:
-    def judge(free: Series, bound: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, bound: Series) -> tuple[bool, str, Numbers]:
         times = free.settling_time(_FIRST), bound.settling_time(_FIRST)
         return (
             times[1] > times[0],
@@ -114,7 +115,7 @@ def _takes_longer(evidence: Evidence) -> Claim:
 
 def _error_around_zero(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _READINGS:
         for bound, series in zip(
             ("unbounded", "bounded"), evidence.by_bound(PAPWC, reading), strict=True
@@ -218,7 +219,7 @@ def _smaller_than_pwc(evidence: Evidence) -> Claim:
 
 
 def _one_pulse_very_close(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         left = _left(free, _LAST)
         return abs(left) <= _VERY_CLOSE * START_ERROR, lengths([left]) + " left", {"left_m": left}
 
@@ -235,7 +236,7 @@ def _one_pulse_very_close(evidence: Evidence) -> Claim:
 
 
 def _never_zero(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         left = [abs(_left(free, run)) for run in range(1, RUNS_IN_A_ROW)]
         return (
             min(left) > TOLERANCE,
@@ -258,7 +259,7 @@ def _never_zero(evidence: Evidence) -> Claim:
 
 def _pulses_die_out(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _READINGS:
         for bound, series in zip(
             ("unbounded", "bounded"), evidence.by_bound(PAPWC, reading), strict=True
@@ -281,7 +282,7 @@ def _pulses_die_out(evidence: Evidence) -> Claim:
 
 
 def _positive_only(evidence: Evidence) -> Claim:
-    def judge(_: Series, bound: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(_: Series, bound: Series) -> tuple[bool, str, Numbers]:
         negative = [bound.reversed_pulses(run) for run in (_FIRST, _LAST)]
         return (
             negative == [0, 0],
@@ -302,7 +303,7 @@ def _positive_only(evidence: Evidence) -> Claim:
 
 
 def _negative_without_bound(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         negative = [free.reversed_pulses(run) for run in (_FIRST, _LAST)]
         return (
             min(negative) > 0,
@@ -325,7 +326,7 @@ def _two_pulses(evidence: Evidence) -> Claim:
     nearer = evidence.nearer
     counts = [len(run.pulses) if nearer.reached(k) else 0 for k, run in enumerate(nearer.runs)]
 
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         count = _counts(free)[_LAST]
         words = pulses(count) if free.reached(_LAST) else "it never reaches it"
         return count == 2 and free.reached(_LAST), words, {"pulses": count}
@@ -343,7 +344,7 @@ def _two_pulses(evidence: Evidence) -> Claim:
 
 
 def _bounded_unchanged(evidence: Evidence) -> Claim:
-    def judge(_: Series, bound: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(_: Series, bound: Series) -> tuple[bool, str, Numbers]:
         counts = _counts(bound)
         return (
             abs(counts[_FIRST] - counts[_LAST]) <= _SAME_NUMBER,
@@ -364,7 +365,7 @@ def _bounded_unchanged(evidence: Evidence) -> Claim:
 
 def _final_error_begun_anew(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _READINGS:
         for bound, longest in (("unbounded", UNBOUNDED), ("bounded", BOUNDED)):
             carried, anew = (
@@ -392,7 +393,7 @@ def _final_error_begun_anew(evidence: Evidence) -> Claim:
 
 def _significant_reduction(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _READINGS:
         worst = {
             controller: max(

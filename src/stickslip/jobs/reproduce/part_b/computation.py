@@ -23,7 +23,7 @@ _STARTS = 40  # of each case of the study of resolution
 def reproduce_part_b(
     folder: Path | str,
     *,
-    axes: int = 200,
+    axes: int = 400,
     seed: int = 1,
     workers: int | None = None,
     progress: Progress | None = None,

@@ -16,6 +16,7 @@ from stickslip.jobs.reproduce.part_b.cases import (
 from stickslip.jobs.reproduce.part_b.evidence import FINER, Evidence
 from stickslip.jobs.reproduce.part_b.judging import (
     Found,
+    Numbers,
     by_reading,
     in_both_readings,
     judged,
@@ -91,7 +92,7 @@ def _step_taken(series: Series) -> float:
 def _faster_adaptation(evidence: Evidence) -> Claim:
     width = _step_taken(evidence.series[PWC, CALCULATED, BOUNDED])
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {"pwc": width}
+    numbers: dict[str, float | int] = {"pwc": width}
     for reading in _READINGS:
         share = _step_taken(evidence.series[PAPWC, reading, BOUNDED])
         numbers[f"{KEYS[reading]}_papwc"] = share
@@ -114,7 +115,7 @@ def _faster_adaptation(evidence: Evidence) -> Claim:
 
 
 def _gain_above_truth(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         gain = float(_gain(evidence, free, _LAST)[0])
         return gain > 1.0, f"{ratios([gain])} b", {"gain": gain}
 
@@ -143,7 +144,7 @@ def _gain_above_truth(evidence: Evidence) -> Claim:
 
 
 def _one_large_pulse(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         moved = [abs(p.achieved_displacement) for p in free.runs[_LAST].pulses]
         large = sum(each >= _LARGE_PULSE * START_ERROR for each in moved)
         return (
@@ -164,7 +165,7 @@ def _one_large_pulse(evidence: Evidence) -> Claim:
 
 
 def _small_errors_teach_little(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
         gains = _gain(evidence, free, _LAST)
         change = float(np.max(np.abs(gains[2:] / gains[1] - 1.0)))
         return change <= _HARDLY, f"by at most {percent(change)}", {"change": change}
@@ -215,7 +216,7 @@ def _only_the_ratio(evidence: Evidence) -> Claim:
 
 def _finer_sampling(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _READINGS:
         gains = [float(_gain(evidence, evidence.finer[reading, T], _LAST)[-1]) for T in FINER]
         numbers |= {
@@ -240,7 +241,7 @@ def _finer_sampling(evidence: Evidence) -> Claim:
 
 
 def _opposite_changes(evidence: Evidence) -> Claim:
-    def judge(free: Series, bound: Series) -> tuple[bool, str, dict[str, float]]:
+    def judge(free: Series, bound: Series) -> tuple[bool, str, Numbers]:
         opposite, changes = 0, 0
         for series in (free, bound):
             for run in range(RUNS_IN_A_ROW):
@@ -265,7 +266,7 @@ def _opposite_changes(evidence: Evidence) -> Claim:
 
 def _begun_anew(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _READINGS:
         for bound, longest in (("unbounded", UNBOUNDED), ("bounded", BOUNDED)):
             spread = [

@@ -320,7 +320,7 @@ def _estimate(series: Series, run: int, name: str, label: str, role: CurveRole) 
     )
 
 
-def _range(values: list[Float[np.ndarray, " n"]], truth: float) -> tuple[float, float]:
+def _range(values: list[Float[np.ndarray, " _"]], truth: float) -> tuple[float, float]:
     every = np.append(np.concatenate(values), truth)
     low, high = float(np.min(every)), float(np.max(every))
     margin = _MARGIN * (high - low)

@@ -182,7 +182,7 @@ def _adaptation_is_needed(evidence: Evidence) -> Claim:
 def _estimates_friction(evidence: Evidence) -> Claim:
     last = RUNS_IN_A_ROW - 1
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _PAPWC_READINGS:
         free, bound = (
             float(series.estimate(last, "coulomb_friction")[-1])
@@ -223,7 +223,7 @@ def _regressors(series: Series, run: int) -> tuple[np.ndarray, np.ndarray]:
 
 def _no_inversion(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _PAPWC_READINGS:
         series = evidence.series[PAPWC, reading, BOUNDED]
         rows, d = _regressors(series, 0)
@@ -248,7 +248,7 @@ def _no_inversion(evidence: Evidence) -> Claim:
 
 def _printed_regressor(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _PAPWC_READINGS:
         gains = evidence.printed[reading].estimate(0, "pulse_gain") / evidence.gain
         lowest = float(np.min(gains))
@@ -313,7 +313,7 @@ def _condition(rows: np.ndarray) -> float:
 
 def _choice_of_delta(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in _PAPWC_READINGS:
         delta = 1.0 / COVARIANCE[reading]
         series = evidence.free[reading]

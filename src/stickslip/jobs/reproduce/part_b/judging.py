@@ -9,6 +9,7 @@ from stickslip.records import Claim, Reading, prefixed
 
 __all__ = [
     "Found",
+    "Numbers",
     "by_reading",
     "in_both_readings",
     "judged",
@@ -23,6 +24,9 @@ _NOTHING = 1e-9  # a length below every displacement here [m]
 Found = tuple[bool, str]
 """Whether a criterion is met, and what was measured."""
 
+Numbers = Mapping[str, float | int]
+"""Values by name [as the end of the name tells]."""
+
 
 def judged(
     *,
@@ -31,7 +35,7 @@ def judged(
     criterion: str,
     found: Found,
     why: str,
-    numbers: Mapping[str, float],
+    numbers: Numbers,
 ) -> Claim:
     """Return a claim that can be read in one way only."""
     agrees, measured = found
@@ -42,7 +46,7 @@ def judged(
         measured=measured,
         agrees=agrees,
         why=why,
-        numbers=numbers,
+        numbers={name: float(value) for name, value in numbers.items()},
     )
 
 
@@ -53,7 +57,7 @@ def by_reading(
     criterion: str,
     found: Mapping[str, Found],
     why: str,
-    numbers: Mapping[str, float],
+    numbers: Numbers,
 ) -> Claim:
     """Return a claim that was judged in each reading, or in each of several cases."""
     readings = tuple(
@@ -67,14 +71,14 @@ def by_reading(
         measured="; ".join(f"{each.name}: {each.measured}" for each in readings),
         agrees=all(each.agrees for each in readings),
         why=why,
-        numbers=numbers,
+        numbers={name: float(value) for name, value in numbers.items()},
         readings=readings,
     )
 
 
 def in_both_readings(
-    evidence: Evidence, judge: Callable[[Series, Series], tuple[bool, str, Mapping[str, float]]]
-) -> tuple[dict[str, Found], dict[str, float]]:
+    evidence: Evidence, judge: Callable[[Series, Series], tuple[bool, str, Numbers]]
+) -> tuple[dict[str, Found], dict[str, float | int]]:
     """Judge PAPWC in both readings of P(0).
 
     Parameters
@@ -90,7 +94,7 @@ def in_both_readings(
     What was found by reading, and all numbers.
     """
     found: dict[str, Found] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in READINGS[PAPWC]:
         agrees, measured, own = judge(*evidence.by_bound(PAPWC, reading))
         found[reading] = (agrees, measured)

@@ -141,7 +141,7 @@ def _rounded_up(evidence: Evidence) -> Claim:
 
 def _minimal_adaptation(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in READINGS[PWC]:
         gains = _gains(evidence, evidence.series[PWC, reading, UNBOUNDED], FIRST)
         steps = np.abs(np.diff(gains))
@@ -163,7 +163,7 @@ def _minimal_adaptation(evidence: Evidence) -> Claim:
 
 def _closer_estimate(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in READINGS[PWC]:
         free, bound = (
             float(_gains(evidence, series, LAST)[-1]) for series in evidence.by_bound(PWC, reading)
@@ -185,7 +185,7 @@ def _closer_estimate(evidence: Evidence) -> Claim:
 
 def _less_overshoot(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for controller, readings in READINGS.items():
         for reading in readings:
             free, bound = (
@@ -213,7 +213,7 @@ def _less_overshoot(evidence: Evidence) -> Claim:
 
 def _estimate_in_range(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for controller, readings in READINGS.items():
         for reading in readings:
             series = evidence.series[controller, reading, BOUNDED]
@@ -237,7 +237,7 @@ def _estimate_in_range(evidence: Evidence) -> Claim:
 
 def _overshoot_as_predicted(evidence: Evidence) -> Claim:
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in READINGS[PWC]:
         series = evidence.series[PWC, reading, UNBOUNDED]
         worst = [float(-np.min(series.error(run))) for run in (FIRST, LAST)]
@@ -260,7 +260,7 @@ def _overshoot_as_predicted(evidence: Evidence) -> Claim:
 def _overshoot_with_bound(evidence: Evidence) -> Claim:
     one, two = (float(evidence.law.displacement(PULSE_EFFORT, n * SAMPLING_TIME)) for n in (1, 2))
     found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float] = {}
+    numbers: dict[str, float | int] = {}
     for reading in READINGS[PWC]:
         series = evidence.series[PWC, reading, BOUNDED]
         worst = float(-np.min(series.error(LAST)))
