@@ -183,6 +183,23 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ],
         ["80 Hz", "50 Hz"],
     ),
+    "a rest of no samples": ([("[guess]", "rest_samples = 0\n[guess]")], ["samples is 0", "1"]),
+    "an estimate for gains": (
+        [
+            ('"papwc"', '"pd"\nposition_gain = 1e4\nvelocity_gain = 1e3'),
+            ("[guess]\nmass = 150.0\ncoulomb_friction = 80.0", "[guess]\nestimate = 'a.json'"),
+        ],
+        ["[guess]", "estimate", "pd", "no use"],
+    ),
+    "a motion out of all numbers": (
+        [
+            ("effort_limit = 300.0", "effort_limit = 1e308"),
+            ("[guess]\nmass = 150.0\ncoulomb_friction = 80.0", ""),
+            ("mass = 150.0", "mass = 1e-300"),
+            ('"papwc"', '"pd"\nposition_gain = 1e307\nvelocity_gain = 1e3'),
+        ],
+        ["too large", "smaller efforts"],
+    ),
     "no estimate file": (
         [("[guess]", "[guess]\nestimate = 'none.json'")],
         ["none.json", "no such file", "relative"],

@@ -137,9 +137,9 @@ def _rest(sensors: SensorsTable, samples: int | None) -> RestDetection:
     seen = sensors.velocity == "measured"
     ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
     if ideal and seen and sensors.velocity_noise == 0.0:
-        return RestDetection(samples=samples or 1, spread=0.0, speed=0.0)
+        return RestDetection(samples=1 if samples is None else samples, spread=0.0, speed=0.0)
     if ideal:
-        return RestDetection(samples=samples or 2, spread=0.0)
+        return RestDetection(samples=2 if samples is None else samples, spread=0.0)
     window = _REST_SAMPLES if samples is None else samples
     step = sensors.encoder_step or _CONTINUOUS * sensors.position_noise
     rest = RestDetection.for_encoder(resolution=step, noise=sensors.position_noise, samples=window)
@@ -304,7 +304,7 @@ def _feedback(scenario: Scenario, beliefs: Beliefs) -> PIDController:
         reset = ResetIntegral(
             law=table.reset_law,
             rest_speed=table.reset_speed,
-            rest_samples=table.reset_samples or 1,
+            rest_samples=1 if table.reset_samples is None else table.reset_samples,
         )
     if table.bandwidth is not None:
         return PIDController.for_mass(

@@ -129,7 +129,8 @@ def position(
     try:
         controller, believed, notes = choose_controller(asked, folder)
     except InputError as error:
-        raise error if str(folder) in error.where else error.at(str(read.path)) from None
+        # One that names a table is of the scenario; others name a file beside it
+        raise error.at(str(read.path)) if error.where.startswith("[") else error from None
     generator = np.random.default_rng(asked.sensors.seed) if asked.sensors.noisy else None
     task = asked.task
     every = task.runs * len(task.goals) * task.samples
@@ -143,16 +144,19 @@ def position(
                 progress(done + samples, every)
 
         recorder = _Recorder(controller, asked, advance)
-        run = simulate_closed_loop(
-            asked.axis.plant(),
-            recorder,
-            sampling_time=task.sampling_time,
-            samples=len(task.goals) * task.samples,
-            sensors=asked.sensors.sensors(),
-            generator=generator,
-            initial_state=(task.start, 0.0),
-            name=read.name,
-        )
+        try:
+            run = simulate_closed_loop(
+                asked.axis.plant(),
+                recorder,
+                sampling_time=task.sampling_time,
+                samples=len(task.goals) * task.samples,
+                sensors=asked.sensors.sensors(),
+                generator=generator,
+                initial_state=(task.start, 0.0),
+                name=read.name,
+            )
+        except InputError as error:
+            raise error.at(str(read.path)) from None
         recorder.end_move(run.controller_state)
         runs.append(_judged(number, run, recorder, asked))
         if isinstance(controller, PulseController):

@@ -196,7 +196,8 @@ class TaskTable:
         positive("tolerance", self.tolerance, "m or rad")
         positive("sampling_time", self.sampling_time, "s")
         positive("duration", self.duration, "s")
-        if not self.duration >= _LEAST_SAMPLES * self.sampling_time:
+        # Counted as the run counts them, as 0.7 s is no less than ten samples of 0.07 s
+        if self.duration / self.sampling_time < _LEAST_SAMPLES - 0.5:
             raise InputError(
                 f"duration is {self.duration:g} s, shorter than {_LEAST_SAMPLES} samples of "
                 f"{self.sampling_time:g} s, in which no pulse ends",
