@@ -149,6 +149,12 @@ class ExactPulseController(PulseController):
         super().__post_init__()
         for name in ("effort_limit", "mass"):
             self._check_positive(name)
+        law: type = type(self.friction)
+        if not issubclass(law, CoulombViscousFriction):
+            raise InputError(
+                f"friction is a {law.__name__}, it must be a CoulombViscousFriction",
+                remedy="give CoulombViscousFriction(...) or CoulombViscousFriction.symmetric(...)",
+            )
         for name in ("mass_uncertainty", "friction_uncertainty", "asymmetry"):
             object.__setattr__(self, name, non_negative(name, getattr(self, name), "(a ratio)"))
         noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
@@ -166,8 +172,9 @@ class ExactPulseController(PulseController):
         ):
             if not coulomb > 0.0:
                 raise InputError(
-                    f"the offset is guessed to be {self.friction.offset:g} {unit}, not below the "
-                    f"Coulomb friction in {direction} direction, so that no pulse would end",
+                    f"the Coulomb friction in {direction} direction is {coulomb:g} {unit} with the "
+                    f"offset of {self.friction.offset:g} {unit}, it must be positive: without it no "
+                    "pulse would end",
                     remedy="balance the offset, or guess it below the Coulomb friction",
                 )
             if not self.effort_limit > static:

@@ -130,24 +130,27 @@ def _beyond(s: Vector, side: int, error: float) -> tuple[float, float, float]:
     """Return a pulse beyond the target, by what a pulse back can make good, and what that leaves.
 
     Where breakaway and effort limit are near each other, the displacements that n samples can cause
-    leave gaps to those of n + 1: the first n for the way back is taken with which there is a pulse
-    for the way there too. Returns effort, whole samples, and the standard deviation at the end.
+    leave gaps to those of n + 1: the least n for the way back is taken with which the pulse there
+    leads to none. Returns effort, whole samples, and the standard deviation at the end.
     """
     back = 1 - side
-    m, F, c = _law(s, back)
-    f_back, f_there = _sure(s, back), _sure(s, side)
+    m, F, c = _law(s, side)
+    m_back, F_back, c_back = _law(s, back)
+    f_there, f_back = _sure(s, side), _sure(s, back)
     f, n, spread = f_there, 1.0, 0.0
     for n_back in range(1, _DETOURS + 1):
-        step, t = 0.0, n_back * s[PERIOD]
-        if f_back > F:
-            least = pulse_displacement(m, F, c, f_back, t)
-            most = pulse_displacement(m, F, c, s[LIMIT], t)
-            step = min(_ROOM * least, 0.5 * (least + most))
-            spread = _spread(s, back, f_back, t, True) * step
-        f, n = _pulse(s, side, error + step)
-        if f >= f_there:
+        if f_back <= F_back or f_there <= F:  # not known yet: try
             break
-    return max(f, f_there), n, math.sqrt(spread * spread + 2.0 * s[REST_NOISE] ** 2)
+        t = n_back * s[PERIOD]
+        least = pulse_displacement(m_back, F_back, c_back, f_back, t)
+        most = pulse_displacement(m_back, F_back, c_back, s[LIMIT], t)
+        f, n = _pulse(s, side, error + min(_ROOM * least, 0.5 * (least + most)))
+        f = max(f, f_there)
+        step = pulse_displacement(m, F, c, f, n * s[PERIOD]) - error
+        spread = _spread(s, back, f_back, t, True) * step
+        if least <= step <= most:
+            break
+    return f, n, math.sqrt(spread * spread + 2.0 * s[REST_NOISE] ** 2)
 
 
 @compiled()
