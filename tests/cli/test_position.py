@@ -198,7 +198,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
             ("mass = 150.0", "mass = 1e-300"),
             ('"papwc"', '"pd"\nposition_gain = 1e307\nvelocity_gain = 1e3'),
         ],
-        ["too large", "smaller efforts"],
+        ["scenario.toml", "not a finite number of N"],
     ),
     "no estimate file": (
         [("[guess]", "[guess]\nestimate = 'none.json'")],
