@@ -8,7 +8,17 @@ import pytest
 from stage_log import Run
 
 from stickslip.jobs import Reproduced
-from stickslip.records import Claim, EnergyReproduction, FiveRuns, VariantScore
+from stickslip.records import (
+    CarriedRuns,
+    Claim,
+    ControllerScore,
+    EnergyReproduction,
+    FiveRuns,
+    PrintedNumber,
+    PulseReproduction,
+    Reading,
+    VariantScore,
+)
 
 NAMES = ("coulomb_friction", "viscous_friction")
 
@@ -79,6 +89,124 @@ def asked(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
     return calls
 
 
+@pytest.fixture
+def asked_of_b(monkeypatch: pytest.MonkeyPatch) -> list[dict[str, object]]:
+    """Let a small finished reproduction stand for the job of part B."""
+    calls: list[dict[str, object]] = []
+
+    def job(
+        folder: Path,
+        *,
+        axes: int,
+        seed: int,
+        progress: Callable[[int, int], None] | None,
+    ) -> Reproduced:
+        calls.append({"folder": folder, "axes": axes, "seed": seed, "progress": progress})
+        claims = tuple(
+            Claim(
+                place="4",
+                statement=f"statement {verdicts}",
+                criterion="criterion",
+                measured="measured",
+                agrees=all(verdicts),
+                why="why",
+                readings=tuple(
+                    Reading(name="one", agrees=agrees, measured="seen") for agrees in verdicts
+                ),
+            )
+            for verdicts in ((True, True), (True, False), (False, False))
+        )
+        reproduction = PulseReproduction(
+            title="Part B",
+            setting="With Table 1.",
+            values={"table_1": {"mass": (150.0, "kg")}},
+            figures=(),
+            claims=claims,
+            printed_numbers=(
+                PrintedNumber(
+                    place="3.1",
+                    quantity="a width",
+                    report="0.092",
+                    value=0.09157,
+                    unit="s",
+                    how="Eq. 3",
+                ),
+            ),
+            carried_runs=(
+                CarriedRuns(
+                    controller="PWC",
+                    reading="as printed",
+                    longest_pulse=None,
+                    final_error=np.array([1.136e-4, -4.191e-4]),
+                    reached=np.array([False, True]),
+                    time=np.array([np.nan, 0.5]),
+                    pulses=np.array([58, 30]),
+                    reversed_pulses=np.array([28, 14]),
+                    estimates={"pulse_gain": np.array([2.2, 1.5])},
+                ),
+            ),
+            controller_scores=(
+                ControllerScore(
+                    controller="exact",
+                    axes=axes,
+                    within_tolerance=0.995,
+                    hunting=0.005,
+                    median_error=2.6e-6,
+                    error_95=8e-6,
+                    worst_error=1.07e-5,
+                    median_time=None,
+                    median_pulses=2.0,
+                    peak_effort=1.0,
+                ),
+            ),
+            how_compared="",
+            resolution_scores=(),
+            options={"axes": axes, "seed": seed},
+            stickslip_version="1.2.3",
+        )
+        return Reproduced(
+            reproduction=reproduction,
+            page=folder / "part-b.html",
+            numbers=folder / "part-b.json",
+            pictures=(folder / "figure-1.png", folder / "figure-2.png"),
+        )
+
+    monkeypatch.setattr("stickslip.jobs.reproduce_part_b", job)
+    return calls
+
+
+def test_part_b_prints_its_own_tables(
+    run: Run, asked_of_b: list[dict[str, object]], tmp_path: Path
+) -> None:
+    outcome = run("reproduce", "part-b", "--out", tmp_path, "--axes", 30, "--seed", 3)
+    assert outcome.code == 0, outcome.err
+    assert asked_of_b == [{"folder": tmp_path, "axes": 30, "seed": 3, "progress": None}]
+    for words in (
+        "Table 1",
+        "0.09157",
+        "113.6",
+        "-419.1",
+        "1 of 2",
+        "30 random axes",
+        "99.5 %",
+        "2.6 µm",
+        "1 of 3 claims",
+        "1 in part of the readings",
+        "statement (False, False)",
+        "part-b.json",
+        "and 1 more",
+    ):
+        assert words in outcome.out, words
+    assert "statement (True" not in outcome.out
+
+
+def test_part_b_has_a_default_too(
+    run: Run, asked_of_b: list[dict[str, object]], tmp_path: Path
+) -> None:
+    assert run("reproduce", "part-b", "--out", tmp_path).code == 0
+    assert (asked_of_b[0]["axes"], asked_of_b[0]["seed"]) == (400, 1)
+
+
 def test_tables_differences_and_files_are_printed(
     run: Run, asked: list[dict[str, object]], tmp_path: Path
 ) -> None:
@@ -119,6 +247,11 @@ def test_what_is_not_said_has_a_default(
         (["part-a", "--out", "OUT", "--seed", "1.5"], ["--seed", '"1.5" is not a whole number']),
         (["part-a", "--out", ""], ["--out", "empty", "give ."]),
         (["part-a", "--out", "FILE"], ["file: ", "is a file, not a folder"]),
+        (["part-b", "--out", "OUT", "--runs", "20"], ["--runs", "no use for part-b", "leave it"]),
+        (["part-a", "--out", "OUT", "--axes", "99"], ["--axes", "no use for part-a", "leave it"]),
+        (["part-b", "--out", "OUT", "--axes", "1"], ["axes is 1", "give 25 or more"]),
+        (["part-b", "--out", "OUT", "--axes", "2.5"], ["--axes", '"2.5" is not a whole number']),
+        (["part-b", "--out", "FILE"], ["file: ", "is a file, not a folder"]),
     ],
 )
 def test_bad_input_is_one_line_and_leaves_nothing(
@@ -136,5 +269,14 @@ def test_bad_input_is_one_line_and_leaves_nothing(
 def test_the_help_says_what_it_does(run: Run) -> None:
     outcome = run("reproduce", "--help")
     assert outcome.code == 0
-    for word in ("part-a", "--out", "--runs", "--seed", "surrogate", "Example:"):
+    for word in (
+        "part-a",
+        "part-b",
+        "--out",
+        "--runs",
+        "--axes",
+        "--seed",
+        "surrogate",
+        "Examples:",
+    ):
         assert word in outcome.out
