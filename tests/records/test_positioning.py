@@ -116,6 +116,13 @@ def test_a_task_ends_as_the_first_move_of_its_last_run_that_does_not_reach() -> 
     assert positioning(run(1), run(2, (reached, hunting))).last.number == 2
 
 
+def test_a_controller_that_stopped_says_why() -> None:
+    done = positioning(run(1, (Ending.STOPPED,)))
+    assert done.ending_text.startswith("The controller stopped, as nothing helps; widen")
+    assert done.to_dict()["ending_text"] == done.ending_text
+    assert positioning(run(1, (Ending.STUCK,))).ending_text == Ending.STUCK.text
+
+
 def test_every_ending_names_what_happened_and_a_remedy() -> None:
     for ending in Ending:
         assert ending.word

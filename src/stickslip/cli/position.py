@@ -115,14 +115,12 @@ def _print(console: "Console", result: "Positioning") -> None:
     if result.runs[0].estimates:
         console.print(_estimates(result))
     last = result.last
-    words = f"{result.ending.value}: {result.ending.text}"
+    words = f"{result.ending.value}: {result.ending_text}"
     if result.ending.reached:
         words = (
             f"reached: {prefixed(last.final_error, unit)} from the target, tolerance "
             f"{prefixed(result.tolerance, unit)}."
         )
-    elif last.reason is not None:
-        words += f" The controller stopped because {last.reason}."
     mark = "✓" if result.ending.reached else "✗"
     style = "green" if result.ending.reached else "bold red"
     console.print(textwrap.fill(f"{mark} {words}", console.width), style=style, soft_wrap=True)

@@ -289,6 +289,15 @@ class Positioning:
         moves = self.runs[-1].moves
         return next((each.ending for each in moves if not each.ending.reached), Ending.REACHED)
 
+    @property
+    def ending_text(self) -> str:
+        """One sentence: what the ending means, with the controller's own reason, and the remedy."""
+        text = self.ending.text
+        reasons = [move.reason for move in self.runs[-1].moves if move.reason]
+        if self.ending is not Ending.STOPPED or not reasons:
+            return text
+        return f"The controller stopped, as {reasons[0]}; {text.partition('; ')[2]}"
+
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain JSON types (schema 1)."""
         return {
@@ -297,7 +306,7 @@ class Positioning:
             "kind": self.kind,
             "method": self.method,
             "ending": self.ending.value,
-            "ending_text": self.ending.text,
+            "ending_text": self.ending_text,
             "tolerance": self.tolerance,
             "units": {
                 "time": unit_of("time", self.kind),

@@ -44,15 +44,12 @@ def header(positioning: Positioning) -> str:
     if positioning.ending is Ending.HUNTING:
         low, high = last.late_errors
         away += f" It swings between {shown(low, position)} and {shown(high, position)}."
-    reasons = [move.reason for move in positioning.runs[-1].moves if move.reason]
-    if reasons:
-        away += f" The controller stopped because {html.escape(reasons[0])}."
     return (
         '<header class="top">\n'
         f'<p class="kicker">stickslip · positioning · {_KIND[positioning.kind]}</p>\n'
         f"<h1>{html.escape(positioning.name)}</h1>\n"
         f'<div class="verdict {tone}"><p class="word">{mark} {positioning.ending.word}</p>'
-        f"<p>{positioning.ending.text} {away}</p></div>\n"
+        f"<p>{html.escape(positioning.ending_text)} {away}</p></div>\n"
         f"{_facts(positioning)}</header>\n"
     )
 
