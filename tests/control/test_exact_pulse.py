@@ -1,4 +1,4 @@
-"""The exact pulse controller: what it fires, that it ends, and on what sensors it works."""
+"""The exact pulse controller: what it fires, on what sensors it works, and what it refuses."""
 
 import math
 import os
@@ -13,7 +13,6 @@ from hypothesis import strategies as st
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control import exact_pulse_learning as at
-from stickslip.control import pulse_kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
 from stickslip.jobs.reproduce.part_b.random_axes import (
@@ -24,7 +23,7 @@ from stickslip.jobs.reproduce.part_b.random_axes import (
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome, SensorSample
-from stickslip.simulation import PlantStepper, Sensors, simulate_closed_loop
+from stickslip.simulation import Sensors, simulate_closed_loop
 
 T = 0.01
 IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
@@ -45,7 +44,7 @@ CONTROLLER = ExactPulseController(
     mass=150.0,
     friction=GUESS,
 )
-REACHED, STOPPED = PositioningOutcome.REACHED, PositioningOutcome.STOPPED
+REACHED = PositioningOutcome.REACHED
 
 
 def symmetric(coulomb, static, viscous):
@@ -69,12 +68,6 @@ def told_of(axis, **settings):
             **settings,
         }
     )
-
-
-def most_pulses(controller, first_error):
-    """Return how many pulses there may be: so many halvings, twice the patience before each."""
-    halvings = math.ceil(math.log2(max(first_error / controller.tolerance, 2.0)))
-    return 2 * controller.patience * halvings
 
 
 # Planning
@@ -212,175 +205,6 @@ def test_the_effort_stays_within_its_limit_and_the_estimates_positive(
         math.isfinite(value) and value > 0.0
         for value in controller.estimates(run.controller_state).values()
     )
-
-
-# Termination
-
-
-def lived(controller, plants, samples, *, step=0.0, noise=0.0, push=None, seed=0):
-    """Run on a plant that is another one after every pulse; ``push`` (sample, position)."""
-    rng = np.random.default_rng(seed)
-    make = iter(plants)
-    stepper = PlantStepper(next(make), sampling_time=T)
-    plant_state, (x, v) = stepper.init(), (0.0, 0.0)
-    state, fired = controller.init(), 0.0
-    efforts, positions = [], []
-    for k in range(samples):
-        if push is not None and k == push[0]:
-            x, v = push[1], 0.0
-            plant_state = stepper.init((x, v))
-        shown = x + noise * rng.standard_normal()
-        if step > 0.0:
-            shown = step * round(shown / step)
-        state, effort = controller.step(state, SensorSample(k * T, shown, v, math.nan, math.nan))
-        if state[pulse.PULSES] != fired:
-            fired = state[pulse.PULSES]
-            stepper = PlantStepper(next(make), sampling_time=T)
-        plant_state, (x, v) = stepper.step(plant_state, effort)
-        efforts.append(effort)
-        positions.append(x)
-    return np.array(efforts), np.array(positions), state
-
-
-def unsteady(share, seed, *, mass=150.0):
-    """Yield axes whose friction is drawn anew for every pulse."""
-    rng = np.random.default_rng(seed)
-    while True:
-        fc = 100.0 * (1.0 + share * rng.uniform(-1.0, 1.0, 2))
-        fs = fc * rng.uniform(1.05, 1.5, 2)
-        yield SingleMass(
-            mass=mass,
-            friction=CoulombViscousFriction(
-                coulomb_friction_positive=fc[0],
-                coulomb_friction_negative=fc[1],
-                static_friction_positive=fs[0],
-                static_friction_negative=fs[1],
-                viscous_friction_positive=700.0,
-                viscous_friction_negative=700.0,
-            ),
-        )
-
-
-def assert_ended(controller, efforts, state, *, first_error=0.01):
-    """Check that it has ended, said so, and stayed silent for the last half of the time."""
-    outcome = controller.outcome(state)
-    assert outcome in (REACHED, STOPPED)
-    assert (controller.why(state) is None) is (outcome is REACHED)
-    assert controller.pulse_count(state) <= most_pulses(controller, first_error)
-    assert not efforts[efforts.size // 2 :].any()
-
-
-@pytest.mark.parametrize("share", [0.05, 0.15, 0.3])
-@pytest.mark.parametrize("tolerance", [2e-5, 1e-6, 1e-9])
-@pytest.mark.parametrize("patience", [2, 10])
-def test_it_ends_even_if_friction_is_another_at_every_pulse(share, tolerance, patience):
-    controller = replace(CONTROLLER, tolerance=tolerance, patience=patience)
-    for seed in range(4):
-        efforts, _, state = lived(controller, unsteady(share, seed), 4000, seed=seed)
-        assert_ended(controller, efforts, state)
-
-
-@pytest.mark.parametrize("share", [0.05, 0.3])
-def test_it_ends_on_an_encoder_too(share):
-    controller = replace(
-        CONTROLLER, tolerance=2e-6, rest=ENCODER, position_noise=SAMPLE_NOISE, target=0.005
-    )
-    for seed in range(4):
-        efforts, _, state = lived(
-            controller, unsteady(share, seed), 4000, step=1e-6, noise=1e-6, seed=seed
-        )
-        assert_ended(controller, efforts, state, first_error=0.005)
-
-
-@pytest.mark.parametrize(("coulomb", "static"), [(1000.0, 1000.0), (100.0, 300.1), (250.0, 301.0)])
-def test_what_cannot_be_moved_is_given_up(coulomb, static):
-    plant = SingleMass(mass=150.0, friction=symmetric(coulomb, static, 0.0))
-    for target in (0.01, 2e-6):
-        controller = replace(CONTROLLER, target=target)
-        run = run_pulses(plant, controller, sampling_time=T, duration=5.0)
-        assert run.outcome is STOPPED
-        assert len(run.pulses) == controller.patience
-        assert (
-            controller.why(run.run.controller_state) == "none of the last pulses has freed the axis"
-        )
-        assert not run.run.motion.position.any()
-        assert not run.run.motion.commanded_effort[250:].any()
-        strongest = np.abs(run.run.motion.commanded_effort).max()
-        assert strongest == pytest.approx(300.0, rel=1e-3)
-
-
-def test_an_encoder_coarser_than_the_tolerance_ends_it():
-    rest = RestDetection.for_encoder(resolution=1e-4, samples=10)
-    controller = replace(
-        CONTROLLER, target=0.01005, tolerance=1e-6, rest=rest, position_noise=1e-4 / math.sqrt(12)
-    )
-    sensors = Sensors(encoder_step=1e-4, velocity="none")
-    run = run_pulses(PLANT, controller, sampling_time=T, duration=60.0, sensors=sensors)
-    assert run.outcome is STOPPED
-    assert controller.why(run.run.controller_state) is not None
-    assert len(run.pulses) <= most_pulses(controller, 0.01)
-    assert not run.run.motion.commanded_effort[3000:].any()
-    assert abs(run.run.motion.position[-1] - 0.01005) < 2e-4
-
-
-def test_a_nanometre_is_reached_where_friction_repeats_exactly():
-    controller = replace(CONTROLLER, tolerance=1e-9)
-    run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
-    assert run.outcome is REACHED
-    assert abs(run.run.motion.position[-1] - 0.01) <= 1e-9
-
-
-def test_inside_the_tolerance_nothing_is_fired():
-    for target in (0.0, 0.999e-6, -0.999e-6):
-        controller = replace(CONTROLLER, target=target)
-        run = run_pulses(PLANT, controller, sampling_time=T, duration=1.0)
-        assert run.outcome is REACHED
-        assert not run.run.motion.commanded_effort.any()
-
-
-@pytest.mark.parametrize("to", [0.0, 0.013, -0.02])
-def test_pushed_away_it_begins_anew(to):
-    controller = replace(CONTROLLER, tolerance=1.9e-5, rest=ENCODER, position_noise=SAMPLE_NOISE)
-    plants = iter(lambda: PLANT, None)
-    efforts, positions, state = lived(
-        controller, plants, 600, step=1e-6, noise=1e-6, push=(300, to)
-    )
-    assert abs(positions[299] - 0.01) < 2e-5
-    assert efforts[300:].any()
-    assert controller.outcome(state) is REACHED
-    assert abs(positions[-1] - 0.01) < 2e-5
-
-
-def test_pushed_away_after_it_has_given_up_it_tries_again():
-    plant = SingleMass(mass=150.0, friction=symmetric(250.0, 301.0, 0.0))
-    plants = iter([plant] * 11 + [PLANT] * 20)
-    efforts, positions, state = lived(CONTROLLER, plants, 900, push=(400, 0.002))
-    assert not efforts[200:400].any()
-    assert efforts[400:].any()
-    assert CONTROLLER.outcome(state) is REACHED
-    assert abs(positions[-1] - 0.01) < 1e-6
-
-
-@pytest.mark.parametrize("moment", [3, 8, 20, 200])
-def test_another_target_is_taken_up_at_rest_or_after_the_pulse(moment):
-    stepper = PlantStepper(PLANT, sampling_time=T)
-    plant_state, (x, v) = stepper.init(), (0.0, 0.0)
-    state, efforts = CONTROLLER.init(), []
-    for k in range(600):
-        if k == moment:
-            state = CONTROLLER.retargeted(state, -0.005)
-            assert CONTROLLER.outcome(state) is PositioningOutcome.MOVING
-        state, effort = CONTROLLER.step(state, SensorSample(k * T, x, v, math.nan, math.nan))
-        plant_state, (x, v) = stepper.step(plant_state, effort)
-        efforts.append(effort)
-    assert CONTROLLER.outcome(state) is REACHED
-    assert abs(x + 0.005) < 1e-6
-    assert efforts[0] > 0.0
-    if moment < 4:
-        assert set(efforts[:5]) == {efforts[0]}  # the pulse is finished
-    if moment == 200:
-        assert not any(efforts[100:200])
-        assert efforts[200] < 0.0
 
 
 # Sensors

@@ -173,8 +173,8 @@ class ExactPulseController(PulseController):
             if not coulomb > 0.0:
                 raise InputError(
                     f"the Coulomb friction in {direction} direction is {coulomb:g} {unit} with the "
-                    f"offset of {self.friction.offset:g} {unit}, it must be positive: without it no "
-                    "pulse would end",
+                    f"offset of {self.friction.offset:g} {unit}, it must be positive for a pulse "
+                    "to end",
                     remedy="balance the offset, or guess it below the Coulomb friction",
                 )
             if not self.effort_limit > static:
