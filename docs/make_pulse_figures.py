@@ -70,8 +70,9 @@ def law() -> None:
                color=look.ORANGE)  # fmt: skip
     largest = 1e6 * float(exact.displacement(300.0, T))
     right.plot(300.0, largest, "o", color=look.ORANGE)
+    line = {"arrowstyle": "-", "color": look.ORANGE}
     right.annotate("smallest step when\nonly the width varies", (300.0, largest), (285.0, 30.0),
-                   ha="right", color=look.ORANGE, arrowprops={"arrowstyle": "-", "color": look.ORANGE})  # fmt: skip
+                   ha="right", color=look.ORANGE, arrowprops=line)  # fmt: skip
     right.set_ylim(7, 5000)
     right.set(title="The smallest steps", xlabel="effort [N]", ylabel="displacement [µm]")
     right.legend(title="width", loc="upper left", ncols=3)
