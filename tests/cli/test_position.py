@@ -191,15 +191,6 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ],
         ["[guess]", "estimate", "pd", "no use"],
     ),
-    "a motion out of all numbers": (
-        [
-            ("effort_limit = 300.0", "effort_limit = 1e308"),
-            ("[guess]\nmass = 150.0\ncoulomb_friction = 80.0", ""),
-            ("mass = 150.0", "mass = 1e-300"),
-            ('"papwc"', '"pd"\nposition_gain = 1e307\nvelocity_gain = 1e3'),
-        ],
-        ["scenario.toml", "not a finite number of N"],
-    ),
     "no estimate file": (
         [("[guess]", "[guess]\nestimate = 'none.json'")],
         ["none.json", "no such file", "relative"],

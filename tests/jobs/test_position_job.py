@@ -34,11 +34,12 @@ def run(tmp_path: Path) -> Run:
         task: str = TASK,
         guess: str = GUESS,
         sensors: str = "",
+        limit: float = 300.0,
     ) -> Positioning:
         path = tmp_path / "a_task.toml"
         path.write_text(
             f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
-            f'[controller]\nmethod = "{method}"\neffort_limit = 300.0\n{settings}\n'
+            f'[controller]\nmethod = "{method}"\neffort_limit = {limit}\n{settings}\n'
         )
         return position(path)
 
@@ -162,6 +163,13 @@ def test_pd_control_stops_short_where_the_force_no_longer_frees_the_axis(run: Ru
     result = run("pd", GAINS, guess="")
     assert result.ending is Ending.STUCK
     assert 0.0 < 2e4 * abs(result.last.final_error) <= 130.0
+
+
+def test_a_motion_beyond_all_numbers_is_refused_with_its_scenario(run: Run) -> None:
+    settings = "position_gain = 1e307\nvelocity_gain = 1e3"
+    axis = AXIS.replace("mass = 150.0", "mass = 1e-300")
+    with pytest.raises(InputError, match=r"a_task\.toml: .*not a finite number of N"):
+        run("pd", settings, axis=axis, guess="", limit=1e308)
 
 
 def test_progress_goes_from_the_first_sample_to_the_last(tmp_path: Path) -> None:
