@@ -203,8 +203,8 @@ def _range_of_gain(law: PulseLaw) -> Claim:
             f"{percent(lowest)} to {percent(highest)}",
         ),
         why="The wider the pulse, the more viscous friction takes away. It is the range of what "
-        "one pulse teaches; b̂ itself comes from the first guess, 1.375 b, and is still outside "
-        "after the first run.",
+        "one pulse teaches; b̂ itself comes down from the first guess, 1.375 b, and takes several "
+        "runs for it in all readings but P(0) = 1e5 I.",
         numbers={"lowest": lowest, "highest": highest},
     )
 
