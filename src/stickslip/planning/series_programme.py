@@ -1,0 +1,307 @@
+"""Which efforts take the arm from rest to rest, as linear programmes over blocks of pulses.
+
+While x1' > 0 the final state is linear in the efforts, and so is the velocity at every instant
+(EQUATIONS, conjunction): x_N = A_d^N x_0 + sum A_d^(N-1-k) B_d (u_k - F). At full rate that is a
+programme of hundreds of dense columns, nearly all at one of their bounds in the optimum. So pulses
+are first put together in few blocks of equal effort, whose programme is solved in a millisecond or
+two. Its prices tell for every single pulse what it would rather do, and so bound what the full
+programme can gain (weak duality); blocks whose pulses disagree are divided there, and instants
+where the velocity is found to be too low, also between samples, become constraints. When the bound
+leaves nothing to gain, the plan is optimal at full rate.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Float, Int
+
+from stickslip.planning.arm_motion import ArmMotion
+from stickslip.planning.linear_programme import Optimum, minimise
+from stickslip.planning.price_kernels import spread_over_rests
+
+__all__ = ["Programme", "Solution"]
+
+_BLOCKS = 48
+_ROUNDS = 25
+_COVERED = 0.8  # of all that is to be gained: the blocks with the rest are left as they are
+_MOST_TURNS = 2  # in a block; with more of them its pulses are all about as good
+_NEAR = 6  # a block is cut at a turn, and this part of it before and after
+_FEASIBLE = 1e-9  # of the way: what is reached up to that is reached
+_FARTHEST = 100.0  # times the way: no farther is looked
+_TOO_LOW = 0.1  # of the least velocity, which is asked for at single instants only
+_SLOW = 0.05  # of the highest velocity: where new blocks begin so slowly, it is looked after
+
+
+@dataclass(frozen=True, kw_only=True)
+class Solution:
+    """What a programme came to.
+
+    Attributes
+    ----------
+    effort
+        Of every pulse [N or N m]; None if there is no solution.
+    cost, bound
+        Mean of ``|u|`` over the effort limit, and what it cannot be less than [-].
+    reach
+        Share of the way to the target that cannot be exceeded [-]; 1 with a solution.
+    """
+
+    effort: Float[np.ndarray, " n"] | None
+    cost: float
+    bound: float
+    reach: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Programme:
+    """The move of an arm by a number of pulses; forward, from the position 0 of its first mass.
+
+    Attributes
+    ----------
+    motion
+        Of the arm, over all steps at least.
+    pulses
+        How many, at least 4.
+    steps_per_pulse
+        Of the motion.
+    target
+        Where both masses shall rest [m or rad].
+    effort_limit
+        [N or N m]; what all efforts are scaled by.
+    lowest, highest
+        Bounds of the effort of each pulse [N or N m].
+    least_velocity
+        Of the first mass between begin and end [m/s or rad/s].
+    gap
+        How far from its bound the cost may remain, as a share of it [-].
+    """
+
+    motion: ArmMotion
+    pulses: int
+    steps_per_pulse: int
+    target: float
+    effort_limit: float
+    lowest: Float[np.ndarray, " n"]
+    highest: Float[np.ndarray, " n"]
+    least_velocity: float
+    gap: float
+
+    @property
+    def steps(self) -> int:
+        """Steps of the whole move."""
+        return self.pulses * self.steps_per_pulse
+
+    @cached_property
+    def _terminal(self) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "m 4"]]:
+        """R and the running sums of Q, where Q R are the effects of the pulses at the end.
+
+        The rows of Q' are orthogonal, however alike the four effects are.
+        """
+        at = np.arange(self.steps, -1, -self.steps_per_pulse)
+        effects = self.motion.forced[at]
+        Q, R = np.linalg.qr(effects[:-1] - effects[1:])
+        return R, np.vstack([np.zeros(4), np.cumsum(Q, axis=0)])
+
+    def _in_terminal_terms(self, state: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " 4"]:
+        return np.linalg.solve(self._terminal[0].T, state) / self.effort_limit
+
+    def even_blocks(self, count: int = _BLOCKS) -> Int[np.ndarray, " b"]:
+        """Return the edges of as many blocks of about equal length."""
+        return np.unique(np.linspace(0, self.pulses, min(count, self.pulses) + 1).astype(np.intp))
+
+    def states(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, "k 4"]:
+        """Return the states at every step under the efforts of the pulses."""
+        return self.motion.states(np.repeat(effort, self.steps_per_pulse))
+
+    def minima(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, "r 3"]:
+        """Return the local minima of the first mass's velocity between begin and end."""
+        return self.motion.minima(np.repeat(effort, self.steps_per_pulse), self.states(effort))
+
+    def landed(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Return the efforts with the rounding errors of the final state taken out."""
+        R, sums = self._terminal
+        wanted = np.array([self.target, 0.0, self.target, 0.0])
+        for _ in range(2):
+            missing = wanted - self.states(effort)[-1]
+            effort = effort + np.diff(sums, axis=0) @ np.linalg.solve(R.T, missing)
+        return effort
+
+    def solve(self) -> Solution:
+        """Find the efforts whose sum of magnitudes is least, or that there are none."""
+        edges = self.even_blocks()
+        instants = self._begins(edges[1:-1])
+        reach, bound = 1.0, -np.inf
+        for _ in range(_ROUNDS):
+            rows, without, size = self._velocity_rows(edges, instants)
+            aim = "effort"
+            optimum = self._solve(aim, edges, rows, without)
+            if optimum is None:
+                # The blocks may be too coarse: go on from those that reach farthest.
+                aim = "reach"
+                optimum = self._solve(aim, edges, rows, without)
+            if optimum is None:
+                if edges.size == self.pulses + 1:
+                    return Solution(effort=None, cost=np.inf, bound=np.inf, reach=0.0)
+                edges = _halved(edges)
+                continue
+            b = edges.size - 1
+            z = optimum.x[:b] - optimum.x[b : 2 * b] if aim == "effort" else optimum.x[:b]
+            z = np.repeat(z, np.diff(edges))
+            effort = z * self.effort_limit
+            states = self.states(effort)
+            price, slack = self._prices(instants, size, optimum, states)
+            gains, wish = self._gains(aim, z, price)
+            left = float(gains.sum()) + slack
+            if aim == "reach":
+                reach = min(reach, left - optimum.cost)
+                if reach < 1.0 - _FEASIBLE:
+                    return Solution(effort=None, cost=np.inf, bound=np.inf, reach=reach)
+            else:
+                bound = max(bound, optimum.cost - left)
+            minima = self.motion.minima(np.repeat(effort, self.steps_per_pulse), states)
+            low = minima[minima[:, 2] < _TOO_LOW * self.least_velocity, :2]
+            good = aim == "effort" and optimum.cost - bound <= self.gap * optimum.cost
+            divided = edges if good else _divided(edges, gains, wish)
+            if low.size == 0 and divided.size == edges.size:
+                if aim == "effort":
+                    return Solution(effort=effort, cost=optimum.cost, bound=bound, reach=1.0)
+                break
+            added = np.setdiff1d(divided, edges)
+            velocity = states[:, 1]
+            slow = velocity[added * self.steps_per_pulse] < _SLOW * velocity.max()
+            instants = np.vstack([instants, low, self._begins(added[slow])])
+            edges = divided
+        return Solution(effort=None, cost=np.inf, bound=bound, reach=reach)
+
+    def rough_reach(self) -> float:
+        """Return how many times the way to the target can about be gone; 0 if that is unclear."""
+        edges = self.even_blocks()
+        rows, without, _ = self._velocity_rows(edges, self._begins(edges[1:-1]))
+        optimum = self._solve("reach", edges, rows, without, farthest=_FARTHEST)
+        return 0.0 if optimum is None else -optimum.cost
+
+    def _begins(self, pulses: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 2"]:
+        """Return the instants at which these pulses begin."""
+        return np.column_stack([pulses * self.steps_per_pulse, np.zeros(pulses.size)])
+
+    def _velocity_rows(
+        self, edges: Int[np.ndarray, " b"], instants: Float[np.ndarray, "r 2"]
+    ) -> tuple[Float[np.ndarray, "m c"], Float[np.ndarray, " m"], Float[np.ndarray, " m"]]:
+        """Return the least velocity's constraints, rows @ z >= without, each scaled to about 1.
+
+        The last are the sizes that they had.
+        """
+        rows, without = self.motion.velocity_rows(instants, edges * self.steps_per_pulse)
+        size = np.abs(rows).max(axis=1)
+        bound = (self.least_velocity - without) / (size * self.effort_limit)
+        return rows / size[:, None], bound, size
+
+    def _solve(
+        self,
+        aim: str,
+        edges: Int[np.ndarray, " b"],
+        rows: Float[np.ndarray, "m c"],
+        without: Float[np.ndarray, " m"],
+        farthest: float = 1.0,
+    ) -> Optimum | None:
+        _, sums = self._terminal
+        columns = np.diff(sums[edges], axis=0).T
+        begin = self._in_terminal_terms(self.motion.free[self.steps])
+        way = self._in_terminal_terms(np.array([self.target, 0.0, self.target, 0.0]))
+        low, high = self._block_bounds(edges)
+        if aim == "effort":
+            share = np.diff(edges) / self.pulses
+            return minimise(
+                np.concatenate([share, share]),
+                at_most=(np.hstack([-rows, rows]), -without),
+                equal=(np.hstack([columns, -columns]), way - begin),
+                bounds=np.vstack(
+                    [
+                        np.column_stack([np.maximum(low, 0.0), np.maximum(high, 0.0)]),
+                        np.column_stack([np.maximum(-high, 0.0), np.maximum(-low, 0.0)]),
+                    ]
+                ),
+            )
+        return minimise(
+            np.append(np.zeros(edges.size - 1), -1.0),
+            at_most=(np.column_stack([-rows, np.zeros(without.size)]), -without),
+            equal=(np.column_stack([columns, -way]), -begin),
+            bounds=np.vstack([np.column_stack([low, high]), [0.0, farthest]]),
+        )
+
+    def _block_bounds(
+        self, edges: Int[np.ndarray, " b"]
+    ) -> tuple[Float[np.ndarray, " c"], Float[np.ndarray, " c"]]:
+        low = np.maximum.reduceat(self.lowest, edges[:-1]) / self.effort_limit
+        high = np.minimum.reduceat(self.highest, edges[:-1]) / self.effort_limit
+        return low, high
+
+    def _gains(
+        self,
+        aim: str,
+        z: Float[np.ndarray, " n"],
+        price: Float[np.ndarray, " n"],
+    ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        """Return for each pulse how much cost it could save at the prices found, and by what.
+
+        What it would choose is the lowest effort (0), the one of least magnitude (1) or the highest
+        (2): at given prices no other saves more.
+        """
+        weight = 1.0 / self.pulses if aim == "effort" else 0.0
+        low, high = self.lowest / self.effort_limit, self.highest / self.effort_limit
+        choices = np.stack([low, np.clip(0.0, low, high), high])
+        costs = weight * np.abs(choices) - price * choices
+        gains = np.maximum(weight * np.abs(z) - price * z - costs.min(axis=0), 0.0)
+        return gains, costs.argmin(axis=0)
+
+    def _prices(
+        self,
+        instants: Float[np.ndarray, "r 2"],
+        size: Float[np.ndarray, " r"],
+        optimum: Optimum,
+        states: Float[np.ndarray, "k 4"],
+    ) -> tuple[Float[np.ndarray, " n"], float]:
+        """Return what effort is worth in each pulse, and what the prices' spreading costs."""
+        R, _ = self._terminal
+        active = np.flatnonzero(optimum.at_most_price < 0.0)
+        worth = -optimum.at_most_price[active] / size[active]
+        at = instants[active, 0] + instants[active, 1] / self.motion.step
+        order = np.argsort(at)
+        active, worth, at = active[order], worth[order], at[order] / self.steps_per_pulse
+        near = 2.0 * max(1.0, self.pulses / _BLOCKS)
+        spread, left = spread_over_rests(at, worth, self.pulses, near)
+        begins = states[: self.steps : self.steps_per_pulse, 1]
+        slack = float(spread @ (begins - self.least_velocity)) / self.effort_limit
+        single = left > 0.0
+        by_step = self.motion.worth(
+            np.linalg.solve(R, optimum.equal_price),
+            np.vstack([self._begins(np.arange(self.pulses)), instants[active[single]]]),
+            np.concatenate([spread, left[single]]),
+        )
+        return np.add.reduceat(by_step, np.arange(0, self.steps, self.steps_per_pulse)), slack
+
+
+def _divided(
+    edges: Int[np.ndarray, " b"], gains: Float[np.ndarray, " n"], wish: Int[np.ndarray, " n"]
+) -> Int[np.ndarray, " b"]:
+    """Return finer blocks: those with most to gain are cut where their pulses disagree."""
+    by_block = np.add.reduceat(gains, edges[:-1])
+    order = np.argsort(-by_block)
+    enough = int(np.searchsorted(np.cumsum(by_block[order]), _COVERED * by_block.sum())) + 1
+    new = [edges]
+    for k in order[:enough]:
+        begin, end = int(edges[k]), int(edges[k + 1])
+        turns = begin + 1 + np.flatnonzero(np.diff(wish[begin:end]))
+        if 1 <= turns.size <= _MOST_TURNS:
+            # The turn moves a little once there are other prices.
+            near = max(1, (end - begin) // _NEAR)
+            cuts = np.concatenate([turns - near, turns, turns + near])
+            new.append(cuts[(cuts > begin) & (cuts < end)])
+        elif end - begin > 1:
+            new.append(np.array([(begin + end) // 2]))
+    return np.unique(np.concatenate(new))
+
+
+def _halved(edges: Int[np.ndarray, " b"]) -> Int[np.ndarray, " b"]:
+    return np.unique(np.concatenate([edges, (edges[:-1] + edges[1:]) // 2]))
