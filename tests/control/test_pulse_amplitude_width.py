@@ -369,6 +369,20 @@ def test_impossible_settings_are_refused(wrong, says, without_shape_checks):
     assert error.value.remedy
 
 
+@pytest.mark.parametrize(
+    ("wrong", "remedy"),
+    [
+        ({"pulse_effort": 80.0}, "a smaller first guess, or allow more effort"),
+        ({"pulse_effort": 10_000.0}, "a larger first guess, or pulses of less effort"),
+        ({"friction_margin": 0.6}, "give 0.01 when in doubt"),
+    ],
+)
+def test_the_remedy_leads_into_the_range(wrong, remedy):
+    with pytest.raises(InputError) as error:
+        replace(REPORT, **wrong)
+    assert remedy in error.value.remedy
+
+
 def test_friction_that_the_pulses_cannot_overcome_is_refused():
     with pytest.raises(InputError, match=r"breakaway \(static\) friction of 310 N"):
         PulseAmplitudeWidthController.from_friction(

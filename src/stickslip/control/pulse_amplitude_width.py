@@ -115,8 +115,8 @@ class PulseAmplitudeWidthController(PulseController):
         super().__post_init__()
         for name in ("pulse_effort", "first_gain_1", "first_gain_2"):
             self._check_positive(name)
-        checked_share("gain", self.gain, 2.0, ends="")
-        checked_share("forgetting", self.forgetting, 1.0, ends="high")
+        checked_share("gain", self.gain, 2.0, ends="", usual=1.0)
+        checked_share("forgetting", self.forgetting, 1.0, ends="high", usual=1.0)
         longest_samples(self.longest_width, self.sampling_time)
         P11, P12, P22 = self._covariance
         definite = P11 > 0.0 and P22 > 0.0 and P12 * P12 <= P11 * P22 * (1.0 + _ROUNDED)
@@ -127,7 +127,7 @@ class PulseAmplitudeWidthController(PulseController):
             )
         margin = self.friction_margin
         if margin is not None:
-            checked_share("friction_margin", margin, 0.5, ends="")
+            checked_share("friction_margin", margin, 0.5, ends="", usual=0.01)
         if self.regressor not in _REGRESSORS:
             raise InputError(
                 f"regressor is {self.regressor!r}",
@@ -141,7 +141,9 @@ class PulseAmplitudeWidthController(PulseController):
                 f"the first guess of the Coulomb friction, first_gain_2 / first_gain_1, is "
                 f"{f_c:g} {unit}; with pulse_effort {f_p:g} {unit} it must lie between {edge:g} "
                 f"and {f_p - edge:g} {unit}",
-                remedy="allow more effort, or give a smaller first guess",
+                remedy="give a smaller first guess, or allow more effort"
+                if f_c > edge
+                else "give a larger first guess, or pulses of less effort",
             )
 
     @property

@@ -10,9 +10,12 @@ __all__ = ["checked_first_friction", "checked_patience", "checked_share", "longe
 
 
 def checked_share(
-    name: str, value: float, highest: float, *, ends: Literal["", "low", "high"]
+    name: str, value: float, highest: float, *, ends: Literal["", "low", "high"], usual: float
 ) -> None:
-    """Check a number without unit that must lie between 0 and ``highest``, one end included."""
+    """Check a number without unit that must lie between 0 and ``highest``; which end is included.
+
+    ``usual`` is what to give when in doubt.
+    """
     low = value >= 0.0 if ends == "low" else value > 0.0
     high = value <= highest if ends == "high" else value < highest
     if not (low and high):
@@ -20,7 +23,7 @@ def checked_share(
         right = "]" if ends == "high" else ")"
         raise InputError(
             f"{name} is {value:g}, it must lie in {left}0, {highest:g}{right}",
-            remedy="give 1 when in doubt",
+            remedy=f"give {usual:g} when in doubt",
         )
 
 

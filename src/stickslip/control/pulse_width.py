@@ -109,9 +109,9 @@ class PulseWidthController(PulseController):
 
     A pulse of width ``t_p`` is taken to move the axis by ``b t_p^2``, without viscous friction;
     ``b`` is estimated pulse by pulse. The width that the error asks for is rounded up to whole
-    samples, so that the smallest motion is that of one sample at full effort: outside the
-    tolerance such a controller goes to and fro across the target for ever
-    (`PulseAmplitudeWidthController` does so rarely).
+    samples, so that the smallest motion is that of one sample at full effort. With a tolerance
+    below it the axis goes to and fro across the target for ever (`PulseAmplitudeWidthController`
+    does so rarely).
 
     Attributes
     ----------
@@ -170,9 +170,9 @@ class PulseWidthController(PulseController):
         super().__post_init__()
         for name in ("pulse_effort", "first_gain"):
             self._check_positive(name)
-        checked_share("gain", self.gain, 2.0, ends="")
-        checked_share("forgetting", self.forgetting, 1.0, ends="high")
-        checked_share("new_data_weight", self.new_data_weight, 2.0, ends="low")
+        checked_share("gain", self.gain, 2.0, ends="", usual=1.0)
+        checked_share("forgetting", self.forgetting, 1.0, ends="high", usual=1.0)
+        checked_share("new_data_weight", self.new_data_weight, 2.0, ends="low", usual=1.0)
         longest_samples(self.longest_width, self.sampling_time)
         positive("initial_covariance", self.initial_covariance, "1/s^4")
         if self.regressor not in ("nominal", "applied"):
