@@ -5,6 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control import pulse_kernel as pulse
@@ -208,3 +210,46 @@ def test_another_target_is_taken_up_at_rest_or_after_the_pulse(moment):
     if moment == 200:
         assert not any(efforts[100:200])
         assert efforts[200] < 0.0
+
+
+@settings(max_examples=80)
+@given(
+    ratios=st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=12),
+    patience=st.integers(1, 10),
+)
+def test_it_ends_whatever_its_pulses_do(ratios, patience):
+    assert_ended_against(ratios, patience)
+
+
+@pytest.mark.parametrize(
+    "ratios",
+    [[0.99], [0.999999], [1.0], [-1.0], [-0.99], [0.5], [2.0, 0.6, 0.6], [-3.0, 0.3], [0.51]],
+)
+def test_it_ends_though_its_pulses_bring_it_nearer_all_the_time(ratios):
+    assert_ended_against(ratios, 10)
+
+
+def assert_ended_against(ratios, patience):
+    """Let every pulse change the error by a factor, in turn, and count the pulses."""
+    controller = replace(CONTROLLER, patience=patience)
+    state, x, k, fired = controller.init(), 0.0, 0, 0
+    bound = most_pulses(controller, 0.01)
+    while fired <= bound:
+        state, effort = controller.step(state, SensorSample(k * T, x, 0.0, math.nan, math.nan))
+        k += 1
+        if effort == 0.0:
+            break
+        aim = 0.01 - (0.01 - x) * ratios[fired % len(ratios)]
+        fired += 1
+        while effort != 0.0 and state[pulse.PHASE] == pulse.PULSING:
+            x += 0.3 * (aim - x)
+            sample = SensorSample(k * T, x, 0.1, math.nan, math.nan)
+            state, effort = controller.step(state, sample)
+            k += 1
+        x = aim
+    assert fired <= bound
+    assert controller.outcome(state) in (REACHED, STOPPED)
+    assert (controller.why(state) is None) is (controller.outcome(state) is REACHED)
+    for _ in range(50):
+        state, effort = controller.step(state, SensorSample(k * T, x, 0.0, math.nan, math.nan))
+        assert effort == 0.0

@@ -334,6 +334,8 @@ def test_a_sudden_change_of_friction_is_followed():
     found = controller.estimates(controller.init())
     assert found["coulomb_friction_positive"] == pytest.approx(0.7 * 90.0 + 15.0, rel=0.01)
     assert found["coulomb_friction_negative"] == pytest.approx(0.7 * 115.0 - 15.0, rel=0.01)
+    assert found["viscous_friction_positive"] == pytest.approx(0.7 * 650.0, rel=0.05)
+    assert found["viscous_friction_negative"] == pytest.approx(0.7 * 800.0, rel=0.05)
 
 
 def test_what_was_learned_survives_to_the_next_run_and_saves_pulses():
