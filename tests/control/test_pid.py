@@ -319,6 +319,7 @@ def test_a_new_target_keeps_the_integral() -> None:
         ({"effort_limit": 0.0}, "effort_limit is 0 N or N m"),
         ({"dead_band": -1e-6}, "dead_band is -1e-06 m or rad"),
         ({"filter_time": -1.0}, "filter_time is -1 s"),
+        ({"velocity_gain": 7.0}, "filter_time is 0 s, and the velocity is differentiated"),
         (
             {"dither": Dither(amplitude=1.0, frequency=51.0, shape="sine")},
             "frequency is 51 Hz, samples 0.01 s apart reach up to 50 Hz only",

@@ -48,8 +48,8 @@ class PIDController:
         ``"differentiated"``, from the measured position through ``s/(1 + filter_time s)``, or
         ``"measured"``, which a velocity sensor shows.
     filter_time
-        Time constant of the derivative's filter [s], not negative; without use where the velocity
-        is measured.
+        Time constant of the derivative's filter [s], positive where the differentiated velocity
+        counts; without use where the velocity is measured.
     dead_band
         Error within which the integral stands still [m or rad]; 0 for none.
     dither
@@ -60,8 +60,8 @@ class PIDController:
     Raises
     ------
     InputError
-        If a value is out of its range, a part is not of its class, or the dither is too fast for
-        the sampling time.
+        If a value is out of its range, a part is not of its class, a derivative has no filter, or
+        the dither is too fast for the sampling time.
 
     Examples
     --------
@@ -112,6 +112,13 @@ class PIDController:
                     f"{name} must be a {kind.__name__}, it is a {type(part).__name__}",
                     remedy=f"give {kind.__name__}(...), or None for none",
                 )
+        derived = self.velocity_gain > 0.0 or self.reset is not None
+        if self.velocity == "differentiated" and derived and self.filter_time == 0.0:
+            raise InputError(
+                "filter_time is 0 s, and the velocity is differentiated: without a filter the "
+                "derivative of sampled positions alternates for ever",
+                remedy=f"give a filter_time of {0.5 * T:g} s or more, or measure the velocity",
+            )
         if self.dither is not None and self.dither.frequency * T > 0.5:
             raise InputError(
                 f"the dither's frequency is {self.dither.frequency:g} Hz, samples {T:g} s apart "
