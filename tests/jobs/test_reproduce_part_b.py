@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 from stickslip.jobs import Reproduced, reproduce_part_b
-from stickslip.jobs.reproduce.part_b import setting
+from stickslip.jobs.reproduce.part_b import computation, setting, study
 from stickslip.jobs.reproduce.part_b.cases import (
     APPLIED,
     BOUNDED,
@@ -24,7 +24,8 @@ from stickslip.jobs.reproduce.part_b.cases import (
     UNBOUNDED,
     Case,
 )
-from stickslip.jobs.reproduce.part_b.evidence import Evidence, gather
+from stickslip.jobs.reproduce.part_b.contenders import CONTENDERS, SUCCESSOR
+from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.runs import series_of
 from stickslip.records import InputError, PulseReproduction
 
@@ -43,23 +44,23 @@ def calls() -> list[tuple[int, int]]:
 def reproduced(
     tmp_path_factory: pytest.TempPathFactory, calls: list[tuple[int, int]]
 ) -> Reproduced:
-    return reproduce_part_b(
-        tmp_path_factory.mktemp("part-b") / "new",
-        axes=AXES,
-        seed=3,
-        progress=lambda done, every: calls.append((done, every)),
-    )
+    with pytest.MonkeyPatch.context() as patch:
+        # The studies have tests of their own: a few contenders and starts make a table here.
+        patch.setattr(computation, "_STARTS", 5)
+        patch.setattr(study, "CONTENDERS", {name: CONTENDERS[name] for name in ("PWC", SUCCESSOR)})
+        patch.setattr(study, "LONG_WATCHED", {})
+        return reproduce_part_b(
+            tmp_path_factory.mktemp("part-b") / "new",
+            axes=AXES,
+            seed=3,
+            progress=lambda done, every: calls.append((done, every)),
+        )
 
 
 @pytest.fixture(scope="module")
 def record(reproduced: Reproduced) -> PulseReproduction:
     assert isinstance(reproduced.reproduction, PulseReproduction)
     return reproduced.reproduction
-
-
-@pytest.fixture(scope="module")
-def evidence() -> Evidence:
-    return gather(lambda: None)
 
 
 def test_every_file_is_there_and_nothing_else(reproduced: Reproduced) -> None:

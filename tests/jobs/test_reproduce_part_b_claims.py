@@ -24,7 +24,7 @@ from stickslip.jobs.reproduce.part_b.cases import (
     papwc,
 )
 from stickslip.jobs.reproduce.part_b.computation import _place
-from stickslip.jobs.reproduce.part_b.evidence import Evidence, gather
+from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.judging import by_reading, lengths
 from stickslip.jobs.reproduce.part_b.runs import series_of
 from stickslip.records import Claim
@@ -74,11 +74,6 @@ PARTLY = {
     "PAPWC adapts much faster": {LARGE},
     "b̂ increases when": {SMALL},
 }
-
-
-@pytest.fixture(scope="module")
-def evidence() -> Evidence:
-    return gather(lambda: None)
 
 
 @pytest.fixture(scope="module")

@@ -217,6 +217,13 @@ def test_what_is_not_there_is_a_dash(reproduction: PulseReproduction) -> None:
     for words in ("83.33", "16.67", "12.7", "7\u202f518", "By &lt;hand&gt;."):
         assert words in text, words
     assert "<i>t</i><sub>p</sub> ≤ 1" in section
+    assert "axes)" not in section
+
+
+def test_a_controller_on_fewer_axes_says_so(reproduction: PulseReproduction) -> None:
+    (one,) = reproduction.controller_scores
+    other = replace(one, controller="slow", axes=20)
+    assert "slow (20 axes)" in page_of(replace(reproduction, controller_scores=(one, other)))
 
 
 def test_how_near_it_comes_is_told_in_fitting_units(reproduction: PulseReproduction) -> None:

@@ -66,7 +66,7 @@ def controller_scores(reproduction: "PulseReproduction") -> "Table":
     )
     for each in scores:
         table.add_row(
-            each.controller,
+            each.controller + (f" ({each.axes} axes)" if each.axes != scores[0].axes else ""),
             f"{100 * each.within_tolerance:.1f} %",
             f"{100 * each.hunting:.1f} %",
             f"{1e6 * each.median_error:.1f} µm",

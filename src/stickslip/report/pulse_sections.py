@@ -157,7 +157,7 @@ def _controller_scores(scores: Sequence[ControllerScore], how_compared: str) -> 
     )
     body = "".join(
         row(
-            each.controller,
+            each.controller + (f" ({each.axes} axes)" if each.axes != scores[0].axes else ""),
             [
                 f"{100 * each.within_tolerance:.2f}",
                 f"{100 * each.hunting:.2f}",
