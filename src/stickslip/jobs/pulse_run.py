@@ -12,7 +12,7 @@ from stickslip.plants import Plant
 from stickslip.records import PositioningOutcome, PulseRecord, SensorSample, positive
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
 
-__all__ = ["PulseRun", "run_pulses"]
+__all__ = ["PulseNotes", "PulseRun", "run_pulses"]
 
 State = Float[np.ndarray, " s"]
 
@@ -45,35 +45,66 @@ class PulseRun:
         object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
 
 
-class _Recorder:
-    """A controller that does what another does, and notes what that one has found out."""
+class PulseNotes:
+    """What a pulse controller has found out: its pulses and its estimates, as they become known."""
 
     def __init__(self, controller: PulseController) -> None:
         self._controller = controller
-        self._step = controller.step
         self._known = 0
-        self.sampling_time = controller.sampling_time
+        self._times: list[float] = []
+        self._estimates: list[dict[str, float]] = []
         self.pulses: list[PulseRecord] = []
-        self.times: list[float] = []
-        self.estimates: list[dict[str, float]] = []
 
-    def init(self) -> State:
-        """Return the state before the first sample."""
-        return self._controller.init()
+    def take(self, state: State, time: float) -> None:
+        """Look, after a step, whether the outcome of a pulse has become known.
 
-    def step(self, state: State, sample: SensorSample) -> tuple[State, float]:
-        """Step the other controller, and look whether the outcome of a pulse has become known."""
-        state, effort = self._step(state, sample)
+        Parameters
+        ----------
+        state
+            After the step.
+        time
+            Of its sample [s].
+        """
         known = self._controller.pulse_count(state)
         if known != self._known:
             self._known = known
             pulse = self._controller.last_pulse(state)
             if pulse is not None:
                 self.pulses.append(pulse)
-        elif self.times:
-            return state, effort
-        self.times.append(sample.time)
-        self.estimates.append(self._controller.estimates(state))
+        elif self._times:
+            return
+        self._times.append(time)
+        self._estimates.append(self._controller.estimates(state))
+
+    @property
+    def times(self) -> Float[np.ndarray, " k"]:
+        """Of the first sample, and of those in which the outcome of a pulse became known [s]."""
+        return np.array(self._times)
+
+    @property
+    def estimates(self) -> dict[str, Float[np.ndarray, " k"]]:
+        """Estimates at these times, by name [SI]."""
+        names = self._estimates[0] if self._estimates else ()
+        return {name: np.array([each[name] for each in self._estimates]) for name in names}
+
+
+class _Recorder:
+    """A controller that does what another does, and notes what that one has found out."""
+
+    def __init__(self, controller: PulseController) -> None:
+        self._controller = controller
+        self._step = controller.step
+        self.sampling_time = controller.sampling_time
+        self.notes = PulseNotes(controller)
+
+    def init(self) -> State:
+        """Return the state before the first sample."""
+        return self._controller.init()
+
+    def step(self, state: State, sample: SensorSample) -> tuple[State, float]:
+        """Step the other controller, and take note."""
+        state, effort = self._step(state, sample)
+        self.notes.take(state, sample.time)
         return state, effort
 
 
@@ -122,11 +153,8 @@ def run_pulses(
     )
     return PulseRun(
         run=run,
-        pulses=tuple(recorder.pulses),
+        pulses=tuple(recorder.notes.pulses),
         outcome=controller.outcome(run.controller_state),
-        estimate_times=np.array(recorder.times),
-        estimates={
-            name: np.array([each[name] for each in recorder.estimates])
-            for name in recorder.estimates[0]
-        },
+        estimate_times=recorder.notes.times,
+        estimates=recorder.notes.estimates,
     )

@@ -3,7 +3,23 @@
 import numpy as np
 from jaxtyping import Float
 
-__all__ = ["reversals"]
+__all__ = ["hunts", "reversals"]
+
+_FEWEST = 2
+"""Turns that make a cycle; one corrects an overshoot."""
+
+
+def hunts(position: Float[np.ndarray, " n"], tolerance: float) -> bool:
+    """Return whether a motion that should have ended goes to and fro.
+
+    Parameters
+    ----------
+    position
+        At all samples in which it should rest [m or rad].
+    tolerance
+        How long each way is at least [m or rad].
+    """
+    return reversals(position, tolerance) >= _FEWEST
 
 
 def reversals(position: Float[np.ndarray, " n"], least: float) -> int:

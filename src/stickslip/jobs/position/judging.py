@@ -3,16 +3,13 @@
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs.reversals import reversals
+from stickslip.jobs.reversals import hunts
 from stickslip.records import Ending, PositioningOutcome
 
 __all__ = ["ending", "settling_time"]
 
 _LEAST_STAY = 10
 """Samples within the tolerance that end a move as settled: an axis that flies through does not."""
-
-_REVERSALS = 2
-"""Turns within the last half of a move that make a cycle; one corrects an overshoot."""
 
 _REST = 0.25
 """Share of a move, at its end, without any motion, that makes it a rest."""
@@ -63,7 +60,7 @@ def ending(
     """
     if _settled(error, tolerance) is not None:
         return Ending.REACHED
-    if reversals(error[error.size // 2 :], tolerance) >= _REVERSALS:
+    if hunts(error[error.size // 2 :], tolerance):
         return Ending.HUNTING
     if outcome is PositioningOutcome.STOPPED:
         return Ending.STOPPED

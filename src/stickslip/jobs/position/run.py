@@ -12,6 +12,7 @@ from stickslip.jobs.position.control_table import CONTROLLERS
 from stickslip.jobs.position.controllers import Chosen, choose_controller
 from stickslip.jobs.position.judging import ending, settling_time
 from stickslip.jobs.position.scenario import Scenario, ScenarioFile, read_scenario
+from stickslip.jobs.pulse_run import PulseNotes
 from stickslip.plants import SingleMass
 from stickslip.records import (
     InputError,
@@ -20,7 +21,6 @@ from stickslip.records import (
     PositioningMove,
     PositioningOutcome,
     PositioningRun,
-    PulseRecord,
     SensorSample,
 )
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
@@ -47,12 +47,9 @@ class _Recorder:
         self._goals = scenario.task.goals
         self._samples = scenario.task.samples
         self._advance = advance
-        self._known = 0
         self._k = 0
         self.sampling_time = controller.sampling_time
-        self.pulses: list[PulseRecord] = []
-        self.times: list[float] = []
-        self.estimates: list[dict[str, float]] = []
+        self.notes = PulseNotes(controller) if isinstance(controller, PulseController) else None
         self.outcomes: list[PositioningOutcome | None] = []
         self.reasons: list[str | None] = []
 
@@ -70,9 +67,8 @@ class _Recorder:
             self._advance(k + move * self._samples)
         self._k += 1
         state, effort = self._step(state, sample)
-        controller = self._controller
-        if isinstance(controller, PulseController):
-            self._note(controller, state, sample.time)
+        if self.notes is not None:
+            self.notes.take(state, sample.time)
         return state, effort
 
     def end_move(self, state: State) -> None:
@@ -82,18 +78,6 @@ class _Recorder:
         self.outcomes.append(controller.outcome(state) if pulsed else None)
         tells = isinstance(controller, ExactPulseController)
         self.reasons.append(controller.why(state) if tells else None)
-
-    def _note(self, controller: PulseController, state: State, time: float) -> None:
-        known = controller.pulse_count(state)
-        if known == self._known and self.times:
-            return
-        if known != self._known:
-            self._known = known
-            pulse = controller.last_pulse(state)
-            if pulse is not None:
-                self.pulses.append(pulse)
-        self.times.append(time)
-        self.estimates.append(controller.estimates(state))
 
 
 def position(
@@ -196,7 +180,7 @@ def _judged(
     """Return a run with its moves, each judged by the truth."""
     task, n = scenario.task, scenario.task.samples
     goals = np.append(np.repeat(task.goals, n), task.goals[-1])
-    motion = run.motion
+    motion, notes = run.motion, recorder.notes
     error = goals - motion.position
     moves: list[PositioningMove] = []
     ends = zip(task.goals, recorder.outcomes, recorder.reasons, strict=True)
@@ -221,21 +205,20 @@ def _judged(
                 peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
                 pulses=tuple(
                     pulse
-                    for pulse in recorder.pulses
+                    for pulse in (() if notes is None else notes.pulses)
                     if pulse.time >= begin - 0.5 * task.sampling_time
                     and (last or pulse.time < end - 0.5 * task.sampling_time)
                 ),
             )
         )
-    names = recorder.estimates[0] if recorder.estimates else {}
     return PositioningRun(
         number=number,
         time=motion.time,
         error=error,
         measured_error=goals - run.log.measured_position,
         effort=motion.commanded_effort,
-        estimate_time=np.array(recorder.times),
-        estimates={name: np.array([each[name] for each in recorder.estimates]) for name in names},
+        estimate_time=np.empty(0) if notes is None else notes.times,
+        estimates={} if notes is None else notes.estimates,
         moves=tuple(moves),
     )
 

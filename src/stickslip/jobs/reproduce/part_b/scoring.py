@@ -13,7 +13,7 @@ from stickslip.jobs.reproduce.part_b.random_axes import (
     RandomAxis,
 )
 from stickslip.jobs.reproduce.part_b.setting import SAMPLING_TIME, TOLERANCE
-from stickslip.jobs.reversals import reversals
+from stickslip.jobs.reversals import hunts
 from stickslip.records import ControllerScore
 from stickslip.simulation import Controller, Sensors, SimulatedMotion, simulate_closed_loop
 
@@ -30,8 +30,6 @@ ARRIVAL = 40.0
 """Time to arrive [s]: ten times what most controllers need."""
 WATCH = 20.0
 """Time thereafter in which the axis is watched [s]."""
-
-_REVERSALS = 2  # one corrects an overshoot; two are a cycle
 
 Make = Callable[[RandomAxis], Controller[Float[np.ndarray, " s"]]]
 """From what is believed of an axis (not from its truth) to a controller for it."""
@@ -98,7 +96,7 @@ def _judged(axis: RandomAxis, motion: SimulatedMotion, *, gives_pulses: bool) ->
     return AxisOutcome(
         final_error=float(error[-1]),
         within_tolerance=arrived <= watched,
-        hunting=reversals(motion.position[watched:], TOLERANCE) >= _REVERSALS,
+        hunting=hunts(motion.position[watched:], TOLERANCE),
         time=arrived * SAMPLING_TIME if reached else None,
         pulses=int(begins[:arrived].sum()) if gives_pulses and reached else None,
         peak_effort=float(np.abs(effort).max() / axis.effort_limit),
