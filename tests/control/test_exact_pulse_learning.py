@@ -429,3 +429,15 @@ def test_what_was_saved_with_no_uncertainty_at_all_is_still_followed():
     assert np.isfinite(run.run.controller_state[at.VALUES : at.OWN_SIZE]).all()
     assert np.abs(run.run.motion.commanded_effort).max() <= 250.0
     assert run.outcome is PositioningOutcome.REACHED
+
+
+@pytest.mark.parametrize("believed", [310.0, 1000.0, 1e4])
+def test_friction_believed_above_the_limit_is_found_to_be_below(believed):
+    names = ("coulomb_friction_positive", "static_friction_positive")
+    values = {**learnt().values, **dict.fromkeys(names, believed)}
+    controller = replace(CONTROLLER.resumed(replace(learnt(), values=values)), tolerance=1e-5)
+    run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
+    assert run.outcome is PositioningOutcome.REACHED
+    assert len(run.pulses) <= 6
+    found = run.estimates["coulomb_friction_positive"][-1]
+    assert found == pytest.approx(90.0 + 15.0, rel=0.02)
