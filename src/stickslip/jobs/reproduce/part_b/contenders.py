@@ -1,7 +1,7 @@
 """The controllers that are compared on random axes, and what each is told of them."""
 
 from collections.abc import Mapping
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from math import sqrt
 from types import MappingProxyType
 
@@ -41,42 +41,29 @@ _AIM = TOLERANCE - 3.0 * SAMPLE_NOISE / sqrt(_REST_SAMPLES)
 """Tolerance of the measured rest position, by which the true one is within `TOLERANCE` [m]."""
 
 
-def _pulse_width(axis: RandomAxis) -> PulseWidthController:
-    return PulseWidthController.from_friction(
-        mass=axis.believed_mass,
-        coulomb_friction=axis.believed_friction.coulomb_friction_positive,
-        pulse_effort=axis.effort_limit,
-        sampling_time=SAMPLING_TIME,
-        target=axis.start_error,
-        tolerance=_AIM,
-        rest=_REST,
-        patience=None,
-    )
+@dataclass(frozen=True, kw_only=True)
+class _Adaptive:
+    """PWC or PAPWC for any axis, as the report has them: they never give up."""
 
+    method: type[PulseWidthController] | type[PulseAmplitudeWidthController]
+    longest_width: float | None = None
+    initial_covariance: float | None = None
 
-def _short_pulse_width(axis: RandomAxis) -> PulseWidthController:
-    return replace(_pulse_width(axis), longest_width=LONGEST_PULSE)
-
-
-def _pulse_amplitude_width(axis: RandomAxis) -> PulseAmplitudeWidthController:
-    return PulseAmplitudeWidthController.from_friction(
-        mass=axis.believed_mass,
-        coulomb_friction=axis.believed_friction.coulomb_friction_positive,
-        pulse_effort=axis.effort_limit,
-        sampling_time=SAMPLING_TIME,
-        target=axis.start_error,
-        tolerance=_AIM,
-        rest=_REST,
-        patience=None,
-    )
-
-
-def _short_pulse_amplitude_width(axis: RandomAxis) -> PulseAmplitudeWidthController:
-    return replace(_pulse_amplitude_width(axis), longest_width=LONGEST_PULSE)
-
-
-def _quick_pulse_amplitude_width(axis: RandomAxis) -> PulseAmplitudeWidthController:
-    return replace(_pulse_amplitude_width(axis), initial_covariance=1e5)
+    def __call__(self, axis: RandomAxis) -> PulseWidthController | PulseAmplitudeWidthController:
+        controller = self.method.from_friction(
+            mass=axis.believed_mass,
+            coulomb_friction=axis.believed_friction.coulomb_friction_positive,
+            pulse_effort=axis.effort_limit,
+            sampling_time=SAMPLING_TIME,
+            target=axis.start_error,
+            tolerance=_AIM,
+            rest=_REST,
+            longest_width=self.longest_width,
+            patience=None,
+        )
+        if self.initial_covariance is None:
+            return controller
+        return replace(controller, initial_covariance=self.initial_covariance)
 
 
 def _exact_pulse(axis: RandomAxis) -> ExactPulseController:
@@ -155,11 +142,17 @@ SUCCESSOR = "exact pulses"
 
 CONTENDERS: Mapping[str, Make] = MappingProxyType(
     {
-        "PWC": _pulse_width,
-        f"PWC, t_p ≤ {LONGEST_PULSE:g} s": _short_pulse_width,
-        "PAPWC": _pulse_amplitude_width,
-        f"PAPWC, t_p ≤ {LONGEST_PULSE:g} s": _short_pulse_amplitude_width,
-        "PAPWC, P(0) = 1e5 I": _quick_pulse_amplitude_width,
+        "PWC": _Adaptive(method=PulseWidthController),
+        f"PWC, t_p ≤ {LONGEST_PULSE:g} s": _Adaptive(
+            method=PulseWidthController, longest_width=LONGEST_PULSE
+        ),
+        "PAPWC": _Adaptive(method=PulseAmplitudeWidthController),
+        f"PAPWC, t_p ≤ {LONGEST_PULSE:g} s": _Adaptive(
+            method=PulseAmplitudeWidthController, longest_width=LONGEST_PULSE
+        ),
+        "PAPWC, P(0) = 1e5 I": _Adaptive(
+            method=PulseAmplitudeWidthController, initial_covariance=1e5
+        ),
         **PID_TUNINGS,
         SUCCESSOR: _exact_pulse,
     }
