@@ -2,10 +2,13 @@
 
 import pytest
 
-from stickslip.jobs.reproduce.part_b.evidence import Evidence, gather
+from stickslip.jobs.reproduce.part_b.evidence import PIECES, Evidence, gather
 
 
 @pytest.fixture(scope="session")
 def evidence() -> Evidence:
     """Return all that part B was measured to be, gathered once."""
-    return gather(lambda: None)
+    told: list[None] = []
+    gathered = gather(lambda: told.append(None))
+    assert len(told) == PIECES
+    return gathered

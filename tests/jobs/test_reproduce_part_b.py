@@ -3,7 +3,7 @@
 import json
 import math
 import struct
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from pathlib import Path
 
@@ -12,6 +12,7 @@ import pytest
 
 from stickslip.jobs import Reproduced, reproduce_part_b
 from stickslip.jobs.reproduce.part_b import computation, setting, study
+from stickslip.jobs.reproduce.part_b import evidence as gathering
 from stickslip.jobs.reproduce.part_b.cases import (
     APPLIED,
     BOUNDED,
@@ -42,10 +43,16 @@ def calls() -> list[tuple[int, int]]:
 
 @pytest.fixture(scope="module")
 def reproduced(
-    tmp_path_factory: pytest.TempPathFactory, calls: list[tuple[int, int]]
+    tmp_path_factory: pytest.TempPathFactory, calls: list[tuple[int, int]], evidence: Evidence
 ) -> Reproduced:
+    def gathered(advance: Callable[[], None]) -> Evidence:
+        for _ in range(gathering.PIECES):
+            advance()
+        return evidence
+
     with pytest.MonkeyPatch.context() as patch:
         # The studies have tests of their own: a few contenders and starts make a table here.
+        patch.setattr(gathering, "gather", gathered)
         patch.setattr(computation, "_STARTS", 5)
         patch.setattr(study, "CONTENDERS", {name: CONTENDERS[name] for name in ("PWC", SUCCESSOR)})
         patch.setattr(study, "LONG_WATCHED", {})
