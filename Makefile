@@ -25,6 +25,8 @@ docs: .venv/dev.stamp ## the documentation, with its figures made anew
 
 study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some ten minutes)
 	$(BIN)/python docs/make_study.py
+	$(BIN)/python docs/make_pid_tuning.py
+	$(BIN)/python docs/make_controller_study.py
 
 bench: .venv/dev.stamp ## speed and accuracy beside other tools, in one run
 	$(BIN)/python -m benchmarks

@@ -32,7 +32,6 @@ __all__ = [
     "SIZE",
     "TARGET",
     "TIME",
-    "VELOCITY",
     "Step",
     "pid_step",
 ]
@@ -60,7 +59,7 @@ __all__ = [
 (
     SAMPLES,  # taken so far
     _LAST_X,
-    VELOCITY,
+    _VELOCITY,
     INTEGRAL,  # integral action, an effort
     ARMED,  # logic state of the resets
     _RESTED,  # samples in a row within the speed of rest
@@ -88,7 +87,7 @@ def pid_step(
     T, r = s[TIME], s[TARGET]
     started = s[SAMPLES] > 0.0
     x_last = s[_LAST_X] if started else x
-    v_last = s[VELOCITY]
+    v_last = s[_VELOCITY]
     if s[MEASURED] == 0.0:
         tau = s[FILTER]
         v = ((2.0 * tau - T) * v_last + 2.0 * (x - x_last)) / (2.0 * tau + T)
@@ -118,6 +117,6 @@ def pid_step(
             u_i -= growth
         u = math.copysign(limit, u)
     s[INTEGRAL] = u_i
-    s[_LAST_X], s[VELOCITY] = x, v
+    s[_LAST_X], s[_VELOCITY] = x, v
     s[SAMPLES] += 1.0
     return s, u

@@ -43,13 +43,11 @@ __all__ = [
     "IDLE",
     "LAST",
     "LEAST_MOTION",
-    "MOST_LEVELS",
     "MOVING",
     "OUTCOME",
     "OWN",
     "PENDING",
     "PHASE",
-    "PULSE",
     "PULSES",
     "PULSING",
     "REACHED",
@@ -78,7 +76,7 @@ __all__ = [
 
 WAITING, PULSING, RESTING = 0.0, 1.0, 2.0  # values of PHASE
 MOVING, REACHED, STOPPED = 0.0, 1.0, 2.0  # values of OUTCOME
-MOST_LEVELS = 4  # of one pulse
+_MOST_LEVELS = 4  # of one pulse
 TRACE_SIZE = 64  # positions kept from a pulse's first sample on
 ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more has been rounded so
 
@@ -123,9 +121,9 @@ ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more h
     AT_LEVEL_COUNT,
     AT_LEVELS,  # effort and whole samples of each
 ) = range(7)
-_PULSE_SIZE = AT_LEVELS + 2 * MOST_LEVELS
-PULSE = _AGE + 1  # the pulse on its way
-LAST = PULSE + _PULSE_SIZE  # the last pulse of which it is known what it did
+_PULSE_SIZE = AT_LEVELS + 2 * _MOST_LEVELS
+_PULSE = _AGE + 1  # the pulse on its way
+LAST = _PULSE + _PULSE_SIZE  # the last pulse of which it is known what it did
 TRACED = LAST + _PULSE_SIZE  # positions kept
 TRACE = TRACED + 1
 OWN = TRACE + TRACE_SIZE  # from here to the window: the method's own
@@ -169,10 +167,10 @@ def _rest_position(s: Float[np.ndarray, " s"]) -> float:
 def _conclude(s: Float[np.ndarray, " s"], rest: float) -> None:
     """Note what the pulse on its way has done, now that the axis rests again."""
     d = rest - s[REST]
-    s[PULSE + AT_ACHIEVED] = d
-    s[PULSE + AT_MOVED] = 1.0 if abs(d) > s[LEAST_MOTION] else 0.0
+    s[_PULSE + AT_ACHIEVED] = d
+    s[_PULSE + AT_MOVED] = 1.0 if abs(d) > s[LEAST_MOTION] else 0.0
     for k in range(_PULSE_SIZE):
-        s[LAST + k] = s[PULSE + k]
+        s[LAST + k] = s[_PULSE + k]
     s[IDLE] = 0.0 if s[LAST + AT_MOVED] > 0.0 else s[IDLE] + 1.0
     s[PENDING] = 0.0
     s[FRESH] = 1.0
@@ -220,8 +218,8 @@ def fire(s: Float[np.ndarray, " s"], predicted: float, stride: float) -> None:
 
     Of the positions from here on every one in ``stride`` is kept, a whole number.
     """
-    s[PULSE + AT_TIME], s[PULSE + AT_ERROR] = s[_TIME], s[ERROR]
-    s[PULSE + AT_PREDICTED], s[PULSE + AT_LEVEL_COUNT] = predicted, 0.0
+    s[_PULSE + AT_TIME], s[_PULSE + AT_ERROR] = s[_TIME], s[ERROR]
+    s[_PULSE + AT_PREDICTED], s[_PULSE + AT_LEVEL_COUNT] = predicted, 0.0
     s[PHASE], s[PENDING] = PULSING, 1.0
     s[PULSES] += 1.0
     s[TRACE], s[TRACED], s[STRIDE], s[_AGE] = s[_POSITION], 1.0, stride, 0.0
@@ -231,9 +229,9 @@ def fire(s: Float[np.ndarray, " s"], predicted: float, stride: float) -> None:
 @compiled()
 def add_level(s: Float[np.ndarray, " s"], effort: float, samples: float) -> None:
     """Add a level to the pulse that was begun, held for whole samples, at least one."""
-    i = int(s[PULSE + AT_LEVEL_COUNT])
-    s[PULSE + AT_LEVELS + 2 * i], s[PULSE + AT_LEVELS + 2 * i + 1] = effort, samples
-    s[PULSE + AT_LEVEL_COUNT] = i + 1.0
+    i = int(s[_PULSE + AT_LEVEL_COUNT])
+    s[_PULSE + AT_LEVELS + 2 * i], s[_PULSE + AT_LEVELS + 2 * i + 1] = effort, samples
+    s[_PULSE + AT_LEVEL_COUNT] = i + 1.0
     if i == 0:
         s[_LEFT] = samples
 
@@ -256,12 +254,12 @@ def emit(s: Float[np.ndarray, " s"]) -> float:
     if s[PHASE] != PULSING:
         return 0.0
     i = int(s[_LEVEL])
-    effort = s[PULSE + AT_LEVELS + 2 * i]
+    effort = s[_PULSE + AT_LEVELS + 2 * i]
     s[_LEFT] -= 1.0
     if s[_LEFT] <= 0.0:
         s[_LEVEL] = i + 1.0
-        if i + 1 < s[PULSE + AT_LEVEL_COUNT]:
-            s[_LEFT] = s[PULSE + AT_LEVELS + 2 * (i + 1) + 1]
+        if i + 1 < s[_PULSE + AT_LEVEL_COUNT]:
+            s[_LEFT] = s[_PULSE + AT_LEVELS + 2 * (i + 1) + 1]
         else:
             s[PHASE], s[_WAIT] = WAITING, s[DELAY]
             s[_FILLED] = s[_NEXT] = s[_QUIET] = 0.0

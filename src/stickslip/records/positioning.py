@@ -20,7 +20,7 @@ __all__ = [
     "ScenarioTables",
 ]
 
-POSITIONING_SCHEMA = 1
+_SCHEMA = 1
 
 ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
 """By table and key, what a scenario says, as a plain value with its unit."""
@@ -301,7 +301,7 @@ class Positioning:
     def to_dict(self) -> dict[str, Any]:
         """Return everything as plain JSON types (schema 1)."""
         return {
-            "schema": POSITIONING_SCHEMA,
+            "schema": _SCHEMA,
             "name": self.name,
             "kind": self.kind,
             "method": self.method,

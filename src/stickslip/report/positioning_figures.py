@@ -247,7 +247,7 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
             anchor="pulse-pairs",
             alternative=(
                 f"Achieved against predicted displacement of {len(every)} pulses, from "
-                f" {ends[0]:.2g} to {ends[1]:.2g} {shown}."
+                f"{ends[0]:.2g} to {ends[1]:.2g} {shown}."
             ),
             caption="Points on the line went as far as the controller expected." + not_drawn,
             traces=pairs,

@@ -20,7 +20,7 @@ from stickslip.records import (
 from stickslip.report.dense import wide
 from stickslip.report.drawing import symbol
 
-__all__ = ["beliefs", "footer", "header", "moves", "notes", "provenance", "pulses", "shown"]
+__all__ = ["beliefs", "footer", "header", "moves", "provenance", "pulses"]
 
 _KIND = {"linear": "linear axis", "rotary": "rotary axis"}
 
@@ -28,7 +28,7 @@ _FIRST, _LAST = 30, 15
 """Rows of a long table that are shown."""
 
 
-def shown(value: float, unit: str) -> str:
+def _shown(value: float, unit: str) -> str:
     """Return a value in the unit that suits it, as HTML."""
     return prefixed(value, unit).replace("-", "−").replace(" ", "\u00a0")
 
@@ -38,12 +38,12 @@ def header(positioning: Positioning) -> str:
     last, position = positioning.last, unit_of("position", positioning.kind)
     mark, tone = ("✓", "trusted") if positioning.ending.reached else ("!", "doubtful")
     away = (
-        f"Its final error is {shown(last.final_error, position)}, the tolerance "
-        f"{shown(positioning.tolerance, position)}."
+        f"Its final error is {_shown(last.final_error, position)}, the tolerance "
+        f"{_shown(positioning.tolerance, position)}."
     )
     if positioning.ending is Ending.HUNTING:
         low, high = last.late_errors
-        away += f" It swings between {shown(low, position)} and {shown(high, position)}."
+        away += f" It swings between {_shown(low, position)} and {_shown(high, position)}."
     return (
         '<header class="top">\n'
         f'<p class="kicker">stickslip · positioning · {_KIND[positioning.kind]}</p>\n'
@@ -61,15 +61,15 @@ def _facts(positioning: Positioning) -> str:
     facts = [
         (
             "Final error",
-            shown(last.final_error, position),
-            f"of run {run.number}; first run {shown(first.moves[-1].final_error, position)}"
+            _shown(last.final_error, position),
+            f"of run {run.number}; first run {_shown(first.moves[-1].final_error, position)}"
             if several
             else "target less true position",
         ),
         (
             "Within tolerance after",
             _settled(last),
-            f"tolerance {shown(positioning.tolerance, position)}",
+            f"tolerance {_shown(positioning.tolerance, position)}",
         ),
     ]
     if positioning.runs[0].estimates:
@@ -84,7 +84,7 @@ def _facts(positioning: Positioning) -> str:
         )
     peak = max(move.peak_effort for move in run.moves)
     facts += [
-        ("Peak effort", shown(peak, effort), "largest magnitude"),
+        ("Peak effort", _shown(peak, effort), "largest magnitude"),
         (
             "Controller",
             f"<code>{html.escape(positioning.method)}</code>",
@@ -92,8 +92,8 @@ def _facts(positioning: Positioning) -> str:
         ),
         (
             "Way",
-            shown(abs(last.target - last.start), position),
-            f"from {shown(last.start, position)} to {shown(last.target, position)}"
+            _shown(abs(last.target - last.start), position),
+            f"from {_shown(last.start, position)} to {_shown(last.target, position)}"
             + (f", the last of {count_of(len(run.moves), 'move')}" if len(run.moves) > 1 else ""),
         ),
     ]
@@ -107,7 +107,7 @@ def _facts(positioning: Positioning) -> str:
 def _settled(move: PositioningMove) -> str:
     if move.settling_time is None:
         return "never"
-    return "at once" if move.settling_time == 0 else shown(move.settling_time, "s")
+    return "at once" if move.settling_time == 0 else _shown(move.settling_time, "s")
 
 
 def moves(positioning: Positioning) -> str:
@@ -125,16 +125,16 @@ def moves(positioning: Positioning) -> str:
         word = move.ending.word
         row = [str(run.number)]
         if several:
-            row += [str(move.number), shown(move.target, position)]
+            row += [str(move.number), _shown(move.target, position)]
         row += [
             f'<span class="mark-{"yes" if move.ending.reached else "no"}">'
             f"{'✓' if move.ending.reached else '✗'} {word}</span>",
-            shown(move.final_error, position),
+            _shown(move.final_error, position),
             _settled(move),
         ]
         if pulsed:
             row.append(str(len(move.pulses)))
-        rows.append([*row, shown(move.peak_effort, effort)])
+        rows.append([*row, _shown(move.peak_effort, effort)])
     return wide(_head(heads) + _body(rows, "moves"))
 
 
@@ -155,14 +155,14 @@ def pulses(run: PositioningRun, positioning: Positioning) -> str:
     rows = [
         [
             str(k),
-            shown(pulse.time, "s"),
+            _shown(pulse.time, "s"),
             _levels(pulse, effort),
-            shown(pulse.error, position),
-            shown(pulse.predicted_displacement, position),
-            shown(pulse.achieved_displacement, position)
+            _shown(pulse.error, position),
+            _shown(pulse.predicted_displacement, position),
+            _shown(pulse.achieved_displacement, position)
             if pulse.moved
             else '<span class="mark-no">did not move</span>',
-            shown(pulse.achieved_displacement - pulse.predicted_displacement, position),
+            _shown(pulse.achieved_displacement - pulse.predicted_displacement, position),
         ]
         for k, pulse in enumerate(run.pulses, start=1)
     ]
@@ -171,7 +171,7 @@ def pulses(run: PositioningRun, positioning: Positioning) -> str:
 
 def _levels(pulse: PulseRecord, unit: str) -> str:
     return ", ".join(
-        f"{shown(level, unit)} for {shown(width, 's')}" for level, width in pulse.levels
+        f"{_shown(level, unit)} for {_shown(width, 's')}" for level, width in pulse.levels
     )
 
 
@@ -268,7 +268,7 @@ def _error(value: float, truth: float | None) -> str:
     return f"{percent:+.1f}\u00a0%".replace("-", "−")
 
 
-def notes(positioning: Positioning) -> str:
+def _notes(positioning: Positioning) -> str:
     """Return the notes as a list; empty if there are none."""
     items = "".join(f"<li>{html.escape(each)}</li>" for each in positioning.notes)
     return f'<h3>Notes</h3>\n<ul class="plain">{items}</ul>\n' if items else ""
@@ -276,7 +276,7 @@ def notes(positioning: Positioning) -> str:
 
 def provenance(positioning: Positioning) -> str:
     """Return what the scenario says, table by table, and where the result came from."""
-    parts = [notes(positioning)]
+    parts = [_notes(positioning)]
     for table, keys in positioning.scenario.items():
         rows = [(html.escape(key), _plain(value, unit)) for key, (value, unit) in keys.items()]
         if rows:

@@ -16,7 +16,7 @@ from stickslip.records import (
 )
 from stickslip.simulation import Sensors
 
-__all__ = ["DIRECTIONAL", "AxisTable", "GuessTable", "SensorsTable", "TaskTable", "needed"]
+__all__ = ["DIRECTIONAL", "AxisTable", "GuessTable", "SensorsTable", "TaskTable"]
 
 DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
 """What can be given for both directions at once, or for each apart."""
@@ -117,9 +117,9 @@ class AxisTable(_Body):
     def plant(self) -> SingleMass:
         """Return the axis as it is simulated."""
         kind = self.kind
-        body = needed(self.body(kind), "mass" if kind == "linear" else "inertia", kind)
-        coulomb = needed(self.sides("coulomb_friction"), "coulomb_friction", kind)
-        viscous = needed(self.sides("viscous_friction"), "viscous_friction", kind)
+        body = _needed(self.body(kind), "mass" if kind == "linear" else "inertia", kind)
+        coulomb = _needed(self.sides("coulomb_friction"), "coulomb_friction", kind)
+        viscous = _needed(self.sides("viscous_friction"), "viscous_friction", kind)
         static = self.sides("static_friction") or coulomb
         law = CoulombViscousFriction(
             coulomb_friction_positive=coulomb[0],
@@ -133,7 +133,7 @@ class AxisTable(_Body):
         return SingleMass(mass=body, friction=law, kind=kind)
 
 
-def needed(value: Value | None, name: str, kind: AxisKind) -> Value:
+def _needed(value: Value | None, name: str, kind: AxisKind) -> Value:
     """Return what was given; refuse that it was not."""
     if value is None:
         raise InputError(
