@@ -33,7 +33,7 @@ from stickslip.control.pulse_kernel import (
     TRACE,
     TRACED,
 )
-from stickslip.planning.pulse_kernels import pulse_displacement, pulse_position
+from stickslip.planning.pulse_kernels import position_along, pulse_displacement, pulse_ends
 
 __all__ = [
     "BEST",
@@ -92,7 +92,7 @@ OWN_SIZE = COVARIANCE + PARAMETERS * PARAMETERS - OWN
 
 _ITERATIONS = 30
 _COOLING = 0.1  # of the variance by which the observation is inflated, from iteration to iteration
-_CONVERGED = 1e-9  # change of a logarithm
+_CONVERGED = 1e-7  # change of a logarithm
 _STRONGEST = 0.98  # of the effort: the Coulomb friction of a mass that it has moved
 _LONGEST_STEP = 0.5  # of a logarithm in one iteration
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
@@ -105,25 +105,14 @@ Vector = Float[np.ndarray, " s"]
 
 
 @compiled()
-def slopes(
-    m: float, F: float, c: float, f: float, t: float, tau: float
-) -> tuple[float, float, float, float]:
-    """Return the position at tau and its slopes by log m, log F and log c.
-
-    With tau = inf it is the displacement from rest to rest.
-    """
+def slopes(m: float, F: float, c: float, f: float, t: float) -> tuple[float, float, float, float]:
+    """Return the displacement from rest to rest and its slopes by log m, log F and log c."""
     up = 1.0 + _DIFFERENCE
-    if tau == math.inf:
-        x = pulse_displacement(m, F, c, f, t)
-        by_m = pulse_displacement(m * up, F, c, f, t)
-        by_f = pulse_displacement(m, F * up, c, f, t)
-        by_c = pulse_displacement(m, F, c * up, f, t)
-    else:
-        x = pulse_position(m, F, c, f, t, tau)
-        by_m = pulse_position(m * up, F, c, f, t, tau)
-        by_f = pulse_position(m, F * up, c, f, t, tau)
-        by_c = pulse_position(m, F, c * up, f, t, tau)
-    return x, (by_m - x) / _DIFFERENCE, (by_f - x) / _DIFFERENCE, (by_c - x) / _DIFFERENCE
+    d = pulse_displacement(m, F, c, f, t)
+    by_m = pulse_displacement(m * up, F, c, f, t)
+    by_f = pulse_displacement(m, F * up, c, f, t)
+    by_c = pulse_displacement(m, F, c * up, f, t)
+    return d, (by_m - d) / _DIFFERENCE, (by_f - d) / _DIFFERENCE, (by_c - d) / _DIFFERENCE
 
 
 @compiled()
@@ -172,11 +161,17 @@ def _posterior(
     start = s[REST] - s[LAST + AT_ACHIEVED]
     coarse = (_FINEST * achieved) ** 2
     count, total = int(s[TRACED]), 0.0
-    row = np.empty(4)
+    u, up, row = abs(f), 1.0 + _DIFFERENCE, np.empty(4)
+    ends, ends_m = pulse_ends(m, F, c, u, t), pulse_ends(m * up, F, c, u, t)
+    ends_f, ends_c = pulse_ends(m, F * up, c, u, t), pulse_ends(m, F, c * up, u, t)
     for k in range(1, count + 1):
         last = k == count
         tau = math.inf if last else max(k * s[STRIDE] - s[DELAY], 0.0) * s[PERIOD]
-        row[0], row[1], row[2], row[3] = slopes(m, F, c, abs(f), t, tau)
+        x = position_along(m, F, c, u, t, tau, ends)
+        row[0] = x
+        row[1] = (position_along(m * up, F, c, u, t, tau, ends_m) - x) / _DIFFERENCE
+        row[2] = (position_along(m, F * up, c, u, t, tau, ends_f) - x) / _DIFFERENCE
+        row[3] = (position_along(m, F, c * up, u, t, tau, ends_c) - x) / _DIFFERENCE
         y = achieved if last else way * (s[TRACE + k] - start)
         R = s[REST_NOISE] ** 2 + coarse + (s[REST_NOISE] ** 2 if last else s[NOISE] ** 2)
         total += (y - row[0]) ** 2 / R

@@ -91,7 +91,7 @@ def _spread(s: Vector, side: int, f: float, t: float, learned: bool) -> float:
     ``learned``: only what is left when all that can be learned is: the walk of the friction.
     """
     m, F, c = _law(s, side)
-    d, by_m, by_f, by_c = slopes(m, F, c, f, t, math.inf)
+    d, by_m, by_f, by_c = slopes(m, F, c, f, t)
     variance = by_f * by_f * s[WALK]
     if not learned:
         rows = (by_m, by_f, by_c)

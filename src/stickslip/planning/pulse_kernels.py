@@ -13,8 +13,10 @@ from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stoppin
 
 __all__ = [
     "effort_for",
+    "position_along",
     "pulse_displacement",
     "pulse_duration",
+    "pulse_ends",
     "pulse_position",
     "speed_after",
     "width_for",
@@ -30,31 +32,48 @@ def speed_after(m: float, F: float, c: float, f: float, t: float) -> float:
     return (f - F) * t / m * phi1(-c * t / m)
 
 
+@compiled(inline=True)
+def pulse_ends(
+    m: float, F: float, c: float, f: float, t: float
+) -> tuple[float, float, float, float]:
+    """Return position and speed at the end of the pulse, and time and displacement at rest."""
+    v = speed_after(m, F, c, f, t)
+    x = (f - F) * t * t / m * phi2(-c * t / m)
+    stopped = t + m * v / F * stopping_time(c * v / F)
+    return x, v, stopped, x + m * v * v / F * stopping_distance(c * v / F)
+
+
+@compiled(inline=True)
+def position_along(
+    m: float, F: float, c: float, f: float, t: float, tau: float,
+    ends: tuple[float, float, float, float],
+) -> float:  # fmt: skip
+    """Return how far the mass is at the time tau after the start of a pulse with these ends."""
+    x, v, stopped, d = ends
+    if tau <= t:
+        return (f - F) * tau * tau / m * phi2(-c * tau / m)
+    if tau >= stopped:
+        return d
+    h, z = tau - t, -c * (tau - t) / m
+    return x + v * h * phi1(z) - F * h * h / m * phi2(z)
+
+
 @compiled()
 def pulse_displacement(m: float, F: float, c: float, f: float, t: float) -> float:
     """Return the displacement from rest to rest (Eq. 3; Eq. 2 for c = 0), for f > F."""
-    v = speed_after(m, F, c, f, t)
-    return (f - F) * t * t / m * phi2(-c * t / m) + m * v * v / F * stopping_distance(c * v / F)
+    return pulse_ends(m, F, c, f, t)[3]
 
 
 @compiled()
 def pulse_position(m: float, F: float, c: float, f: float, t: float, tau: float) -> float:
     """Return how far the mass is at the time tau after the pulse's start, for f > F."""
-    if tau <= t:
-        return (f - F) * tau * tau / m * phi2(-c * tau / m)
-    v = speed_after(m, F, c, f, t)
-    x = (f - F) * t * t / m * phi2(-c * t / m)
-    h, z = tau - t, -c * (tau - t) / m
-    if h >= m * v / F * stopping_time(c * v / F):
-        return x + m * v * v / F * stopping_distance(c * v / F)
-    return x + v * h * phi1(z) - F * h * h / m * phi2(z)
+    return position_along(m, F, c, f, t, tau, pulse_ends(m, F, c, f, t))
 
 
 @compiled()
 def pulse_duration(m: float, F: float, c: float, f: float, t: float) -> float:
-    """Return the time from rest to rest: t + (m/c) log(1 + c v/F)."""
-    v = speed_after(m, F, c, f, t)
-    return t + m * v / F * stopping_time(c * v / F)
+    """Return the time from rest to rest, t + (m/c) log(1 + c v/F), for f > F."""
+    return pulse_ends(m, F, c, f, t)[2]
 
 
 @compiled()
