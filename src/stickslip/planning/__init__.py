@@ -1,5 +1,13 @@
-"""Which pulse moves a mass how far, and which pulses move it as far as asked."""
+"""Which pulse moves a mass how far, and which pulses bring a flexible arm to rest."""
 
 from stickslip.planning.pulse_law import PulseLaw
+from stickslip.planning.pulse_series import NoPulseSeriesError, PulseSeries, SeriesLimit
+from stickslip.planning.series_planner import PulseSeriesPlanner
 
-__all__ = ["PulseLaw"]
+__all__ = [
+    "NoPulseSeriesError",
+    "PulseLaw",
+    "PulseSeries",
+    "PulseSeriesPlanner",
+    "SeriesLimit",
+]

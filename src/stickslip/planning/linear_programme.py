@@ -1,6 +1,7 @@
 """Linear programmes solved by HiGHS, with every status looked at."""
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -49,7 +50,9 @@ def minimise(
     StickslipError
         If no method comes to a verdict.
     """
-    from scipy.optimize import linprog
+    from scipy import optimize
+
+    linprog: Any = optimize.linprog  # whose stubs know bounds as a list of pairs only
 
     said: list[str] = []
     for method, presolve in _METHODS:

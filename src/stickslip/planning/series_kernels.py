@@ -55,14 +55,14 @@ def _series(
     C: Values,
 ) -> None:
     """Write the Taylor coefficients of v1 under the held net force f: v1(t) = sum C_i t^i."""
-    V, E, S, g = v1, v2, x1 - x2, f  # coefficients of v1, v2, x1 - x2 and the net force
-    C[0] = V
+    a, b, d, g = v1, v2, x1 - x2, f  # coefficients of v1, v2, x1 - x2 and the net force
+    C[0] = a
     for i in range(1, _TERMS + 1):
-        V_next = (g - c * V - ks * S) / m1 / i
-        E_next = ks * S / m2 / i
-        S = (V - E) / i
-        V, E, g = V_next, E_next, 0.0
-        C[i] = V
+        a_next = (g - c * a - ks * d) / m1 / i
+        b_next = ks * d / m2 / i
+        d = (a - b) / i
+        a, b, g = a_next, b_next, 0.0
+        C[i] = a
 
 
 @compiled()

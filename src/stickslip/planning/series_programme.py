@@ -12,6 +12,7 @@ leaves nothing to gain, the plan is optimal at full rate.
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -22,12 +23,14 @@ from stickslip.planning.price_kernels import spread_over_rests
 
 __all__ = ["Programme", "Solution"]
 
+Aim = Literal["effort", "violation", "reach"]
+
 _BLOCKS = 48
 _ROUNDS = 25
 _COVERED = 0.8  # of all that is to be gained: the blocks with the rest are left as they are
 _MOST_TURNS = 2  # in a block; with more of them its pulses are all about as good
 _NEAR = 6  # a block is cut at a turn, and this part of it before and after
-_FEASIBLE = 1e-9  # of the way: what is reached up to that is reached
+_VIOLATED = 1e-8  # of the way and of the mean speed: a violation proven larger is one
 _FARTHEST = 100.0  # times the way: no farther is looked
 _TOO_LOW = 0.1  # of the least velocity, which is asked for at single instants only
 _SLOW = 0.05  # of the highest velocity: where new blocks begin so slowly, it is looked after
@@ -43,14 +46,15 @@ class Solution:
         Of every pulse [N or N m]; None if there is no solution.
     cost, bound
         Mean of ``|u|`` over the effort limit, and what it cannot be less than [-].
-    reach
-        Share of the way to the target that cannot be exceeded [-]; 1 with a solution.
+    edges, instants
+        Blocks and velocity constraints at the end, to go on from.
     """
 
     effort: Float[np.ndarray, " n"] | None
     cost: float
     bound: float
-    reach: float
+    edges: Int[np.ndarray, " b"]
+    instants: Float[np.ndarray, "r 2"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -73,8 +77,6 @@ class Programme:
         Bounds of the effort of each pulse [N or N m].
     least_velocity
         Of the first mass between begin and end [m/s or rad/s].
-    gap
-        How far from its bound the cost may remain, as a share of it [-].
     """
 
     motion: ArmMotion
@@ -85,12 +87,15 @@ class Programme:
     lowest: Float[np.ndarray, " n"]
     highest: Float[np.ndarray, " n"]
     least_velocity: float
-    gap: float
 
     @property
     def steps(self) -> int:
         """Steps of the whole move."""
         return self.pulses * self.steps_per_pulse
+
+    @property
+    def _mean_speed(self) -> float:
+        return self.target / (self.steps * self.motion.step)
 
     @cached_property
     def _terminal(self) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "m 4"]]:
@@ -107,8 +112,12 @@ class Programme:
         return np.linalg.solve(self._terminal[0].T, state) / self.effort_limit
 
     def even_blocks(self, count: int = _BLOCKS) -> Int[np.ndarray, " b"]:
-        """Return the edges of as many blocks of about equal length."""
-        return np.unique(np.linspace(0, self.pulses, min(count, self.pulses) + 1).astype(np.intp))
+        """Return the edges of about as many blocks of about equal length.
+
+        The first and the last pulse, whose bounds are others, are blocks of their own.
+        """
+        edges = np.linspace(0, self.pulses, min(count, self.pulses) + 1).astype(np.intp)
+        return np.unique(np.concatenate([edges, [1, self.pulses - 1]]))
 
     def states(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, "k 4"]:
         """Return the states at every step under the efforts of the pulses."""
@@ -118,8 +127,9 @@ class Programme:
         """Return the local minima of the first mass's velocity between begin and end."""
         return self.motion.minima(np.repeat(effort, self.steps_per_pulse), self.states(effort))
 
-    def landed(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """Return the efforts with the rounding errors of the final state taken out."""
+    def landed(self, solution: Solution) -> Float[np.ndarray, " n"]:
+        """Return a solution's efforts with the rounding errors of the final state taken out."""
+        effort = np.zeros(self.pulses) if solution.effort is None else solution.effort
         R, sums = self._terminal
         wanted = np.array([self.target, 0.0, self.target, 0.0])
         for _ in range(2):
@@ -127,61 +137,69 @@ class Programme:
             effort = effort + np.diff(sums, axis=0) @ np.linalg.solve(R.T, missing)
         return effort
 
-    def solve(self) -> Solution:
-        """Find the efforts whose sum of magnitudes is least, or that there are none."""
-        edges = self.even_blocks()
-        instants = self._begins(edges[1:-1])
-        reach, bound = 1.0, -np.inf
+    def solve(self, *, gap: float, begin: Solution | None = None) -> Solution:
+        """Find the efforts whose sum of magnitudes is least, or that there are none.
+
+        Parameters
+        ----------
+        gap
+            How far from its bound the cost may remain, as a share of it [-].
+        begin
+            A solution with a wider gap, to go on from.
+        """
+        if begin is None:
+            edges = self.even_blocks()
+            instants = self.begins(edges[1:-1])
+        else:
+            edges, instants = begin.edges, begin.instants
+        bound, cost = 0.0, np.inf
+        effort: Float[np.ndarray, " n"] | None = None
         for _ in range(_ROUNDS):
             rows, without, size = self._velocity_rows(edges, instants)
-            aim = "effort"
-            optimum = self._solve(aim, edges, rows, without)
+            aim: Aim = "effort"
+            optimum = self._solve(aim, edges, rows, without, size)
             if optimum is None:
-                # The blocks may be too coarse: go on from those that reach farthest.
-                aim = "reach"
-                optimum = self._solve(aim, edges, rows, without)
+                # The blocks may be too coarse: go on from those that violate the constraints least.
+                aim = "violation"
+                optimum = self._solve(aim, edges, rows, without, size)
             if optimum is None:
-                if edges.size == self.pulses + 1:
-                    return Solution(effort=None, cost=np.inf, bound=np.inf, reach=0.0)
-                edges = _halved(edges)
-                continue
+                break
             b = edges.size - 1
             z = optimum.x[:b] - optimum.x[b : 2 * b] if aim == "effort" else optimum.x[:b]
             z = np.repeat(z, np.diff(edges))
-            effort = z * self.effort_limit
-            states = self.states(effort)
-            price, slack = self._prices(instants, size, optimum, states)
+            tried = z * self.effort_limit
+            states = self.states(tried)
+            missing = 0.0 if aim == "effort" else float(optimum.x[-1]) * self._mean_speed
+            price, slack = self._prices(instants, size, optimum, states[:, 1] + missing)
             gains, wish = self._gains(aim, z, price)
-            left = float(gains.sum()) + slack
-            if aim == "reach":
-                reach = min(reach, left - optimum.cost)
-                if reach < 1.0 - _FEASIBLE:
-                    return Solution(effort=None, cost=np.inf, bound=np.inf, reach=reach)
-            else:
-                bound = max(bound, optimum.cost - left)
-            minima = self.motion.minima(np.repeat(effort, self.steps_per_pulse), states)
+            least = optimum.cost - float(gains.sum()) - slack
+            if aim == "effort":
+                bound = max(bound, least)
+            elif least > _VIOLATED:
+                break
+            minima = self.motion.minima(np.repeat(tried, self.steps_per_pulse), states)
             low = minima[minima[:, 2] < _TOO_LOW * self.least_velocity, :2]
-            good = aim == "effort" and optimum.cost - bound <= self.gap * optimum.cost
+            if aim == "effort" and low.size == 0 and optimum.cost < cost:
+                effort, cost = tried, optimum.cost
+            good = aim == "effort" and optimum.cost - bound <= gap * optimum.cost
             divided = edges if good else _divided(edges, gains, wish)
             if low.size == 0 and divided.size == edges.size:
-                if aim == "effort":
-                    return Solution(effort=effort, cost=optimum.cost, bound=bound, reach=1.0)
                 break
             added = np.setdiff1d(divided, edges)
             velocity = states[:, 1]
             slow = velocity[added * self.steps_per_pulse] < _SLOW * velocity.max()
-            instants = np.vstack([instants, low, self._begins(added[slow])])
+            instants = np.vstack([instants, low, self.begins(added[slow])])
             edges = divided
-        return Solution(effort=None, cost=np.inf, bound=bound, reach=reach)
+        return Solution(effort=effort, cost=cost, bound=bound, edges=edges, instants=instants)
 
     def rough_reach(self) -> float:
         """Return how many times the way to the target can about be gone; 0 if that is unclear."""
         edges = self.even_blocks()
-        rows, without, _ = self._velocity_rows(edges, self._begins(edges[1:-1]))
-        optimum = self._solve("reach", edges, rows, without, farthest=_FARTHEST)
+        rows, without, size = self._velocity_rows(edges, self.begins(edges[1:-1]))
+        optimum = self._solve("reach", edges, rows, without, size)
         return 0.0 if optimum is None else -optimum.cost
 
-    def _begins(self, pulses: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 2"]:
+    def begins(self, pulses: Int[np.ndarray, " k"]) -> Float[np.ndarray, "k 2"]:
         """Return the instants at which these pulses begin."""
         return np.column_stack([pulses * self.steps_per_pulse, np.zeros(pulses.size)])
 
@@ -199,47 +217,62 @@ class Programme:
 
     def _solve(
         self,
-        aim: str,
+        aim: Aim,
         edges: Int[np.ndarray, " b"],
         rows: Float[np.ndarray, "m c"],
         without: Float[np.ndarray, " m"],
-        farthest: float = 1.0,
+        size: Float[np.ndarray, " m"],
     ) -> Optimum | None:
+        """Solve for the effort of each block, in shares of the limit.
+
+        The aim is least effort (forward and backward parts of each effort), least violation (of
+        the final state and of the least velocity, in shares of the way and the mean speed), or the
+        farthest reach (in times the way).
+        """
         _, sums = self._terminal
         columns = np.diff(sums[edges], axis=0).T
         begin = self._in_terminal_terms(self.motion.free[self.steps])
         way = self._in_terminal_terms(np.array([self.target, 0.0, self.target, 0.0]))
-        low, high = self._block_bounds(edges)
+        low, high = self.block_bounds(edges)
+        box = np.column_stack([low, high])
         if aim == "effort":
             share = np.diff(edges) / self.pulses
             return minimise(
                 np.concatenate([share, share]),
                 at_most=(np.hstack([-rows, rows]), -without),
                 equal=(np.hstack([columns, -columns]), way - begin),
-                bounds=np.vstack(
-                    [
-                        np.column_stack([np.maximum(low, 0.0), np.maximum(high, 0.0)]),
-                        np.column_stack([np.maximum(-high, 0.0), np.maximum(-low, 0.0)]),
-                    ]
+                bounds=np.vstack([np.maximum(box, 0.0), np.maximum(-box[:, ::-1], 0.0)]),
+            )
+        if aim == "violation":
+            off = np.eye(4) * np.linalg.norm(way)
+            slower = self._mean_speed / (size * self.effort_limit)
+            return minimise(
+                np.concatenate([np.zeros(low.size), np.ones(9)]),
+                at_most=(
+                    np.column_stack([-rows, np.zeros((without.size, 8)), -slower]),
+                    -without,
                 ),
+                equal=(np.hstack([columns, off, -off, np.zeros((4, 1))]), way - begin),
+                bounds=np.vstack([box, np.tile([0.0, np.inf], (9, 1))]),
             )
         return minimise(
-            np.append(np.zeros(edges.size - 1), -1.0),
+            np.append(np.zeros(low.size), -1.0),
             at_most=(np.column_stack([-rows, np.zeros(without.size)]), -without),
             equal=(np.column_stack([columns, -way]), -begin),
-            bounds=np.vstack([np.column_stack([low, high]), [0.0, farthest]]),
+            bounds=np.vstack([box, [0.0, _FARTHEST]]),
         )
 
-    def _block_bounds(
+    def block_bounds(
         self, edges: Int[np.ndarray, " b"]
     ) -> tuple[Float[np.ndarray, " c"], Float[np.ndarray, " c"]]:
+        """Return the lowest and the highest effort of each block, as shares of the limit."""
         low = np.maximum.reduceat(self.lowest, edges[:-1]) / self.effort_limit
         high = np.minimum.reduceat(self.highest, edges[:-1]) / self.effort_limit
         return low, high
 
     def _gains(
         self,
-        aim: str,
+        aim: Aim,
         z: Float[np.ndarray, " n"],
         price: Float[np.ndarray, " n"],
     ) -> tuple[Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
@@ -260,7 +293,7 @@ class Programme:
         instants: Float[np.ndarray, "r 2"],
         size: Float[np.ndarray, " r"],
         optimum: Optimum,
-        states: Float[np.ndarray, "k 4"],
+        velocity: Float[np.ndarray, " k"],
     ) -> tuple[Float[np.ndarray, " n"], float]:
         """Return what effort is worth in each pulse, and what the prices' spreading costs."""
         R, _ = self._terminal
@@ -271,12 +304,12 @@ class Programme:
         active, worth, at = active[order], worth[order], at[order] / self.steps_per_pulse
         near = 2.0 * max(1.0, self.pulses / _BLOCKS)
         spread, left = spread_over_rests(at, worth, self.pulses, near)
-        begins = states[: self.steps : self.steps_per_pulse, 1]
+        begins = velocity[: self.steps : self.steps_per_pulse]
         slack = float(spread @ (begins - self.least_velocity)) / self.effort_limit
         single = left > 0.0
         by_step = self.motion.worth(
             np.linalg.solve(R, optimum.equal_price),
-            np.vstack([self._begins(np.arange(self.pulses)), instants[active[single]]]),
+            np.vstack([self.begins(np.arange(self.pulses)), instants[active[single]]]),
             np.concatenate([spread, left[single]]),
         )
         return np.add.reduceat(by_step, np.arange(0, self.steps, self.steps_per_pulse)), slack
@@ -301,7 +334,3 @@ def _divided(
         elif end - begin > 1:
             new.append(np.array([(begin + end) // 2]))
     return np.unique(np.concatenate(new))
-
-
-def _halved(edges: Int[np.ndarray, " b"]) -> Int[np.ndarray, " b"]:
-    return np.unique(np.concatenate([edges, (edges[:-1] + edges[1:]) // 2]))

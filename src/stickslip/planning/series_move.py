@@ -1,0 +1,200 @@
+"""A move asked of the planner, seen in its own direction and from where mass 1 begins."""
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
+from stickslip.planning.series_programme import Programme, Solution
+from stickslip.plants import FlexibleArm
+
+__all__ = ["FEWEST_PULSES", "Move"]
+
+FEWEST_PULSES = 4
+"""One for each of the four states to be met."""
+
+_CLEARANCE = 1e-6  # of the effort limit: between an effort and what it must exceed
+_LONGEST = 30.0  # times the rough guess of the shortest time: longer ones are not tried
+_TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
+_ANY_GAP = 1.0  # of the cost: any solution will do
+
+
+@dataclass(frozen=True, kw_only=True)
+class Move:
+    """What is asked for: forward along the direction, from the position 0 of mass 1.
+
+    Attributes
+    ----------
+    arm
+        Masses, spring and friction; the friction's positive side is that of the move.
+    interval
+        Lowest and highest friction, likewise; empty without an interval.
+    sampling_time
+        [s].
+    pulse_samples
+        Samples in each pulse.
+    effort_limit
+        [N or N m].
+    slowest
+        Least speed of mass 1 on the way, as a share of the mean [-].
+    start
+        State at the begin.
+    way
+        To the target, positive [m or rad].
+    """
+
+    arm: FlexibleArm
+    interval: tuple[CoulombViscousFriction, ...]
+    sampling_time: float
+    pulse_samples: int
+    effort_limit: float
+    slowest: float
+    start: tuple[float, float, float, float]
+    way: float
+
+    @property
+    def pulse_width(self) -> float:
+        """How long each pulse is held [s]."""
+        return self.pulse_samples * self.sampling_time
+
+    @property
+    def breakaway(self) -> float:
+        """The effort that the first must exceed; minus infinity if mass 1 moves already."""
+        if self.start[1] > 0:
+            return -math.inf
+        laws = (self.arm.friction, *self.interval)
+        strongest = max(law.static_friction_positive + law.offset for law in laws)
+        return strongest - self.arm.stiffness * (self.start[2] - self.start[0])
+
+    @property
+    def frees(self) -> bool:
+        """Whether an effort within the limit frees mass 1."""
+        return self.breakaway < self.effort_limit * (1.0 - 3.0 * _CLEARANCE)
+
+    def programme(self, pulses: int, *, friction: tuple[float, float] | None = None) -> Programme:
+        """Return the linear programme of so many pulses.
+
+        Parameters
+        ----------
+        pulses
+            How many.
+        friction
+            Another resistance (Coulomb friction and offset) and viscous friction than believed.
+        """
+        law = self.arm.friction
+        resistance, viscous = friction or (
+            law.coulomb_friction_positive + law.offset,
+            law.viscous_friction_positive,
+        )
+        parts = steps_per_sample(self.arm, self.sampling_time)
+        per_pulse = self.pulse_samples * parts
+        clearance = _CLEARANCE * self.effort_limit
+        limit = self.effort_limit - clearance
+        lowest, highest = np.full(pulses, -limit), np.full(pulses, limit)
+        lowest[0] = min(max(-limit, self.breakaway + clearance), limit)
+        # At the end mass 1 comes to rest from forward motion with the spring relaxed.
+        highest[-1] = min(limit, resistance - clearance)
+        return Programme(
+            motion=ArmMotion(
+                arm=self.arm,
+                resistance=resistance,
+                viscous_friction=viscous,
+                step=self.sampling_time / parts,
+                steps=pulses * per_pulse,
+                start=np.array(self.start),
+            ),
+            pulses=pulses,
+            steps_per_pulse=per_pulse,
+            target=self.way,
+            effort_limit=self.effort_limit,
+            lowest=lowest,
+            highest=highest,
+            least_velocity=self.slowest * self.way / (pulses * self.pulse_width),
+        )
+
+    def extremes(self, pulses: int) -> list[Programme]:
+        """Return the programme with each combination of the interval's ends."""
+        return [
+            self.programme(
+                pulses,
+                friction=(
+                    law.coulomb_friction_positive + law.offset,
+                    other.viscous_friction_positive,
+                ),
+            )
+            for law in self.interval
+            for other in self.interval
+        ]
+
+    def solved(
+        self, pulses: int, *, gap: float = _ANY_GAP, begin: Solution | None = None
+    ) -> Solution | None:
+        """Solve the programme of so many pulses; None if there is no solution."""
+        if pulses < FEWEST_PULSES or not self.frees:
+            return None
+        solution = self.programme(pulses).solve(gap=gap, begin=begin)
+        return None if solution.effort is None else solution
+
+    def shortest(self) -> tuple[int, Solution | None]:
+        """Return the fewest pulses that do, and a solution; None with the most that were tried.
+
+        A series can be made longer by a rest on the target, so that what is possible remains so
+        with more pulses. A rough search by how far one gets is followed by a bisection, in which
+        the bound of the programme proves a number of pulses to be too few.
+        """
+        guess = self._guess()
+        most = max(math.ceil(_LONGEST * guess), 2 * FEWEST_PULSES)
+        if not self.frees:
+            return most, None
+        low, high, stride = FEWEST_PULSES - 1, self._roughly(guess, most), 1
+        solution = self.solved(high)
+        while solution is None:
+            if high >= most:
+                return most, None
+            low, high = high, min(most, high + stride)
+            stride *= 2
+            solution = self.solved(high)
+        stride = 1
+        while high - low > 1:
+            # Outwards from what is known to do, in growing strides, then half way between.
+            middle = max((low + high) // 2, high - stride)
+            trial = self.solved(middle)
+            if trial is None:
+                low = middle
+            else:
+                high, solution = middle, trial
+                stride *= 2
+        return high, solution
+
+    def _guess(self) -> int:
+        """Return about how many pulses a rigid arm needs, with time for a swing to be stilled."""
+        limit, law = self.effort_limit, self.arm.friction
+        resistance = law.coulomb_friction_positive + law.offset
+        mass = self.arm.mass_1 + self.arm.mass_2
+        push, brake = (max(limit + sign * resistance, 0.01 * limit) for sign in (-1.0, 1.0))
+        rigid = math.sqrt(2.0 * self.way * mass * (1.0 / push + 1.0 / brake))
+        dragged = self.way * law.viscous_friction_positive / push
+        swing = (
+            2.0 * math.pi / math.sqrt(self.arm.stiffness * mass / self.arm.mass_1 / self.arm.mass_2)
+        )
+        return max(FEWEST_PULSES, math.ceil((rigid + dragged + 0.5 * swing) / self.pulse_width))
+
+    def _roughly(self, trial: int, most: int) -> int:
+        """Return about the fewest pulses that do, in a few blocks and unproven.
+
+        How far one gets is about a power of the time: 2 for a rigid arm, and more for a short move
+        of a flexible one, so that the last two trials tell which.
+        """
+        power, before, reached = 2.0, 0, 0.0
+        for _ in range(_TRIALS):
+            reach = self.programme(trial).rough_reach()
+            if reach > 0.0 and reached > 0.0 and trial != before:
+                power = max(1.0, math.log(reach / reached) / math.log(trial / before))
+            before, reached = trial, reach
+            aimed = math.ceil(trial * reach ** (-1.0 / power)) if reach > 0.0 else 2 * trial
+            trial = min(max(aimed, FEWEST_PULSES), most)
+            if abs(trial - before) <= trial * _ROUGHLY:
+                break
+        return trial

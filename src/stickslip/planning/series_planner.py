@@ -1,0 +1,235 @@
+"""Plan a series of pulses that brings a flexible arm to rest on a target."""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning.pulse_series import PulseSeries
+from stickslip.planning.series_move import Move
+from stickslip.planning.series_programme import Solution
+from stickslip.planning.series_refusal import refusal
+from stickslip.planning.series_robust import least_worst_residual
+from stickslip.plants import FlexibleArm
+from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
+
+__all__ = ["PulseSeriesPlanner"]
+
+_LANDED = 1e-9  # of the way: what rounding may leave, speeds over the frequency of mass 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseSeriesPlanner:
+    """Find the efforts that bring both masses of a flexible arm to rest on a target.
+
+    While mass 1 moves in one direction the arm is linear, with its friction as a constant force
+    and a damping. The efforts solve a linear programme: both masses rest on the target at the end,
+    mass 1 never turns back or stops on the way (between samples neither), no effort exceeds the
+    limit, and the first one frees mass 1. What is minimised is the impulse, the time integral of
+    the effort's magnitude. At the end the spring is relaxed, and static friction holds mass 1.
+
+    Attributes
+    ----------
+    arm
+        Masses, spring and friction as they are believed to be.
+    sampling_time
+        [s].
+    effort_limit
+        Largest magnitude of effort.
+    pulse_samples
+        Samples in each pulse, over which the effort is held; 1 is full rate.
+    slowest
+        Least speed of mass 1 on the way, as a share of the mean speed of the move [-]. It keeps
+        rounding errors from stopping mass 1.
+    impulse_gap
+        By which share at most the impulse exceeds the least one [-].
+    friction_interval
+        The lowest and the highest friction that the axis may have. With it the efforts are those
+        with which the farthest that the masses may end from the target is least, wherever Coulomb
+        friction and offset, and viscous friction, lie between the two; the friction of the arm
+        then only decides which time is the shortest.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, or if the offset is above the static friction, so that
+        mass 1 does not rest without effort.
+
+    Examples
+    --------
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
+    >>> arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    >>> planner = PulseSeriesPlanner(arm=arm, sampling_time=0.05, effort_limit=1.0)
+    >>> series = planner.plan((0.0, 0.0, 0.0, 0.0), target=1.0)
+    >>> round(series.duration, 9)
+    4.6
+    >>> wide = replace(planner, pulse_samples=20).plan((0.0, 0.0, 0.0, 0.0), target=1.0)
+    >>> wide.amplitudes.size, round(wide.duration, 9)
+    (6, 6.0)
+    """
+
+    arm: FlexibleArm
+    sampling_time: float = quantity_field("sampling_time")
+    effort_limit: float = quantity_field("effort")
+    pulse_samples: int = 1
+    slowest: float = 1e-3
+    impulse_gap: float = 0.02
+    friction_interval: tuple[CoulombViscousFriction, CoulombViscousFriction] | None = None
+
+    def __post_init__(self) -> None:
+        kind = self.arm.kind
+        for name, unit in (("sampling_time", "s"), ("effort_limit", unit_of("effort", kind))):
+            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
+        for name in ("slowest", "impulse_gap"):
+            value = positive(name, getattr(self, name), "(a share)")
+            if value >= 1:
+                raise InputError(
+                    f"{name} is {value:g}, it must be below 1", remedy="give a small share"
+                )
+            object.__setattr__(self, name, value)
+        if self.pulse_samples < 1:
+            raise InputError(
+                f"pulse_samples is {self.pulse_samples}, it must be at least 1",
+                remedy="give the number of samples over which the effort is held",
+            )
+        for law in (self.arm.friction, *(self.friction_interval or ())):
+            if not -law.static_friction_positive <= law.offset <= law.static_friction_negative:
+                raise InputError(
+                    f"the offset, {law.offset:g} {unit_of('offset', kind)}, is above the static "
+                    "friction, so that mass 1 does not rest without effort",
+                    remedy="balance the offset, and plan with what remains of it",
+                )
+
+    @property
+    def pulse_width(self) -> float:
+        """How long each pulse is held [s]."""
+        return self.pulse_samples * self.sampling_time
+
+    def plan(
+        self,
+        state: tuple[float, float, float, float],
+        target: float,
+        *,
+        pulses: int | None = None,
+    ) -> PulseSeries:
+        """Return the series of least impulse with so many pulses, or with as few as possible.
+
+        Parameters
+        ----------
+        state
+            ``(position, velocity, load_position, load_velocity)`` at the begin [m or rad, m/s or
+            rad/s]. Mass 1 rests, or moves towards the target already; mass 2 may swing.
+        target
+            Where both masses shall rest [m or rad].
+        pulses
+            How many; None for the fewest, that is, the shortest time.
+
+        Raises
+        ------
+        NoPulseSeriesError
+            If there is no such series; it names the limit that binds and what would help.
+        InputError
+            If a value is not finite, or mass 1 is on the target or moves away from it.
+        """
+        direction = self._direction(state, target)
+        move = self._move(state, target, direction)
+        count, begin = move.shortest() if pulses is None else (pulses, None)
+        solution = None
+        if pulses is not None or begin is not None:
+            solution = move.solved(count, gap=self.impulse_gap, begin=begin)
+        if solution is None:
+            raise refusal(move, count, at_most=pulses is None, kind=self.arm.kind)
+        return self._series(move, count, solution, float(state[0]), direction, float(target))
+
+    def _direction(self, state: tuple[float, float, float, float], target: float) -> int:
+        names = ("position", "velocity", "load_position", "load_velocity", "target")
+        for name, value in zip(names, (*state, target), strict=True):
+            if not math.isfinite(value):
+                raise InputError(
+                    f"{name} is {value:g}, it must be finite", remedy="give a finite number"
+                )
+        kind = self.arm.kind
+        if target == state[0]:
+            raise InputError(
+                f"mass 1 is on the target, {target:g} {unit_of('position', kind)}, already, and a "
+                "series moves it one way only",
+                remedy="wait for mass 2 to come to rest, or choose another target",
+            )
+        direction = 1 if target > state[0] else -1
+        if state[1] * direction < 0:
+            raise InputError(
+                f"mass 1 moves away from the target, with {state[1]:g} {unit_of('velocity', kind)}",
+                remedy="stop it first",
+            )
+        return direction
+
+    def _move(
+        self, state: tuple[float, float, float, float], target: float, direction: int
+    ) -> Move:
+        """Return the request, turned so that the move is forward."""
+
+        def turned(law: CoulombViscousFriction) -> CoulombViscousFriction:
+            return law if direction > 0 else law.mirrored()
+
+        return Move(
+            arm=replace(self.arm, friction=turned(self.arm.friction)),
+            interval=tuple(turned(law) for law in self.friction_interval or ()),
+            sampling_time=self.sampling_time,
+            pulse_samples=self.pulse_samples,
+            effort_limit=self.effort_limit,
+            slowest=self.slowest,
+            start=(
+                0.0,
+                direction * float(state[1]),
+                direction * (float(state[2]) - float(state[0])),
+                direction * float(state[3]),
+            ),
+            way=abs(float(target) - float(state[0])),
+        )
+
+    def _series(
+        self,
+        move: Move,
+        pulses: int,
+        solution: Solution,
+        origin: float,
+        direction: int,
+        target: float,
+    ) -> PulseSeries:
+        """Return the record of a solution, verified by propagating it."""
+        programme = move.programme(pulses)
+        residual = None
+        if move.interval:
+            effort, residual = least_worst_residual(programme, move.extremes(pulses))
+        else:
+            effort = programme.landed(solution)
+        states = programme.states(effort)
+        slowest = float(
+            min(states[1:-1, 1].min(), programme.minima(effort)[:, 2].min(initial=np.inf))
+        )
+        frequency = math.sqrt(self.arm.stiffness / self.arm.mass_2)
+        missing = (states[-1] - (move.way, 0.0, move.way, 0.0)) / (1.0, frequency, 1.0, frequency)
+        error = float(np.abs(missing).max())
+        if slowest <= 0 or (residual is None and error > _LANDED * move.way):
+            raise StickslipError(
+                f"rounding errors leave {error:g} of {move.way:g} to go, at a least speed of "
+                f"{slowest:g}; give fewer pulses, or an effort limit nearer to what the move needs"
+            )
+        samples = states[:: programme.steps_per_pulse // self.pulse_samples] * direction
+        return PulseSeries(
+            kind=self.arm.kind,
+            sampling_time=self.sampling_time,
+            pulse_samples=self.pulse_samples,
+            target=target,
+            effort=np.repeat(effort, self.pulse_samples) * direction,
+            position=origin + samples[:, 0],
+            velocity=samples[:, 1],
+            load_position=origin + samples[:, 2],
+            load_velocity=samples[:, 3],
+            effort_limit=self.effort_limit,
+            breakaway_margin=float(effort[0]) - move.breakaway,
+            slowest=slowest,
+            least_impulse=solution.bound * self.effort_limit * pulses * self.pulse_width,
+            worst_residual=residual,
+        )

@@ -1,0 +1,95 @@
+"""Why there is no pulse series: which limit binds, and what would help."""
+
+import math
+from dataclasses import replace
+from typing import Literal
+
+from stickslip.planning.pulse_series import NoPulseSeriesError, SeriesLimit
+from stickslip.planning.series_move import FEWEST_PULSES, Move
+from stickslip.records import AxisKind, count_of, unit_of
+
+__all__ = ["refusal"]
+
+_STRONGER = 100.0  # times the effort limit: no more is tried
+_STRONGER_TO = 1.01  # so exactly the effort that would do is said
+
+
+def refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPulseSeriesError:
+    """Return the error that says which limit, lifted alone, would allow a series.
+
+    Parameters
+    ----------
+    move
+        What was asked for.
+    pulses
+        How many.
+    at_most
+        Whether fewer would have done.
+    kind
+        Of the axis.
+    """
+    effort = unit_of("effort", kind)
+    asked = (
+        f"no series of {'at most ' if at_most else ''}{count_of(pulses, 'pulse')} "
+        f"({pulses * move.pulse_width:g} s) brings both masses to rest "
+        f"{move.way:g} {unit_of('position', kind)} away"
+    )
+    if pulses < FEWEST_PULSES:
+        limit, why = SeriesLimit.PULSES, "four states are to be met"
+    elif not move.frees:
+        limit = SeriesLimit.BREAKAWAY
+        why = (
+            f"it takes more than {move.breakaway:.6g} {effort} to free mass 1, and the limit is "
+            f"{move.effort_limit:g} {effort}"
+        )
+    elif (enough := _enough_effort(move, pulses)) is not None:
+        limit = SeriesLimit.EFFORT
+        why = (
+            f"it would take efforts of up to {enough:.3g} {effort}, and the limit is "
+            f"{move.effort_limit:g} {effort}"
+        )
+    elif _possible_without("breakaway", move, pulses):
+        limit = SeriesLimit.BREAKAWAY
+        why = (
+            f"the first effort must exceed {move.breakaway:.6g} {effort} to free mass 1, which is "
+            "too much for this move"
+        )
+    elif _possible_without("direction", move, pulses):
+        limit, why = SeriesLimit.DIRECTION, "mass 1 would have to stop or turn back on the way"
+    else:
+        limit, why = SeriesLimit.TOGETHER, "several limits bind at once"
+    remedy = limit.text
+    if not at_most and limit not in (SeriesLimit.PULSES,) and move.frees:
+        count, solution = move.shortest()
+        if solution is not None and count != pulses:
+            remedy = f"{count} pulses ({count * move.pulse_width:g} s) are enough; or {remedy}"
+    return NoPulseSeriesError(f"{asked}: {why}", limit=limit, remedy=remedy)
+
+
+def _enough_effort(move: Move, pulses: int) -> float | None:
+    """Return about the least effort limit with which there is a series, None if there is none."""
+
+    def does(times: float) -> bool:
+        return replace(move, effort_limit=times * move.effort_limit).solved(pulses) is not None
+
+    low, high = 1.0, 1.0
+    while not does(high := 2.0 * high):
+        low = high
+        if high > _STRONGER:
+            return None
+    while high > _STRONGER_TO * low:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if does(middle) else (middle, high)
+    return high * move.effort_limit
+
+
+def _possible_without(limit: Literal["breakaway", "direction"], move: Move, pulses: int) -> bool:
+    programme = move.programme(pulses)
+    if limit == "breakaway":
+        lowest = programme.lowest.copy()
+        lowest[0] = lowest[1]
+        programme = replace(programme, lowest=lowest)
+    else:
+        fastest = move.effort_limit * pulses * move.pulse_width / move.arm.mass_1
+        programme = replace(programme, least_velocity=-10.0 * fastest)
+    return programme.solve(gap=1.0).effort is not None
