@@ -23,7 +23,7 @@ docs: .venv/dev.stamp ## the documentation, with its figures made anew
 	$(BIN)/python docs/make_pulse_figures.py
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
-study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some ten minutes)
+study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some twenty minutes)
 	$(BIN)/python docs/make_study.py
 	$(BIN)/python docs/make_pid_tuning.py
 	$(BIN)/python docs/make_controller_study.py

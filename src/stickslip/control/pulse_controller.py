@@ -233,14 +233,14 @@ class PulseController(ABC):
             raise InputError(
                 f"this was learned by {learnt.method!r}, the controller is {self.method!r}",
                 where="method",
-                remedy="resume with what the same method has learned",
+                remedy="take that method, or begin with first guesses",
             )
         if learnt.kind != self.kind:
             raise InputError(
                 f"this was learned on a {learnt.kind} axis, the controller is for a {self.kind} "
                 "one",
                 where="kind",
-                remedy="resume with what was learned on the same axis",
+                remedy="resume with what was learned on the same axis, or begin with first guesses",
             )
         for name in names:
             if name not in learnt.values:

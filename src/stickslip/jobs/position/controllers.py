@@ -23,7 +23,6 @@ from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable, SensorsTable
 from stickslip.records import (
     AxisKind,
     InputError,
-    LearntPulses,
     count_of,
     prefixed,
     unit_of,
@@ -83,14 +82,13 @@ def choose_controller(
         aim = _aim(scenario, rest)
         notes = (_about(rest, kind), *_about_aim(aim, scenario))
         if guess.learnt is not None:
-            learnt = _learnt(scenario, folder / guess.learnt)
-            first = _pulses(scenario, _anything(scenario), rest, aim)
-            where = f"learnt {guess.learnt}"
+            path, source = folder / guess.learnt, f"learnt {guess.learnt}"
+            learnt, first = learnt_from(path), _pulses(scenario, _anything(scenario), rest, aim)
             try:
                 resumed = first.resumed(learnt)
             except InputError as error:
-                raise error.at(str(folder / guess.learnt)) from None
-            return resumed, dict.fromkeys(resumed.estimates(resumed.init()), where), notes
+                raise error.at(str(path)) from None
+            return resumed, dict.fromkeys(resumed.estimates(resumed.init()), source), notes
         beliefs = beliefs_from(guess, kind, folder)
         _check_guess(beliefs, table.effort_limit)
         return _pulses(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
@@ -271,24 +269,6 @@ def _exact(
         **sure,
         **settings,
     )
-
-
-def _learnt(scenario: Scenario, path: Path) -> LearntPulses:
-    learnt = learnt_from(path)
-    method, kind = scenario.controller.method, scenario.axis.kind
-    if learnt.method != method:
-        raise InputError(
-            f"this was learnt by method {learnt.method}, the scenario's is {method}",
-            where=f"{path}, method",
-            remedy=f"use method {learnt.method}, or give first guesses in its place",
-        )
-    if learnt.kind != kind:
-        raise InputError(
-            f"this was learnt on a {learnt.kind} axis, the scenario's is {kind}",
-            where=f"{path}, kind",
-            remedy="give what was learnt on this axis, or correct kind in [axis]",
-        )
-    return learnt
 
 
 def _feedback(scenario: Scenario, beliefs: Beliefs) -> PIDController:
