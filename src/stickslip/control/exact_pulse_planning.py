@@ -184,11 +184,6 @@ def plan(s: Vector) -> None:
         s[GOAL], s[FRUITLESS] = 0.5 * error, 0.0
     else:
         s[FRUITLESS] += 1.0
-    # Rather where it has come near than where it was only to come back from
-    patience = s[PATIENCE] if error <= _NEAR * s[BEST] else 2.0 * s[PATIENCE]
-    if s[FRUITLESS] >= patience:
-        _give_up(s, HELD_FAST if s[IDLE] >= s[FRUITLESS] else EXHAUSTED)
-        return
     side = 0 if s[ERROR] > 0.0 else 1
     T = s[PERIOD]
     f, n = _pulse(s, side, error)
@@ -199,7 +194,13 @@ def plan(s: Vector) -> None:
             f, n = short_f, short_n
         elif uncertain > 1.0 and n > 1.0:
             f, n = _sure(s, side), 1.0
-    if f >= s[BREAKAWAY + side]:
+    direct = f >= s[BREAKAWAY + side]
+    # Rather where it has come near than where it was only to come back from
+    patience = s[PATIENCE] * (1.0 if error <= _NEAR * s[BEST] else 2.0 if direct else 1.5)
+    if s[FRUITLESS] >= patience:
+        _give_up(s, HELD_FAST if s[IDLE] >= s[FRUITLESS] else EXHAUSTED)
+        return
+    if direct:
         _shoot(s, side, f, n)
         return
     f, n, left = _beyond(s, side, error)
