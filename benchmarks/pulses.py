@@ -24,13 +24,13 @@ from stickslip.simulation import Sensors, simulate_closed_loop
 
 __all__ = ["compare"]
 
-_MASS, _EFFORT, _T, _STEP = 150.0, 300.0, 0.01, 1e-6
+_MASS, _EFFORT, _T, _STEP = 150.0, 300.0, 0.001, 1e-6
 _FRICTION = CoulombViscousFriction.symmetric(
     coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0
 )
 _SAMPLES = 20_000
-_DRIVE = 100.0
-"""Goal for the longest sample [us]: a tenth of the period of a loop at 1 kHz."""
+_DRIVE = 250.0
+"""Goal for the longest sample [us]: a quarter of the period of this loop."""
 
 
 def _controllers() -> dict[str, PulseController]:
@@ -82,7 +82,7 @@ def _planning_sample(controller: PulseController) -> tuple[Any, SensorSample]:
         SingleMass(mass=_MASS, friction=_FRICTION),
         controller,
         sampling_time=_T,
-        samples=200,
+        samples=500,
         sensors=Sensors(position_noise=_STEP, encoder_step=_STEP, velocity="none"),
         generator=np.random.default_rng(1),
     )
