@@ -162,13 +162,15 @@ def learning() -> None:
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.3), layout="constrained")
 
     def expected(after: int) -> np.ndarray:
-        from stickslip.planning.pulse_kernels import pulse_position
+        from stickslip.planning.pulse_kernels import position_along, pulse_ends
 
         m, F, c = (
             float(done.estimates[name][after])
             for name in ("mass", "coulomb_friction_positive", "viscous_friction_positive")
         )
-        return 1e3 * np.array([pulse_position(m, F, c, effort, width, float(t)) for t in time])
+        pulse = (m, F, c, effort, width)
+        ends = pulse_ends(*pulse)
+        return 1e3 * np.array([position_along(*pulse, float(t), ends) for t in time])
 
     log = done.run.log
     since = log.time - first.time

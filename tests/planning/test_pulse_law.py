@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw
-from stickslip.planning.pulse_kernels import pulse_position
+from stickslip.planning.pulse_kernels import position_along, pulse_ends
 from stickslip.plants import SingleMass
 from stickslip.records import InputError
 from stickslip.simulation import simulate
@@ -128,10 +128,8 @@ def test_the_simulator_goes_as_far(
     assert way * motion.position[-1] == pytest.approx(d, rel=NEAR_ZERO)
     stop = motion.event_time[motion.event_mode == 0]
     assert float(stop[-1]) == pytest.approx(float(law.duration(effort, n * T)), rel=NEAR_ZERO)
-    along = [
-        pulse_position(m, law.coulomb_friction, law.viscous_friction, effort, n * T, float(tau))
-        for tau in motion.time
-    ]
+    pulse = (m, law.coulomb_friction, law.viscous_friction, effort, n * T)
+    along = [position_along(*pulse, float(tau), pulse_ends(*pulse)) for tau in motion.time]
     np.testing.assert_allclose(way * motion.position, along, rtol=NEAR_ZERO, atol=NEAR_ZERO * d)
 
 

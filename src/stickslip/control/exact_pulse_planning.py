@@ -10,10 +10,10 @@ The error is so small that this effort might not free the mass (Eq. 24): the pul
 beyond the target, by as much as a pulse back certainly can.
 
 No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
-from the sensors' noise, is no less than the error, or the last pulses have not halved the error, or
-have not even freed the mass. Then none is fired. As an error can only be halved so
-often until it is below what the sensors tell apart, and at most twice the patience goes by between,
-the number of pulses is bounded: there is no limit cycle, whatever the axis does.
+from the sensors' noise, is several times what would help, or the last pulses have not halved the
+error, or have not even freed the mass. Then none is fired. As an error can only be halved so often
+until it is below what the sensors tell apart, and at most twice the patience goes by between, the
+number of pulses is bounded: there is no limit cycle, whatever the axis does.
 """
 
 import math
@@ -51,6 +51,7 @@ from stickslip.control.pulse_kernel import (
     add_level,
     fire,
     stop,
+    whole_samples,
 )
 from stickslip.planning.pulse_kernels import (
     effort_for,
@@ -65,7 +66,6 @@ NO_BETTER, EXHAUSTED, HELD_FAST = 1.0, 2.0, 3.0  # values of REASON
 
 _CAUTION = 2.0  # how much shorter a pulse aims when its displacement is uncertain
 _SURE = 0.5  # of the way from the believed breakaway to an effort that has freed the mass
-_WHOLE = 1e-9  # of a sample: rounding of a width that is whole
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
 _NEAR = 3.0  # times the best error so far
 _DETOURS = 4  # most samples of a pulse back that is looked for
@@ -112,7 +112,7 @@ def _pulse(s: Vector, side: int, d: float) -> tuple[float, float]:
     m, F, c = _law(s, side)
     if s[LIMIT] <= F:  # as far as is known nothing moves: try
         return s[LIMIT], 1.0
-    n = max(math.ceil(width_for(m, F, c, d, s[LIMIT]) / s[PERIOD] - _WHOLE), 1.0)
+    n = whole_samples(width_for(m, F, c, d, s[LIMIT]), s[PERIOD])
     if n > s[LONGEST]:
         return s[LIMIT], s[LONGEST]
     return min(effort_for(m, F, c, d, n * s[PERIOD]), s[LIMIT]), n

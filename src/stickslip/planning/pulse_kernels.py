@@ -17,8 +17,6 @@ __all__ = [
     "pulse_displacement",
     "pulse_duration",
     "pulse_ends",
-    "pulse_position",
-    "speed_after",
     "width_for",
 ]
 
@@ -27,7 +25,7 @@ _CONVERGED = 4e-16  # relative step: about two units in the last place
 
 
 @compiled(inline=True)
-def speed_after(m: float, F: float, c: float, f: float, t: float) -> float:
+def _speed_after(m: float, F: float, c: float, f: float, t: float) -> float:
     """Return the speed at the end of the pulse, (f - F) t/m phi1(-c t/m)."""
     return (f - F) * t / m * phi1(-c * t / m)
 
@@ -37,7 +35,7 @@ def pulse_ends(
     m: float, F: float, c: float, f: float, t: float
 ) -> tuple[float, float, float, float]:
     """Return position and speed at the end of the pulse, and time and displacement at rest."""
-    v = speed_after(m, F, c, f, t)
+    v = _speed_after(m, F, c, f, t)
     x = (f - F) * t * t / m * phi2(-c * t / m)
     stopped = t + m * v / F * stopping_time(c * v / F)
     return x, v, stopped, x + m * v * v / F * stopping_distance(c * v / F)
@@ -65,12 +63,6 @@ def pulse_displacement(m: float, F: float, c: float, f: float, t: float) -> floa
 
 
 @compiled()
-def pulse_position(m: float, F: float, c: float, f: float, t: float, tau: float) -> float:
-    """Return how far the mass is at the time tau after the pulse's start, for f > F."""
-    return position_along(m, F, c, f, t, tau, pulse_ends(m, F, c, f, t))
-
-
-@compiled()
 def pulse_duration(m: float, F: float, c: float, f: float, t: float) -> float:
     """Return the time from rest to rest, t + (m/c) log(1 + c v/F), for f > F."""
     return pulse_ends(m, F, c, f, t)[2]
@@ -86,7 +78,7 @@ def width_for(m: float, F: float, c: float, d: float, f: float) -> float:
     """
     t = math.sqrt(2.0 * m * F * d / (f * (f - F)))
     for _ in range(_ITERATIONS):
-        v = speed_after(m, F, c, f, t)
+        v = _speed_after(m, F, c, f, t)
         step = (pulse_displacement(m, F, c, f, t) - d) * (F + c * v) / (f * v)
         t -= step
         if abs(step) <= _CONVERGED * t:
