@@ -6,10 +6,11 @@ from dataclasses import replace
 import pytest
 
 from stickslip.jobs.reproduce.part_b import (
-    amplitude_claims,
+    error_claims,
     estimate_claims,
     form_claims,
     law_claims,
+    pulse_claims,
     width_claims,
 )
 from stickslip.jobs.reproduce.part_b.cases import (
@@ -86,7 +87,8 @@ def every_claim(evidence: Evidence) -> tuple[Claim, ...]:
         *law_claims.law_claims(evidence.law),
         *width_claims.width_claims(evidence),
         *form_claims.form_claims(evidence),
-        *amplitude_claims.amplitude_claims(evidence),
+        *error_claims.error_claims(evidence),
+        *pulse_claims.pulse_claims(evidence),
         *estimate_claims.estimate_claims(evidence),
     )
 
@@ -154,15 +156,15 @@ FREE, BOUND = (PAPWC, SMALL, UNBOUNDED), (PAPWC, SMALL, BOUNDED)
         (width_claims._two_samples, {"pwc_free": FREE}, False),
         (width_claims._closer_estimate, {"pwc_bound": (PWC, APPLIED, UNBOUNDED)}, False),
         (width_claims._maximum_final_error, {}, False),
-        (amplitude_claims._takes_longer, {"papwc_bound": FREE}, False),
-        (amplitude_claims._bounded_unchanged, {"papwc_bound": FREE}, False),
-        (amplitude_claims._significant_reduction, {"papwc_free": (PWC, APPLIED, UNBOUNDED)}, False),
+        (error_claims._takes_longer, {"papwc_bound": FREE}, False),
+        (pulse_claims._bounded_unchanged, {"papwc_bound": FREE}, False),
+        (error_claims._significant_reduction, {"papwc_free": (PWC, APPLIED, UNBOUNDED)}, False),
         (
-            amplitude_claims._pulses_die_out,
+            pulse_claims._pulses_die_out,
             {"papwc_free": BOUND},
             True,
         ),
-        (amplitude_claims._error_around_zero, {"papwc_free": BOUND}, True),
+        (error_claims._error_around_zero, {"papwc_free": BOUND}, True),
         (estimate_claims._one_large_pulse, {"papwc_free": BOUND}, False),
     ],
     ids=lambda value: getattr(value, "__name__", None),
@@ -179,11 +181,9 @@ def test_other_runs_give_other_verdicts(
 def test_what_hits_with_one_pulse_is_told(evidence: Evidence) -> None:
     anew = {**evidence.series, FREE: evidence.anew[FREE]}
     other = replace(evidence, series=anew)
-    found = {each.name: each.agrees for each in amplitude_claims._never_zero(other).readings}
+    found = {each.name: each.agrees for each in error_claims._never_zero(other).readings}
     assert found == {SMALL: False, LARGE: True}
-    close = {
-        each.name: each.agrees for each in amplitude_claims._one_pulse_very_close(other).readings
-    }
+    close = {each.name: each.agrees for each in error_claims._one_pulse_very_close(other).readings}
     assert close == {SMALL: True, LARGE: True}
 
 

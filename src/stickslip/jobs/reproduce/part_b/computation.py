@@ -69,15 +69,16 @@ def reproduce_part_b(
 
 def _computed(axes: int, seed: int, workers: int, progress: Progress) -> PulseReproduction:
     # Imported here, as the compiler behind them takes a second to load.
-    from stickslip.jobs.reproduce.part_b.amplitude_claims import amplitude_claims
     from stickslip.jobs.reproduce.part_b.cases import CASES
     from stickslip.jobs.reproduce.part_b.contenders import HOW_TUNED
+    from stickslip.jobs.reproduce.part_b.error_claims import error_claims
     from stickslip.jobs.reproduce.part_b.estimate_claims import estimate_claims
     from stickslip.jobs.reproduce.part_b.evidence import PIECES, gather
     from stickslip.jobs.reproduce.part_b.figures import part_b_figures
     from stickslip.jobs.reproduce.part_b.form_claims import form_claims
     from stickslip.jobs.reproduce.part_b.law_claims import law_claims
     from stickslip.jobs.reproduce.part_b.numbers import printed_numbers
+    from stickslip.jobs.reproduce.part_b.pulse_claims import pulse_claims
     from stickslip.jobs.reproduce.part_b.resolution import resolution_pieces, resolution_scores
     from stickslip.jobs.reproduce.part_b.runs import carried
     from stickslip.jobs.reproduce.part_b.study import controller_scores, pieces
@@ -96,7 +97,8 @@ def _computed(axes: int, seed: int, workers: int, progress: Progress) -> PulseRe
         *law_claims(evidence.law),
         *width_claims(evidence),
         *form_claims(evidence),
-        *amplitude_claims(evidence),
+        *error_claims(evidence),
+        *pulse_claims(evidence),
         *estimate_claims(evidence),
     )
     return PulseReproduction(

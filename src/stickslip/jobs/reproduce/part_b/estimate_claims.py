@@ -15,6 +15,7 @@ from stickslip.jobs.reproduce.part_b.cases import (
 )
 from stickslip.jobs.reproduce.part_b.evidence import FINER, Evidence
 from stickslip.jobs.reproduce.part_b.judging import (
+    BOUND_WORDS,
     Found,
     Numbers,
     by_reading,
@@ -38,7 +39,6 @@ _LARGE_PULSE = 0.2  # of the start error, from which a pulse counts as large
 _HARDLY = 0.01  # change of an estimate that counts as almost none, of it
 _FASTER = 2.0  # from which one adaptation counts as much faster than another
 _READINGS = READINGS[PAPWC]
-_BOUND_WORDS = {"unbounded": "no bound", "bounded": "with the bound"}
 
 
 def estimate_claims(evidence: Evidence) -> tuple[Claim, ...]:
@@ -277,7 +277,7 @@ def _begun_anew(evidence: Evidence) -> Claim:
                 f"{KEYS[reading]}_{bound}_carried": spread[0],
                 f"{KEYS[reading]}_{bound}_anew": spread[1],
             }
-            found[f"{reading}, {_BOUND_WORDS[bound]}"] = (
+            found[f"{reading}, {BOUND_WORDS[bound]}"] = (
                 spread[1] > spread[0],
                 f"{spread[1]:.2g} b, and {spread[0]:.2g} b with P carried",
             )

@@ -8,6 +8,7 @@ from stickslip.jobs.reproduce.part_b.runs import Series
 from stickslip.records import Claim, Reading, prefixed
 
 __all__ = [
+    "BOUND_WORDS",
     "Found",
     "Numbers",
     "by_reading",
@@ -15,9 +16,11 @@ __all__ = [
     "judged",
     "lengths",
     "percent",
-    "pulses",
     "ratios",
 ]
+
+BOUND_WORDS = {"unbounded": "no bound", "bounded": "with the bound"}
+"""How the cases of t_p,max are called, by what their numbers begin with."""
 
 _NOTHING = 1e-9  # a length below every displacement here [m]
 
@@ -108,11 +111,6 @@ def lengths(values: Iterable[float]) -> str:
         "less than 1 nm" if abs(value) < _NOTHING else prefixed(value, "m").replace("-", "−")
         for value in values
     )
-
-
-def pulses(count: int) -> str:
-    """Return a number of pulses in words."""
-    return f"{count} pulse" if count == 1 else f"{count} pulses"
 
 
 def percent(share: float) -> str:

@@ -1,4 +1,4 @@
-"""What sections 4 and 5 claim of pulse amplitude and width control (PAPWC), by its runs."""
+"""What sections 4 and 5 claim of the errors that amplitude and width control (PAPWC) leaves."""
 
 import numpy as np
 
@@ -13,13 +13,13 @@ from stickslip.jobs.reproduce.part_b.cases import (
 )
 from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.judging import (
+    BOUND_WORDS,
     Found,
     Numbers,
     by_reading,
     in_both_readings,
     judged,
     lengths,
-    pulses,
 )
 from stickslip.jobs.reproduce.part_b.runs import Series
 from stickslip.jobs.reproduce.part_b.setting import (
@@ -32,19 +32,18 @@ from stickslip.jobs.reproduce.part_b.setting import (
 )
 from stickslip.records import Claim
 
+__all__ = ["error_claims"]
+
 _FIRST, _LAST = 0, RUNS_IN_A_ROW - 1
 _VERY_CLOSE = 0.02  # of the start error: 0.2 mm, about the least displacement of PWC
 _BETTER = 10.0  # by how many times an error must be smaller to be so significantly
 _RESTING = 50  # samples at the end of a run
-_SAME_NUMBER = 2  # pulses by which two runs may differ and have "not changed much"
 _READINGS = READINGS[PAPWC]
-_BOUND_WORDS = {"unbounded": "no bound", "bounded": "with the bound"}
 
 
-def amplitude_claims(evidence: Evidence) -> tuple[Claim, ...]:
-    """Return the claims on PAPWC at work, with their verdicts."""
+def error_claims(evidence: Evidence) -> tuple[Claim, ...]:
+    """Return the claims on the errors of PAPWC, with their verdicts."""
     return (
-        _single_pulse_in_the_end(evidence),
         _takes_longer(evidence),
         _error_around_zero(evidence),
         _rests_exactly(evidence),
@@ -52,45 +51,15 @@ def amplitude_claims(evidence: Evidence) -> tuple[Claim, ...]:
         _smaller_than_pwc(evidence),
         _one_pulse_very_close(evidence),
         _never_zero(evidence),
-        _pulses_die_out(evidence),
-        _positive_only(evidence),
-        _negative_without_bound(evidence),
-        _two_pulses(evidence),
-        _bounded_unchanged(evidence),
         _final_error_begun_anew(evidence),
         _significant_reduction(evidence),
     )
-
-
-def _counts(series: Series) -> list[int]:
-    return [len(run.pulses) for run in series.runs]
 
 
 def _left(series: Series, run: int) -> float:
     """Return the error that the first pulse of a run leaves [m]."""
     first = series.runs[run].pulses[0]
     return first.error - first.achieved_displacement
-
-
-def _single_pulse_in_the_end(evidence: Evidence) -> Claim:
-    found: dict[str, Found] = {}
-    numbers: dict[str, float | int] = {}
-    for carried, every in (("P carried", evidence.series), ("P laid anew", evidence.anew)):
-        for reading in _READINGS:
-            counts = _counts(every[PAPWC, reading, UNBOUNDED])
-            numbers[f"{KEYS[reading]}_{carried.lower().replace(' ', '_')}"] = counts[_LAST]
-            found[f"{reading}, {carried}"] = (counts[_LAST] == 1, pulses(counts[_LAST]))
-    return by_reading(
-        place="3.1; 4, Fig. 4",
-        statement="If the error is the same every time, no t_p,max is needed: b̂ will not converge "
-        "to b, but such that one pulse does it.",
-        criterion=f"run {RUNS_IN_A_ROW} of PAPWC without a bound takes a single pulse",
-        found=found,
-        why="With P carried from run to run, as section 4 has it, adaptation slows down before "
-        "the first pulse hits. With P laid anew before each run it goes on, and from then on one "
-        "pulse does it indeed.",
-        numbers=numbers,
-    )
 
 
 def _takes_longer(evidence: Evidence) -> Claim:
@@ -126,7 +95,7 @@ def _error_around_zero(evidence: Evidence) -> Claim:
                 f"{KEYS[reading]}_{bound}_m": max(errors),
                 f"{KEYS[reading]}_{bound}_reached": reached,
             }
-            found[f"{reading}, {_BOUND_WORDS[bound]}"] = (
+            found[f"{reading}, {BOUND_WORDS[bound]}"] = (
                 reached == RUNS_IN_A_ROW,
                 f"{reached} of {RUNS_IN_A_ROW} runs, at most {lengths([max(errors)])}",
             )
@@ -257,112 +226,6 @@ def _never_zero(evidence: Evidence) -> Claim:
     )
 
 
-def _pulses_die_out(evidence: Evidence) -> Claim:
-    found: dict[str, Found] = {}
-    numbers: dict[str, float | int] = {}
-    for reading in _READINGS:
-        for bound, series in zip(
-            ("unbounded", "bounded"), evidence.by_bound(PAPWC, reading), strict=True
-        ):
-            times = [series.settling_time(run) for run in (_FIRST, _LAST)]
-            numbers |= {f"{KEYS[reading]}_{bound}_s": times[1]}
-            found[f"{reading}, {_BOUND_WORDS[bound]}"] = (
-                bool(np.all(np.isfinite(times))),
-                " and ".join("never" if np.isnan(t) else f"after {t:.2f} s" for t in times),
-            )
-    return by_reading(
-        place="4, Fig. 6",
-        statement="The pulses of PAPWC die out after a short period.",
-        criterion=f"in runs 1 and {RUNS_IN_A_ROW} the mass comes to rest within the tolerance",
-        found=found,
-        why="As for the final error: without a bound, f̂_c becomes so large that the last pulses "
-        "cycle.",
-        numbers=numbers,
-    )
-
-
-def _positive_only(evidence: Evidence) -> Claim:
-    def judge(_: Series, bound: Series) -> tuple[bool, str, Numbers]:
-        negative = [bound.reversed_pulses(run) for run in (_FIRST, _LAST)]
-        return (
-            negative == [0, 0],
-            f"{pulses(negative[0])} back in run 1, {pulses(negative[1])} in run {RUNS_IN_A_ROW}",
-            {"first": negative[0], "last": negative[1]},
-        )
-
-    found, numbers = in_both_readings(evidence, judge)
-    return by_reading(
-        place="4, Fig. 6",
-        statement="With t_p,max, only positive pulses drive the system.",
-        criterion=f"no pulse of runs 1 and {RUNS_IN_A_ROW} pushes back",
-        found=found,
-        why="With P(0) = 1e-5 I, b̂ falls slowly from above, so that pulses are too short and the "
-        "target is approached from one side. With 1e5 I it is hit at once, and overshot once.",
-        numbers=numbers,
-    )
-
-
-def _negative_without_bound(evidence: Evidence) -> Claim:
-    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
-        negative = [free.reversed_pulses(run) for run in (_FIRST, _LAST)]
-        return (
-            min(negative) > 0,
-            f"{pulses(negative[0])} back in run 1, {pulses(negative[1])} in run {RUNS_IN_A_ROW}",
-            {"first": negative[0], "last": negative[1]},
-        )
-
-    found, numbers = in_both_readings(evidence, judge)
-    return by_reading(
-        place="4, Fig. 6",
-        statement="Without a bound overshoot occurs, which results in negative pulses.",
-        criterion=f"pulses of runs 1 and {RUNS_IN_A_ROW} push back",
-        found=found,
-        why="With P(0) = 1e-5 I, b̂ is above what short pulses need in run 1 and below it later.",
-        numbers=numbers,
-    )
-
-
-def _two_pulses(evidence: Evidence) -> Claim:
-    nearer = evidence.nearer
-    counts = [len(run.pulses) if nearer.reached(k) else 0 for k, run in enumerate(nearer.runs)]
-
-    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
-        count = _counts(free)[_LAST]
-        words = pulses(count) if free.reached(_LAST) else "it never reaches it"
-        return count == 2 and free.reached(_LAST), words, {"pulses": count}
-
-    found, numbers = in_both_readings(evidence, judge)
-    return by_reading(
-        place="4, Fig. 6",
-        statement="After ten iterations two pulses take it to the reference, without a bound.",
-        criterion="run 10 reaches the tolerance with two pulses",
-        found=found,
-        why=f"Not from {1e3 * START_ERROR:g} mm. From half of that, with P(0) = 1e-5 I, two pulses "
-        f"do it in {counts.count(2)} of {RUNS_IN_A_ROW} runs; the report does not print its start.",
-        numbers={**numbers, "nearer_runs_with_two": counts.count(2)},
-    )
-
-
-def _bounded_unchanged(evidence: Evidence) -> Claim:
-    def judge(_: Series, bound: Series) -> tuple[bool, str, Numbers]:
-        counts = _counts(bound)
-        return (
-            abs(counts[_FIRST] - counts[_LAST]) <= _SAME_NUMBER,
-            f"{pulses(counts[_FIRST])} in run 1, {pulses(counts[_LAST])} in run {RUNS_IN_A_ROW}",
-            {"first": counts[_FIRST], "last": counts[_LAST]},
-        )
-
-    found, numbers = in_both_readings(evidence, judge)
-    return by_reading(
-        place="4, Fig. 6",
-        statement="The input with the bound has not changed much after ten iterations.",
-        criterion=f"the numbers of pulses differ by at most {_SAME_NUMBER}",
-        found=found,
-        why="The first six pulses are at the bound whatever b̂ is.",
-        numbers=numbers,
-    )
-
-
 def _final_error_begun_anew(evidence: Evidence) -> Claim:
     found: dict[str, Found] = {}
     numbers: dict[str, float | int] = {}
@@ -376,7 +239,7 @@ def _final_error_begun_anew(evidence: Evidence) -> Claim:
                 f"{KEYS[reading]}_{bound}_carried_m": carried,
                 f"{KEYS[reading]}_{bound}_anew_m": anew,
             }
-            found[f"{reading}, {_BOUND_WORDS[bound]}"] = (
+            found[f"{reading}, {BOUND_WORDS[bound]}"] = (
                 (carried <= TOLERANCE) == (anew <= TOLERANCE),
                 f"{lengths([anew])}, and {lengths([carried])} with P carried",
             )
