@@ -37,7 +37,8 @@ _LEGEND = {
     "carried_runs.reversed": "of these, how many pushed back, as the axis had overshot",
     "carried_runs.estimates": "at the end of each run, SI units: pulse_gain b [m/s^2], "
     "coulomb_friction f_c [N]",
-    "controller_scores.within_tolerance": "share of the axes that ended within the tolerance [1]",
+    "controller_scores.within_tolerance": "share of the axes that were within the tolerance all the "
+    "time in which they were watched at the end [1]",
     "controller_scores.hunting": "share of the axes that were still moved to and fro at the end "
     "[1]",
     "controller_scores.median_error": "of the axes' final errors, absolute [m]; likewise error_95, "
@@ -145,7 +146,7 @@ class ControllerScore:
     axes
         How many it was tried on.
     within_tolerance
-        Share of them that ended at rest within the tolerance [1].
+        Share of them that were within it all the time while watched at the end [1].
     hunting
         Share of them that were still moved to and fro at the end [1].
     median_error, error_95, worst_error
