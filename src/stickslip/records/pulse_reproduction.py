@@ -37,8 +37,8 @@ _LEGEND = {
     "carried_runs.reversed": "of these, how many pushed back, as the axis had overshot",
     "carried_runs.estimates": "at the end of each run, SI units: pulse_gain b [m/s^2], "
     "coulomb_friction f_c [N]",
-    "controller_scores.within_tolerance": "share of the axes that were within the tolerance all the "
-    "time in which they were watched at the end [1]",
+    "controller_scores.within_tolerance": "share of the axes that were within the tolerance all "
+    "the time in which they were watched at the end [1]",
     "controller_scores.hunting": "share of the axes that were still moved to and fro at the end "
     "[1]",
     "controller_scores.median_error": "of the axes' final errors, absolute [m]; likewise error_95, "
