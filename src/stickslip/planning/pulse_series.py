@@ -90,9 +90,9 @@ class PulseSeries:
     least_impulse
         What the impulse of no series over this time is less than [N s or N m s].
     worst_residual
-        The farthest that either mass ends from the target, or mass 2 swings about it, if the
-        friction is anywhere in the interval given, and mass 1 sticks nowhere on the way; None
-        without such an interval.
+        The farthest that mass 1 ends from the target, or mass 2 swings about it, wherever in the
+        interval given the friction is, if mass 1 sticks nowhere on the way; None without such an
+        interval.
     """
 
     kind: AxisKind

@@ -16,7 +16,7 @@ FEWEST_PULSES = 4
 """One for each of the four states to be met."""
 
 _CLEARANCE = 1e-6  # of the effort limit: between an effort and what it must exceed
-_LONGEST = 30.0  # times the rough guess of the shortest time: longer ones are not tried
+_LONGEST = 10.0  # times the rough guess of the shortest time: longer ones are not tried
 _TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
 _ANY_GAP = 1.0  # of the cost: any solution will do
 

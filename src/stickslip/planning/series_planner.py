@@ -46,9 +46,10 @@ class PulseSeriesPlanner:
         By which share at most the impulse exceeds the least one [-].
     friction_interval
         The lowest and the highest friction that the axis may have. With it the efforts are those
-        with which the farthest that the masses may end from the target is least, wherever Coulomb
-        friction and offset, and viscous friction, lie between the two; the friction of the arm
-        then only decides which time is the shortest.
+        with which the masses end nearest to the target in the worst case, wherever Coulomb friction
+        and offset, and viscous friction, lie between the two; the friction of the arm then only
+        decides which time is the shortest. Little is to be gained: what an error of Coulomb
+        friction does while mass 1 slips depends on the time alone, and not on the efforts.
 
     Raises
     ------
@@ -205,9 +206,8 @@ class PulseSeriesPlanner:
         else:
             effort = programme.landed(solution)
         states = programme.states(effort)
-        slowest = float(
-            min(states[1:-1, 1].min(), programme.minima(effort)[:, 2].min(initial=np.inf))
-        )
+        minima = programme.minima(effort)
+        slowest = float(min(states[1:-1, 1].min(), minima[:, 2].min(initial=np.inf)))
         frequency = math.sqrt(self.arm.stiffness / self.arm.mass_2)
         missing = (states[-1] - (move.way, 0.0, move.way, 0.0)) / (1.0, frequency, 1.0, frequency)
         error = float(np.abs(missing).max())

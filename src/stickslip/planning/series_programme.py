@@ -27,8 +27,10 @@ Aim = Literal["effort", "violation", "reach"]
 
 _BLOCKS = 48
 _ROUNDS = 25
+_MOST_BLOCKS = 320  # a programme with more takes long, and has not been seen to need them
 _COVERED = 0.8  # of all that is to be gained: the blocks with the rest are left as they are
 _MOST_TURNS = 2  # in a block; with more of them its pulses are all about as good
+_NEIGHBOURS = 2.0  # first blocks: instants within a rest are no farther apart than so many
 _NEAR = 6  # a block is cut at a turn, and this part of it before and after
 _VIOLATED = 1e-8  # of the way and of the mean speed: a violation proven larger is one
 _FARTHEST = 100.0  # times the way: no farther is looked
@@ -170,9 +172,9 @@ class Programme:
             tried = z * self.effort_limit
             states = self.states(tried)
             missing = 0.0 if aim == "effort" else float(optimum.x[-1]) * self._mean_speed
-            price, slack = self._prices(instants, size, optimum, states[:, 1] + missing)
-            gains, wish = self._gains(aim, z, price)
-            least = optimum.cost - float(gains.sum()) - slack
+            least, gains, wish = self._bound(
+                aim, instants, size, optimum, z, states[:, 1] + missing
+            )
             if aim == "effort":
                 bound = max(bound, least)
             elif least > _VIOLATED:
@@ -183,7 +185,7 @@ class Programme:
                 effort, cost = tried, optimum.cost
             good = aim == "effort" and optimum.cost - bound <= gap * optimum.cost
             divided = edges if good else _divided(edges, gains, wish)
-            if low.size == 0 and divided.size == edges.size:
+            if (low.size == 0 and divided.size == edges.size) or divided.size > _MOST_BLOCKS:
                 break
             added = np.setdiff1d(divided, edges)
             velocity = states[:, 1]
@@ -270,6 +272,30 @@ class Programme:
         high = np.minimum.reduceat(self.highest, edges[:-1]) / self.effort_limit
         return low, high
 
+    def _bound(
+        self,
+        aim: Aim,
+        instants: Float[np.ndarray, "r 2"],
+        size: Float[np.ndarray, " r"],
+        optimum: Optimum,
+        z: Float[np.ndarray, " n"],
+        velocity: Float[np.ndarray, " k"],
+    ) -> tuple[float, Float[np.ndarray, " n"], Int[np.ndarray, " n"]]:
+        """Return what the cost cannot be less than at full rate, and what each pulse could gain.
+
+        Any prices bound the cost. Those spread over rests are the better ones while blocks are
+        wide, and those of the programme itself in the end.
+        """
+        best = -np.inf
+        gains, wish = np.zeros(z.size), np.zeros(z.size, dtype=np.intp)
+        for near in (_NEIGHBOURS * max(1.0, self.pulses / _BLOCKS), 0.0):
+            price, slack = self._prices(instants, size, optimum, velocity, near)
+            could, would = self._gains(aim, z, price)
+            least = optimum.cost - float(could.sum()) - slack
+            if least > best:
+                best, gains, wish = least, could, would
+        return best, gains, wish
+
     def _gains(
         self,
         aim: Aim,
@@ -294,6 +320,7 @@ class Programme:
         size: Float[np.ndarray, " r"],
         optimum: Optimum,
         velocity: Float[np.ndarray, " k"],
+        near: float,
     ) -> tuple[Float[np.ndarray, " n"], float]:
         """Return what effort is worth in each pulse, and what the prices' spreading costs."""
         R, _ = self._terminal
@@ -302,7 +329,6 @@ class Programme:
         at = instants[active, 0] + instants[active, 1] / self.motion.step
         order = np.argsort(at)
         active, worth, at = active[order], worth[order], at[order] / self.steps_per_pulse
-        near = 2.0 * max(1.0, self.pulses / _BLOCKS)
         spread, left = spread_over_rests(at, worth, self.pulses, near)
         begins = velocity[: self.steps : self.steps_per_pulse]
         slack = float(spread @ (begins - self.least_velocity)) / self.effort_limit
@@ -317,7 +343,7 @@ class Programme:
 
 def _divided(
     edges: Int[np.ndarray, " b"], gains: Float[np.ndarray, " n"], wish: Int[np.ndarray, " n"]
-) -> Int[np.ndarray, " b"]:
+) -> Int[np.ndarray, " finer"]:
     """Return finer blocks: those with most to gain are cut where their pulses disagree."""
     by_block = np.add.reduceat(gains, edges[:-1])
     order = np.argsort(-by_block)

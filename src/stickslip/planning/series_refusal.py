@@ -11,7 +11,7 @@ from stickslip.records import AxisKind, count_of, unit_of
 __all__ = ["refusal"]
 
 _STRONGER = 100.0  # times the effort limit: no more is tried
-_STRONGER_TO = 1.01  # so exactly the effort that would do is said
+_STRONGER_TO = 1.05  # so exactly the effort that would do is said
 
 
 def refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPulseSeriesError:

@@ -1,0 +1,331 @@
+"""Pulse series of a flexible arm against the exact simulator, and an optimum found another way."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner, SeriesLimit
+from stickslip.plants import FlexibleArm
+from stickslip.records import InputError
+from stickslip.simulation import simulate
+
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
+ARM = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=LAW)
+PLANNER = PulseSeriesPlanner(arm=ARM, sampling_time=0.05, effort_limit=1.0)
+REST = (0.0, 0.0, 0.0, 0.0)
+ROUNDING = 1e-11  # of the move: some hundred samples, each with a rounding error of 1e-16 or so
+SETTLING = 10.0  # [s] after the last pulse, in which nothing may move any more
+REFERENCE = 5e-4  # of the move: half of the last digit with which the reference residuals are given
+
+
+def ends(
+    series: PulseSeries, arm: FlexibleArm, state: tuple[float, float, float, float]
+) -> tuple[float, float]:
+    """Simulate a series; return how far mass 1 is from the target, and mass 2's swing."""
+    after = np.zeros(round(SETTLING / series.sampling_time))
+    motion = simulate(
+        arm,
+        np.concatenate([series.effort, after]),
+        sampling_time=series.sampling_time,
+        initial_state=state,
+    )
+    assert motion.load_position is not None
+    assert motion.load_velocity is not None
+    assert motion.velocity[-1] == 0.0
+    frequency = np.sqrt(arm.stiffness / arm.mass_2)
+    distance = float(motion.position[-1]) - series.target
+    stretch = float(motion.load_position[-1] - motion.position[-1])
+    return distance, float(np.hypot(stretch, motion.load_velocity[-1] / frequency))
+
+
+def check(
+    series: PulseSeries, planner: PulseSeriesPlanner, state: tuple[float, float, float, float]
+) -> None:
+    """Check a series by what the simulator says of it and by every limit."""
+    way = abs(series.target - state[0])
+    distance, swing = ends(series, planner.arm, state)
+    assert abs(distance) < ROUNDING * way
+    assert swing < ROUNDING * way
+    assert series.peak_effort <= planner.effort_limit
+    assert series.breakaway_margin > 0
+    assert series.slowest > 0
+    assert series.least_impulse <= series.impulse <= series.least_impulse * 1.05
+    moving = simulate(
+        planner.arm, series.effort, sampling_time=planner.sampling_time, initial_state=state
+    )
+    # It breaks away at once and does not stick or turn back before the last sample.
+    assert moving.event_mode[0] == series.direction
+    assert moving.event_time[0] == 0.0
+    assert np.all(moving.event_time[1:] > series.duration - planner.sampling_time)
+    np.testing.assert_allclose(series.position, moving.position, atol=ROUNDING * way)
+    np.testing.assert_allclose(series.load_position, moving.load_position, atol=ROUNDING * way)
+    assert np.all(series.velocity[1:-1] * series.direction >= series.slowest)
+
+
+@pytest.mark.parametrize(
+    ("sampling_time", "samples", "pulses", "duration"),
+    [
+        (0.05, 1, 92, 4.6),
+        (0.05, 10, 10, 5.0),
+        (0.05, 20, 6, 6.0),
+        (0.05, 30, 4, 6.0),
+        (0.5, 1, 10, 5.0),
+        (1.5, 1, 4, 6.0),
+    ],
+)
+def test_the_shortest_times_are_those_of_the_reference_points(
+    sampling_time: float, samples: int, pulses: int, duration: float
+) -> None:
+    planner = replace(PLANNER, sampling_time=sampling_time, pulse_samples=samples)
+    series = planner.plan(REST, 1.0)
+    assert series.amplitudes.size == pulses
+    assert series.duration == pytest.approx(duration)
+    check(series, planner, REST)
+    if pulses > 4:
+        with pytest.raises(NoPulseSeriesError):
+            planner.plan(REST, 1.0, pulses=pulses - 1)
+
+
+@pytest.mark.parametrize(
+    ("error", "distance", "swing"),
+    [(-0.01, 0.0049, 0.0020), (-0.05, 0.025, 0.0099)],
+)
+def test_too_little_friction_leaves_what_the_reference_says(
+    error: float, distance: float, swing: float
+) -> None:
+    """Mass 1 then sticks nowhere on the way, so that the final error depends on the time only."""
+    series = PLANNER.plan(REST, 1.0)
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1 * (1 + error), viscous_friction=0.1)
+    found = ends(series, replace(ARM, friction=law), REST)
+    assert found[0] == pytest.approx(distance, abs=REFERENCE)
+    assert found[1] == pytest.approx(swing, abs=REFERENCE)
+
+
+@pytest.mark.parametrize(
+    ("error", "distance", "swing"), [(0.01, 0.0020, 0.0005), (0.05, 0.011, 0.0023)]
+)
+def test_too_much_friction_leaves_about_what_the_reference_says(
+    error: float, distance: float, swing: float
+) -> None:
+    """Where mass 1 sticks on its way depends on the plan: at a fine rate it is the reference's."""
+    series = replace(PLANNER, sampling_time=0.0046).plan(REST, 1.0, pulses=1000)
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1 * (1 + error), viscous_friction=0.1)
+    found = ends(series, replace(ARM, friction=law), REST)
+    assert -found[0] == pytest.approx(distance, rel=0.5)
+    assert found[1] == pytest.approx(swing, rel=0.5)
+
+
+def test_each_series_leaves_a_small_part_of_what_it_had_to_go() -> None:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.101, viscous_friction=0.1)
+    true = replace(ARM, friction=law)
+    state, error = REST, 1.0
+    for _ in range(2):
+        series = PLANNER.plan(state, 1.0)
+        motion = simulate(
+            true,
+            np.append(series.effort, np.zeros(20)),
+            sampling_time=0.05,
+            initial_state=state,
+        )
+        assert motion.load_position is not None
+        assert motion.load_velocity is not None
+        state = (
+            float(motion.position[-1]),
+            float(motion.velocity[-1]),
+            float(motion.load_position[-1]),
+            float(motion.load_velocity[-1]),
+        )
+        before, error = error, abs(state[0] - 1.0)
+        assert error < 0.01 * before
+
+
+@pytest.mark.parametrize("target", [1.0, -1.0])
+@pytest.mark.parametrize(
+    "state", [(0.0, 0.0, 0.08, 0.0), (0.0, 0.0, -0.05, 0.2), (0.2, 0.0, 0.2, -0.6)]
+)
+def test_mass_2_may_swing_at_the_begin(
+    state: tuple[float, float, float, float], target: float
+) -> None:
+    check(PLANNER.plan(state, target), PLANNER, state)
+
+
+def test_a_moving_mass_1_is_taken_over() -> None:
+    state = (0.0, 0.3, -0.1, 0.2)
+    series = PLANNER.plan(state, 1.5)
+    distance, swing = ends(series, ARM, state)
+    assert abs(distance) < 1.5 * ROUNDING
+    assert swing < 1.5 * ROUNDING
+    assert series.breakaway_margin == np.inf
+
+
+def test_each_direction_has_its_own_friction() -> None:
+    law = CoulombViscousFriction(
+        coulomb_friction_positive=0.1,
+        coulomb_friction_negative=0.2,
+        static_friction_positive=0.15,
+        static_friction_negative=0.22,
+        viscous_friction_positive=0.1,
+        viscous_friction_negative=0.3,
+        offset=0.05,
+    )
+    planner = replace(PLANNER, arm=replace(ARM, friction=law))
+    times = []
+    for target in (1.0, -1.0):
+        series = planner.plan(REST, target)
+        check(series, planner, REST)
+        times.append(series.duration)
+    mirrored = replace(planner, arm=replace(ARM, friction=law.mirrored()))
+    assert [mirrored.plan(REST, target).duration for target in (-1.0, 1.0)] == times
+
+
+factors = st.floats(1 / 3, 3.0)
+
+
+@settings(max_examples=12)
+@given(
+    masses=st.tuples(factors, factors),
+    stiffness=factors,
+    coulomb=factors,
+    viscous=factors,
+    static=st.floats(1.0, 1.3),
+    target=st.floats(0.3, 3.0),
+    forward=st.booleans(),
+    longer=st.floats(1.0, 1.5),
+)
+def test_random_arms_come_to_rest_on_the_target(
+    masses: tuple[float, float],
+    stiffness: float,
+    coulomb: float,
+    viscous: float,
+    static: float,
+    target: float,
+    forward: bool,
+    longer: float,
+) -> None:
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=0.1 * coulomb,
+        viscous_friction=0.1 * viscous,
+        static_friction=0.1 * coulomb * static,
+    )
+    arm = FlexibleArm(mass_1=masses[0], mass_2=masses[1], stiffness=stiffness, friction=law)
+    planner = replace(PLANNER, arm=arm)
+    goal = target if forward else -target
+    shortest = planner.plan(REST, goal)
+    check(shortest, planner, REST)
+    pulses = shortest.effort.size
+    # More time never makes it impossible, and a sample less does.
+    series = planner.plan(REST, goal, pulses=round(pulses * longer))
+    check(series, planner, REST)
+    with pytest.raises(NoPulseSeriesError):
+        planner.plan(REST, goal, pulses=pulses - 1)
+
+
+def test_more_time_takes_less_effort() -> None:
+    impulses = [PLANNER.plan(REST, 1.0, pulses=n).least_impulse for n in (93, 100, 120, 160)]
+    assert impulses == sorted(impulses, reverse=True)
+
+
+def test_a_finer_plan_proves_the_same_least_impulse() -> None:
+    coarse = PLANNER.plan(REST, 1.0, pulses=100)
+    fine = replace(PLANNER, impulse_gap=1e-3).plan(REST, 1.0, pulses=100)
+    assert fine.impulse <= fine.least_impulse * 1.001 / 0.999
+    assert coarse.least_impulse <= fine.impulse <= coarse.impulse * 1.001
+
+
+def test_an_interval_of_friction_bounds_what_is_left() -> None:
+    low, high = (
+        CoulombViscousFriction.symmetric(coulomb_friction=0.1 * f, viscous_friction=0.1 * c)
+        for f, c in ((0.98, 0.95), (1.02, 1.05))
+    )
+    planner = replace(PLANNER, friction_interval=(low, high))
+    series = planner.plan(REST, 1.0, pulses=120)
+    assert series.worst_residual is not None
+    believed = PLANNER.plan(REST, 1.0, pulses=120)
+    worst = {}
+    for name, plan in (("robust", series), ("believed", believed)):
+        worst[name] = max(
+            abs(
+                ends(
+                    plan,
+                    replace(
+                        ARM,
+                        friction=CoulombViscousFriction.symmetric(
+                            coulomb_friction=f, viscous_friction=c
+                        ),
+                    ),
+                    REST,
+                )[0]
+            )
+            for f in (0.098, 0.1, 0.102)
+            for c in (0.095, 0.1, 0.105)
+        )
+    assert worst["robust"] <= worst["believed"]
+    # Mass 1 slides on for a little, or sticks a little early: second-order effects.
+    assert worst["robust"] <= series.worst_residual * 1.1
+
+
+@pytest.mark.parametrize(
+    ("changes", "state", "target", "pulses", "limit", "words"),
+    [
+        ({}, REST, 1.0, 91, SeriesLimit.EFFORT, "92 pulses"),
+        ({}, REST, 1.0, 3, SeriesLimit.PULSES, "at least 4"),
+        ({"effort_limit": 0.09}, REST, 1.0, None, SeriesLimit.BREAKAWAY, "0.1 N"),
+        ({}, (0.0, 0.0, -0.95, 0.0), 1.0, 100, SeriesLimit.BREAKAWAY, "1.05 N"),
+        ({}, (0.0, 0.0, 0.0, 2.0), 0.5, 150, SeriesLimit.DIRECTION, "turn back"),
+    ],
+)
+def test_a_refusal_names_the_limit_that_binds(
+    changes: dict[str, float],
+    state: tuple[float, float, float, float],
+    target: float,
+    pulses: int | None,
+    limit: SeriesLimit,
+    words: str,
+) -> None:
+    with pytest.raises(NoPulseSeriesError, match=words) as refusal:
+        replace(PLANNER, **changes).plan(state, target, pulses=pulses)
+    assert refusal.value.limit is limit
+
+
+def test_the_effort_said_to_be_enough_is_enough() -> None:
+    with pytest.raises(NoPulseSeriesError, match=r"up to ([\d.]+) N") as refusal:
+        PLANNER.plan(REST, 1.0, pulses=88)
+    enough = float(str(refusal.value).split("up to ")[1].split(" N")[0])
+    stronger = replace(PLANNER, effort_limit=enough * 1.01)
+    check(stronger.plan(REST, 1.0, pulses=88), stronger, REST)
+
+
+@pytest.mark.parametrize(
+    ("state", "target", "words"),
+    [
+        ((1.0, 0.0, 1.0, 0.0), 1.0, "on the target"),
+        ((0.0, -0.1, 0.0, 0.0), 1.0, "away from the target"),
+        ((0.0, 0.0, np.nan, 0.0), 1.0, "load_position"),
+        (REST, np.inf, "target"),
+    ],
+)
+def test_a_request_that_makes_no_sense_is_refused(
+    state: tuple[float, float, float, float], target: float, words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        PLANNER.plan(state, target)
+
+
+@pytest.mark.parametrize(
+    ("changes", "words"),
+    [
+        ({"sampling_time": 0.0}, "sampling_time"),
+        ({"effort_limit": -1.0}, "effort_limit"),
+        ({"pulse_samples": 0}, "pulse_samples"),
+        ({"slowest": 1.0}, "slowest"),
+        ({"impulse_gap": 0.0}, "impulse_gap"),
+        ({"arm": replace(ARM, friction=replace(LAW, offset=0.2))}, "offset"),
+    ],
+)
+def test_settings_out_of_range_are_refused(changes: dict[str, object], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        replace(PLANNER, **changes)  # type: ignore[arg-type]
