@@ -86,7 +86,8 @@ class ExactPulseController(PulseController):
     What lies nearer than the smallest step (Eq. 24: the breakaway is above the Coulomb friction) is
     reached by a step beyond it and a predicted step back. When no pulse is likely to improve the
     error it stops (`why` says for which reason). As the error can be halved only so often, and only
-    ``patience`` pulses in a row may fail to, it cannot limit-cycle.
+    so many pulses in a row may fail to (``patience``), it cannot limit-cycle; what else moves the
+    axis begins a new task.
 
     Attributes
     ----------
@@ -106,7 +107,8 @@ class ExactPulseController(PulseController):
     longest_width
         Of a pulse, rounded down to whole samples; None for no limit.
     patience
-        So many pulses in a row may fail to halve the error before it stops.
+        So many pulses in a row may fail to halve the error before it stops; up to twice as many
+        where it has come nearer before.
     experience
         What an earlier run has learned (`resumed`), in place of mass and friction; or None.
 
@@ -156,7 +158,7 @@ class ExactPulseController(PulseController):
                 remedy="give CoulombViscousFriction(...) or CoulombViscousFriction.symmetric(...)",
             )
         for name in ("mass_uncertainty", "friction_uncertainty", "asymmetry"):
-            object.__setattr__(self, name, non_negative(name, getattr(self, name), "(a ratio)"))
+            object.__setattr__(self, name, non_negative(name, getattr(self, name), "(no unit)"))
         noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
         object.__setattr__(self, "position_noise", noise)
         longest_samples(self.longest_width, self.sampling_time)

@@ -13,7 +13,8 @@ No pulse improves: the spread of a pulse back, from what friction changes from p
 from the sensors' noise, is several times what would help, or the last pulses have not halved the
 error, or have not even freed the mass. Then none is fired. As an error can only be halved so often
 until it is below what the sensors tell apart, and at most twice the patience goes by between, the
-number of pulses is bounded: there is no limit cycle, whatever the axis does.
+number of pulses is bounded, however the axis answers them: there is no limit cycle. Only what moves
+the axis without a pulse begins a new task.
 """
 
 import math

@@ -312,6 +312,6 @@ class GuessTable(_Body):
             if isinstance(value, float) and each.name != "offset":
                 quantity = each.metadata.get("quantity")
                 units = (
-                    "(a ratio)" if quantity is None else f"{quantity.linear} or {quantity.rotary}"
+                    "(no unit)" if quantity is None else f"{quantity.linear} or {quantity.rotary}"
                 )
                 non_negative(each.name, value, units)
