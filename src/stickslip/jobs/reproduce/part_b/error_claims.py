@@ -71,7 +71,7 @@ def _takes_longer(evidence: Evidence) -> Claim:
             {"bounded_s": times[1], "unbounded_s": times[0]},
         )
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="3.1",
         statement="A drawback of t_p,max is that the system takes longer to the final position.",
@@ -192,7 +192,7 @@ def _one_pulse_very_close(evidence: Evidence) -> Claim:
         left = _left(free, _LAST)
         return abs(left) <= _VERY_CLOSE * START_ERROR, lengths([left]) + " left", {"left_m": left}
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 4",
         statement="In run 10 without a bound, one pulse gets the system very close to zero error.",
@@ -213,7 +213,7 @@ def _never_zero(evidence: Evidence) -> Claim:
             {"least_m": min(left)},
         )
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 4",
         statement="The error after the first pulse will practically never be zero, as the small "

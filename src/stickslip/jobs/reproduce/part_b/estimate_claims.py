@@ -119,7 +119,7 @@ def _gain_above_truth(evidence: Evidence) -> Claim:
         gain = float(_gain(evidence, free, _LAST)[0])
         return gain > 1.0, f"{ratios([gain])} b", {"gain": gain}
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     starts = np.arange(1e-4, START_ERROR + 1e-9, 1e-4)
     widest = np.ceil(np.sqrt(starts / evidence.gain) / SAMPLING_TIME) * SAMPLING_TIME
     farthest = evidence.law.displacement(PULSE_EFFORT, widest)
@@ -153,7 +153,7 @@ def _one_large_pulse(evidence: Evidence) -> Claim:
             {"large": large},
         )
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 8",
         statement="In run 10 without a bound, only one large pulse is driving the system.",
@@ -170,7 +170,7 @@ def _small_errors_teach_little(evidence: Evidence) -> Claim:
         change = float(np.max(np.abs(gains[2:] / gains[1] - 1.0)))
         return change <= _HARDLY, f"by at most {percent(change)}", {"change": change}
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 8",
         statement="Small errors of position result in a small ξ and almost no update.",
@@ -252,7 +252,7 @@ def _opposite_changes(evidence: Evidence) -> Claim:
         share = opposite / changes
         return share == 1.0, f"{percent(share)} of {changes} updates", {"share": share}
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 9",
         statement="b̂ increases when f̂_c decreases and vice versa.",

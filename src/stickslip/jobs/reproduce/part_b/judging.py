@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 
-from stickslip.jobs.reproduce.part_b.cases import KEYS, PAPWC, READINGS
+from stickslip.jobs.reproduce.part_b.cases import KEYS, READINGS
 from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.runs import Series
 from stickslip.records import Claim, Reading, prefixed
@@ -80,14 +80,18 @@ def by_reading(
 
 
 def in_both_readings(
-    evidence: Evidence, judge: Callable[[Series, Series], tuple[bool, str, Numbers]]
+    evidence: Evidence,
+    controller: str,
+    judge: Callable[[Series, Series], tuple[bool, str, Numbers]],
 ) -> tuple[dict[str, Found], dict[str, float | int]]:
-    """Judge PAPWC in both readings of P(0).
+    """Judge a controller in both of its readings.
 
     Parameters
     ----------
     evidence
         Where its runs are.
+    controller
+        Which one.
     judge
         Takes the runs without a bound and those with it; returns whether the criterion is met,
         what was measured, and the numbers of that.
@@ -98,8 +102,8 @@ def in_both_readings(
     """
     found: dict[str, Found] = {}
     numbers: dict[str, float | int] = {}
-    for reading in READINGS[PAPWC]:
-        agrees, measured, own = judge(*evidence.by_bound(PAPWC, reading))
+    for reading in READINGS[controller]:
+        agrees, measured, own = judge(*evidence.by_bound(controller, reading))
         found[reading] = (agrees, measured)
         numbers |= {f"{KEYS[reading]}_{name}": value for name, value in own.items()}
     return found, numbers

@@ -100,7 +100,7 @@ def _positive_only(evidence: Evidence) -> Claim:
             {"first": negative[0], "last": negative[1]},
         )
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 6",
         statement="With t_p,max, only positive pulses drive the system.",
@@ -121,7 +121,7 @@ def _negative_without_bound(evidence: Evidence) -> Claim:
             {"first": negative[0], "last": negative[1]},
         )
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 6",
         statement="Without a bound overshoot occurs, which results in negative pulses.",
@@ -141,7 +141,7 @@ def _two_pulses(evidence: Evidence) -> Claim:
         words = count_of(count, "pulse") if free.reached(_LAST) else "it never reaches it"
         return count == 2 and free.reached(_LAST), words, {"pulses": count}
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 6",
         statement="After ten iterations two pulses take it to the reference, without a bound.",
@@ -162,7 +162,7 @@ def _bounded_unchanged(evidence: Evidence) -> Claim:
             {"first": counts[_FIRST], "last": counts[_LAST]},
         )
 
-    found, numbers = in_both_readings(evidence, judge)
+    found, numbers = in_both_readings(evidence, PAPWC, judge)
     return by_reading(
         place="4, Fig. 6",
         statement="The input with the bound has not changed much after ten iterations.",

@@ -16,7 +16,9 @@ from stickslip.jobs.reproduce.part_b.cases import (
 )
 from stickslip.jobs.reproduce.part_b.evidence import Evidence
 from stickslip.jobs.reproduce.part_b.judging import (
+    Numbers,
     by_reading,
+    in_both_readings,
     judged,
     lengths,
     percent,
@@ -140,14 +142,12 @@ def _rounded_up(evidence: Evidence) -> Claim:
 
 
 def _minimal_adaptation(evidence: Evidence) -> Claim:
-    found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float | int] = {}
-    for reading in READINGS[PWC]:
-        gains = _gains(evidence, evidence.series[PWC, reading, UNBOUNDED], FIRST)
-        steps = np.abs(np.diff(gains))
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
+        steps = np.abs(np.diff(_gains(evidence, free, FIRST)))
         share = float(steps[-1] / steps[0])
-        numbers[f"{KEYS[reading]}_share"] = share
-        found[reading] = (share <= _MINIMAL, f"{percent(share)} of the first pulse's")
+        return share <= _MINIMAL, f"{percent(share)} of the first pulse's", {"share": share}
+
+    found, numbers = in_both_readings(evidence, PWC, judge)
     return by_reading(
         place="3.1",
         statement="As the residual error decreases with subsequent pulses, b̂ is hardly adapted any "
@@ -162,17 +162,15 @@ def _minimal_adaptation(evidence: Evidence) -> Claim:
 
 
 def _closer_estimate(evidence: Evidence) -> Claim:
-    found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float | int] = {}
-    for reading in READINGS[PWC]:
-        free, bound = (
-            float(_gains(evidence, series, LAST)[-1]) for series in evidence.by_bound(PWC, reading)
+    def judge(free: Series, bound: Series) -> tuple[bool, str, Numbers]:
+        without, with_it = (float(_gains(evidence, each, LAST)[-1]) for each in (free, bound))
+        return (
+            abs(with_it - 1.0) < abs(without - 1.0),
+            f"{ratios([with_it])} b with the bound, {ratios([without])} b without",
+            {"unbounded": without, "bounded": with_it},
         )
-        numbers |= {f"{KEYS[reading]}_unbounded": free, f"{KEYS[reading]}_bounded": bound}
-        found[reading] = (
-            abs(bound - 1.0) < abs(free - 1.0),
-            f"{ratios([bound])} b with the bound, {ratios([free])} b without",
-        )
+
+    found, numbers = in_both_readings(evidence, PWC, judge)
     return by_reading(
         place="3.1; 4, Fig. 7",
         statement="With a finite t_p,max, b̂ of PWC is closer to the theoretical b.",
@@ -236,16 +234,15 @@ def _estimate_in_range(evidence: Evidence) -> Claim:
 
 
 def _overshoot_as_predicted(evidence: Evidence) -> Claim:
-    found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float | int] = {}
-    for reading in READINGS[PWC]:
-        series = evidence.series[PWC, reading, UNBOUNDED]
-        worst = [float(-np.min(series.error(run))) for run in (FIRST, LAST)]
-        numbers |= {f"{KEYS[reading]}_first_m": worst[0], f"{KEYS[reading]}_last_m": worst[1]}
-        found[reading] = (
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
+        worst = [float(-np.min(free.error(run))) for run in (FIRST, LAST)]
+        return (
             min(worst) > 0.0,
             f"{lengths(worst[:1])} in run 1, {lengths(worst[1:])} in run {RUNS_IN_A_ROW}",
+            {"first_m": worst[0], "last_m": worst[1]},
         )
+
+    found, numbers = in_both_readings(evidence, PWC, judge)
     return by_reading(
         place="4, Fig. 3",
         statement="PWC overshoots when t_p,max is not bounded, as predicted.",
@@ -259,17 +256,16 @@ def _overshoot_as_predicted(evidence: Evidence) -> Claim:
 
 def _overshoot_with_bound(evidence: Evidence) -> Claim:
     one, two = (float(evidence.law.displacement(PULSE_EFFORT, n * SAMPLING_TIME)) for n in (1, 2))
-    found: dict[str, tuple[bool, str]] = {}
-    numbers: dict[str, float | int] = {}
-    for reading in READINGS[PWC]:
-        series = evidence.series[PWC, reading, BOUNDED]
-        worst = float(-np.min(series.error(LAST)))
-        samples = _samples(series, LAST)
-        numbers |= {f"{KEYS[reading]}_overshoot_m": worst, f"{KEYS[reading]}_samples": samples}
-        found[reading] = (
+
+    def judge(_: Series, bound: Series) -> tuple[bool, str, Numbers]:
+        worst, samples = float(-np.min(bound.error(LAST))), _samples(bound, LAST)
+        return (
             worst > 0.0 and samples == 1,
             f"{lengths([worst])}, and the pulses that go to and fro last {samples} samples",
+            {"overshoot_m": worst, "samples": samples},
         )
+
+    found, numbers = in_both_readings(evidence, PWC, judge)
     return by_reading(
         place="4, Fig. 3",
         statement="It overshoots with the bound too, because of the least width of one sample.",
@@ -284,22 +280,18 @@ def _overshoot_with_bound(evidence: Evidence) -> Claim:
 
 def _maximum_final_error(evidence: Evidence) -> Claim:
     smallest = float(evidence.law.displacement(PULSE_EFFORT, SAMPLING_TIME))
-    found: dict[str, tuple[bool, str]] = {}
-    numbers = {"smallest_m": smallest}
-    for reading in READINGS[PWC]:
+
+    def judge(free: Series, bound: Series) -> tuple[bool, str, Numbers]:
         errors = [
-            abs(series.final_error(run))
-            for series in evidence.by_bound(PWC, reading)
-            for run in range(RUNS_IN_A_ROW)
+            abs(series.final_error(run)) for series in (free, bound) for run in range(RUNS_IN_A_ROW)
         ]
-        numbers |= {
-            f"{KEYS[reading]}_least_m": min(errors),
-            f"{KEYS[reading]}_largest_m": max(errors),
-        }
-        found[reading] = (
+        return (
             max(errors) <= smallest,
             f"final errors from {lengths([min(errors)])} to {lengths([max(errors)])}",
+            {"least_m": min(errors), "largest_m": max(errors)},
         )
+
+    found, numbers = in_both_readings(evidence, PWC, judge)
     return by_reading(
         place="4, Eq. 23",
         statement=f"d_min, {lengths([smallest])}, is the maximum final error.",
@@ -307,23 +299,22 @@ def _maximum_final_error(evidence: Evidence) -> Claim:
         found=found,
         why="It bounds a limit cycle of single samples only. Rounding up gives errors above b̂ T² "
         "two samples, and a cycle of two samples is stable as well.",
-        numbers=numbers,
+        numbers={"smallest_m": smallest, **numbers},
     )
 
 
 def _two_samples(evidence: Evidence) -> Claim:
     smallest = float(evidence.law.displacement(PULSE_EFFORT, SAMPLING_TIME))
-    found: dict[str, tuple[bool, str]] = {}
-    numbers = {"smallest_m": smallest}
-    for reading in READINGS[PWC]:
-        series = evidence.series[PWC, reading, UNBOUNDED]
-        worst = max(map(abs, _rests(series, LAST)))
-        samples = _samples(series, LAST)
-        numbers |= {f"{KEYS[reading]}_error_m": worst, f"{KEYS[reading]}_samples": samples}
-        found[reading] = (
+
+    def judge(free: Series, _: Series) -> tuple[bool, str, Numbers]:
+        worst, samples = max(map(abs, _rests(free, LAST))), _samples(free, LAST)
+        return (
             worst > smallest and samples == 2,
             f"{lengths([worst])}, with pulses of {samples} samples",
+            {"error_m": worst, "samples": samples},
         )
+
+    found, numbers = in_both_readings(evidence, PWC, judge)
     return by_reading(
         place="4, Fig. 3",
         statement="In run 10 without a bound the overshoot exceeds d_min, as pulses last two "
@@ -331,7 +322,7 @@ def _two_samples(evidence: Evidence) -> Claim:
         criterion="the error at rest exceeds d_min, and the last pulse lasts two samples",
         found=found,
         why="The first pulses leave it in the cycle of two samples, in which it remains.",
-        numbers=numbers,
+        numbers={"smallest_m": smallest, **numbers},
     )
 
 
