@@ -1,5 +1,6 @@
 """What passes between the stages: logs, estimates, and the errors on the way."""
 
+from stickslip.records.arm_positioning import ArmPhase, ArmPhaseName, ArmRun, ArmSeries
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
 from stickslip.records.energy_reproduction import EnergyReproduction, FiveRuns, VariantScore
@@ -84,6 +85,10 @@ __all__ = [
     "PARAMETER_NAMES",
     "QUANTITIES",
     "SCHEMA_VERSION",
+    "ArmPhase",
+    "ArmPhaseName",
+    "ArmRun",
+    "ArmSeries",
     "AxisKind",
     "AxisLog",
     "CarriedRuns",

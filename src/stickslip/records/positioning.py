@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.records.arm_positioning import ArmRun
 from stickslip.records.pulses import LearntPulses, PulseRecord
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 
@@ -26,7 +27,7 @@ ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
 """By table and key, what a scenario says, as a plain value with its unit."""
 
 _LEGEND = {
-    "error": "target less true position",
+    "error": "target less true position; of a flexible arm, of the mass that is farther from it",
     "measured_error": "target less measured position",
     "late_errors": "smallest and largest error in the last half of the move",
     "reason": "why the controller stopped short, if it says so",
@@ -34,10 +35,16 @@ _LEGEND = {
     "good; null: it never is",
     "effort": "held from each sample to the next, so one fewer than samples",
     "pulses.levels": "effort and duration of each part of a pulse",
-    "estimates": "at the start of a run and after each pulse whose outcome is known",
+    "estimates": "at the start of a run and after each pulse whose outcome is known; of a flexible "
+    "arm now and then",
     "limits": "of static friction: the strongest effort that has not freed the axis (or the "
     "Coulomb friction), and the weakest that has; null: none",
     "truth": "of the simulated axis; the controller does not see it",
+    "swing": "amplitude with which the second mass of a flexible arm swings at the end; null: none",
+    "arm": "of a flexible arm: both masses, the phases of its controller, its series of pulses; "
+    "null: a rigid axis",
+    "arm.series.final_error": "target of the series less where mass 1 truly came to rest",
+    "arm.series.final_load_error": "how far from it mass 2 truly got at most, in its swing",
 }
 """What the keys of the JSON document mean, as far as their names do not say it."""
 
@@ -49,6 +56,7 @@ class Ending(Enum):
     HUNTING = "hunting"
     STOPPED = "stopped"
     MISJUDGED = "misjudged"
+    SWINGING = "swinging"
     STUCK = "stuck"
     UNDER_WAY = "under_way"
 
@@ -86,6 +94,11 @@ _ENDINGS = {
         "The sensors show the axis within the tolerance, and in truth it is outside; take better "
         "sensors, average over more samples, or widen the tolerance.",
     ),
+    Ending.SWINGING: (
+        "Swinging",
+        "Mass 1 rests within the tolerance, and mass 2 swings on beyond it; take a controller that "
+        "takes up the swing (method landing), or widen the tolerance.",
+    ),
     Ending.STUCK: (
         "Stuck",
         "The axis rests outside the tolerance, and the controller does not free it; give it more "
@@ -116,7 +129,8 @@ class PositioningMove:
     reason
         Why the controller stopped short, if it says so.
     final_error
-        Target less true position at the end [m or rad].
+        Target less true position at the end [m or rad]; of a flexible arm, here and in what
+        follows, of the mass that is farther from it.
     late_errors
         Smallest and largest target less true position in the last half of the move [m or rad].
     settling_time
@@ -126,6 +140,9 @@ class PositioningMove:
         Largest magnitude of the effort [N or N m].
     pulses
         Those begun in this move whose outcome is known; empty for a controller without pulses.
+    swing
+        Amplitude with which the second mass of a flexible arm swings at the end [m or rad]; None of
+        a rigid axis.
     """
 
     number: int
@@ -140,6 +157,7 @@ class PositioningMove:
     settling_time: float | None = quantity_field("time")
     peak_effort: float = quantity_field("effort")
     pulses: tuple[PulseRecord, ...]
+    swing: float | None = quantity_field("position", default=None)
 
     def to_dict(self) -> dict[str, Any]:
         """Return the move as plain JSON types."""
@@ -156,6 +174,7 @@ class PositioningMove:
             "late_errors": list(self.late_errors),
             "settling_time": self.settling_time,
             "peak_effort": self.peak_effort,
+            "swing": self.swing,
             "pulses": [
                 {
                     "time": pulse.time,
@@ -182,14 +201,16 @@ class PositioningRun:
         Sample instants [s], shape (n+1,).
     error, measured_error
         Target of the move that is on less the true and the measured position [m or rad], shape
-        (n+1,).
+        (n+1,); of a flexible arm, of the mass that is farther from it.
     effort
         Held from each sample to the next [N or N m], shape (n,).
     estimate_time, estimates
         What the controller believed, by name: at the start and after each pulse whose outcome is
-        known [s, SI], shape (k,).
+        known [s, SI], shape (k,); of a flexible arm now and then.
     moves
         In their order.
+    arm
+        Both masses, phases and series of a flexible arm; None of a rigid axis.
     """
 
     number: int
@@ -200,6 +221,7 @@ class PositioningRun:
     estimate_time: Float[np.ndarray, " k"] = quantity_field("time")
     estimates: Mapping[str, Float[np.ndarray, " k"]]
     moves: tuple[PositioningMove, ...]
+    arm: ArmRun | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
@@ -220,6 +242,7 @@ class PositioningRun:
             "error": self.error.tolist(),
             "measured_error": self.measured_error.tolist(),
             "effort": self.effort.tolist(),
+            "arm": None if self.arm is None else self.arm.to_dict(),
         }
 
 
