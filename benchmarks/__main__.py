@@ -11,7 +11,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from benchmarks import logs, pulses, recursion, simulator
+from benchmarks import logs, planning, pulses, recursion, simulator
 from benchmarks.measuring import Comparison, print_comparison
 
 TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
@@ -19,6 +19,7 @@ TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
     "recursion": recursion.compare,
     "pulses": pulses.compare,
     "logs": logs.compare,
+    "planning": planning.compare,
 }
 """To add one: a file with ``compare(progress) -> list[Comparison]``, and its name here."""
 
@@ -39,7 +40,7 @@ app = App(name="python -m benchmarks", help="Speed and accuracy beside other too
 
 @app.default
 def run(
-    *topics: Literal["simulator", "recursion", "pulses", "logs"],
+    *topics: Literal["simulator", "recursion", "pulses", "logs", "planning"],
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
 ) -> None:
     """Run topics, all if none is named, and print a table of each.
