@@ -4,8 +4,14 @@ from stickslip.control.dither import Dither
 from stickslip.control.exact_pulse import ExactPulseController
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.friction_compensation import FrictionCompensation
+from stickslip.control.landing import LandingController
+from stickslip.control.landing_state import Flight, LandingState, Phase
 from stickslip.control.notch import Notch, NotchCoefficients
-from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
+from stickslip.control.online_friction import (
+    OnlineEstimator,
+    OnlineFriction,
+    RunningEstimator,
+)
 from stickslip.control.pd import PD
 from stickslip.control.pid import PIDController
 from stickslip.control.pulse_amplitude_width import PulseAmplitudeWidthController
@@ -14,19 +20,24 @@ from stickslip.control.pulse_width import PulseWidthController
 from stickslip.control.reference import Move, PointToPoint, Reference
 from stickslip.control.reset_integral import ResetIntegral
 from stickslip.control.rest_detection import RestDetection
+from stickslip.control.zero_vibration import ZeroVibrationController
 
 __all__ = [
     "PD",
     "Dither",
     "ExactPulseController",
     "FeedbackController",
+    "Flight",
     "FrictionCompensation",
+    "LandingController",
+    "LandingState",
     "Move",
     "Notch",
     "NotchCoefficients",
     "OnlineEstimator",
     "OnlineFriction",
     "PIDController",
+    "Phase",
     "PointToPoint",
     "PulseAmplitudeWidthController",
     "PulseController",
@@ -34,4 +45,6 @@ __all__ = [
     "Reference",
     "ResetIntegral",
     "RestDetection",
+    "RunningEstimator",
+    "ZeroVibrationController",
 ]

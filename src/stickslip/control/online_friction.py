@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from stickslip.records import InputError, finite_vector, positive, quantity_field
 
-__all__ = ["OnlineEstimator", "OnlineFriction"]
+__all__ = ["OnlineEstimator", "OnlineFriction", "RunningEstimator"]
 
 _PARAMETERS = 2  # Coulomb and viscous friction
 
@@ -32,6 +32,15 @@ class OnlineEstimator(Protocol):
 
     def init(self, *, sampling_time: float) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample; the sampling time is in s."""
+        ...
+
+
+@runtime_checkable
+class RunningEstimator(OnlineEstimator, Protocol):
+    """An estimator that runs along and knows how sure it is."""
+
+    def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+        """Return the covariance of the estimates; infinite while nothing is known."""
         ...
 
 

@@ -20,7 +20,7 @@ from stickslip.records.quantities import (
 
 __all__ = ["LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
 
-PulseMethod = Literal["pwc", "papwc", "exact"]
+PulseMethod = Literal["pwc", "papwc", "exact", "landing"]
 
 _SCHEMA = 1
 
@@ -87,7 +87,7 @@ class LearntPulses:
     Attributes
     ----------
     method
-        ``"pwc"``, ``"papwc"`` or ``"exact"``.
+        ``"pwc"``, ``"papwc"``, ``"exact"`` or ``"landing"``.
     kind
         ``"linear"`` or ``"rotary"``.
     values

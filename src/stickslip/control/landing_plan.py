@@ -1,0 +1,75 @@
+"""Which series of pulses comes next in a landing."""
+
+from dataclasses import replace
+
+from stickslip.control.swing import Swing
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner
+from stickslip.plants import FlexibleArm
+from stickslip.records import StickslipError
+
+__all__ = ["next_series"]
+
+_DIRECT = 0.8  # of the way left: a swing below it can be taken up on the way
+_BEYOND = (1.5, 3.0)  # swings to a place that mass 1 is first taken to, to come back from
+
+
+def next_series(
+    arm: FlexibleArm,
+    swing: Swing,
+    target: float,
+    *,
+    coulomb_friction: float,
+    viscous_friction: float,
+    static_friction: float,
+    sampling_time: float,
+    effort_limit: float,
+) -> PulseSeries | str:
+    """Return the series to fire, or why there is none.
+
+    Mass 1 moves one way only, so that a series of way d takes up a swing of amplitude A < d at
+    most: mass 2 is driven by the spring as x1 moves from 0 to d, and the component at its frequency
+    of a velocity that never turns is at most that way. Otherwise mass 1 is first taken to a place
+    beyond, from where another series comes back without a swing to take up.
+
+    Parameters
+    ----------
+    arm
+        Masses and spring as they are believed to be; of its friction only the offset counts.
+    swing
+        What the arm does while mass 1 rests.
+    target
+        Of the landing [m or rad].
+    coulomb_friction, viscous_friction, static_friction
+        As estimated [N or N m, N s/m or N m s/rad, N or N m].
+    sampling_time
+        [s].
+    effort_limit
+        [N or N m].
+    """
+    friction = CoulombViscousFriction.symmetric(
+        coulomb_friction=coulomb_friction,
+        viscous_friction=viscous_friction,
+        static_friction=static_friction,
+        offset=arm.friction.offset,
+    )
+    planner = PulseSeriesPlanner(
+        arm=replace(arm, friction=friction), sampling_time=sampling_time, effort_limit=effort_limit
+    )
+    error, amplitude = target - swing.position, swing.amplitude
+    way = 1.0 if error > 0.0 else -1.0
+    places = [target] if amplitude < _DIRECT * abs(error) else []
+    places += [
+        swing.position + side * max(share * amplitude, abs(error) + amplitude)
+        for share in _BEYOND
+        for side in (way, -way)
+    ]
+    why = ""
+    for place in places:
+        try:
+            return planner.plan(swing.state(), place)
+        except NoPulseSeriesError as error_here:
+            why = why or str(error_here)
+        except StickslipError as error_here:  # rounding
+            why = why or str(error_here)
+    return why
