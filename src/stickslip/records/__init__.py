@@ -28,6 +28,7 @@ from stickslip.records.identification import (
     Residuals,
     Resimulation,
 )
+from stickslip.records.landing_score import LandingScore, Spread
 from stickslip.records.positioning import (
     Ending,
     Positioning,
@@ -107,6 +108,7 @@ __all__ = [
     "FrictionEstimate",
     "Identification",
     "InputError",
+    "LandingScore",
     "LearntPulses",
     "LogSource",
     "MissingExtraError",
@@ -131,6 +133,7 @@ __all__ = [
     "ScenarioTables",
     "SensorSample",
     "Sketch",
+    "Spread",
     "Status",
     "StickslipError",
     "VariantScore",

@@ -1,0 +1,88 @@
+"""How a controller lands flexible arms: what a table of a comparison holds."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+__all__ = ["LandingScore", "Spread"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Spread:
+    """How something is spread over many cases.
+
+    Attributes
+    ----------
+    median, upper_95, worst
+        The median, what 95 % do not exceed, and the largest [as of what is spread].
+    """
+
+    median: float
+    upper_95: float
+    worst: float
+
+    @classmethod
+    def of(cls, values: Sequence[float]) -> "Spread":
+        """Return the spread of values.
+
+        Parameters
+        ----------
+        values
+            At least one [any unit].
+        """
+        median, upper = np.quantile(values, (0.5, 0.95))
+        return cls(median=float(median), upper_95=float(upper), worst=float(max(values)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandingScore:
+    """How one controller lands many random arms, from rest to rest and target to target.
+
+    Attributes
+    ----------
+    controller
+        Which one.
+    case
+        The conditions: sensors, and how well masses and spring are known.
+    arms, moves
+        How many arms it was tried on, and how many moves these made in all.
+    landed
+        Share of the arms on which, after every move, both masses stayed within the bound of the
+        target as long as they were watched [1].
+    landed_in_four
+        Share of the arms on which they did so after at most four series a move [1]; None for a
+        controller that knows none.
+    error_1, error_2
+        The farthest that mass 1 and mass 2 were from the target while watched, over the move [1].
+    swing
+        Amplitude of mass 2 about mass 1 that was left, over the move [1].
+    time_ratio
+        Time to land over the shortest in which the arm can, if everything about it is known [1],
+        of the moves that landed; None if none did.
+    series
+        Fired in a move [1]; None for a controller that knows none.
+    misjudged
+        Share of the moves that ended outside the bound though the controller took them for landed
+        [1]; None if it cannot tell.
+    farthest
+        The farthest that either mass ever was beside the way between start and target, over the
+        move [1].
+    peak_effort
+        Largest effort over the limit [1].
+    """
+
+    controller: str
+    case: str
+    arms: int
+    moves: int
+    landed: float
+    landed_in_four: float | None
+    error_1: Spread
+    error_2: Spread
+    swing: Spread
+    time_ratio: Spread | None
+    series: Spread | None
+    misjudged: float | None
+    farthest: float
+    peak_effort: float
