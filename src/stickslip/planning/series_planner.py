@@ -43,7 +43,8 @@ class PulseSeriesPlanner:
         Least speed of mass 1 on the way, as a share of the mean speed of the move [-]. It keeps
         rounding errors from stopping mass 1.
     impulse_gap
-        By which share at most the impulse exceeds the least one [-].
+        By which share the impulse may exceed the least one [-]. Very near to the shortest time
+        less may be proven; `PulseSeries.least_impulse` says what is.
     friction_interval
         The lowest and the highest friction that the axis may have. With it the efforts are those
         with which the masses end nearest to the target in the worst case, wherever Coulomb friction

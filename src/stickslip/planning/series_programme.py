@@ -34,6 +34,7 @@ _NEIGHBOURS = 2.0  # first blocks: instants within a rest are no farther apart t
 _NEAR = 6  # a block is cut at a turn, and this part of it before and after
 _VIOLATED = 1e-8  # of the way and of the mean speed: a violation proven larger is one
 _FARTHEST = 100.0  # times the way: no farther is looked
+_AT_ONCE = 24  # instants that become constraints, besides the minima
 _TOO_LOW = 0.1  # of the least velocity, which is asked for at single instants only
 _SLOW = 0.05  # of the highest velocity: where new blocks begin so slowly, it is looked after
 
@@ -180,7 +181,13 @@ class Programme:
             elif least > _VIOLATED:
                 break
             minima = self.motion.minima(np.repeat(tried, self.steps_per_pulse), states)
-            low = minima[minima[:, 2] < _TOO_LOW * self.least_velocity, :2]
+            least_seen = _TOO_LOW * self.least_velocity
+            low = minima[minima[:, 2] < least_seen, :2]
+            if low.size:
+                # Many at once: where optima are alike, each would evade single ones.
+                begins = states[: self.steps : self.steps_per_pulse, 1]
+                slower = np.flatnonzero(begins[1:] < least_seen) + 1
+                low = np.vstack([low, self.begins(slower[:: 1 + slower.size // _AT_ONCE])])
             if aim == "effort" and low.size == 0 and optimum.cost < cost:
                 effort, cost = tried, optimum.cost
             good = aim == "effort" and optimum.cost - bound <= gap * optimum.cost
@@ -322,7 +329,7 @@ class Programme:
         velocity: Float[np.ndarray, " k"],
         near: float,
     ) -> tuple[Float[np.ndarray, " n"], float]:
-        """Return what effort is worth in each pulse, and what the prices' spreading costs."""
+        """Return what effort is worth in each pulse, and by how much these prices bound less."""
         R, _ = self._terminal
         active = np.flatnonzero(optimum.at_most_price < 0.0)
         worth = -optimum.at_most_price[active] / size[active]
@@ -331,14 +338,17 @@ class Programme:
         active, worth, at = active[order], worth[order], at[order] / self.steps_per_pulse
         spread, left = spread_over_rests(at, worth, self.pulses, near)
         begins = velocity[: self.steps : self.steps_per_pulse]
-        slack = float(spread @ (begins - self.least_velocity)) / self.effort_limit
+        # The bound is to hold for what is accepted, too, which may be slower at some instants.
+        accepted = (1.0 - _TOO_LOW) * self.least_velocity * float(worth.sum())
+        slack = float(spread @ (begins - self.least_velocity)) + accepted
         single = left > 0.0
         by_step = self.motion.worth(
             np.linalg.solve(R, optimum.equal_price),
             np.vstack([self.begins(np.arange(self.pulses)), instants[active[single]]]),
             np.concatenate([spread, left[single]]),
         )
-        return np.add.reduceat(by_step, np.arange(0, self.steps, self.steps_per_pulse)), slack
+        price = np.add.reduceat(by_step, np.arange(0, self.steps, self.steps_per_pulse))
+        return price, slack / self.effort_limit
 
 
 def _divided(
