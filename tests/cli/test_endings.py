@@ -5,6 +5,7 @@ import os
 import signal
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -27,6 +28,14 @@ def process(*arguments: object) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [*PROGRAM, *map(str, arguments)], capture_output=True, text=True, timeout=120, check=False
     )
+
+
+def interrupt(*_: object, **__: object) -> None:
+    raise KeyboardInterrupt
+
+
+def terminate(*_: object, **__: object) -> None:
+    os.kill(os.getpid(), signal.SIGTERM)
 
 
 def test_the_program_identifies_a_log(good_log: Path) -> None:
@@ -89,9 +98,6 @@ def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
 def test_an_interruption_ends_with_one_line_and_no_file(
     run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
     monkeypatch.setattr("stickslip.jobs.identify", interrupt)
     outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
     assert outcome.code == 130
@@ -102,15 +108,58 @@ def test_an_interruption_ends_with_one_line_and_no_file(
 def test_a_termination_ends_with_one_line_and_no_file(
     run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    def terminate(*_: object, **__: object) -> None:
-        os.kill(os.getpid(), signal.SIGTERM)
-
     monkeypatch.setattr("stickslip.jobs.identify", terminate)
     outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
     assert outcome.code == 143
     assert "terminated" in outcome.line()
     assert list(good_log.parent.iterdir()) == [good_log]
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
+
+
+@pytest.mark.parametrize("deep", [1, 2])
+@pytest.mark.parametrize(
+    ("signalled", "code", "word"), [(interrupt, 130, "interrupted"), (terminate, 143, "terminated")]
+)
+def test_a_signal_inside_a_compiled_call_is_no_defect(
+    signalled: Callable[[], None],
+    code: int,
+    word: str,
+    deep: int,
+    run: Run,
+    good_log: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    # CPython makes a SystemError of a function that returns a result with an exception set, whose
+    # cause is that exception: here what the handler of the signal raised
+    def step(*_: object, **__: object) -> None:
+        try:
+            signalled()
+        except KeyboardInterrupt as error:
+            behind: BaseException = error
+            for _level in range(deep):
+                outer = SystemError("returned a result with an exception set")
+                outer.__cause__ = behind
+                behind = outer
+            raise behind from behind.__cause__
+
+    monkeypatch.setattr("stickslip.jobs.identify", step)
+    outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
+    assert outcome.code == code
+    assert word in outcome.line()
+    assert list(good_log.parent.iterdir()) == [good_log]
+
+
+@pytest.mark.parametrize("behind", [None, ValueError("of another kind")])
+def test_a_system_error_of_its_own_is_a_defect(
+    behind: Exception | None, run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def fail(*_: object, **__: object) -> None:
+        raise SystemError("in the depths") from behind
+
+    monkeypatch.setattr("stickslip.jobs.identify", fail)
+    outcome = run("identify", good_log)
+    assert outcome.code == 70
+    assert "SystemError: in the depths" in outcome.err
 
 
 def test_a_defect_does_not_look_like_a_result(

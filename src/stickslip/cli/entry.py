@@ -42,17 +42,32 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from stickslip.cli.application import run
 
             return run(sys.argv[1:] if arguments is None else arguments)
-    except _Terminated:
-        say("terminated; nothing was left half-written")
-        return _TERMINATED
-    except KeyboardInterrupt:
-        say("interrupted; nothing was left half-written")
-        return _INTERRUPTED
-    except Exception:  # noqa: BLE001 - whatever it is, its exit code must not look like a result
+    except (KeyboardInterrupt, Exception) as error:  # noqa: BLE001 - no failure may look like a result
+        stop = _signal_behind(error)
+        if isinstance(stop, _Terminated):
+            say("terminated; nothing was left half-written")
+            return _TERMINATED
+        if stop is not None:
+            say("interrupted; nothing was left half-written")
+            return _INTERRUPTED
         with contextlib.suppress(OSError):
             traceback.print_exc()
         say("this is a defect of stickslip; please report it with the lines above")
         return _DEFECT
+
+
+def _signal_behind(error: BaseException) -> KeyboardInterrupt | None:
+    """Return the signal that an error comes from, if any.
+
+    A signal that arrives while a compiled function takes its arguments apart leaves it as a
+    ``SystemError``, whose cause is what the signal's handler raised.
+    """
+    if isinstance(error, KeyboardInterrupt):
+        return error
+    behind: BaseException | None = error
+    while isinstance(behind, SystemError):
+        behind = behind.__cause__ or behind.__context__
+    return behind if isinstance(behind, KeyboardInterrupt) else None
 
 
 def _prepare_streams() -> None:
