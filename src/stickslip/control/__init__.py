@@ -5,6 +5,7 @@ from stickslip.control.exact_pulse import ExactPulseController
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.friction_compensation import FrictionCompensation
 from stickslip.control.landing import LandingController
+from stickslip.control.landing_approach import scaled_notch, scaled_pd
 from stickslip.control.landing_state import Flight, LandingState, Phase
 from stickslip.control.notch import Notch, NotchCoefficients
 from stickslip.control.online_friction import (
@@ -47,4 +48,6 @@ __all__ = [
     "RestDetection",
     "RunningEstimator",
     "ZeroVibrationController",
+    "scaled_notch",
+    "scaled_pd",
 ]
