@@ -1,5 +1,7 @@
 """The figures of a positioning task; what they draw was computed before."""
 
+from collections.abc import Sequence
+
 import numpy as np
 from jaxtyping import Float, Int
 
@@ -28,7 +30,15 @@ from stickslip.report.drawing import (
     thin,
 )
 
-__all__ = ["estimate_plots", "motion_plot", "pulse_plots"]
+__all__ = [
+    "estimate_plots",
+    "motion_plot",
+    "pulse_plots",
+    "staircase",
+    "starts",
+    "tolerance_band",
+    "zoom",
+]
 
 _MOST_PULSES = 3000
 """Markers in a drawing."""
@@ -55,12 +65,12 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
     unit = unit_of("position", kind)
     largest = float(np.max(np.abs(run.error)))
     whole, whole_unit = prefixed_unit(largest, unit)
-    half = _zoom(run, tolerance)
+    half = zoom(run, tolerance)
     near, near_unit = prefixed_unit(half, unit)
     traces: list[Trace] = []
     sensed = not np.array_equal(run.measured_error, run.error)
     for row, factor in ((1, whole), (2, near)):
-        traces.append(_band(run.time, factor * tolerance, row))
+        traces.append(tolerance_band(run.time, factor * tolerance, row))
         if sensed:
             traces.append(
                 line(
@@ -75,7 +85,7 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
         traces.append(
             line(run.time, factor * run.error, name="error, true", colour=BLUE, width=2.0, row=row)
         )
-    traces.append(_staircase(run.time, run.effort, name="effort", colour=VERMILION, row=3))
+    traces.append(staircase(run.time, run.effort, name="effort", colour=VERMILION, row=3))
     jumps = " At each new target the error jumps." if len(run.moves) > 1 else ""
     end, whole_time = _shown_until(run), float(run.time[-1])
     still = (
@@ -118,7 +128,7 @@ def _shown_until(run: PositioningRun) -> float:
     return min(whole, float(f"{max(_AFTER * last, 0.05 * whole):.2g}"))
 
 
-def _zoom(run: PositioningRun, tolerance: float) -> float:
+def zoom(run: PositioningRun, tolerance: float) -> float:
     """Return the half-height of the magnified panel: it shows how every move ends."""
     farthest = 0.0
     for move in run.moves:
@@ -130,7 +140,8 @@ def _zoom(run: PositioningRun, tolerance: float) -> float:
     return max(_ZOOM * tolerance, _ROOM * farthest)
 
 
-def _band(time: Float[np.ndarray, " n"], half: float, row: int) -> Trace:
+def tolerance_band(time: Float[np.ndarray, " n"], half: float, row: int) -> Trace:
+    """Shade the tolerance over the whole time."""
     ends = [float(time[0]), float(time[-1])]
     trace: Trace = {
         "type": "scatter",
@@ -148,28 +159,31 @@ def _band(time: Float[np.ndarray, " n"], half: float, row: int) -> Trace:
     return trace
 
 
-def _staircase(
+def staircase(
     time: Float[np.ndarray, " samples"],
     values: Float[np.ndarray, " efforts"],
     *,
     name: str,
     colour: str,
     row: int,
+    dash: str = "solid",
 ) -> Trace:
     """Draw what is held from sample to sample, only where it changes if that is seldom."""
     held = np.append(values, values[-1:])
     changes: Int[np.ndarray, " c"] = np.flatnonzero(np.diff(held) != 0.0) + 1
     kept = np.unique(np.concatenate(([0], changes, [held.size - 1])))
     kept = kept[thin(held[kept])]
-    return {
+    trace: Trace = {
         "type": "scatter",
         "mode": "lines",
         "name": name,
         "x": numbers(time[kept]),
         "y": numbers(held[kept]),
-        "line": {"color": colour, "width": 1.5, "shape": "hv"},
-        "yaxis": f"y{row}",
+        "line": {"color": colour, "width": 1.5, "shape": "hv", "dash": dash},
     }
+    if row > 1:
+        trace["yaxis"] = f"y{row}"
+    return trace
 
 
 def pulse_plots(positioning: Positioning) -> list[Plot]:
@@ -277,7 +291,7 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
                     else axis("achieved over predicted [-]", rangemode="tozero")
                 ],
                 hovermode="closest",
-                shapes=_starts([len(run.pulses) for run in positioning.runs], first=0.5),
+                shapes=starts([len(run.pulses) for run in positioning.runs], first=0.5),
             ),
             height=340,
             heading="Pulse by pulse",
@@ -289,7 +303,7 @@ _LOGARITHMS = {"type": "log", "dtick": 1, "exponentformat": "none"}
 _STARTS_TEXT = "Dotted lines part the runs."
 
 
-def _starts(lengths: list[int], *, first: float) -> list[dict[str, object]]:
+def starts(lengths: Sequence[float] | Sequence[int], *, first: float) -> list[dict[str, object]]:
     """Return a dotted line where each run but the first begins."""
     begins = np.cumsum([0, *lengths[:-1]])[1:] + first
     return [
@@ -359,7 +373,7 @@ def estimate_plots(positioning: Positioning) -> list[Plot]:
                 layout=layout(
                     x=axis("pulse, all runs on end [-]"),
                     y=[axis(f"{symbol(name)} [{unit}]")],
-                    shapes=_starts([each.size for each in own], first=-0.5),
+                    shapes=starts([each.size for each in own], first=-0.5),
                 ),
                 height=250,
                 heading=parameter_label(name),

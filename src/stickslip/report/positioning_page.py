@@ -6,10 +6,18 @@ from pathlib import Path
 from stickslip.outputs import check_output, whole_file
 from stickslip.records import Positioning, PositioningRun, count_of
 from stickslip.report import positioning_tables as tables
+from stickslip.report.arm_animation import animation
+from stickslip.report.arm_figures import (
+    arm_estimate_plots,
+    arm_motion_plot,
+    phase_traces,
+    series_plots,
+)
+from stickslip.report.arm_tables import phases_table, series_table
 from stickslip.report.drawing import Plot, key
 from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure
 from stickslip.report.positioning_figures import estimate_plots, motion_plot, pulse_plots
-from stickslip.report.sheet import contents, head, section
+from stickslip.report.sheet import Section, contents, head, section
 
 __all__ = ["write_positioning_page"]
 
@@ -18,6 +26,12 @@ _UNFOLDED = 3
 
 _MOST_RUNS = 12
 """Runs that are drawn: the first, the last, and some between."""
+
+_SERIES_TEXT = (
+    "What each series was planned to do with both masses from the state it began in, and what it "
+    "did. Where a series shall miss on purpose, the next one comes back from there. Errors are "
+    "those to the target of the series, and true ones."
+)
 
 
 def write_positioning_page(positioning: Positioning, path: Path | str) -> Path:
@@ -50,18 +64,9 @@ def write_positioning_page(positioning: Positioning, path: Path | str) -> Path:
 
 
 def _page(positioning: Positioning) -> Iterable[str]:
-    drawn = _drawn(positioning.runs)
-    motions = [motion_plot(run, positioning) for run in drawn]
-    compared = pulse_plots(positioning)
-    estimates = estimate_plots(positioning)
-    sections = [
-        ("motion", "Motion", _motion(positioning, drawn, motions)),
-        ("pulses", "Pulses", _pulses(positioning, drawn, compared)),
-        ("learnt", "What was learnt", _learnt(positioning, estimates)),
-        ("scenario", "Scenario", tables.provenance(positioning)),
-    ]
-    if not estimates:
-        sections = [each for each in sections if each[0] not in {"pulses", "learnt"}]
+    rigid = positioning.runs[0].arm is None
+    sections, plots = _of_axis(positioning) if rigid else _of_arm(positioning)
+    sections.append(Section("scenario", "Scenario", tables.provenance(positioning)))
     yield head(f"Positioning: {positioning.name}", policy=SCRIPT_POLICY)
     yield tables.header(positioning)
     yield contents([(anchor, name) for anchor, name, _ in sections])
@@ -70,7 +75,59 @@ def _page(positioning: Positioning) -> Iterable[str]:
         yield section(anchor, name, body)
     yield "</main>\n"
     yield tables.footer(positioning)
-    yield from ending_with([*motions, *compared, *estimates])
+    yield from ending_with(plots)
+
+
+def _of_axis(positioning: Positioning) -> tuple[list[Section], list[Plot]]:
+    """Return the sections of a rigid axis, and what is drawn in them."""
+    drawn = _drawn(positioning.runs)
+    motions = [motion_plot(run, positioning) for run in drawn]
+    compared = pulse_plots(positioning)
+    estimates = estimate_plots(positioning)
+    sections = [Section("motion", "Motion", _motion(positioning, drawn, motions))]
+    if estimates:
+        sections += [
+            Section("pulses", "Pulses", _pulses(positioning, drawn, compared)),
+            Section("learnt", "What was learnt", _learnt(positioning, estimates)),
+        ]
+    return sections, [*motions, *compared, *estimates]
+
+
+def _of_arm(positioning: Positioning) -> tuple[list[Section], list[Plot]]:
+    """Return the sections of a flexible arm, and what is drawn in them."""
+    drawn = _drawn(positioning.runs)
+    arms = [(run, run.arm) for run in drawn if run.arm is not None]
+    motions = [arm_motion_plot(run, arm, positioning) for run, arm in arms]
+    flown = [series_plots(run, arm, positioning) for run, arm in arms]
+    estimates = arm_estimate_plots(positioning)
+    bodies = [
+        figure(plot, key([*plot.traces, *phase_traces(arm)])) + phases_table(arm)
+        for plot, (_, arm) in zip(motions, arms, strict=True)
+    ]
+    sections = [
+        Section("moving", "The arm moving", animation(positioning.runs[-1], positioning)),
+        Section("motion", "Motion", tables.moves(positioning) + _run_by_run(drawn, bodies)),
+    ]
+    if any(arm.phases for _, arm in arms):
+        tabled = [
+            series_table(run, arm, positioning) + _grid(plots)
+            for (run, arm), plots in zip(arms, flown, strict=True)
+        ]
+        about = f'<p class="lead">{_SERIES_TEXT}</p>\n'
+        sections.append(Section("series", "Series of pulses", about + _run_by_run(drawn, tabled)))
+    if estimates:
+        learnt = tables.beliefs(positioning) + _grid(estimates)
+        sections.append(Section("learnt", "What was learnt", learnt))
+    return sections, [*motions, *(plot for plots in flown for plot in plots), *estimates]
+
+
+def _grid(plots: Sequence[Plot]) -> str:
+    """Return drawings beside each other, with the key that they share."""
+    if not plots:
+        return ""
+    shared = key([trace for plot in plots for trace in plot.traces])
+    drawings = "".join(figure(plot, "") for plot in plots)
+    return f'{shared}<div class="grid">\n{drawings}</div>\n'
 
 
 def _drawn(runs: Sequence[PositioningRun]) -> list[PositioningRun]:
@@ -93,10 +150,7 @@ def _motion(
 def _pulses(
     positioning: Positioning, drawn: Sequence[PositioningRun], plots: Sequence[Plot]
 ) -> str:
-    drawings = "".join(figure(plot, "") for plot in plots)
-    shared = key([trace for plot in plots for trace in plot.traces])
-    grid = f'{shared}<div class="grid">\n{drawings}</div>\n' if plots else ""
-    return grid + _run_by_run(drawn, [tables.pulses(run, positioning) for run in drawn])
+    return _grid(plots) + _run_by_run(drawn, [tables.pulses(run, positioning) for run in drawn])
 
 
 def _run_by_run(drawn: Sequence[PositioningRun], bodies: Sequence[str]) -> str:
@@ -106,7 +160,7 @@ def _run_by_run(drawn: Sequence[PositioningRun], bodies: Sequence[str]) -> str:
     parts: list[str] = []
     for k, (run, body) in enumerate(zip(drawn, bodies, strict=True)):
         words = ", ".join(dict.fromkeys(move.ending.word.lower() for move in run.moves))
-        made = f", {count_of(len(run.pulses), 'pulse')}" if run.estimates else ""
+        made = "" if run.arm or not run.estimates else f", {count_of(len(run.pulses), 'pulse')}"
         name = f"Run {run.number}: {words}{made}"
         if k in {0, len(drawn) - 1} or len(drawn) <= _UNFOLDED:
             parts.append(f"<h3>{name}</h3>\n{body}")

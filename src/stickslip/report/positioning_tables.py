@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from typing import Any
 
 from stickslip.records import (
+    ArmRun,
     Ending,
     Positioning,
     PositioningMove,
@@ -20,15 +21,23 @@ from stickslip.records import (
 from stickslip.report.dense import wide
 from stickslip.report.drawing import symbol
 
-__all__ = ["beliefs", "footer", "header", "moves", "provenance", "pulses"]
-
-_KIND = {"linear": "linear axis", "rotary": "rotary axis"}
+__all__ = [
+    "beliefs",
+    "body_rows",
+    "footer",
+    "header",
+    "heading_row",
+    "moves",
+    "provenance",
+    "pulses",
+    "shown",
+]
 
 _FIRST, _LAST = 30, 15
 """Rows of a long table that are shown."""
 
 
-def _shown(value: float, unit: str) -> str:
+def shown(value: float, unit: str) -> str:
     """Return a value in the unit that suits it, as HTML."""
     return prefixed(value, unit).replace("-", "−").replace(" ", "\u00a0")
 
@@ -38,20 +47,25 @@ def header(positioning: Positioning) -> str:
     last, position = positioning.last, unit_of("position", positioning.kind)
     mark, tone = ("✓", "trusted") if positioning.ending.reached else ("!", "doubtful")
     away = (
-        f"Its final error is {_shown(last.final_error, position)}, the tolerance "
-        f"{_shown(positioning.tolerance, position)}."
+        f"Its final error is {shown(last.final_error, position)}, the tolerance "
+        f"{shown(positioning.tolerance, position)}."
     )
     if positioning.ending is Ending.HUNTING:
         low, high = last.late_errors
-        away += f" It swings between {_shown(low, position)} and {_shown(high, position)}."
+        away += f" It swings between {shown(low, position)} and {shown(high, position)}."
     return (
         '<header class="top">\n'
-        f'<p class="kicker">stickslip · positioning · {_KIND[positioning.kind]}</p>\n'
+        f'<p class="kicker">stickslip · positioning · {_axis(positioning)}</p>\n'
         f"<h1>{html.escape(positioning.name)}</h1>\n"
         f'<div class="verdict {tone}"><p class="word">{mark} {positioning.ending.word}</p>'
         f"<p>{html.escape(positioning.ending_text)} {away}</p></div>\n"
         f"{_facts(positioning)}</header>\n"
     )
+
+
+def _axis(positioning: Positioning) -> str:
+    arm = positioning.runs[0].arm is not None
+    return f"flexible arm, {positioning.kind}" if arm else f"{positioning.kind} axis"
 
 
 def _facts(positioning: Positioning) -> str:
@@ -61,18 +75,20 @@ def _facts(positioning: Positioning) -> str:
     facts = [
         (
             "Final error",
-            _shown(last.final_error, position),
-            f"of run {run.number}; first run {_shown(first.moves[-1].final_error, position)}"
+            shown(last.final_error, position),
+            f"of run {run.number}; first run {shown(first.moves[-1].final_error, position)}"
             if several
-            else "target less true position",
+            else _which(positioning),
         ),
         (
             "Within tolerance after",
             _settled(last),
-            f"tolerance {_shown(positioning.tolerance, position)}",
+            f"tolerance {shown(positioning.tolerance, position)}",
         ),
     ]
-    if positioning.runs[0].estimates:
+    if run.arm is not None:
+        facts += _arm_facts(run.arm, last, position)
+    elif positioning.runs[0].estimates:
         facts.append(
             (
                 "Pulses",
@@ -84,7 +100,7 @@ def _facts(positioning: Positioning) -> str:
         )
     peak = max(move.peak_effort for move in run.moves)
     facts += [
-        ("Peak effort", _shown(peak, effort), "largest magnitude"),
+        ("Peak effort", shown(peak, effort), "largest magnitude"),
         (
             "Controller",
             f"<code>{html.escape(positioning.method)}</code>",
@@ -92,8 +108,8 @@ def _facts(positioning: Positioning) -> str:
         ),
         (
             "Way",
-            _shown(abs(last.target - last.start), position),
-            f"from {_shown(last.start, position)} to {_shown(last.target, position)}"
+            shown(abs(last.target - last.start), position),
+            f"from {shown(last.start, position)} to {shown(last.target, position)}"
             + (f", the last of {count_of(len(run.moves), 'move')}" if len(run.moves) > 1 else ""),
         ),
     ]
@@ -104,10 +120,24 @@ def _facts(positioning: Positioning) -> str:
     return f'<dl class="facts">{items}</dl>\n'
 
 
+def _which(positioning: Positioning) -> str:
+    arm = positioning.runs[0].arm is not None
+    return "of the mass that is farther" if arm else "target less true position"
+
+
+def _arm_facts(arm: ArmRun, last: PositioningMove, unit: str) -> list[tuple[str, str, str]]:
+    swing = "–" if last.swing is None else shown(last.swing, unit)
+    facts = [("Swing left", swing, "of mass 2, its amplitude in the end")]
+    if arm.phases:
+        pulses = sum(each.pulses for each in arm.series)
+        facts.append(("Series", str(len(arm.series)), f"{count_of(pulses, 'pulse')} in all"))
+    return facts
+
+
 def _settled(move: PositioningMove) -> str:
     if move.settling_time is None:
         return "never"
-    return "at once" if move.settling_time == 0 else _shown(move.settling_time, "s")
+    return "at once" if move.settling_time == 0 else shown(move.settling_time, "s")
 
 
 def moves(positioning: Positioning) -> str:
@@ -117,25 +147,35 @@ def moves(positioning: Positioning) -> str:
         return ""
     position, effort = unit_of("position", positioning.kind), unit_of("effort", positioning.kind)
     several = len(positioning.runs[0].moves) > 1
-    pulsed = bool(positioning.runs[0].estimates)
+    arm = positioning.runs[0].arm is not None
+    pulsed = bool(positioning.runs[0].estimates) and not arm
     heads = ["Run", *(["Move", "Target"] if several else []), "Ending", "Final error"]
+    heads += ["Swing left", "Series"] if arm else []
     heads += ["Within tolerance after", *(["Pulses"] if pulsed else []), "Peak effort"]
     rows: list[list[str]] = []
     for run, move in every:
         word = move.ending.word
         row = [str(run.number)]
         if several:
-            row += [str(move.number), _shown(move.target, position)]
+            row += [str(move.number), shown(move.target, position)]
         row += [
             f'<span class="mark-{"yes" if move.ending.reached else "no"}">'
             f"{'✓' if move.ending.reached else '✗'} {word}</span>",
-            _shown(move.final_error, position),
+            shown(move.final_error, position),
+            *_arm_cells(run, move, position),
             _settled(move),
         ]
         if pulsed:
             row.append(str(len(move.pulses)))
-        rows.append([*row, _shown(move.peak_effort, effort)])
-    return wide(_head(heads) + _body(rows, "moves"))
+        rows.append([*row, shown(move.peak_effort, effort)])
+    return wide(heading_row(heads) + body_rows(rows, "moves"))
+
+
+def _arm_cells(run: PositioningRun, move: PositioningMove, unit: str) -> list[str]:
+    if run.arm is None:
+        return []
+    series = [each for each in run.arm.series if each.move == move.number]
+    return ["–" if move.swing is None else shown(move.swing, unit), str(len(series))]
 
 
 def pulses(run: PositioningRun, positioning: Positioning) -> str:
@@ -155,32 +195,34 @@ def pulses(run: PositioningRun, positioning: Positioning) -> str:
     rows = [
         [
             str(k),
-            _shown(pulse.time, "s"),
+            shown(pulse.time, "s"),
             _levels(pulse, effort),
-            _shown(pulse.error, position),
-            _shown(pulse.predicted_displacement, position),
-            _shown(pulse.achieved_displacement, position)
+            shown(pulse.error, position),
+            shown(pulse.predicted_displacement, position),
+            shown(pulse.achieved_displacement, position)
             if pulse.moved
             else '<span class="mark-no">did not move</span>',
-            _shown(pulse.achieved_displacement - pulse.predicted_displacement, position),
+            shown(pulse.achieved_displacement - pulse.predicted_displacement, position),
         ]
         for k, pulse in enumerate(run.pulses, start=1)
     ]
-    return wide(_head(heads) + _body(rows, "pulses"))
+    return wide(heading_row(heads) + body_rows(rows, "pulses"))
 
 
 def _levels(pulse: PulseRecord, unit: str) -> str:
     return ", ".join(
-        f"{_shown(level, unit)} for {_shown(width, 's')}" for level, width in pulse.levels
+        f"{shown(level, unit)} for {shown(width, 's')}" for level, width in pulse.levels
     )
 
 
-def _head(heads: Sequence[str]) -> str:
+def heading_row(heads: Sequence[str]) -> str:
+    """Return the head of a table; the heads are HTML."""
     cells = "".join(f'<th scope="col">{head}</th>' for head in heads)
     return f"<thead><tr>{cells}</tr></thead>\n"
 
 
-def _body(rows: Sequence[Sequence[str]], what: str) -> str:
+def body_rows(rows: Sequence[Sequence[str]], what: str) -> str:
+    """Return the rows of a table, without the middle of a long one; the cells are HTML."""
     lines = [
         f'<tr><th scope="row">{row[0]}</th>'
         + "".join(f'<td class="number">{cell}</td>' for cell in row[1:])
@@ -221,7 +263,7 @@ def beliefs(positioning: Positioning) -> str:
         )
         label = f'{parameter_label(name)} <span class="symbol">{symbol(name)}</span>'
         rows.append(f'<tr><th scope="row">{label}</th>{body}</tr>\n')
-    heads = _head(["Estimate", "Unit", "At first", "In the end", "Truth", "Error in the end"])
+    heads = heading_row(["Estimate", "Unit", "At first", "In the end", "Truth", "Error in the end"])
     sources = "".join(
         f"<li>{parameter_label(name)}: {html.escape(source)}</li>"
         for name, source in positioning.believed.items()

@@ -1,0 +1,320 @@
+"""The figures of a positioning task on a flexible arm; what they draw was computed before."""
+
+from typing import Any
+
+import numpy as np
+
+from stickslip.records import (
+    ArmPhaseName,
+    ArmRun,
+    ArmSeries,
+    Positioning,
+    PositioningRun,
+    parameter_label,
+    prefixed_unit,
+    unit_of,
+    unit_text,
+)
+from stickslip.report.drawing import (
+    BLUE,
+    GREY,
+    INK,
+    PALE,
+    PINK,
+    VERMILION,
+    Plot,
+    Trace,
+    axis,
+    band,
+    layout,
+    line,
+    symbol,
+)
+from stickslip.report.positioning_figures import staircase, starts, tolerance_band, zoom
+
+__all__ = [
+    "PHASE_COLOURS",
+    "arm_estimate_plots",
+    "arm_motion_plot",
+    "phase_traces",
+    "series_plots",
+    "shown_until",
+]
+
+PHASE_COLOURS: dict[ArmPhaseName, str] = {
+    "feedback": "#d6e6f5",
+    "resting": "#eceff2",
+    "series": "#fce3bd",
+    "done": "#d3eddf",
+    "stopped": "#f6d3c4",
+}
+"""Pale enough to lie behind curves; phases are numbered too."""
+
+_AFTER = 1.15
+"""Time drawn over the time until the controller has ended."""
+
+_NARROW = 0.012
+"""Share of the time that a phase takes at least to have its number above it."""
+
+_TAIL = 0.4
+"""Share of a series' duration that is drawn after it."""
+
+_NORMAL_95 = 1.96
+_SETTLED = 0.25  # of the time, at whose end an estimate is taken for settled
+
+
+def shown_until(run: PositioningRun) -> float:
+    """Return the time up to which a run is drawn at first: without a long rest at its end."""
+    whole = float(run.time[-1])
+    phases = () if run.arm is None else run.arm.phases
+    if len(run.moves) > 1 or not phases or phases[-1].name not in {"done", "stopped"}:
+        return whole
+    return min(whole, _AFTER * phases[-1].start_time)
+
+
+def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> Plot:
+    """Draw both masses of a run, whole and about the target, and the effort, over its phases."""
+    kind = positioning.kind
+    unit = unit_of("position", kind)
+    whole, whole_unit = prefixed_unit(float(np.max(np.abs(arm.position))), unit)
+    half = zoom(run, positioning.tolerance)
+    near, near_unit = prefixed_unit(half, unit)
+    time, end = run.time, shown_until(run)
+    masses = (
+        ("mass 2", arm.load_position, arm.measured_load_position, VERMILION, PINK, 1.8),
+        ("mass 1", arm.position, arm.measured_position, BLUE, PALE, 2.2),
+    )
+    # The target is held from sample to sample as efforts are; the last sample has none of its own
+    traces: list[Trace] = [
+        staircase(time, whole * arm.target[:-1], name="target", colour=INK, row=1, dash="dash"),
+        tolerance_band(time, near * positioning.tolerance, 2),
+    ]
+    for name, _, measured, _, pale, _ in masses:
+        if not (
+            np.array_equal(arm.position, arm.measured_position)
+            and np.array_equal(arm.load_position, arm.measured_load_position)
+        ):
+            error = near * (measured - arm.target)
+            traces.append(
+                line(time, error, name=f"{name}, measured", colour=pale, width=0.8, row=2)
+            )
+    for name, true, _, colour, _, width in masses:
+        dash = "solid" if name == "mass 1" else "dot"
+        look: dict[str, Any] = {"name": name, "colour": colour, "width": width, "dash": dash}
+        traces.append(line(time, whole * true, **look))
+        traces.append(line(time, near * (true - arm.target), row=2, **look))
+    traces.append(staircase(time, run.effort, name="effort", colour=GREY, row=3))
+    return Plot(
+        anchor=f"motion-{run.number}",
+        alternative=(
+            f"Run {run.number}: both masses, their distance from the target, and the effort over "
+            f"{time[-1]:.3g} s. Mass 1 ends {near * (arm.position[-1] - arm.target[-1]):.3g} "
+            f"{near_unit} from the target, mass 2 "
+            f"{near * (arm.load_position[-1] - arm.target[-1]):.3g} {near_unit}."
+        ),
+        caption=(
+            "Above, where both masses are; in the middle the same, seen from the target and "
+            "magnified; below, the effort. Shaded are the phases, numbered as in the table below; "
+            "the band is the tolerance."
+        ),
+        traces=traces,
+        layout=layout(
+            x=axis("time <i>t</i> [s]", range=[0.0, end]),
+            y=[
+                axis(f"position [{whole_unit}]"),
+                axis(f"magnified [{near_unit}]", range=[-near * half, near * half]),
+                axis(f"effort <i>u</i> [{unit_text(unit_of('effort', kind))}]"),
+            ],
+            shapes=_shades(arm),
+            annotations=_numbers(arm, end),
+        ),
+        height=640,
+    )
+
+
+def phase_traces(arm: ArmRun) -> list[Trace]:
+    """Return what the key shows of the phases: their colours, each once."""
+    names = dict.fromkeys(phase.name for phase in arm.phases)
+    words = {phase.name: phase.word.lower() for phase in arm.phases}
+    return [
+        {"name": words[name], "fill": "toself", "fillcolor": PHASE_COLOURS[name]} for name in names
+    ]
+
+
+def _shades(arm: ArmRun) -> list[dict[str, object]]:
+    return [
+        {
+            "type": "rect",
+            "layer": "below",
+            "xref": "x",
+            "yref": "paper",
+            "x0": phase.start_time,
+            "x1": phase.end_time,
+            "y0": 0,
+            "y1": 1,
+            "fillcolor": PHASE_COLOURS[phase.name],
+            "line": {"width": 0},
+        }
+        for phase in arm.phases
+    ]
+
+
+def _numbers(arm: ArmRun, end: float) -> list[dict[str, object]]:
+    return [
+        {
+            "text": str(k),
+            "showarrow": False,
+            "xref": "x",
+            "yref": "paper",
+            "x": 0.5 * (phase.start_time + min(phase.end_time, end)),
+            "y": 1,
+            "yanchor": "top",
+            "font": {"size": 11, "color": GREY},
+        }
+        for k, phase in enumerate(arm.phases, start=1)
+        if min(phase.end_time, end) - phase.start_time > _NARROW * end
+    ]
+
+
+def series_plots(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> list[Plot]:
+    """Draw each series of a run: as planned, as it went, and what sets the two apart."""
+    return [
+        _series_plot(run, arm, positioning, k, series)
+        for k, series in enumerate(arm.series, start=1)
+    ]
+
+
+def _series_plot(
+    run: PositioningRun, arm: ArmRun, positioning: Positioning, k: int, series: ArmSeries
+) -> Plot:
+    unit = unit_of("position", positioning.kind)
+    planned, end = series.time, series.end_time + _TAIL * series.duration
+    there = (run.time > series.start_time - 0.5 * series.sampling_time) & (run.time <= end)
+    time = run.time[there]
+    factor, shown = prefixed_unit(float(np.max(np.abs(arm.position[there]))), unit)
+    pairs = (
+        ("mass 2", arm.load_position, series.load_position, VERMILION),
+        ("mass 1", arm.position, series.position, BLUE),
+    )
+    missed = [np.interp(planned, run.time, true) - plan for _, true, plan, _ in pairs]
+    apart = max(float(np.max(np.abs(each))) for each in missed)
+    fine, fine_unit = prefixed_unit(apart, unit)
+    traces: list[Trace] = []
+    for (name, true, plan, colour), off in zip(pairs, missed, strict=True):
+        traces += [
+            line(time, factor * true[there], name=name, colour=colour, width=2.6),
+            line(planned, factor * plan, name="as planned", colour=INK, width=1.2, dash="dash"),
+            line(planned, fine * off, name=name, colour=colour, width=1.8, row=2),
+        ]
+    ends = time[[0, -1]]
+    traces.append(
+        line(
+            ends,
+            np.full(2, factor * series.target),
+            name="target of the series",
+            colour=GREY,
+            width=1.2,
+            dash="dot",
+        )
+    )
+    efforts = run.effort[there[:-1]]
+    held = run.time[: run.effort.size][there[:-1]]
+    traces.append(staircase(np.append(held, end), efforts, name="effort", colour=GREY, row=3))
+    effort = unit_text(unit_of("effort", positioning.kind))
+    return Plot(
+        anchor=f"series-{run.number}-{k}",
+        alternative=(
+            f"Series {k}: both masses as planned and as they went, over {series.duration:.3g} s; "
+            f"at most {fine * apart:.3g} {fine_unit} lie between the two."
+        ),
+        caption="",
+        traces=traces,
+        layout=layout(
+            x=axis("time <i>t</i> [s]"),
+            y=[
+                axis(f"position [{shown}]"),
+                axis(f"off plan [{fine_unit}]"),
+                axis(f"effort [{effort}]"),
+            ],
+        ),
+        height=430,
+        heading=f"Series {k}",
+    )
+
+
+def arm_estimate_plots(positioning: Positioning) -> list[Plot]:
+    """Draw each estimate over time, through all runs, with its interval and the truth."""
+    runs = positioning.runs
+    begins = np.cumsum([0.0, *(float(run.time[-1]) for run in runs)])
+    time = np.concatenate(
+        [begin + run.estimate_time for begin, run in zip(begins, runs, strict=False)]
+    )
+    end = max(float(begins[-2]) + shown_until(runs[-1]), float(time[0]) + 1e-9)
+    plots: list[Plot] = []
+    for name in runs[0].estimates:
+        values = np.concatenate([run.estimates[name] for run in runs])
+        widths = _NORMAL_95 * np.concatenate(
+            [
+                np.full(run.estimate_time.size, np.nan)
+                if run.arm is None or name not in run.arm.deviations
+                else run.arm.deviations[name]
+                for run in runs
+            ]
+        )
+        truth = positioning.truth.get(name)
+        unit = unit_text(unit_of(name, positioning.kind))
+        traces = [
+            *band(time, values - widths, values + widths, name="95 % interval"),
+            line(time, values, name="estimate", colour=BLUE, width=2.0),
+        ]
+        if truth is not None:
+            traces.append(
+                line(
+                    time[[0, -1]],
+                    np.full(2, truth),
+                    name="true value",
+                    colour=INK,
+                    dash="dash",
+                    width=1.2,
+                )
+            )
+        known = "." if truth is None else f"; the true value is {truth:.4g} {unit}."
+        plots.append(
+            Plot(
+                anchor=f"estimate-{name.replace('_', '-')}",
+                alternative=(
+                    f"{parameter_label(name)} as estimated over time, from {values[0]:.4g} to "
+                    f"{values[-1]:.4g} {unit}{known}"
+                ),
+                caption="",
+                traces=traces,
+                layout=layout(
+                    x=axis("time <i>t</i> [s]", range=[0.0, end]),
+                    y=[axis(f"{symbol(name)} [{unit}]", **_range(values, widths, truth))],
+                    shapes=[
+                        *(_shades(runs[0].arm) if len(runs) == 1 and runs[0].arm else []),
+                        *starts([float(run.time[-1]) for run in runs], first=0.0),
+                    ],
+                ),
+                height=260,
+                heading=parameter_label(name),
+            )
+        )
+    return plots
+
+
+def _range(values: np.ndarray, widths: np.ndarray, truth: float | None) -> dict[str, list[float]]:
+    """Choose a vertical range that shows how the estimate settles, not its first wild guesses."""
+    later = slice(int(_SETTLED * values.size), None)
+    shown = np.concatenate(
+        [
+            values,
+            (values - widths)[later],
+            (values + widths)[later],
+            [] if truth is None else [truth],
+        ]
+    )
+    shown = shown[np.isfinite(shown)]
+    low, high = float(np.min(shown)), float(np.max(shown))
+    margin = 0.12 * (high - low) or 0.05 * abs(high) or 1.0
+    return {"range": [low - margin, high + margin]}
