@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records import Positioning, PositioningRun, prefixed, unit_of, unit_text
+from stickslip.records import Positioning, PositioningRun, prefixed_unit, unit_of, unit_text
 from stickslip.report.arm_figures import PHASE_COLOURS, shown_until
 from stickslip.report.drawing import BLUE, GREY, INK, ORANGE, PALE, VERMILION, numbers
 from stickslip.report.sheet import template
@@ -18,7 +18,7 @@ _MOST_FRAMES = 1200
 """Pictures kept: between them the masses move on straight lines."""
 
 # The stage [px]
-_WIDTH, _HEIGHT = 960, 330
+_WIDTH, _HEIGHT = 960, 334
 _MARGIN = 62.0
 _HALF, _TALL, _GROUND, _WHEEL = 32.0, 46.0, 205.0, 8.0
 _GAP = 46.0  # least length of the spring
@@ -141,8 +141,8 @@ def _gauge(
     within = float(places(np.array([tolerance]))[0])
     every = 1 if high - low <= 7 else 2
     ticks = "".join(
-        f'<path d="M{x:.1f} {_GAUGE_Y}v6" stroke="{GREY}"/><text x="{x:.1f}" y="{_GAUGE_Y + 21}" '
-        f'text-anchor="middle">{prefixed(10.0**decade, unit)}</text>'
+        f'<path d="M{x:.1f} {_GAUGE_Y}v6" stroke="{GREY}"/><text x="{x:.1f}" y="{_GAUGE_Y + 30}" '
+        f'text-anchor="middle">{_power(decade, unit)}</text>'
         for decade in range(high, low - 1, -every)
         for x in [_GAUGE_LEFT + width * (decade - low)]
     )
@@ -162,6 +162,11 @@ def _gauge(
         f'<path d="M{_GAUGE_LEFT} {_GAUGE_Y}H{_GAUGE_RIGHT}" stroke="{INK}"/>{ticks}{marks}</g>\n'
     )
     return [np.round(places(each), 1).tolist() for each in errors], drawn
+
+
+def _power(decade: int, unit: str) -> str:
+    factor, shown = prefixed_unit(10.0**decade, unit)
+    return f"{10.0**decade * factor:g} {shown}"
 
 
 def _controls(run: PositioningRun, end: float) -> str:

@@ -1,22 +1,27 @@
 """The figures of a positioning task on a flexible arm; what they draw was computed before."""
 
+import math
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from stickslip.records import (
     ArmPhaseName,
     ArmRun,
     ArmSeries,
     Positioning,
+    PositioningMove,
     PositioningRun,
     parameter_label,
+    prefixed,
     prefixed_unit,
     unit_of,
     unit_text,
 )
 from stickslip.report.drawing import (
     BLUE,
+    GREEN,
     GREY,
     INK,
     PALE,
@@ -30,10 +35,11 @@ from stickslip.report.drawing import (
     line,
     symbol,
 )
-from stickslip.report.positioning_figures import staircase, starts, tolerance_band, zoom
+from stickslip.report.positioning_figures import staircase, starts, tolerance_band
 
 __all__ = [
     "PHASE_COLOURS",
+    "arm_end_plots",
     "arm_estimate_plots",
     "arm_motion_plot",
     "phase_traces",
@@ -59,6 +65,19 @@ _NARROW = 0.012
 _TAIL = 0.4
 """Share of a series' duration that is drawn after it."""
 
+_LEAST = 1e-15
+"""Distance that is drawn for none at all [m or rad]."""
+
+_BELOW = 0.03
+"""Lower end of the distances drawn, over the tolerance or what is left."""
+
+_MOST_ENDS = 6
+"""Moves whose end is drawn, and the last."""
+
+_UNDER_WAY = 0.75
+"""Share of a move after which it should have ended."""
+
+_ROOM = 1.15
 _NORMAL_95 = 1.96
 _SETTLED = 0.25  # of the time, at whose end an estimate is taken for settled
 
@@ -73,56 +92,53 @@ def shown_until(run: PositioningRun) -> float:
 
 
 def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> Plot:
-    """Draw both masses of a run, whole and about the target, and the effort, over its phases."""
+    """Draw where both masses of a run are, how far from the target, and the effort."""
     kind = positioning.kind
     unit = unit_of("position", kind)
-    whole, whole_unit = prefixed_unit(float(np.max(np.abs(arm.position))), unit)
-    half = zoom(run, positioning.tolerance)
-    near, near_unit = prefixed_unit(half, unit)
+    factor, shown = prefixed_unit(float(np.max(np.abs(arm.position))), unit)
     time, end = run.time, shown_until(run)
-    masses = (
-        ("mass 2", arm.load_position, arm.measured_load_position, VERMILION, PINK, 1.8),
-        ("mass 1", arm.position, arm.measured_position, BLUE, PALE, 2.2),
-    )
     # The target is held from sample to sample as efforts are; the last sample has none of its own
     traces: list[Trace] = [
-        staircase(time, whole * arm.target[:-1], name="target", colour=INK, row=1, dash="dash"),
-        tolerance_band(time, near * positioning.tolerance, 2),
+        staircase(time, factor * arm.target[:-1], name="target", colour=INK, row=1, dash="dash"),
     ]
-    for name, _, measured, _, pale, _ in masses:
-        if not (
-            np.array_equal(arm.position, arm.measured_position)
-            and np.array_equal(arm.load_position, arm.measured_load_position)
-        ):
-            error = near * (measured - arm.target)
-            traces.append(
-                line(time, error, name=f"{name}, measured", colour=pale, width=0.8, row=2)
-            )
-    for name, true, _, colour, _, width in masses:
-        dash = "solid" if name == "mass 1" else "dot"
-        look: dict[str, Any] = {"name": name, "colour": colour, "width": width, "dash": dash}
-        traces.append(line(time, whole * true, **look))
-        traces.append(line(time, near * (true - arm.target), row=2, **look))
-    traces.append(staircase(time, run.effort, name="effort", colour=GREY, row=3))
+    ends: list[float] = []
+    for name, position, look in _masses(arm):
+        distance = np.maximum(np.abs(position - arm.target), _LEAST)
+        ends.append(float(distance[-1]))
+        traces.append(line(time, factor * position, name=name, **look))
+        traces.append(line(time, distance, name=name, row=2, **look))
+    tolerance = np.full(2, positioning.tolerance)
+    traces += [
+        line(
+            time[[0, -1]], tolerance, name="tolerance", colour=GREEN, width=1.4, dash="dash", row=2
+        ),
+        staircase(time, run.effort, name="effort", colour=GREY, row=3),
+    ]
     return Plot(
         anchor=f"motion-{run.number}",
         alternative=(
             f"Run {run.number}: both masses, their distance from the target, and the effort over "
-            f"{time[-1]:.3g} s. Mass 1 ends {near * (arm.position[-1] - arm.target[-1]):.3g} "
-            f"{near_unit} from the target, mass 2 "
-            f"{near * (arm.load_position[-1] - arm.target[-1]):.3g} {near_unit}."
+            f"{time[-1]:.3g} s. In the end mass 2 is {prefixed(ends[0], unit)} away from the "
+            f"target, mass 1 {prefixed(ends[1], unit)}."
         ),
         caption=(
-            "Above, where both masses are; in the middle the same, seen from the target and "
-            "magnified; below, the effort. Shaded are the phases, numbered as in the table below; "
-            "the band is the tolerance."
+            "Above, where both masses are; in the middle, how far from the target, in powers of "
+            "ten; below, the effort. Shaded are the phases, numbered as in the table below."
         ),
         traces=traces,
         layout=layout(
             x=axis("time <i>t</i> [s]", range=[0.0, end]),
             y=[
-                axis(f"position [{whole_unit}]"),
-                axis(f"magnified [{near_unit}]", range=[-near * half, near * half]),
+                axis(f"position [{shown}]"),
+                axis(
+                    f"distance from target [{unit}]",
+                    type="log",
+                    dtick=2,
+                    range=[
+                        math.log10(_BELOW * min(positioning.tolerance, max(ends))),
+                        math.log10(2.0 * float(np.max(np.abs(run.error)))),
+                    ],
+                ),
                 axis(f"effort <i>u</i> [{unit_text(unit_of('effort', kind))}]"),
             ],
             shapes=_shades(arm),
@@ -132,12 +148,79 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
     )
 
 
+def _masses(
+    arm: ArmRun, *, measured: bool = False
+) -> list[tuple[str, Float[np.ndarray, " n"], dict[str, Any]]]:
+    """Return name, position and look of both masses, the first one last: it lies on top."""
+    if measured:
+        return [
+            ("mass 2, measured", arm.measured_load_position, {"colour": PINK, "width": 0.8}),
+            ("mass 1, measured", arm.measured_position, {"colour": PALE, "width": 0.8}),
+        ]
+    return [
+        ("mass 2", arm.load_position, {"colour": VERMILION, "width": 1.8, "dash": "dot"}),
+        ("mass 1", arm.position, {"colour": BLUE, "width": 2.2}),
+    ]
+
+
+def arm_end_plots(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> list[Plot]:
+    """Draw the end of each move, seen from its target and magnified: what swing is left."""
+    return [
+        _end_plot(run, arm, positioning, move)
+        for move in [*run.moves[:_MOST_ENDS], *run.moves[_MOST_ENDS:][-1:]]
+    ]
+
+
+def _end_plot(
+    run: PositioningRun, arm: ArmRun, positioning: Positioning, move: PositioningMove
+) -> Plot:
+    unit = unit_of("position", positioning.kind)
+    own = [each for each in arm.series if each.move == move.number]
+    rest = move.start_time + _UNDER_WAY * (move.end_time - move.start_time)
+    begin = min(own[-1].end_time if own else rest, rest)
+    end = min(move.end_time, shown_until(run))
+    if end <= begin:
+        end = move.end_time
+    there = (run.time >= begin) & (run.time <= end)
+    time = run.time[there]
+    sensed = not (
+        np.array_equal(arm.position, arm.measured_position)
+        and np.array_equal(arm.load_position, arm.measured_load_position)
+    )
+    drawn = [*(_masses(arm, measured=True) if sensed else []), *_masses(arm)]
+    errors = [(name, position[there] - move.target, look) for name, position, look in drawn]
+    # The instant in which the last pulse ends may be far off still
+    late = time >= begin + 0.1 * (end - begin)
+    half = max(float(np.max(np.abs(error[late]))) for _, error, _ in errors)
+    half = _ROOM * max(half, positioning.tolerance if sensed else _LEAST)
+    factor, shown = prefixed_unit(half, unit)
+    traces = [tolerance_band(time, factor * positioning.tolerance, 1)]
+    traces += [line(time, factor * error, name=name, **look) for name, error, look in errors]
+    swing = "" if move.swing is None else f" Mass 2 swings by {prefixed(move.swing, unit)}."
+    return Plot(
+        anchor=f"end-{run.number}-{move.number}",
+        alternative=(
+            f"Both masses about the target from {begin:.3g} s to {end:.3g} s, magnified.{swing}"
+        ),
+        caption="",
+        traces=traces,
+        layout=layout(
+            x=axis("time <i>t</i> [s]", range=[begin, end]),
+            y=[axis(f"beyond target [{shown}]", range=[-factor * half, factor * half])],
+        ),
+        height=250,
+        heading=f"The end of move {move.number}, magnified"
+        if len(run.moves) > 1
+        else "The end, magnified",
+    )
+
+
 def phase_traces(arm: ArmRun) -> list[Trace]:
     """Return what the key shows of the phases: their colours, each once."""
-    names = dict.fromkeys(phase.name for phase in arm.phases)
     words = {phase.name: phase.word.lower() for phase in arm.phases}
     return [
-        {"name": words[name], "fill": "toself", "fillcolor": PHASE_COLOURS[name]} for name in names
+        {"name": word, "fill": "toself", "fillcolor": PHASE_COLOURS[name]}
+        for name, word in words.items()
     ]
 
 

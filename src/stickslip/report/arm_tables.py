@@ -9,6 +9,9 @@ from stickslip.report.positioning_tables import body_rows, heading_row, shown
 
 __all__ = ["phases_table", "series_table"]
 
+_ROUNDING = 1e-12
+"""Errors below it come from rounding [m or rad]."""
+
 
 def phases_table(arm: ArmRun) -> str:
     """Return the phases of a run, each with why it began; empty if there are none."""
@@ -46,7 +49,7 @@ def series_table(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> 
                 _pulses(series.pulses, series.effort.size),
                 shown(series.duration, "s"),
                 shown(series.start_swing, unit),
-                shown(series.planned_error, unit),
+                _tiny(series.planned_error, unit),
                 _or_not(series.final_error, unit),
                 _or_not(series.final_load_error, unit),
                 _or_not(series.final_swing, unit),
@@ -61,4 +64,8 @@ def _pulses(pulses: int, samples: int) -> str:
 
 
 def _or_not(value: float | None, unit: str) -> str:
-    return "not at rest" if value is None else shown(value, unit)
+    return "not at rest" if value is None else _tiny(value, unit)
+
+
+def _tiny(value: float, unit: str) -> str:
+    return f"below 1 p{unit}" if abs(value) < _ROUNDING else shown(value, unit)

@@ -14,6 +14,7 @@ from stickslip.records import QUANTITIES, AxisKind, unit_of, unit_text
 __all__ = [
     "BAND",
     "BLUE",
+    "GREEN",
     "GREY",
     "INK",
     "ORANGE",
@@ -42,6 +43,7 @@ INK = "#1f2933"
 GREY = "#6b7280"
 PALE = "#a9b2bc"
 BLUE = "#0072b2"
+GREEN = "#009e73"
 VERMILION = "#d55e00"
 ORANGE = "#e69f00"
 SKY = "#56b4e9"

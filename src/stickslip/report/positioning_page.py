@@ -1,6 +1,7 @@
 """The page of a positioning task: how it ended, the motion, the pulses, and what was learnt."""
 
 from collections.abc import Iterable, Sequence
+from itertools import chain
 from pathlib import Path
 
 from stickslip.outputs import check_output, whole_file
@@ -8,6 +9,7 @@ from stickslip.records import Positioning, PositioningRun, count_of
 from stickslip.report import positioning_tables as tables
 from stickslip.report.arm_animation import animation
 from stickslip.report.arm_figures import (
+    arm_end_plots,
     arm_estimate_plots,
     arm_motion_plot,
     phase_traces,
@@ -98,11 +100,12 @@ def _of_arm(positioning: Positioning) -> tuple[list[Section], list[Plot]]:
     drawn = _drawn(positioning.runs)
     arms = [(run, run.arm) for run in drawn if run.arm is not None]
     motions = [arm_motion_plot(run, arm, positioning) for run, arm in arms]
+    ends = [arm_end_plots(run, arm, positioning) for run, arm in arms]
     flown = [series_plots(run, arm, positioning) for run, arm in arms]
     estimates = arm_estimate_plots(positioning)
     bodies = [
-        figure(plot, key([*plot.traces, *phase_traces(arm)])) + phases_table(arm)
-        for plot, (_, arm) in zip(motions, arms, strict=True)
+        figure(plot, key([*plot.traces, *phase_traces(arm)])) + phases_table(arm) + _grid(last)
+        for plot, last, (_, arm) in zip(motions, ends, arms, strict=True)
     ]
     sections = [
         Section("moving", "The arm moving", animation(positioning.runs[-1], positioning)),
@@ -118,7 +121,7 @@ def _of_arm(positioning: Positioning) -> tuple[list[Section], list[Plot]]:
     if estimates:
         learnt = tables.beliefs(positioning) + _grid(estimates)
         sections.append(Section("learnt", "What was learnt", learnt))
-    return sections, [*motions, *(plot for plots in flown for plot in plots), *estimates]
+    return sections, [*motions, *chain(*ends), *chain(*flown), *estimates]
 
 
 def _grid(plots: Sequence[Plot]) -> str:

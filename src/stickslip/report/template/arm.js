@@ -74,7 +74,7 @@
     });
     if (k >= 0) {
       part("phase").textContent = film.phases[k].word;
-      reason.textContent = `${k + 1} ${film.phases[k].word}: ${film.phases[k].reason}`;
+      reason.textContent = `${k + 1} · ${film.phases[k].word}: ${film.phases[k].reason}`;
     }
     clock.textContent = `${now.toFixed(film.decimals)} s`;
     scrub.value = String(now);
