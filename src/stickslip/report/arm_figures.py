@@ -9,7 +9,6 @@ from jaxtyping import Float
 from stickslip.records import (
     ArmPhaseName,
     ArmRun,
-    ArmSeries,
     Positioning,
     PositioningMove,
     PositioningRun,
@@ -43,7 +42,6 @@ __all__ = [
     "arm_estimate_plots",
     "arm_motion_plot",
     "phase_traces",
-    "series_plots",
     "shown_until",
 ]
 
@@ -61,9 +59,6 @@ _AFTER = 1.15
 
 _NARROW = 0.012
 """Share of the time that a phase takes at least to have its number above it."""
-
-_TAIL = 0.4
-"""Share of a series' duration that is drawn after it."""
 
 _LEAST = 1e-15
 """Distance that is drawn for none at all [m or rad]."""
@@ -217,7 +212,7 @@ def _end_plot(
 
 def phase_traces(arm: ArmRun) -> list[Trace]:
     """Return what the key shows of the phases: their colours, each once."""
-    words = {phase.name: phase.word.lower() for phase in arm.phases}
+    words: dict[ArmPhaseName, str] = {each.name: each.word.lower() for each in arm.phases}
     return [
         {"name": word, "fill": "toself", "fillcolor": PHASE_COLOURS[name]}
         for name, word in words.items()
@@ -257,72 +252,6 @@ def _numbers(arm: ArmRun, end: float) -> list[dict[str, object]]:
         for k, phase in enumerate(arm.phases, start=1)
         if min(phase.end_time, end) - phase.start_time > _NARROW * end
     ]
-
-
-def series_plots(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> list[Plot]:
-    """Draw each series of a run: as planned, as it went, and what sets the two apart."""
-    return [
-        _series_plot(run, arm, positioning, k, series)
-        for k, series in enumerate(arm.series, start=1)
-    ]
-
-
-def _series_plot(
-    run: PositioningRun, arm: ArmRun, positioning: Positioning, k: int, series: ArmSeries
-) -> Plot:
-    unit = unit_of("position", positioning.kind)
-    planned, end = series.time, series.end_time + _TAIL * series.duration
-    there = (run.time > series.start_time - 0.5 * series.sampling_time) & (run.time <= end)
-    time = run.time[there]
-    factor, shown = prefixed_unit(float(np.max(np.abs(arm.position[there]))), unit)
-    pairs = (
-        ("mass 2", arm.load_position, series.load_position, VERMILION),
-        ("mass 1", arm.position, series.position, BLUE),
-    )
-    missed = [np.interp(planned, run.time, true) - plan for _, true, plan, _ in pairs]
-    apart = max(float(np.max(np.abs(each))) for each in missed)
-    fine, fine_unit = prefixed_unit(apart, unit)
-    traces: list[Trace] = []
-    for (name, true, plan, colour), off in zip(pairs, missed, strict=True):
-        traces += [
-            line(time, factor * true[there], name=name, colour=colour, width=2.6),
-            line(planned, factor * plan, name="as planned", colour=INK, width=1.2, dash="dash"),
-            line(planned, fine * off, name=name, colour=colour, width=1.8, row=2),
-        ]
-    ends = time[[0, -1]]
-    traces.append(
-        line(
-            ends,
-            np.full(2, factor * series.target),
-            name="target of the series",
-            colour=GREY,
-            width=1.2,
-            dash="dot",
-        )
-    )
-    efforts = run.effort[there[:-1]]
-    held = run.time[: run.effort.size][there[:-1]]
-    traces.append(staircase(np.append(held, end), efforts, name="effort", colour=GREY, row=3))
-    effort = unit_text(unit_of("effort", positioning.kind))
-    return Plot(
-        anchor=f"series-{run.number}-{k}",
-        alternative=(
-            f"Series {k}: both masses as planned and as they went, over {series.duration:.3g} s; "
-            f"at most {fine * apart:.3g} {fine_unit} lie between the two."
-        ),
-        caption="",
-        traces=traces,
-        layout=layout(
-            x=axis("time <i>t</i> [s]"),
-            y=[
-                axis(f"position [{shown}]"),
-                axis(f"off plan [{fine_unit}]"),
-                axis(f"effort [{effort}]"),
-            ],
-        ),
-        height=430,
-        heading=f"Series {k}",
-    )
 
 
 def arm_estimate_plots(positioning: Positioning) -> list[Plot]:

@@ -13,8 +13,8 @@ from stickslip.report.arm_figures import (
     arm_estimate_plots,
     arm_motion_plot,
     phase_traces,
-    series_plots,
 )
+from stickslip.report.arm_series_figures import series_plots
 from stickslip.report.arm_tables import phases_table, series_table
 from stickslip.report.drawing import Plot, key
 from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure
