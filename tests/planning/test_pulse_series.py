@@ -186,7 +186,7 @@ def test_each_direction_has_its_own_friction() -> None:
 factors = st.floats(1 / 3, 3.0)
 
 
-@settings(max_examples=20)
+@settings(max_examples=15)
 @given(
     masses=st.tuples(factors, factors),
     stiffness=factors,
@@ -271,6 +271,38 @@ def test_an_interval_of_friction_bounds_what_is_left() -> None:
     assert worst["robust"] <= series.worst_residual * 1.1
 
 
+@pytest.mark.parametrize(("target", "pulses"), [(1.0, 92), (-1.0, 94), (1.0, 100)])
+def test_mass_1_rests_on_the_way(target: float, pulses: int) -> None:
+    law = replace(LAW, static_friction_positive=0.12, static_friction_negative=0.13, offset=0.02)
+    planner = replace(PLANNER, arm=replace(ARM, friction=law), rest_on_the_way=True)
+    series = planner.plan(REST, target, pulses=pulses)
+    distance, swing = ends(series, planner.arm, REST)
+    assert abs(distance) < ROUNDING
+    assert swing < ROUNDING
+    assert series.peak_effort <= planner.effort_limit
+    assert series.rest is not None
+    motion = simulate(planner.arm, series.effort, sampling_time=0.05)
+    begin, end = (round(t / 0.05) for t in series.rest)
+    assert motion.stuck[begin + 1 : end + 1].all()
+    assert np.all(motion.velocity * series.direction > -ROUNDING)
+    np.testing.assert_allclose(series.position, motion.position, atol=ROUNDING)
+    np.testing.assert_allclose(series.load_velocity, motion.load_velocity, atol=ROUNDING)
+
+
+def test_a_rest_on_the_way_leaves_less_of_a_friction_error() -> None:
+    planner = replace(PLANNER, sampling_time=0.01)
+    weaker = replace(
+        ARM,
+        friction=CoulombViscousFriction.symmetric(coulomb_friction=0.095, viscous_friction=0.1),
+    )
+    creeping, resting = (
+        ends(replace(planner, rest_on_the_way=rest).plan(REST, 1.0), weaker, REST)
+        for rest in (False, True)
+    )
+    assert abs(resting[0]) < 0.6 * abs(creeping[0])
+    assert resting[1] < 0.4 * creeping[1]
+
+
 @pytest.mark.parametrize(
     ("changes", "state", "target", "pulses", "limit", "words"),
     [
@@ -326,6 +358,7 @@ def test_a_request_that_makes_no_sense_is_refused(
         ({"pulse_samples": 0}, "pulse_samples"),
         ({"slowest": 1.0}, "slowest"),
         ({"impulse_gap": 0.0}, "impulse_gap"),
+        ({"friction_interval": (LAW, LAW), "rest_on_the_way": True}, "cannot both"),
         ({"arm": replace(ARM, friction=replace(LAW, offset=0.2))}, "offset"),
     ],
 )

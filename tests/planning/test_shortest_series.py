@@ -90,11 +90,11 @@ def test_the_shortest_time_is_that_of_the_bang_bang_optimum(
     assert fine <= coarse <= optimum + 2 * 0.05
 
 
-@pytest.mark.parametrize(("target", "samples"), [(1.0, 1), (0.4, 1), (1.0, 8)])
+@pytest.mark.parametrize(("target", "samples"), [(1.0, 1), (0.4, 1), (1.0, 4)])
 def test_bisection_finds_what_a_scan_of_all_durations_finds(target: float, samples: int) -> None:
     """From the fewest that do on, every larger number of pulses does."""
     planner = PulseSeriesPlanner(
-        arm=ARM, sampling_time=0.1, effort_limit=1.0, pulse_samples=samples
+        arm=ARM, sampling_time=0.2, effort_limit=1.0, pulse_samples=samples
     )
     fewest = planner.plan(REST, target).amplitudes.size
     does = []

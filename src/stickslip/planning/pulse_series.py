@@ -86,13 +86,16 @@ class PulseSeries:
     breakaway_margin
         By how much the first effort exceeds what frees mass 1; infinite if it moves already.
     slowest
-        The least speed of mass 1 between begin and end, between samples too; it is positive.
+        The least speed of mass 1 between begin and end, between samples too; it is positive
+        unless mass 1 rests on the way.
     least_impulse
-        What the impulse of no series over this time is less than [N s or N m s].
+        What the impulse of no series without a rest is less than, over this time [N s or N m s].
     worst_residual
         The farthest that mass 1 ends from the target, or mass 2 swings about it, wherever in the
         interval given the friction is, if mass 1 sticks nowhere on the way; None without such an
         interval.
+    rest
+        From when until when mass 1 rests on the way; None if it does not.
     """
 
     kind: AxisKind
@@ -109,6 +112,7 @@ class PulseSeries:
     slowest: float = quantity_field("velocity")
     least_impulse: float
     worst_residual: float | None = quantity_field("position", default=None)
+    rest: tuple[float, float] | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:
         for name in ("effort", "position", "velocity", "load_position", "load_velocity"):

@@ -10,6 +10,7 @@ from stickslip.planning.pulse_series import PulseSeries
 from stickslip.planning.series_move import Move
 from stickslip.planning.series_programme import Solution
 from stickslip.planning.series_refusal import refusal
+from stickslip.planning.series_rest import with_rest
 from stickslip.planning.series_robust import least_worst_residual
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
@@ -52,6 +53,11 @@ class PulseSeriesPlanner:
         decides which time is the shortest. Little is to be gained: what an error of Coulomb
         friction does while mass 1 slips depends on the time alone, and not on the efforts.
 
+    rest_on_the_way
+        Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
+        most series of about the shortest time. Held by static friction it does not gather the
+        error of a friction that is not as believed.
+
     Raises
     ------
     InputError
@@ -78,6 +84,7 @@ class PulseSeriesPlanner:
     slowest: float = 1e-3
     impulse_gap: float = 0.02
     friction_interval: tuple[CoulombViscousFriction, CoulombViscousFriction] | None = None
+    rest_on_the_way: bool = False
 
     def __post_init__(self) -> None:
         kind = self.arm.kind
@@ -94,6 +101,11 @@ class PulseSeriesPlanner:
             raise InputError(
                 f"pulse_samples is {self.pulse_samples}, it must be at least 1",
                 remedy="give the number of samples over which the effort is held",
+            )
+        if self.rest_on_the_way and self.friction_interval is not None:
+            raise InputError(
+                "a rest on the way and efforts for an interval of friction cannot both be planned",
+                remedy="leave out one: a rest makes more of a difference",
             )
         for law in (self.arm.friction, *(self.friction_interval or ())):
             if not -law.static_friction_positive <= law.offset <= law.static_friction_negative:
@@ -201,22 +213,29 @@ class PulseSeriesPlanner:
     ) -> PulseSeries:
         """Return the record of a solution, verified by propagating it."""
         programme = move.programme(pulses)
+        rest = (
+            with_rest(move, programme, solution, self.impulse_gap) if self.rest_on_the_way else None
+        )
         residual = None
-        if move.interval:
-            effort, residual = least_worst_residual(programme, move.extremes(pulses))
+        if rest is not None:
+            effort, states, slowest = rest.effort, rest.states, 0.0
         else:
-            effort = programme.landed(solution)
-        states = programme.states(effort)
-        minima = programme.minima(effort)
-        slowest = float(min(states[1:-1, 1].min(), minima[:, 2].min(initial=np.inf)))
+            if move.interval:
+                effort, residual = least_worst_residual(programme, move.extremes(pulses))
+            else:
+                effort = programme.landed(solution)
+            states, minima = programme.states(effort), programme.minima(effort)
+            slowest = float(min(states[1:-1, 1].min(), minima[:, 2].min(initial=np.inf)))
         frequency = math.sqrt(self.arm.stiffness / self.arm.mass_2)
         missing = (states[-1] - (move.way, 0.0, move.way, 0.0)) / (1.0, frequency, 1.0, frequency)
         error = float(np.abs(missing).max())
-        if slowest <= 0 or (residual is None and error > _LANDED * move.way):
+        stops = slowest <= 0.0 and rest is None
+        if stops or (residual is None and error > _LANDED * move.way):
             raise StickslipError(
                 f"rounding errors leave {error:g} of {move.way:g} to go, at a least speed of "
                 f"{slowest:g}; give fewer pulses, or an effort limit nearer to what the move needs"
             )
+        width = self.pulse_width
         samples = states[:: programme.steps_per_pulse // self.pulse_samples] * direction
         return PulseSeries(
             kind=self.arm.kind,
@@ -233,4 +252,5 @@ class PulseSeriesPlanner:
             slowest=slowest,
             least_impulse=solution.bound * self.effort_limit * pulses * self.pulse_width,
             worst_residual=residual,
+            rest=None if rest is None else (rest.begin * width, rest.end * width),
         )

@@ -1,0 +1,170 @@
+"""Let mass 1 rest on the way, where it would only creep.
+
+A series of least time or effort often lets mass 1 wait while mass 2 swings over. Planned as slow
+motion the effort there just balances friction, and an error of friction grows all the while.
+Resting, mass 1 is held by static friction with an effort in the middle of what holds it: what is
+left of an error is what it did before the rest, and the swing meets mass 1 where it is.
+"""
+
+import math
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.planning.series_move import FEWEST_PULSES, Move
+from stickslip.planning.series_programme import Programme, Solution
+
+__all__ = ["Rest", "with_rest"]
+
+_CREEPS = 0.02  # of its highest velocity: mass 1 only creeps
+_SHORTEST = 4  # pulses of a rest that is worth it
+_BEGINS = 8  # pulses tried for it to begin with
+_EARLIER = 3  # pulses by which the second part may begin before the creeping ends
+_HELD = 0.9  # of static friction, at most, holds mass 1 with the friction believed
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rest:
+    """A series in two parts.
+
+    Attributes
+    ----------
+    effort
+        Of every pulse [N or N m].
+    states
+        At every step.
+    begin, end
+        First pulse of the rest, and first after it.
+    """
+
+    effort: Float[np.ndarray, " n"]
+    states: Float[np.ndarray, "k 4"]
+    begin: int
+    end: int
+
+
+def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) -> Rest | None:
+    """Return the series with its longest creeping made a rest; None if there is none to make.
+
+    Parameters
+    ----------
+    move
+        What is asked for.
+    programme, solution
+        Of the series without a rest.
+    gap
+        Of the second part's impulse, as the planner's.
+    """
+    effort = programme.landed(solution)
+    states = programme.states(effort)
+    each = programme.steps_per_pulse
+    speed = states[::each, 1]
+    creeping = _longest(speed < _CREEPS * speed.max())
+    if creeping is None or creeping[1] - creeping[0] < _SHORTEST:
+        return None
+    first, last = creeping
+    tried = 0
+    for begin in range(first, last - _SHORTEST):
+        stopped = _stopped(move, programme, effort[: begin + 1])
+        if stopped is None:
+            continue
+        tried += 1
+        found = _gone_on(move, programme, stopped, last, gap)
+        if found is not None or tried == _BEGINS:
+            return found
+    return None
+
+
+def _gone_on(
+    move: Move, programme: Programme, stopped: Float[np.ndarray, " p"], last: int, gap: float
+) -> Rest | None:
+    """Return the series that rests once it has stopped; None if there is no second part."""
+    each, first = programme.steps_per_pulse, stopped.size
+    before = programme.states(stopped)
+    before[-1, 1] = 0.0
+    for end in range(last, max(first + _SHORTEST, last - _EARLIER) - 1, -1):
+        resting = _resting(move, before[-1], (end - first) * each, programme.motion.step)
+        held = _holding(move, resting, each)
+        if held is None or programme.pulses - end < FEWEST_PULSES:
+            continue
+        x1 = float(resting[-1, 0])
+        onward = replace(
+            move,
+            start=(0.0, 0.0, float(resting[-1, 2]) - x1, float(resting[-1, 3])),
+            way=move.way - x1,
+        )
+        after = onward.solved(programme.pulses - end, gap=gap)
+        if after is not None:
+            second = onward.programme(programme.pulses - end)
+            landed = second.landed(after)
+            if second.minima(landed)[:, 2].min(initial=np.inf) <= 0.0:
+                continue
+            ahead = second.states(landed) + np.array([x1, 0.0, x1, 0.0])
+            return Rest(
+                effort=np.concatenate([stopped, held, landed]),
+                states=np.vstack([before[:-1], resting[:-1], ahead]),
+                begin=first,
+                end=end,
+            )
+    return None
+
+
+def _stopped(
+    move: Move, programme: Programme, effort: Float[np.ndarray, " p"]
+) -> Float[np.ndarray, " p"] | None:
+    """Return the efforts with the last one so that mass 1 stops at its end; None if it cannot."""
+    stop = effort.copy()
+    gain = float(programme.motion.forced[programme.steps_per_pulse, 1])
+    stop[-1] -= programme.states(stop)[-1, 1] / gain
+    # Braking by more than friction alone, mass 1 neither turns back before nor goes on after it.
+    if abs(stop[-1]) > move.effort_limit or programme.minima(stop)[:, 2].min(initial=0.0) < 0.0:
+        return None
+    return stop
+
+
+def _longest(slow: np.ndarray) -> tuple[int, int] | None:
+    """Return the first and the last of the longest run of slow instants between the ends."""
+    padded = np.concatenate([[0], slow[1:-1].astype(np.int8), [0]])
+    turns = np.diff(padded)
+    begins, ends = np.flatnonzero(turns == 1), np.flatnonzero(turns == -1)
+    if begins.size == 0:
+        return None
+    k = int(np.argmax(ends - begins))
+    return int(begins[k]) + 1, int(ends[k])
+
+
+def _resting(
+    move: Move, state: Float[np.ndarray, " 4"], steps: int, step: float
+) -> Float[np.ndarray, "k 4"]:
+    """Return the states while mass 1 rests and mass 2 swings about it."""
+    frequency = math.sqrt(move.arm.stiffness / move.arm.mass_2)
+    x1, _, x2, v2 = state
+    angle = frequency * step * np.arange(steps + 1)
+    states = np.zeros((steps + 1, 4))
+    states[:, 0] = x1
+    states[:, 2] = x1 + (x2 - x1) * np.cos(angle) + v2 / frequency * np.sin(angle)
+    states[:, 3] = v2 * np.cos(angle) - (x2 - x1) * frequency * np.sin(angle)
+    return states
+
+
+def _holding(
+    move: Move, states: Float[np.ndarray, "k 4"], each: int
+) -> Float[np.ndarray, " p"] | None:
+    """Return an effort for each pulse in the middle of what holds mass 1; None if none does."""
+    law = move.arm.friction
+    spring = move.arm.stiffness * (states[:, 0] - states[:, 2])
+    pulses = (spring.size - 1) // each
+    within = np.lib.stride_tricks.sliding_window_view(spring, each + 1)[::each]
+    low, high = within.min(axis=1), within.max(axis=1)
+    middle = 0.5 * (low + high) + law.offset
+    effort = np.clip(middle, -move.effort_limit, move.effort_limit)[:pulses]
+    pushes = (
+        (high + law.offset - effort).max(initial=0.0),
+        (effort - law.offset - low).max(initial=0.0),
+    )
+    if pushes[0] > _HELD * law.static_friction_negative:
+        return None
+    if pushes[1] > _HELD * law.static_friction_positive:
+        return None
+    return effort
