@@ -91,22 +91,22 @@ def test_the_shortest_time_is_that_of_the_bang_bang_optimum(
 
 
 @pytest.mark.parametrize(("target", "samples"), [(1.0, 1), (0.4, 1), (1.0, 4)])
-def test_bisection_finds_what_a_scan_of_all_durations_finds(target: float, samples: int) -> None:
+def test_bisection_finds_what_a_scan_of_durations_finds(target: float, samples: int) -> None:
     """From the fewest that do on, every larger number of pulses does."""
     planner = PulseSeriesPlanner(
         arm=ARM, sampling_time=0.2, effort_limit=1.0, pulse_samples=samples
     )
     fewest = planner.plan(REST, target).amplitudes.size
     does = []
-    for pulses in range(4, fewest + 12):
+    tried = range(max(4, fewest - 6), fewest + 12)
+    for pulses in tried:
         try:
             planner.plan(REST, target, pulses=pulses)
         except NoPulseSeriesError:
             does.append(False)
         else:
             does.append(True)
-    assert does.index(True) + 4 == fewest
-    assert all(does[fewest - 4 :])
+    assert does == [pulses >= fewest for pulses in tried]
 
 
 def test_every_status_of_the_solver_is_looked_at(monkeypatch: pytest.MonkeyPatch) -> None:
