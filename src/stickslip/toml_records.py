@@ -38,7 +38,8 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
         If it is missing, cannot be read, or is not TOML.
     """
     try:
-        return tomllib.loads(path.read_bytes().decode())
+        # Some editors begin a file with a byte order mark
+        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
     except FileNotFoundError:
         raise InputError(
             f"there is no such {what} file", where=str(path), remedy="check the path"

@@ -69,7 +69,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ],
         ["the table [task] is missing"],
     ),
-    "missing key": ([("tolerance = 2e-5", "")], ["[task]", "tolerance is missing", "in m or rad"]),
+    "missing key": ([("tolerance = 2e-5", "")], ["[task]", "tolerance is missing", "there, in m"]),
     "missing friction": (
         [("viscous_friction = 700.0", "")],
         ["[axis]", "viscous friction", "N s/m"],

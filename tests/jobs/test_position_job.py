@@ -221,12 +221,43 @@ def falling(to: float) -> np.ndarray:
         (1e-4 * np.sin(30.0 * TIME), None, Ending.HUNTING),
         (1e-5 * np.sin(30.0 * TIME), None, Ending.REACHED),
         (0.01 - 0.0100099 * TIME, None, Ending.UNDER_WAY),  # inside at the last sample only
+        (2.1e-4 - 2.1e-4 * TIME, None, Ending.UNDER_WAY),  # inside for less than a tenth
+        (1.7e-4 - 1.7e-4 * TIME, None, Ending.REACHED),  # for more than a tenth
+        (np.where(TIME < 0.96, 0.01, 1e-5), PositioningOutcome.REACHED, Ending.UNDER_WAY),
     ],
 )
 def test_a_move_is_judged_by_the_truth(
     error: np.ndarray, outcome: PositioningOutcome | None, expected: Ending
 ) -> None:
     assert ending(error, 2e-5, outcome) is expected
+
+
+STEPS = np.array([3.0, -1.0, 1.0, -1.0])[np.minimum(np.arange(1001) // 150, 3)]
+"""Sticks at four places about the target, at the last for more than the last half [-]."""
+
+
+@pytest.mark.parametrize(
+    ("error", "integrates", "expected"),
+    [
+        (STEPS, True, Ending.HUNTING),
+        (STEPS, False, Ending.STUCK),
+        (STEPS[:400], True, Ending.UNDER_WAY),  # has not turned round twice yet
+        (np.minimum(STEPS, 2.0), True, Ending.HUNTING),  # whatever it did on its way there
+        (np.abs(STEPS), True, Ending.UNDER_WAY),  # has not been there
+        (0.5 * np.exp(-2.0 * TIME) * np.cos(8.5 * TIME), True, Ending.UNDER_WAY),  # never sticks
+    ],
+)
+def test_an_axis_that_an_integral_frees_again_and_again_is_not_stuck(
+    error: np.ndarray, integrates: bool, expected: Ending
+) -> None:
+    assert ending(1e-3 * error, 2e-5, None, integrates=integrates) is expected
+
+
+def test_an_axis_at_rest_has_arrived_however_late() -> None:
+    error = np.concatenate((np.linspace(0.01, 1e-4, 990), np.full(10, 1e-5)))
+    assert settling_time(np.arange(1000) * 0.01, error, 2e-5) == pytest.approx(9.9)
+    error[-1] += 1e-9
+    assert settling_time(np.arange(1000) * 0.01, error, 2e-5) is None
 
 
 def test_the_time_to_the_tolerance_is_the_last_entry() -> None:

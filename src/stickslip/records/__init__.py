@@ -71,6 +71,7 @@ from stickslip.records.sensor_sample import SensorSample
 from stickslip.records.wording import (
     between_text,
     count_of,
+    in_units_of,
     in_words,
     parameter_label,
     prefixed,
@@ -141,6 +142,7 @@ __all__ = [
     "between_text",
     "count_of",
     "finite_vector",
+    "in_units_of",
     "in_words",
     "non_negative",
     "parameter_label",

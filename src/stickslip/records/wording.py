@@ -3,11 +3,12 @@
 import math
 import re
 
-from stickslip.records.quantities import QUANTITIES
+from stickslip.records.quantities import QUANTITIES, AxisKind
 
 __all__ = [
     "between_text",
     "count_of",
+    "in_units_of",
     "in_words",
     "parameter_label",
     "prefixed",
@@ -18,6 +19,15 @@ __all__ = [
     "unit_text",
 ]
 
+_EITHER_UNIT = re.compile(
+    " (?:"
+    + "|".join(
+        re.escape(f"{each.linear} or {each.rotary}")
+        for each in QUANTITIES.values()
+        if each.linear != each.rotary
+    )
+    + r")(?![\w/^])"
+)
 _DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
 _MOST_DECIMALS = 15
 _PREFIXABLE = ("m", "rad", "s")
@@ -42,6 +52,18 @@ def parameter_label(name: str) -> str:
             return parameter_label(name.removesuffix(suffix)) + words
     term = QUANTITIES[name].name.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
     return term[0].upper() + term[1:]
+
+
+def in_units_of(kind: AxisKind, sentence: str) -> str:
+    """Return a sentence with the unit of one kind of axis where it names those of both.
+
+    Examples
+    --------
+    >>> in_units_of("rotary", "tolerance is 0 m or rad, and 3 N s/m or N m s/rad are lost")
+    'tolerance is 0 rad, and 3 N m s/rad are lost'
+    """
+    part = 0 if kind == "linear" else 1
+    return _EITHER_UNIT.sub(lambda found: " " + found[0][1:].split(" or ")[part], sentence)
 
 
 def count_of(number: int, thing: str) -> str:

@@ -2,10 +2,12 @@
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
+from stickslip.control import ExactPulseController
 from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable
 from stickslip.records import (
     SCHEMA_VERSION,
@@ -20,6 +22,16 @@ from stickslip.records import (
 __all__ = ["Beliefs", "beliefs_from", "learnt_from"]
 
 _FROM_SCENARIO = "the scenario"
+
+_UNCERTAIN = {
+    "mass_uncertainty": ("mass",),
+    "friction_uncertainty": ("coulomb_friction", "viscous_friction"),
+}
+_UNCERTAINTY = {
+    "mass_uncertainty": (0.01, ExactPulseController.mass_uncertainty),
+    "friction_uncertainty": (0.05, ExactPulseController.friction_uncertainty),
+}
+"""Between which limits an estimate's uncertainty is believed [-]."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,12 +49,15 @@ class Beliefs:
         By the same names.
     missing
         By name, why there is no value, as far as there is more to say than that it was not given.
+    spreads
+        By name, standard deviation over the value, as far as an estimate tells it [-].
     """
 
     kind: AxisKind
     values: Mapping[str, tuple[float, float]]
     sources: Mapping[str, str]
     missing: Mapping[str, InputError]
+    spreads: Mapping[str, float] = field(default_factory=dict)
 
     def pair(self, name: str) -> tuple[float, float]:
         """Return a value in the positive and in the negative direction.
@@ -74,6 +89,19 @@ class Beliefs:
         forward, backward = self.pair(name)
         return 0.5 * (forward + backward)
 
+    def uncertainties(self) -> dict[str, float]:
+        """Return how sure an estimate is of mass and friction, by the names of ``[guess]``.
+
+        A log tells what friction was while it was recorded, so no estimate counts as surer than
+        friction stays; and none as less sure than a first guess.
+        """
+        told: dict[str, float] = {}
+        for name, of in _UNCERTAIN.items():
+            least, most = _UNCERTAINTY[name]
+            if all(each in self.spreads for each in of):
+                told[name] = min(max(least, *(self.spreads[each] for each in of)), most)
+        return told
+
 
 def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
     """Return the first guesses of a scenario; what it says itself comes before an estimate.
@@ -95,9 +123,10 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
     values: dict[str, tuple[float, float]] = {}
     sources: dict[str, str] = {}
     missing: dict[str, InputError] = {}
+    spreads: dict[str, float] = {}
     if guess.estimate is not None:
         path = folder / guess.estimate
-        values, missing = _estimate_from(path, kind)
+        values, missing, spreads = _estimate_from(path, kind)
         sources = dict.fromkeys(values, f"estimate {guess.estimate}")
     own: dict[str, tuple[float, float] | None] = {name: guess.sides(name) for name in DIRECTIONAL}
     try:
@@ -109,17 +138,19 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
     for name, pair in own.items():
         if pair is not None:
             values[name], sources[name] = pair, _FROM_SCENARIO
-    return Beliefs(kind=kind, values=values, sources=sources, missing=missing)
+            spreads.pop(name, None)
+    return Beliefs(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
 
 
 def _estimate_from(
     path: Path, kind: AxisKind
-) -> tuple[dict[str, tuple[float, float]], dict[str, InputError]]:
-    """Read what ``stickslip identify --json`` wrote: values, and why others are missing."""
+) -> tuple[dict[str, tuple[float, float]], dict[str, InputError], dict[str, float]]:
+    """Read what ``stickslip identify --json`` wrote: values, why others are missing, spreads."""
     document = _json(path, "estimate")
     _check_estimate(document, path, kind)
     values: dict[str, tuple[float, float]] = {}
     missing: dict[str, InputError] = {}
+    spreads: dict[str, float] = {}
     for name in (*DIRECTIONAL, "mass", "inertia", "offset"):
         sides = (f"{name}_positive", f"{name}_negative")
         asked = [each for each in ((name,), sides) if each[0] in document["parameters"]]
@@ -133,6 +164,10 @@ def _estimate_from(
             missing[key] = refused[0]
         else:
             values[key] = (found[0], found[-1])
+            stds = [_number(document["parameters"][each].get("std")) for each in asked[0]]
+            told = [std / abs(value) for std, value in zip(stds, found, strict=True) if value]
+            if len(told) == len(found) and all(isfinite(each) for each in told):
+                spreads[key] = max(told)
     given = _options(document)
     if "mass" not in values and isinstance(given.get("inertia"), int | float):
         if given.get("load_inertia") is None:
@@ -143,7 +178,12 @@ def _estimate_from(
                 where=f"{path}, provenance.options.load_inertia",
                 remedy="give the moving mass in [guess] beside the estimate",
             )
-    return values, missing
+    return values, missing, spreads
+
+
+def _number(value: Any) -> float:
+    """Return a number from a document; NaN for what is none."""
+    return float(value) if isinstance(value, int | float) else nan
 
 
 def _options(document: Mapping[str, Any]) -> Mapping[str, Any]:

@@ -16,10 +16,10 @@ from stickslip.control import (
     ResetIntegral,
     RestDetection,
 )
-from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.position.beliefs import Beliefs, beliefs_from, learnt_from
+from stickslip.jobs.position.refusals import friction_law, told_of
 from stickslip.jobs.position.scenario import Scenario
-from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable, SensorsTable
+from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -78,7 +78,7 @@ def choose_controller(
         if not scenario.pulsed:
             beliefs = beliefs_from(guess, kind, folder)
             return _feedback(scenario, beliefs), _sources(beliefs, wanted), ()
-        rest = _rest(scenario.sensors, table.rest_samples)
+        rest = _rest(scenario)
         aim = _aim(scenario, rest)
         notes = (_about(rest, kind), *_about_aim(aim, scenario))
         if guess.learnt is not None:
@@ -91,9 +91,12 @@ def choose_controller(
             return resumed, dict.fromkeys(resumed.estimates(resumed.init()), source), notes
         beliefs = beliefs_from(guess, kind, folder)
         _check_guess(beliefs, table.effort_limit)
+        if table.method == "exact":
+            notes += _about_uncertainties(beliefs, guess)
         return _pulses(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
     except InputError as error:
-        raise error if error.where else error.at("[controller] and [guess]") from None
+        told = told_of(kind, error)
+        raise told if told.where else told.at("[controller] and [guess]") from None
 
 
 def _refuse_unused(guess: GuessTable, wanted: tuple[str, ...], method: str) -> None:
@@ -130,19 +133,42 @@ def _sources(beliefs: Beliefs, wanted: tuple[str, ...]) -> dict[str, str]:
     return {name: beliefs.sources[name] for name in wanted if name in beliefs.sources}
 
 
-def _rest(sensors: SensorsTable, samples: int | None) -> RestDetection:
+def _rest(scenario: Scenario) -> RestDetection:
     """Return when the axis counts as resting, from what its sensors are known to do."""
+    sensors = scenario.sensors
     seen = sensors.velocity == "measured"
     ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
     if ideal and seen and sensors.velocity_noise == 0.0:
-        return RestDetection(samples=1 if samples is None else samples, spread=0.0, speed=0.0)
+        return RestDetection(samples=_window(scenario, usual=1, least=1), spread=0.0, speed=0.0)
     if ideal:
-        return RestDetection(samples=2 if samples is None else samples, spread=0.0)
-    window = _REST_SAMPLES if samples is None else samples
+        return RestDetection(samples=_window(scenario, usual=2, least=2), spread=0.0)
+    window = _window(scenario, usual=_REST_SAMPLES, least=2)
     step = sensors.encoder_step or _CONTINUOUS * sensors.position_noise
     rest = RestDetection.for_encoder(resolution=step, noise=sensors.position_noise, samples=window)
     exact = seen and sensors.velocity_noise == 0.0
     return replace(rest, speed=0.0) if exact else rest
+
+
+def _window(scenario: Scenario, *, usual: int, least: int) -> int:
+    """Return over how many samples a rest is judged; refuse too few, and more than fit a move."""
+    move, given = scenario.task.samples, scenario.controller.rest_samples
+    samples = usual if given is None else given
+    if samples < least:
+        raise InputError(
+            f"rest_samples is {samples}, it must be at least {least} with these sensors",
+            where="[controller]",
+            remedy=f"give {least} or more",
+        )
+    # A pulse waits for a rest, and its outcome for another
+    if 2 * samples >= move:
+        unless = " unless told" if given is None else ""
+        raise InputError(
+            f"rest_samples is {samples}{unless}, and a move of {move} samples has no room for a "
+            "rest before a pulse and one after it",
+            where="[controller]",
+            remedy="judge the rest over fewer samples, or lengthen the duration",
+        )
+    return samples
 
 
 def _about(rest: RestDetection, kind: AxisKind) -> str:
@@ -180,6 +206,18 @@ def _about_aim(aim: float, scenario: Scenario) -> tuple[str, ...]:
         f"The controller aims at {prefixed(aim, unit)}: the tolerance less what the sensors may be "
         "off by at rest.",
     )
+
+
+def _about_uncertainties(beliefs: Beliefs, guess: GuessTable) -> tuple[str, ...]:
+    told = {
+        name: value
+        for name, value in beliefs.uncertainties().items()
+        if getattr(guess, name) is None
+    }
+    if not told:
+        return ()
+    each = " and ".join(f"{name} {value:.2g}" for name, value in told.items())
+    return (f"By the standard deviations of estimate {guess.estimate} it begins with {each}.",)
 
 
 def _check_guess(beliefs: Beliefs, limit: float) -> None:
@@ -244,18 +282,13 @@ def _exact(
     settings: Mapping[str, Any],
 ) -> ExactPulseController:
     task, sensors, guess = scenario.task, scenario.sensors, scenario.guess
-    coulomb, viscous = beliefs.pair("coulomb_friction"), beliefs.pair("viscous_friction")
-    static = beliefs.values.get("static_friction", coulomb)
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=coulomb[0],
-        coulomb_friction_negative=coulomb[1],
-        viscous_friction_positive=viscous[0],
-        viscous_friction_negative=viscous[1],
-        static_friction_positive=static[0],
-        static_friction_negative=static[1],
-        offset=beliefs.value("offset") if "offset" in beliefs.values else 0.0,
-    )
-    sure = {name: value for name in _SURE if (value := getattr(guess, name)) is not None}
+    pairs = {name: beliefs.pair(name) for name in ("coulomb_friction", "viscous_friction")}
+    if "static_friction" in beliefs.values:
+        pairs["static_friction"] = beliefs.pair("static_friction")
+    law = friction_law(pairs, beliefs.value("offset") if "offset" in beliefs.values else 0.0)
+    sure = beliefs.uncertainties() | {
+        name: value for name in _SURE if (value := getattr(guess, name)) is not None
+    }
     return ExactPulseController(
         sampling_time=task.sampling_time,
         target=task.goals[0],
@@ -287,16 +320,25 @@ def _feedback(scenario: Scenario, beliefs: Beliefs) -> PIDController:
             rest_samples=1 if table.reset_samples is None else table.reset_samples,
         )
     if table.bandwidth is not None:
-        return PIDController.for_mass(
-            sampling_time=task.sampling_time,
-            target=task.goals[0],
-            mass=beliefs.value("mass"),
-            bandwidth=table.bandwidth,
-            effort_limit=table.effort_limit,
-            dead_band=table.dead_band or 0.0,
-            dither=dither,
-            reset=reset,
-        )
+        try:
+            return PIDController.for_mass(
+                sampling_time=task.sampling_time,
+                target=task.goals[0],
+                mass=beliefs.value("mass"),
+                bandwidth=table.bandwidth,
+                effort_limit=table.effort_limit,
+                dead_band=table.dead_band or 0.0,
+                dither=dither,
+                reset=reset,
+            )
+        except InputError as error:
+            if "phase margin" not in error.what:
+                raise
+            raise InputError(
+                error.what,
+                where="[controller]",
+                remedy="ask for less bandwidth, or shorten the sampling time",
+            ) from None
     if table.filter_time is None and scenario.sensors.velocity == "none":
         raise InputError(
             "the gains act on a velocity, and none is measured",

@@ -9,7 +9,11 @@ from stickslip.records import Ending, PositioningOutcome
 __all__ = ["ending", "settling_time"]
 
 _LEAST_STAY = 10
-"""Samples within the tolerance that end a move as settled: an axis that flies through does not."""
+"""Samples within the tolerance that end a move as settled, the last of them at rest."""
+
+_STAY = 0.1
+"""Share of a move within the tolerance that settles an axis which does not rest: one that flies
+through at its end is not there."""
 
 _REST = 0.25
 """Share of a move, at its end, without any motion, that makes it a rest."""
@@ -31,7 +35,8 @@ def settling_time(
 
     Returns
     -------
-    Time from the first sample [s]; None if it is never so for the last samples.
+    Time from the first sample [s]; None if it is never so: if at the end the axis is outside, or
+    moves and has only just come in.
     """
     sample = _settled(error, tolerance)
     return None if sample is None else float(time[sample] - time[0])
@@ -41,11 +46,19 @@ def _settled(error: Float[np.ndarray, " n"], tolerance: float) -> int | None:
     """Return the sample from which on the error is within the tolerance for good, if any."""
     outside = np.flatnonzero(np.abs(error) > tolerance)
     sample = int(outside[-1]) + 1 if outside.size else 0
-    return sample if error.size - sample >= _LEAST_STAY else None
+    stays = error.size - sample
+    if stays >= max(_LEAST_STAY, _STAY * error.size):
+        return sample
+    rests = bool(np.all(error[-_LEAST_STAY:] == error[-1]))
+    return sample if stays >= _LEAST_STAY and rests else None
 
 
 def ending(
-    error: Float[np.ndarray, " n"], tolerance: float, outcome: PositioningOutcome | None
+    error: Float[np.ndarray, " n"],
+    tolerance: float,
+    outcome: PositioningOutcome | None,
+    *,
+    integrates: bool = False,
 ) -> Ending:
     """Return how a move ended.
 
@@ -57,14 +70,31 @@ def ending(
         [m or rad].
     outcome
         What the controller says at its end; None for one that says nothing.
+    integrates
+        Whether the controller's effort grows for as long as the axis rests outside the tolerance,
+        and so frees it in the end.
     """
     if _settled(error, tolerance) is not None:
         return Ending.REACHED
-    if hunts(error[error.size // 2 :], tolerance):
+    if hunts(error[error.size // 2 :], tolerance) or (
+        integrates and _sticks_and_slips(error, tolerance)
+    ):
         return Ending.HUNTING
     if outcome is PositioningOutcome.STOPPED:
         return Ending.STOPPED
-    if outcome is PositioningOutcome.REACHED:
+    if outcome is PositioningOutcome.REACHED and abs(error[-1]) > tolerance:
         return Ending.MISJUDGED
     late = error[-max(2, int(_REST * error.size)) :]
-    return Ending.STUCK if np.all(late == late[-1]) else Ending.UNDER_WAY
+    return Ending.STUCK if np.all(late == late[-1]) and not integrates else Ending.UNDER_WAY
+
+
+def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float) -> bool:
+    """Return whether an axis, once it was at its target, rested outside and turned round again.
+
+    Its rests may last longer than what is left of the move.
+    """
+    there = np.flatnonzero(np.sign(error) != np.sign(error[0]))
+    since = error[int(there[0]) - 1 :] if there.size else error[-1:]
+    held = (np.diff(since) == 0) & (np.abs(since[1:]) > tolerance)
+    moves_on = np.flatnonzero(~np.concatenate(([False], held, [False])))
+    return bool(np.max(np.diff(moves_on)) > _LEAST_STAY) and hunts(since, tolerance)

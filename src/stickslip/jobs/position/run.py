@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip import __version__
-from stickslip.control import ExactPulseController, PulseController
+from stickslip.control import ExactPulseController, PIDController, PulseController
 from stickslip.jobs.position.control_table import CONTROLLERS
 from stickslip.jobs.position.controllers import Chosen, choose_controller
 from stickslip.jobs.position.judging import ending, settling_time
@@ -78,6 +78,13 @@ class _Recorder:
         self.outcomes.append(controller.outcome(state) if pulsed else None)
         tells = isinstance(controller, ExactPulseController)
         self.reasons.append(controller.why(state) if tells else None)
+
+    def integrates(self, tolerance: float) -> bool:
+        """Return whether the effort grows for as long as the axis rests outside the tolerance."""
+        controller = self._controller
+        if not isinstance(controller, PIDController):
+            return False
+        return controller.integral_gain > 0.0 and controller.dead_band <= tolerance
 
 
 def position(
@@ -197,7 +204,9 @@ def _judged(
                 end_time=end,
                 start=float(motion.position[k * n]),
                 target=goal,
-                ending=ending(own, task.tolerance, outcome),
+                ending=ending(
+                    own, task.tolerance, outcome, integrates=recorder.integrates(task.tolerance)
+                ),
                 reason=reason,
                 late_errors=(float(np.min(own[n // 2 :])), float(np.max(own[n // 2 :]))),
                 final_error=float(own[-1]),
@@ -255,9 +264,10 @@ def _truth(plant: SingleMass, effort: float, estimates: Mapping[str, object]) ->
         "static_friction_positive": law.static_friction_positive + law.offset,
         "static_friction_negative": law.static_friction_negative - law.offset,
         "offset": law.offset,
-        # Eqs. 4 and 16
-        "pulse_gain": effort * (effort - mean) / (2.0 * plant.mass * mean),
-        "gain_1": 1.0 / (2.0 * plant.mass * mean),
         "gain_2": 1.0 / (2.0 * plant.mass),
     }
+    if mean > 0.0:
+        # Eqs. 4 and 16
+        every["pulse_gain"] = effort * (effort - mean) / (2.0 * plant.mass * mean)
+        every["gain_1"] = 1.0 / (2.0 * plant.mass * mean)
     return {name: value for name, value in every.items() if name in estimates}

@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from stickslip.jobs.position.control_table import ControllerTable
+from stickslip.jobs.position.refusals import told_of
 from stickslip.jobs.position.tables import AxisTable, GuessTable, SensorsTable, TaskTable
 from stickslip.records import AxisKind, InputError, ScenarioTables, unit_of
 from stickslip.toml_records import read_toml, record_from
@@ -69,7 +70,7 @@ class Scenario:
             )
 
     def _check_effort(self) -> None:
-        """Refuse a limit under which the axis cannot move both ways, or not rest without effort."""
+        """Refuse a limit under which the axis cannot move both ways, or a rest that cannot be."""
         plant, unit = self.axis.plant(), unit_of("effort", self.axis.kind)
         offset, limit = plant.friction.offset, self.controller.effort_limit
         forward, backward = plant.friction.breakaway()
@@ -91,6 +92,21 @@ class Scenario:
                     f"{unit} holds: without effort the axis slides away, and pulses need a rest",
                     where="[axis]",
                     remedy="balance the offset, or use method pid",
+                )
+        law = plant.friction
+        for way, coulomb, slowing in (
+            ("positive", law.coulomb_friction_positive, law.coulomb_friction_positive + offset),
+            ("negative", law.coulomb_friction_negative, law.coulomb_friction_negative - offset),
+        ):
+            if slowing <= 0 and self.pulsed:
+                lost = f", and the offset {offset:g} {unit}" if offset else ""
+                raise InputError(
+                    f"the Coulomb friction is {coulomb:g} {unit} in the {way} direction{lost}: "
+                    "once it moves that way the axis does not stop by itself, and pulses need a "
+                    "rest",
+                    where="[axis]",
+                    remedy=("balance the offset" if offset else "give the friction that there is")
+                    + ", or use method pid",
                 )
 
     @property
@@ -184,12 +200,18 @@ def read_scenario(path: Path | str) -> ScenarioFile:
     """
     path = Path(path)
     document = read_toml(path, what="scenario", line="mass = 150.0")
-    scenario = record_from(
-        Scenario,
-        document,
-        where=str(path),
-        remedy="see examples/scenarios and the guide on positioning",
-    )
+    try:
+        scenario = record_from(
+            Scenario,
+            document,
+            where=str(path),
+            remedy="see examples/scenarios and the guide on positioning",
+        )
+    except InputError as error:
+        # Tables are read one by one, and know not which kind of axis they are for
+        axis = document.get("axis")
+        kind = axis.get("kind", "linear") if isinstance(axis, dict) else "linear"
+        raise told_of(kind, error) from None
     return ScenarioFile(
         scenario=scenario, path=path, sha256=hashlib.sha256(path.read_bytes()).hexdigest()
     )

@@ -4,7 +4,7 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, TypeVar
 
-from stickslip.friction import CoulombViscousFriction
+from stickslip.jobs.position.refusals import friction_law
 from stickslip.plants import SingleMass
 from stickslip.records import (
     AxisKind,
@@ -120,16 +120,10 @@ class AxisTable(_Body):
         body = _needed(self.body(kind), "mass" if kind == "linear" else "inertia", kind)
         coulomb = _needed(self.sides("coulomb_friction"), "coulomb_friction", kind)
         viscous = _needed(self.sides("viscous_friction"), "viscous_friction", kind)
-        static = self.sides("static_friction") or coulomb
-        law = CoulombViscousFriction(
-            coulomb_friction_positive=coulomb[0],
-            coulomb_friction_negative=coulomb[1],
-            viscous_friction_positive=viscous[0],
-            viscous_friction_negative=viscous[1],
-            static_friction_positive=static[0],
-            static_friction_negative=static[1],
-            offset=0.0 if self.offset is None else self.offset,
-        )
+        pairs = {"coulomb_friction": coulomb, "viscous_friction": viscous}
+        if (static := self.sides("static_friction")) is not None:
+            pairs["static_friction"] = static
+        law = friction_law(pairs, 0.0 if self.offset is None else self.offset)
         return SingleMass(mass=body, friction=law, kind=kind)
 
 
@@ -307,6 +301,11 @@ class GuessTable(_Body):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        for name in ("estimate", "learnt"):
+            if getattr(self, name) == "":
+                raise InputError(
+                    f"{name} is empty, it must name a file", remedy="name the file, or leave it out"
+                )
         for each in fields(self):
             value = getattr(self, each.name)
             if isinstance(value, float) and each.name != "offset":
