@@ -1,10 +1,15 @@
 """``stickslip position``: what it prints and writes, and how it refuses what cannot be."""
 
 import json
+from collections.abc import Mapping
 from pathlib import Path
 
 import pytest
 from stage_log import Run
+
+from stickslip.control import ExactPulseController
+from stickslip.jobs import read_scenario
+from stickslip.jobs.position.controllers import choose_controller
 
 SCENARIOS = sorted((Path(__file__).parents[2] / "examples" / "scenarios").glob("*.toml"))
 UNREACHED = {"pid", "pwc", "pwc_short"}
@@ -77,6 +82,64 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "a number as text": ([("150.0\nco", "'heavy'\nco")], ["[axis]", "mass is 'heavy'", "number"]),
     "negative mass": ([("mass = 150.0", "mass = -1.0")], ["[axis]", "mass is -1 kg", "positive"]),
     "static below Coulomb": ([("130.0", "90.0")], ["[axis]", "90 N", "at least the Coulomb"]),
+    "static below Coulomb, by its own name": (
+        [("130.0", "90.0")],
+        ["static_friction is 90 N, below the Coulomb friction, 100 N;"],
+    ),
+    "static below Coulomb in one direction": (
+        [
+            (
+                "coulomb_friction = 100.0",
+                "coulomb_friction_positive = 100.0\ncoulomb_friction_negative = 140.0",
+            )
+        ],
+        ["static_friction is 130 N, below the Coulomb friction of that direction, 140 N;"],
+    ),
+    "no tolerance, in its unit": ([("tolerance = 2e-5", "tolerance = 0.0")], ["is 0 m, it must"]),
+    "a rotary axis without friction to stop it": (
+        [
+            ("[axis]\nmass", "[axis]\nkind = 'rotary'\ninertia"),
+            ("[guess]\nmass", "[guess]\ninertia"),
+            ("coulomb_friction = 100.0", "coulomb_friction = 0.0"),
+        ],
+        ["[axis]", "Coulomb friction is 0 N m in", "does not stop", "the friction that there is"],
+    ),
+    "an offset between Coulomb and static friction": (
+        [("[task]", "offset = 115.0\n[task]")],
+        [
+            "[axis]",
+            "100 N in the negative direction",
+            "offset 115 N",
+            "does not stop",
+            "method pid",
+        ],
+    ),
+    "a rest longer than the move": (
+        [("[guess]", "rest_samples = 100000000\n[guess]")],
+        ["[controller]", "rest_samples is 100000000", "50 samples", "lengthen the duration"],
+    ),
+    "a usual rest longer than the move": (
+        [
+            ("[controller]", "[sensors]\nencoder_step = 1e-6\n[controller]"),
+            ("duration = 0.5", "duration = 0.2"),
+        ],
+        ["rest_samples is 10 unless told", "20 samples"],
+    ),
+    "a rest of one sample on an encoder": (
+        [
+            ("[controller]", "[sensors]\nencoder_step = 1e-6\n[controller]"),
+            ("[guess]", "rest_samples = 1\n[guess]"),
+        ],
+        ["[controller]", "rest_samples is 1, it must be at least 2"],
+    ),
+    "too much bandwidth": (
+        [('"papwc"', '"pid"\nbandwidth = 60.0'), ("coulomb_friction = 80.0", "")],
+        ["[controller]", "60 Hz", "less bandwidth, or shorten the sampling time"],
+    ),
+    "an estimate without a name": (
+        [("[guess]", "[guess]\nestimate = ''")],
+        ["[guess]", "estimate is empty"],
+    ),
     "a direction alone": (
         [("coulomb_friction = 100.0", "coulomb_friction_positive = 100.0")],
         ["coulomb_friction_positive", "without coulomb_friction_negative"],
@@ -183,7 +246,10 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ],
         ["80 Hz", "50 Hz"],
     ),
-    "a rest of no samples": ([("[guess]", "rest_samples = 0\n[guess]")], ["samples is 0", "1"]),
+    "a rest of no samples": (
+        [("[guess]", "rest_samples = 0\n[guess]")],
+        ["rest_samples is 0", "1 or more"],
+    ),
     "an estimate for gains": (
         [
             ('"papwc"', '"pd"\nposition_gain = 1e4\nvelocity_gain = 1e3'),
@@ -292,6 +358,66 @@ def test_a_bad_file_of_what_was_learnt_is_refused(case: str, run: Run, tmp_path:
     (tmp_path / "learnt.json").write_text(json.dumps(LEARNT | changes))
     guess = "[guess]\nmass = 150.0\ncoulomb_friction = 80.0"
     refused(run, written(tmp_path, [(guess, '[guess]\nlearnt = "learnt.json"')]), words)
+
+
+def test_a_byte_order_mark_is_no_fault(run: Run, tmp_path: Path) -> None:
+    path = written(tmp_path, [WIDER])
+    path.write_bytes(b"\xef\xbb\xbf" + path.read_bytes())
+    assert run("position", path).code == 0
+
+
+def test_feedback_needs_no_friction_at_all(run: Run, tmp_path: Path) -> None:
+    gains = 'method = "pd"\nposition_gain = 1e4\nvelocity_gain = 2e3'
+    changes = [
+        ('method = "papwc"', gains),
+        ("[guess]\nmass = 150.0\ncoulomb_friction = 80.0", ""),
+        ("coulomb_friction = 100.0", "coulomb_friction = 0.0"),
+        ("static_friction = 130.0", "static_friction = 0.0"),
+        ("duration = 0.5", "duration = 5.0"),
+    ]
+    outcome = run("position", written(tmp_path, changes))
+    assert outcome.code == 0, outcome.err
+
+
+def uncertainties(
+    folder: Path, std: Mapping[str, object], guess: str = ""
+) -> tuple[float, float, str]:
+    """Return those of mass and friction that a controller begins with an estimate, and the notes."""
+    parameters = {
+        name: {**entry, "std": std.get(name, entry["std"])}
+        for name, entry in ESTIMATE["parameters"].items()  # type: ignore[attr-defined]
+    }
+    (folder / "estimate.json").write_text(json.dumps(ESTIMATE | {"parameters": parameters}))
+    old = "[guess]\nmass = 150.0\ncoulomb_friction = 80.0"
+    changes = [(old, f'[guess]\nestimate = "estimate.json"\n{guess}'), ("papwc", "exact")]
+    scenario = read_scenario(written(folder, changes)).scenario
+    controller, _, notes = choose_controller(scenario, folder)
+    assert isinstance(controller, ExactPulseController)
+    return controller.mass_uncertainty, controller.friction_uncertainty, " ".join(notes)
+
+
+def test_an_estimate_tells_how_sure_it_is(tmp_path: Path) -> None:
+    std = {"mass": 4.5, "coulomb_friction": 9.8, "viscous_friction": 138.0}
+    # Of friction the larger one; friction changes after the log, and a guess is no less sure
+    for told, expected in (
+        (std, (0.03, 0.2)),
+        ({"mass": 0.1, "viscous_friction": 1.0}, (0.01, 0.05)),
+        ({"mass": 80.0, "viscous_friction": 1e4}, (0.05, 0.5)),
+        ({"mass": None, "coulomb_friction": "?"}, (0.05, 0.5)),
+    ):
+        assert uncertainties(tmp_path, told)[:2] == pytest.approx(expected)
+    _, _, notes = uncertainties(tmp_path, std)
+    assert "estimate.json it begins with mass_uncertainty 0.03 and friction_uncertainty" in notes
+
+
+def test_what_the_scenario_says_comes_before_how_sure_an_estimate_is(tmp_path: Path) -> None:
+    std = {"mass": 4.5, "coulomb_friction": 9.8}
+    *sure, notes = uncertainties(tmp_path, std, "friction_uncertainty = 0.3")
+    assert sure == pytest.approx([0.03, 0.3])
+    assert "friction_uncertainty" not in notes
+    # A friction of the scenario's own is none of the estimate
+    *sure, _ = uncertainties(tmp_path, std, "coulomb_friction = 98.0")
+    assert sure == pytest.approx([0.03, 0.5])
 
 
 def test_a_missing_scenario_is_refused(run: Run, tmp_path: Path) -> None:
