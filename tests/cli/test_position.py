@@ -382,7 +382,7 @@ def test_feedback_needs_no_friction_at_all(run: Run, tmp_path: Path) -> None:
 def uncertainties(
     folder: Path, std: Mapping[str, object], guess: str = ""
 ) -> tuple[float, float, str]:
-    """Return those of mass and friction that a controller begins with an estimate, and the notes."""
+    """Return those of mass and friction that a controller begins with, and the notes."""
     parameters = {
         name: {**entry, "std": std.get(name, entry["std"])}
         for name, entry in ESTIMATE["parameters"].items()  # type: ignore[attr-defined]
