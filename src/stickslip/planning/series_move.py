@@ -18,6 +18,7 @@ FEWEST_PULSES = 4
 _CLEARANCE = 1e-6  # of the effort limit: between an effort and what it must exceed
 _LONGEST = 10.0  # times the rough guess of the shortest time: longer ones are not tried
 _TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
+_FIRST_STRIDE = 64  # part of the rough number of pulses
 _ANY_GAP = 1.0  # of the cost: any solution will do
 
 
@@ -148,17 +149,20 @@ class Move:
         most = max(math.ceil(_LONGEST * guess), 2 * FEWEST_PULSES)
         if not self.frees:
             return most, None
-        low, high, stride = FEWEST_PULSES - 1, self._roughly(guess, most), 1
+        low, high = FEWEST_PULSES - 1, self._roughly(guess, most)
         solution = self.solved(high)
+        # Outwards from there in growing strides, until there is one that does and one that does
+        # not; then half way between.
+        stride = max(1, high // _FIRST_STRIDE)
         while solution is None:
             if high >= most:
                 return most, None
             low, high = high, min(most, high + stride)
             stride *= 2
             solution = self.solved(high)
-        stride = 1
+        if low >= FEWEST_PULSES:
+            stride = high
         while high - low > 1:
-            # Outwards from what is known to do, in growing strides, then half way between.
             middle = max((low + high) // 2, high - stride)
             trial = self.solved(middle)
             if trial is None:
