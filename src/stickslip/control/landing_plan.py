@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from stickslip.control.swing import Swing
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner
+from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
 from stickslip.records import StickslipError
 
@@ -12,6 +12,7 @@ __all__ = ["next_series"]
 
 _DIRECT = 0.8  # of the way left: a swing below it can be taken up on the way
 _BEYOND = (1.5, 3.0)  # swings to a place that mass 1 is first taken to, to come back from
+_SMALLEST = 20.0  # smallest steps there at least
 
 
 def next_series(
@@ -29,8 +30,9 @@ def next_series(
 
     Mass 1 moves one way only, so that a series of way d takes up a swing of amplitude A < d at
     most: mass 2 is driven by the spring as x1 moves from 0 to d, and the component at its frequency
-    of a velocity that never turns is at most that way. Otherwise mass 1 is first taken to a place
-    beyond, from where another series comes back without a swing to take up.
+    of a velocity that never turns is at most that way. Otherwise, and where the way is too short
+    for a pulse that frees mass 1, mass 1 is first taken to a place beyond, from where another
+    series comes back without a swing to take up.
 
     Parameters
     ----------
@@ -58,9 +60,19 @@ def next_series(
     )
     error, amplitude = target - swing.position, swing.amplitude
     way = 1.0 if error > 0.0 else -1.0
+    alone = PulseLaw(
+        mass=arm.mass_1,
+        coulomb_friction=coulomb_friction,
+        viscous_friction=viscous_friction,
+        static_friction=static_friction,
+        kind=arm.kind,
+    )
+    least = max(
+        abs(error) + amplitude, _SMALLEST * float(alone.smallest_displacement(sampling_time))
+    )
     places = [target] if amplitude < _DIRECT * abs(error) else []
     places += [
-        swing.position + side * max(share * amplitude, abs(error) + amplitude)
+        swing.position + side * max(share * amplitude, share * least)
         for share in _BEYOND
         for side in (way, -way)
     ]
@@ -68,8 +80,6 @@ def next_series(
     for place in places:
         try:
             return planner.plan(swing.state(), place)
-        except NoPulseSeriesError as error_here:
-            why = why or str(error_here)
-        except StickslipError as error_here:  # rounding
-            why = why or str(error_here)
+        except StickslipError as refusal:
+            why = why or str(refusal)
     return why
