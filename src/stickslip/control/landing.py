@@ -418,8 +418,7 @@ class LandingController:
         state
             From `init` or a step.
         """
-        P = self.estimator.covariance(self._estimator_state(state))
-        return dict(zip(_NAMES, np.sqrt(np.diag(P)).tolist(), strict=False))
+        return dict(zip(_NAMES, np.sqrt(np.diag(self._covariance(state))).tolist(), strict=False))
 
     def learnt(self, state: LandingState) -> LearntPulses:
         """Return what was learned, for the first guesses of the next run's estimator.
@@ -434,7 +433,7 @@ class LandingController:
         InputError
             If nothing has been learned yet.
         """
-        P = self.estimator.covariance(self._estimator_state(state))
+        P = self._covariance(state)
         if not np.isfinite(P).all():
             raise InputError(
                 "nothing has been learned yet, as mass 1 has not moved", remedy="let it move first"
@@ -442,6 +441,13 @@ class LandingController:
         return LearntPulses(
             method="landing", kind=self.kind, values=self.estimates(state), covariance=P
         )
+
+    def _covariance(self, state: LandingState) -> Float[np.ndarray, "2 2"]:
+        """Return the covariance of Coulomb and viscous friction, in this order."""
+        memory = self._estimator_state(state)
+        places = list(range(*self.estimator.values_at.indices(memory.size)))
+        order = [place - min(places) for place in places]
+        return self.estimator.covariance(memory)[np.ix_(order, order)]
 
     def _check_target(self, target: float) -> None:
         if not isfinite(target):
