@@ -5,9 +5,14 @@ from typing import Any, ClassVar, Literal
 
 from stickslip.records import InputError, positive, quantity_field
 
-__all__ = ["CONTROLLERS", "ControllerTable", "Method"]
+__all__ = ["CONTROLLERS", "OF_ARMS", "ControllerTable", "Method"]
 
-Method = Literal["exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset"]
+Method = Literal[
+    "exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset", "landing", "feedback"
+]
+
+OF_ARMS: tuple[Method, ...] = ("landing", "feedback")
+"""Methods for a flexible arm; all others are for a rigid axis."""
 
 CONTROLLERS: dict[Method, str] = {
     "exact": "pulses planned by the exact law of Coulomb and viscous friction",
@@ -17,6 +22,8 @@ CONTROLLERS: dict[Method, str] = {
     "pid": "PID control",
     "pid-dither": "PID control with dither",
     "pid-reset": "PID control with resets of the integral",
+    "landing": "feedback, then series of pulses that land both masses at rest",
+    "feedback": "PD control with a notch and compensation of friction",
 }
 """Every method, in words."""
 
@@ -32,6 +39,8 @@ _USES: dict[Method, tuple[str, ...]] = {
     "pid": _INTEGRAL,
     "pid-dither": (*_INTEGRAL, "dither_amplitude", "dither_frequency", "dither_shape"),
     "pid-reset": (*_INTEGRAL, "reset_law", "reset_speed", "reset_samples"),
+    "landing": ("position_gain", "velocity_gain", "most_series", "longest_wait"),
+    "feedback": ("position_gain", "velocity_gain"),
 }
 _NEEDS: dict[Method, tuple[str, ...]] = {
     "pid-dither": ("dither_amplitude", "dither_frequency"),
@@ -48,7 +57,8 @@ class ControllerTable:
     ----------
     method
         ``"exact"``, ``"papwc"``, ``"pwc"``, ``"pd"``, ``"pid"``, ``"pid-dither"`` or
-        ``"pid-reset"``.
+        ``"pid-reset"``; of a flexible arm ``"landing"``, which is taken where none is given, or
+        ``"feedback"``.
     effort_limit
         Largest magnitude of the effort [N or N m]; of ``"pwc"`` the effort of every pulse.
     longest_width
@@ -61,7 +71,8 @@ class ControllerTable:
         Of ``"pwc"`` and ``"papwc"``: ``K_c`` [-], ``lambda`` [-], and what the recursion begins
         with [1/s^4, of ``"papwc"`` that of its gains].
     position_gain, integral_gain, velocity_gain
-        Of PD and PID [N/m, N/(m s), N s/m; rotary N m/rad, N m/(rad s), N m s/rad].
+        Of PD and PID [N/m, N/(m s), N s/m; rotary N m/rad, N m/(rad s), N m s/rad]; the first and
+        the last of the feedback of an arm too.
     filter_time
         Of the differentiated position [s]; not given: the velocity is measured.
     bandwidth
@@ -73,6 +84,10 @@ class ControllerTable:
     reset_law, reset_speed, reset_samples
         Of ``"pid-reset"``: ``"coulomb"`` or ``"stribeck"``, the largest speed taken for rest
         [m/s or rad/s], and for how many samples.
+    most_series
+        Of ``"landing"``: series of pulses for a target, after which it stops.
+    longest_wait
+        Of ``"landing"``: how long mass 1 may take to come to rest [s].
 
     Raises
     ------
@@ -80,7 +95,7 @@ class ControllerTable:
         If a setting is without use for the method, or one that it needs is missing.
     """
 
-    method: Method
+    method: Method = "landing"
     effort_limit: float = quantity_field("effort")
     longest_width: float | None = quantity_field("time", default=None)
     patience: int | None = None
@@ -100,6 +115,8 @@ class ControllerTable:
     reset_law: Literal["coulomb", "stribeck"] | None = None
     reset_speed: float | None = quantity_field("velocity", default=None)
     reset_samples: int | None = None
+    most_series: int | None = None
+    longest_wait: float | None = quantity_field("time", default=None)
 
     __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
 
@@ -108,10 +125,15 @@ class ControllerTable:
         method, uses = self.method, _USES[self.method]
         for name in self.given():
             if name not in uses:
-                users = [each for each, known in _USES.items() if name in known]
+                users = [
+                    each
+                    for each, known in _USES.items()
+                    if name in known and (each in OF_ARMS) == (method in OF_ARMS)
+                ]
                 raise InputError(
                     f"{name} is given, and method {method} has no use for it",
-                    remedy=f"leave it out, or use method {' or '.join(users)}",
+                    remedy="leave it out"
+                    + (f", or use method {' or '.join(users)}" if users else ""),
                 )
         for name in _NEEDS.get(method, ()):
             self._needed(name, f"give it, method {method} has no default for it")
@@ -133,6 +155,12 @@ class ControllerTable:
         return {name: value for name in _GAINS if (value := getattr(self, name)) is not None}
 
     def _check_gains(self) -> None:
+        if self.method in OF_ARMS:
+            if self.gains:
+                other = "give it beside the other gain, or neither, for gains that suit the arm"
+                self._needed("position_gain", other)
+                self._needed("velocity_gain", other)
+            return
         if self.bandwidth is not None:
             if self.gains:
                 raise InputError(

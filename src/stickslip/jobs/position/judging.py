@@ -6,7 +6,7 @@ from jaxtyping import Float
 from stickslip.jobs.reversals import hunts
 from stickslip.records import Ending, PositioningOutcome
 
-__all__ = ["ending", "settling_time"]
+__all__ = ["arm_ending", "ending", "settling_time"]
 
 _LEAST_STAY = 10
 """Samples within the tolerance that end a move as settled, the last of them at rest."""
@@ -86,6 +86,41 @@ def ending(
         return Ending.MISJUDGED
     late = error[-max(2, int(_REST * error.size)) :]
     return Ending.STUCK if np.all(late == late[-1]) and not integrates else Ending.UNDER_WAY
+
+
+def arm_ending(
+    error: Float[np.ndarray, " n"],
+    driven: Float[np.ndarray, " n"],
+    tolerance: float,
+    outcome: PositioningOutcome | None,
+) -> Ending:
+    """Return how a move of a flexible arm ended.
+
+    Parameters
+    ----------
+    error
+        The true one over the whole move, of the mass that is farther from the target [m or rad].
+    driven
+        The true one of the first mass [m or rad].
+    tolerance
+        [m or rad].
+    outcome
+        What the controller says at its end; None for one that says nothing.
+    """
+    if _settled(error, tolerance) is not None:
+        return Ending.REACHED
+    if outcome is PositioningOutcome.STOPPED:
+        return Ending.STOPPED
+    if outcome is PositioningOutcome.REACHED:
+        outside = np.max(np.abs(error[-_LEAST_STAY:])) > tolerance
+        return Ending.MISJUDGED if outside else Ending.UNDER_WAY
+    # One that lands goes on purpose to and fro; it cannot do so for ever
+    if outcome is None and hunts(driven[driven.size // 2 :], tolerance):
+        return Ending.HUNTING
+    late = driven[-max(2, int(_REST * driven.size)) :]
+    if not np.all(late == late[-1]):
+        return Ending.UNDER_WAY
+    return Ending.SWINGING if abs(late[-1]) <= tolerance else Ending.STUCK
 
 
 def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float) -> bool:

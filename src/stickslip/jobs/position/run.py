@@ -8,6 +8,7 @@ from jaxtyping import Float
 
 from stickslip import __version__
 from stickslip.control import ExactPulseController, PIDController, PulseController
+from stickslip.jobs.position.arm_run import run_arm
 from stickslip.jobs.position.control_table import CONTROLLERS
 from stickslip.jobs.position.controllers import Chosen, choose_controller
 from stickslip.jobs.position.judging import ending, settling_time
@@ -117,6 +118,8 @@ def position(
     """
     read = scenario if isinstance(scenario, ScenarioFile) else read_scenario(scenario)
     asked, folder = read.scenario, read.path.parent
+    if asked.axis.flexible:
+        return _position_arm(read, progress)
     try:
         controller, believed, notes = choose_controller(asked, folder)
     except InputError as error:
@@ -137,7 +140,7 @@ def position(
         recorder = _Recorder(controller, asked, advance)
         try:
             run = simulate_closed_loop(
-                asked.axis.plant(),
+                asked.axis.rigid(),
                 recorder,
                 sampling_time=task.sampling_time,
                 samples=len(task.goals) * task.samples,
@@ -162,17 +165,71 @@ def position(
                     )
     if progress is not None:
         progress(every, every)
+    return _positioning(
+        read,
+        truth=_truth(asked.axis.rigid(), asked.controller.effort_limit, runs[0].estimates),
+        believed=believed,
+        runs=tuple(runs),
+        limits=_limits(learnt, asked.controller.effort_limit),
+        learnt=learnt,
+        notes=notes,
+    )
+
+
+def _position_arm(read: ScenarioFile, progress: Callable[[int, int], None] | None) -> Positioning:
+    """Run the task of a scenario with a flexible arm."""
+    asked, path = read.scenario, str(read.path)
+    task = asked.task
+    every = task.runs * len(task.goals) * task.samples
+
+    def advance(samples: int) -> None:
+        if progress is not None:
+            progress(samples, every)
+
+    try:
+        outcome = run_arm(asked, read.path.parent, name=read.name, progress=advance)
+    except InputError as error:
+        raise error if error.where and not error.where.startswith("[") else error.at(path) from None
+    advance(every)
+    law = asked.axis.arm().friction
+    pairs = (
+        ("coulomb_friction", law.coulomb_friction_positive, law.coulomb_friction_negative),
+        ("viscous_friction", law.viscous_friction_positive, law.viscous_friction_negative),
+    )
+    return _positioning(
+        read,
+        truth={name: 0.5 * (forward + backward) for name, forward, backward in pairs},
+        believed=outcome.believed,
+        runs=tuple(outcome.runs),
+        limits={},
+        learnt=outcome.learnt,
+        notes=outcome.notes,
+    )
+
+
+def _positioning(
+    read: ScenarioFile,
+    *,
+    truth: Mapping[str, float],
+    believed: Mapping[str, str],
+    runs: tuple[PositioningRun, ...],
+    limits: Mapping[str, tuple[float | None, float | None]],
+    learnt: LearntPulses | None,
+    notes: tuple[str, ...],
+) -> Positioning:
+    """Return what came of a scenario, with what it says."""
+    asked = read.scenario
     return Positioning(
         name=read.name,
         kind=asked.axis.kind,
         method=asked.controller.method,
         controller=CONTROLLERS[asked.controller.method],
-        tolerance=task.tolerance,
+        tolerance=asked.task.tolerance,
         scenario=asked.tables(),
-        truth=_truth(asked.axis.plant(), asked.controller.effort_limit, runs[0].estimates),
+        truth=truth,
         believed=believed,
-        runs=tuple(runs),
-        limits=_limits(learnt, asked.controller.effort_limit),
+        runs=runs,
+        limits=limits,
         learnt=learnt,
         notes=notes,
         file=read.path.name,

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stickslip.jobs.position.control_table import ControllerTable
+from stickslip.jobs.position.control_table import OF_ARMS, ControllerTable
 from stickslip.jobs.position.refusals import told_of
 from stickslip.jobs.position.tables import AxisTable, GuessTable, SensorsTable, TaskTable
 from stickslip.records import AxisKind, InputError, ScenarioTables, unit_of
@@ -51,6 +51,7 @@ class Scenario:
     __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
 
     def __post_init__(self) -> None:
+        self._check_method()
         self._check_effort()
         step, tolerance = self.sensors.encoder_step, self.task.tolerance
         position = unit_of("position", self.axis.kind)
@@ -67,6 +68,31 @@ class Scenario:
                 f"longest_width is {longest:g} s, and a move ends after {self.task.duration:g} s",
                 where="[controller]",
                 remedy="allow shorter pulses only, or lengthen the duration",
+            )
+
+    def _check_method(self) -> None:
+        """Refuse a controller of the other kind of axis, or one whose sensors are not there."""
+        method, flexible = self.controller.method, self.axis.flexible
+        if flexible and method not in OF_ARMS:
+            raise InputError(
+                f"method {method} moves a rigid axis, and this one is a flexible arm",
+                where="[controller]",
+                remedy=f"use method {' or '.join(OF_ARMS)}, or leave load and stiffness out of "
+                "[axis]",
+            )
+        if method in OF_ARMS and not flexible:
+            load = "load_mass" if self.axis.kind == "linear" else "load_inertia"
+            raise InputError(
+                f"method {method}{' (or none)' if method == 'landing' else ''} is given, which "
+                "moves a flexible arm, and this axis is rigid",
+                where="[controller]",
+                remedy=f"use another method, such as exact, or give {load} and stiffness in [axis]",
+            )
+        if flexible and self.sensors.velocity == "none":
+            raise InputError(
+                "velocity is none, and an arm is moved by the velocities of both its masses",
+                where="[sensors]",
+                remedy="measure the velocity",
             )
 
     def _check_effort(self) -> None:
@@ -86,19 +112,19 @@ class Scenario:
                     where="[controller]",
                     remedy=f"allow more than {needed:g} {unit}",
                 )
-            if needed <= 0 and self.pulsed:
+            if needed <= 0 and self.waits:
                 raise InputError(
                     f"the offset is {offset:g} {unit}, more than the static friction {static:g} "
                     f"{unit} holds: without effort the axis slides away, and pulses need a rest",
                     where="[axis]",
-                    remedy="balance the offset, or use method pid",
+                    remedy="balance the offset" + self._other_method(),
                 )
         law = plant.friction
         for way, coulomb, slowing in (
             ("positive", law.coulomb_friction_positive, law.coulomb_friction_positive + offset),
             ("negative", law.coulomb_friction_negative, law.coulomb_friction_negative - offset),
         ):
-            if slowing <= 0 and self.pulsed:
+            if slowing <= 0 and self.waits:
                 lost = f", and the offset {offset:g} {unit}" if offset else ""
                 raise InputError(
                     f"the Coulomb friction is {coulomb:g} {unit} in the {way} direction{lost}: "
@@ -106,13 +132,21 @@ class Scenario:
                     "rest",
                     where="[axis]",
                     remedy=("balance the offset" if offset else "give the friction that there is")
-                    + ", or use method pid",
+                    + self._other_method(),
                 )
+
+    def _other_method(self) -> str:
+        return "" if self.axis.flexible else ", or use method pid"
 
     @property
     def pulsed(self) -> bool:
         """Whether the controller moves the axis by pulses."""
         return self.controller.method in {"exact", "papwc", "pwc"}
+
+    @property
+    def waits(self) -> bool:
+        """Whether the controller waits for the axis to rest, and learns."""
+        return self.pulsed or self.controller.method == "landing"
 
     def tables(self) -> ScenarioTables:
         """Return what the scenario says, with units; what is not said is left out."""
@@ -164,7 +198,7 @@ class ScenarioFile:
     @property
     def learns(self) -> bool:
         """Whether the controller learns something that can be saved."""
-        return self.scenario.pulsed
+        return self.scenario.waits
 
     @property
     def estimate(self) -> Path | None:

@@ -4,8 +4,9 @@ import math
 from dataclasses import dataclass, fields
 from typing import Any, ClassVar, Literal, TypeVar
 
+from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.position.refusals import friction_law
-from stickslip.plants import SingleMass
+from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -34,10 +35,13 @@ _STRICT: Any = {"extra": "forbid"}
 
 @dataclass(frozen=True, kw_only=True)
 class _Body:
-    """Mass and friction, all of them optional; each friction for both directions or for each."""
+    """Masses, spring and friction, all optional; each friction for both directions or for each."""
 
     mass: float | None = quantity_field("mass", default=None)
     inertia: float | None = quantity_field("inertia", default=None)
+    load_mass: float | None = quantity_field("mass", default=None)
+    load_inertia: float | None = quantity_field("inertia", default=None)
+    stiffness: float | None = quantity_field("stiffness", default=None)
     coulomb_friction: float | None = quantity_field("coulomb_friction", default=None)
     coulomb_friction_positive: float | None = quantity_field("coulomb_friction", default=None)
     coulomb_friction_negative: float | None = quantity_field("coulomb_friction", default=None)
@@ -84,18 +88,33 @@ class _Body:
         InputError
             If a linear axis has an inertia or a rotary one a mass.
         """
+        return self._either(kind, "")
+
+    def load(self, kind: AxisKind) -> float | None:
+        """Return the mass or inertia of the load of a flexible arm, as `body`.
+
+        Raises
+        ------
+        InputError
+            As `body`.
+        """
+        return self._either(kind, "load_")
+
+    def _either(self, kind: AxisKind, of: str) -> float | None:
         name, other = ("mass", "inertia") if kind == "linear" else ("inertia", "mass")
-        if getattr(self, other) is not None:
+        if getattr(self, of + other) is not None:
             raise InputError(
-                f"{other} is given for a {kind} axis",
-                remedy=f"give its {name} [{unit_of(name, kind)}]",
+                f"{of}{other} is given for a {kind} axis",
+                remedy=f"give its {of}{name} [{unit_of(name, kind)}]",
             )
-        return getattr(self, name)
+        return getattr(self, of + name)
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxisTable(_Body):
     """``[axis]``: what is simulated, which the controller does not see.
+
+    With a load and a spring it is a flexible arm, whose first mass has the friction.
 
     Attributes
     ----------
@@ -114,17 +133,57 @@ class AxisTable(_Body):
         super().__post_init__()
         self.plant()
 
-    def plant(self) -> SingleMass:
+    @property
+    def flexible(self) -> bool:
+        """Whether it is a flexible arm."""
+        return self.load(self.kind) is not None or self.stiffness is not None
+
+    def arm(self) -> FlexibleArm:
+        """Return the flexible arm as it is simulated.
+
+        Raises
+        ------
+        InputError
+            If it is none, or a quantity is missing or out of its range.
+        """
+        kind, body = self.kind, "mass" if self.kind == "linear" else "inertia"
+        spring = _needed(self.stiffness, "stiffness", kind)
+        load = _needed(self.load(kind), f"load_{body}", kind)
+        own = _needed(self.body(kind), body, kind)
+        for name, value, unit in (
+            (body, own, unit_of("mass", kind)),
+            (f"load_{body}", load, unit_of("mass", kind)),
+            ("stiffness", spring, unit_of("stiffness", kind)),
+        ):
+            positive(name, value, unit)
+        return FlexibleArm(
+            mass_1=own, mass_2=load, stiffness=spring, friction=self._law(), kind=kind
+        )
+
+    def plant(self) -> Plant:
         """Return the axis as it is simulated."""
+        return self.arm() if self.flexible else self.rigid()
+
+    def rigid(self) -> SingleMass:
+        """Return the rigid axis as it is simulated.
+
+        Raises
+        ------
+        InputError
+            If a quantity is missing or out of its range.
+        """
         kind = self.kind
         body = _needed(self.body(kind), "mass" if kind == "linear" else "inertia", kind)
+        return SingleMass(mass=body, friction=self._law(), kind=kind)
+
+    def _law(self) -> CoulombViscousFriction:
+        kind = self.kind
         coulomb = _needed(self.sides("coulomb_friction"), "coulomb_friction", kind)
         viscous = _needed(self.sides("viscous_friction"), "viscous_friction", kind)
         pairs = {"coulomb_friction": coulomb, "viscous_friction": viscous}
         if (static := self.sides("static_friction")) is not None:
             pairs["static_friction"] = static
-        law = friction_law(pairs, 0.0 if self.offset is None else self.offset)
-        return SingleMass(mass=body, friction=law, kind=kind)
+        return friction_law(pairs, 0.0 if self.offset is None else self.offset)
 
 
 def _needed(value: Value | None, name: str, kind: AxisKind) -> Value:
@@ -132,7 +191,8 @@ def _needed(value: Value | None, name: str, kind: AxisKind) -> Value:
     if value is None:
         raise InputError(
             f"{name} is missing",
-            remedy=f"give the {name.replace('_', ' ')} in {unit_of(name, kind)}",
+            remedy=f"give the {name.replace('_', ' ')} in "
+            + unit_of(name.removeprefix("load_"), kind),
         )
     return value
 
