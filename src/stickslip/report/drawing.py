@@ -4,10 +4,11 @@ import html
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from stickslip.records import QUANTITIES, AxisKind, unit_of, unit_text
 
@@ -33,6 +34,7 @@ __all__ = [
     "numbers",
     "symbol",
     "thin",
+    "thinned_text",
 ]
 
 Trace = dict[str, Any]
@@ -55,6 +57,12 @@ _FRAME = "#9ca3af"
 
 MOST_POINTS = 2000
 """Points a trace is thinned to: more than a screen has columns."""
+
+_KEPT = 4
+"""Points kept of a stretch: its first, its last and its extremes."""
+
+_FINER = 16
+"""Parts of a stretch in which is looked for changes."""
 
 _DIGITS = 7
 
@@ -98,7 +106,10 @@ def numbers(values: Float[np.ndarray, " n"]) -> list[float | None]:
 def thin(
     values: Float[np.ndarray, " n"], *, most: int = MOST_POINTS
 ) -> Int[np.ndarray, " m"] | slice:
-    """Choose the samples of a long series to draw, keeping the extremes of each stretch.
+    """Choose the samples of a long series to draw, most of them where it changes.
+
+    Of each stretch the extremes are kept, and where it begins and ends, so that what rests is drawn
+    at rest.
 
     Returns
     -------
@@ -107,17 +118,59 @@ def thin(
     n = values.size
     if n <= most:
         return slice(None)
-    edges = np.linspace(0, n, most // 2 + 1).astype(np.int64)
-    chosen: set[int] = {0, n - 1}
-    for k in range(edges.size - 1):
-        stretch = values[edges[k] : edges[k + 1]]
-        finite: Bool[np.ndarray, " s"] = np.isfinite(stretch)
-        if not finite.all():
-            chosen.add(int(edges[k] + np.flatnonzero(~finite)[0]))
-        if finite.any():
-            chosen.add(int(edges[k] + np.argmin(np.where(finite, stretch, np.inf))))
-            chosen.add(int(edges[k] + np.argmax(np.where(finite, stretch, -np.inf))))
+    known = np.where(np.isfinite(values), values, np.nan)
+    edges = _edges(known, most // _KEPT)
+    chosen: set[int] = set()
+    for begin, end in pairwise(edges.tolist()):
+        stretch = known[begin:end]
+        chosen |= {begin, end - 1}
+        missing = np.isnan(stretch)
+        if missing.any():
+            chosen.add(begin + int(np.argmax(missing)))
+        if not missing.all():
+            chosen |= {begin + int(np.nanargmin(stretch)), begin + int(np.nanargmax(stretch))}
     return np.array(sorted(chosen), dtype=np.int64)
+
+
+def thinned_text(samples: int) -> str:
+    """Return a sentence that says so if so many samples are too many to be drawn one by one.
+
+    Parameters
+    ----------
+    samples
+        Of the longest series of a drawing.
+    """
+    if samples <= MOST_POINTS:
+        return ""
+    return (
+        f" Of {samples} samples each line shows at most {MOST_POINTS}, half of them where it "
+        "changes most."
+    )
+
+
+def _edges(known: Float[np.ndarray, " n"], stretches: int) -> Int[np.ndarray, " e"]:
+    """Part a long series: half of the stretches are of one length, half are where it changes most.
+
+    Parameters
+    ----------
+    known
+        The series, NaN where there is none.
+    stretches
+        How many at most.
+    """
+    n, half = known.size, stretches // 2
+    fine = np.linspace(0, n, min(n, _FINER * stretches) + 1).astype(np.int64)
+    change = np.fmax.reduceat(known, fine[:-1]) - np.fmin.reduceat(known, fine[:-1])
+    change = np.where(np.isnan(change), 0.0, change)
+    # What every stretch has is noise, and no reason to look closer
+    excess = np.maximum(change - np.median(change), 0.0)
+    even = np.linspace(0, n, stretches - half + 1)
+    if not np.any(excess):
+        return even.astype(np.int64)
+    # The root lets a small motion beside a large one have its share
+    share = np.concatenate(([0.0], np.cumsum(np.sqrt(excess))))
+    dense = np.interp(np.linspace(0.0, share[-1], half + 1), share, fine)
+    return np.unique(np.concatenate((even, dense)).astype(np.int64))
 
 
 def line(

@@ -28,6 +28,7 @@ from stickslip.report.drawing import (
     numbers,
     symbol,
     thin,
+    thinned_text,
 )
 
 __all__ = [
@@ -103,6 +104,7 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
         caption=(
             "Error is target less position; the shaded band is the tolerance. The panel in the "
             f"middle is the upper one, magnified about the target.{jumps}{still}"
+            + thinned_text(run.time.size)
         ),
         traces=traces,
         layout=layout(
