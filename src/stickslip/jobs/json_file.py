@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -14,14 +14,17 @@ __all__ = ["json_text", "write_json"]
 def json_text(document: Mapping[str, Any]) -> str:
     """Return a result as JSON text; an infinite or undefined number becomes null.
 
+    Every key stands on a line of its own, with all of a list of numbers.
+
     Examples
     --------
-    >>> print(json_text({"condition_number": float("inf")}), end="")
+    >>> print(json_text({"condition_number": float("inf"), "ci95": [1.0, 2.0]}), end="")
     {
-      "condition_number": null
+      "condition_number": null,
+      "ci95": [1.0, 2.0]
     }
     """
-    return json.dumps(_finite(document), allow_nan=False, indent=2, ensure_ascii=False) + "\n"
+    return "".join(_pieces(document, "\n")) + "\n"
 
 
 def write_json(document: Mapping[str, Any], path: Path | str) -> Path:
@@ -42,16 +45,39 @@ def write_json(document: Mapping[str, Any], path: Path | str) -> Path:
     target = Path(path)
     check_output(target, what="the JSON file")
     with whole_file(target, what="the JSON file") as stream:
-        stream.write(json_text(document))
+        stream.writelines(_pieces(document, "\n"))
+        stream.write("\n")
     return target
 
 
+def _pieces(value: Any, line: str) -> Iterator[str]:
+    """Yield a value as JSON, piece by piece; each line begins with ``line``."""
+    if isinstance(value, Mapping) and value:
+        inner, before = f"{line}  ", "{"
+        for key, each in value.items():
+            yield f"{before}{inner}{_plain(str(key))}: "
+            yield from _pieces(each, inner)
+            before = ","
+        yield f"{line}}}"
+    elif isinstance(value, list | tuple) and any(
+        isinstance(each, Mapping | list | tuple) for each in value
+    ):
+        inner, before = f"{line}  ", "["
+        for each in value:
+            yield f"{before}{inner}"
+            yield from _pieces(each, inner)
+            before = ","
+        yield f"{line}]"
+    elif isinstance(value, list | tuple):
+        yield _plain([_finite(each) for each in value])
+    else:
+        yield _plain(_finite(value))
+
+
+def _plain(value: Any) -> str:
+    return json.dumps(value, allow_nan=False, ensure_ascii=False)
+
+
 def _finite(value: Any) -> Any:
-    """Replace numbers that JSON does not know."""
-    if isinstance(value, float):
-        return value if math.isfinite(value) else None
-    if isinstance(value, Mapping):
-        return {key: _finite(each) for key, each in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(each) for each in value]
-    return value
+    """Replace a number that JSON does not know."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
