@@ -307,6 +307,13 @@ class Positioning:
         return self.runs[-1].moves[-1]
 
     @property
+    def counts_offset(self) -> bool:
+        """Whether there is an offset, and estimates of friction by direction have it in them."""
+        return bool(self.scenario.get("axis", {}).get("offset", (0.0, ""))[0]) and any(
+            name.endswith("_positive") for name in self.runs[0].estimates
+        )
+
+    @property
     def ending(self) -> Ending:
         """How the last run ended: as the first of its moves that did not reach its target."""
         moves = self.runs[-1].moves
