@@ -114,6 +114,10 @@ def _print(console: "Console", result: "Positioning") -> None:
     console.print(_moves(result))
     if result.runs[0].estimates:
         console.print(_estimates(result))
+        if result.counts_offset:
+            words = "Friction of each direction has the constant offset in it, also the truth's."
+            console.print(textwrap.fill(words, console.width), style="dim", soft_wrap=True)
+            console.print()
     last = result.last
     words = f"{result.ending.value}: {result.ending_text}"
     if result.ending.reached:

@@ -271,7 +271,7 @@ def beliefs(positioning: Positioning) -> str:
     counted = (
         "<p>Friction of each direction has the constant offset in it, as the controller counts it."
         "</p>\n"
-        if any(name.endswith("_positive") for name in first) and _offset(positioning)
+        if positioning.counts_offset
         else ""
     )
     if positioning.limits:
@@ -285,11 +285,6 @@ def beliefs(positioning: Positioning) -> str:
         f'<table class="parameters">{heads}<tbody>\n{"".join(rows)}</tbody></table>\n'
         f"{counted}{where if sources else ''}"
     )
-
-
-def _offset(positioning: Positioning) -> bool:
-    """Return whether the axis has an offset."""
-    return bool(positioning.scenario.get("axis", {}).get("offset", (0.0, ""))[0])
 
 
 def _number(value: float) -> str:
