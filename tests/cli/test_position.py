@@ -486,6 +486,16 @@ def test_every_scenario_of_the_examples_ends_as_it_says(
     assert files["a.html"].stat().st_size > 1e6
 
 
+def test_an_offset_in_the_frictions_is_said(run: Run, tmp_path: Path) -> None:
+    said = "constant offset in it"
+    exact = [("papwc", "exact"), ("= 80.0", "= 80.0\nviscous_friction = 500.0")]
+    offset = ("[task]", "offset = 20.0\n[task]")
+    assert said not in run("position", written(tmp_path, exact)).out
+    assert said in run("position", written(tmp_path, [*exact, offset])).out
+    # The mean of both directions has none
+    assert said not in run("position", written(tmp_path, [WIDER, offset])).out
+
+
 def test_what_was_learnt_is_gone_on_from(run: Run, tmp_path: Path) -> None:
     learnt = tmp_path / "learnt.json"
     first = run("position", written(tmp_path, [WIDER]), "--learnt", learnt, "--json", "-")
