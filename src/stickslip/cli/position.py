@@ -19,6 +19,7 @@ __all__ = ["EXAMPLES", "position"]
 
 EXAMPLES = """Examples:
   stickslip position examples/scenarios/exact.toml --report exact.html
+  stickslip position examples/scenarios/arm.toml --report arm.html
   stickslip position stage.toml --learnt learnt.json --json -"""
 
 _FIRST, _LAST = 20, 10
@@ -49,7 +50,7 @@ def position(
         ),
     ] = None,
 ) -> int:
-    """Position a simulated axis with friction, as a scenario file tells.
+    """Position a simulated axis or flexible arm with friction, as a scenario file tells.
 
     The scenario says which axis is simulated, where it is to go, what its sensors show, and which
     controller moves it with which first guess. Prints how each move ended. Exit code 0: every move
@@ -109,9 +110,17 @@ def _print(console: "Console", result: "Positioning") -> None:
     from stickslip.records import prefixed, unit_of
 
     unit = unit_of("position", result.kind)
-    console.print(f"{result.name}: {result.controller}, {result.kind} axis", soft_wrap=True)
+    arm = result.runs[-1].arm
+    axis = f"{result.kind} axis" if arm is None else f"flexible arm, {result.kind}"
+    console.print(f"{result.name}: {result.controller}, {axis}", soft_wrap=True)
     console.print()
     console.print(_moves(result))
+    if arm is not None:
+        from stickslip.cli.arm_tables import phases_table, series_table
+
+        for table in (phases_table(arm), series_table(arm, result)):
+            if table is not None:
+                console.print(table)
     if result.runs[0].estimates:
         console.print(_estimates(result))
         if result.counts_offset:
@@ -137,12 +146,14 @@ def _moves(result: "Positioning") -> "Table":
     from rich.table import Table
 
     several = len(result.runs[0].moves) > 1
-    pulsed = bool(result.runs[0].estimates)
+    arm = result.runs[0].arm is not None
+    pulsed = bool(result.runs[0].estimates) and not arm
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("run", justify="right")
     if several:
         table.add_column("move", justify="right")
-    for head in ("target", "final error", "within tolerance after"):
+    swing = ("swing left",) if arm else ()
+    for head in ("target", "final error", *swing, "within tolerance after"):
         table.add_column(head, justify="right", no_wrap=True)
     if pulsed:
         table.add_column("pulses", justify="right")
@@ -174,6 +185,7 @@ def _row(
         *([str(move.number)] if several else []),
         prefixed(move.target, unit),
         prefixed(move.final_error, unit),
+        *([] if move.swing is None else [prefixed(move.swing, unit)]),
         "never" if settled is None else prefixed(settled, "s"),
         *([str(len(move.pulses))] if pulsed else []),
         prefixed(move.peak_effort, unit_of("effort", result.kind)),

@@ -110,7 +110,7 @@ class ArmSeries:
         return self.start_time + self.duration
 
     @property
-    def time(self) -> Float[np.ndarray, " n+1"]:
+    def time(self) -> Float[np.ndarray, " samples"]:
         """Instants of the planned states, within the run, shape (n+1,) [s]."""
         return self.start_time + self.sampling_time * np.arange(self.position.size)
 

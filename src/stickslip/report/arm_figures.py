@@ -25,6 +25,7 @@ from stickslip.report.drawing import (
     INK,
     PALE,
     PINK,
+    SKY,
     VERMILION,
     Plot,
     Trace,
@@ -273,46 +274,63 @@ def arm_estimate_plots(positioning: Positioning) -> list[Plot]:
                 for run in runs
             ]
         )
-        truth = positioning.truth.get(name)
-        unit = unit_text(unit_of(name, positioning.kind))
-        traces = [
-            *band(time, values - widths, values + widths, name="95 % interval"),
-            line(time, values, name="estimate", colour=BLUE, width=2.0),
-        ]
-        if truth is not None:
-            traces.append(
-                line(
-                    time[[0, -1]],
-                    np.full(2, truth),
-                    name="true value",
-                    colour=INK,
-                    dash="dash",
-                    width=1.2,
-                )
-            )
-        known = "." if truth is None else f"; the true value is {truth:.4g} {unit}."
         plots.append(
-            Plot(
-                anchor=f"estimate-{name.replace('_', '-')}",
-                alternative=(
-                    f"{parameter_label(name)} as estimated over time, from {values[0]:.4g} to "
-                    f"{values[-1]:.4g} {unit}{known}"
-                ),
-                caption="",
-                traces=traces,
-                layout=layout(
-                    x=axis("time <i>t</i> [s]", range=[0.0, end]),
-                    y=[axis(f"{symbol(name)} [{unit}]", **_range(values, widths, truth))],
-                    shapes=[
-                        *(_shades(runs[0].arm) if len(runs) == 1 and runs[0].arm else []),
-                        *starts([float(run.time[-1]) for run in runs], first=0.0),
-                    ],
-                ),
-                height=260,
-                heading=parameter_label(name),
+            _estimate_plot(
+                name,
+                (time, values, widths),
+                positioning,
+                end=end,
+                shapes=[
+                    *(_shades(runs[0].arm) if len(runs) == 1 and runs[0].arm else []),
+                    *starts([float(run.time[-1]) for run in runs], first=0.0),
+                ],
             )
         )
     return plots
+
+
+def _estimate_plot(
+    name: str,
+    known: tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"], Float[np.ndarray, " k"]],
+    positioning: Positioning,
+    *,
+    end: float,
+    shapes: list[dict[str, object]],
+) -> Plot:
+    """Draw an estimate with its interval and the truth, and how far it is from the truth."""
+    time, values, widths = known
+    truth = positioning.truth.get(name)
+    unit = unit_text(unit_of(name, positioning.kind))
+    traces = [
+        *band(time, values - widths, values + widths, name="95 % interval"),
+        line(time, values, name="estimate", colour=BLUE, width=2.0),
+    ]
+    rows = [axis(f"{symbol(name)} [{unit}]", **_range(values, widths, truth))]
+    said = "."
+    if truth is not None:
+        said = f"; the true value is {truth:.4g} {unit}."
+        ends = np.full(2, truth)
+        true = line(time[[0, -1]], ends, name="true value", colour=INK, dash="dash", width=1.2)
+        least = _LEAST * max(abs(truth), 1.0)
+        off, wide = (np.maximum(np.abs(each), least) for each in (values - truth, widths))
+        traces += [
+            true,
+            line(time, wide, name="half of the interval", colour=SKY, dash="dot", row=2),
+            line(time, off, name="error of the estimate", colour=VERMILION, width=1.4, row=2),
+        ]
+        rows.append(axis(f"error [{unit}]", type="log", nticks=5))
+    return Plot(
+        anchor=f"estimate-{name.replace('_', '-')}",
+        alternative=(
+            f"{parameter_label(name)} as estimated over time, from {values[0]:.4g} to "
+            f"{values[-1]:.4g} {unit}{said}"
+        ),
+        caption="",
+        traces=traces,
+        layout=layout(x=axis("time <i>t</i> [s]", range=[0.0, end]), y=rows, shapes=shapes),
+        height=360,
+        heading=parameter_label(name),
+    )
 
 
 def _range(values: np.ndarray, widths: np.ndarray, truth: float | None) -> dict[str, list[float]]:

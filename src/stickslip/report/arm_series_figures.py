@@ -16,16 +16,19 @@ from stickslip.report.positioning_figures import staircase
 
 __all__ = ["series_plots"]
 
+_FIRST, _LAST = 6, 4
+"""Series of a long run that are drawn."""
+
 _TAIL = 0.4
 """Share of a series' duration that is drawn after it."""
 
 
 def series_plots(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> list[Plot]:
-    """Draw each series of a run: as planned, as it went, and what sets the two apart."""
-    return [
-        _series_plot(run, arm, positioning, k, series)
-        for k, series in enumerate(arm.series, start=1)
-    ]
+    """Draw the series of a run, the first and the last of many: as planned, and as it went."""
+    drawn = list(enumerate(arm.series, start=1))
+    if len(drawn) > _FIRST + _LAST:
+        drawn = [*drawn[:_FIRST], *drawn[-_LAST:]]
+    return [_series_plot(run, arm, positioning, k, series) for k, series in drawn]
 
 
 def _series_plot(

@@ -5,7 +5,7 @@ import html
 from stickslip.records import ArmRun, Positioning, PositioningRun, count_of, unit_of
 from stickslip.report.arm_figures import PHASE_COLOURS
 from stickslip.report.dense import wide
-from stickslip.report.positioning_tables import body_rows, heading_row, shown
+from stickslip.report.positioning_tables import body_rows, heading_row, shortened, shown
 
 __all__ = ["phases_table", "series_table"]
 
@@ -26,7 +26,7 @@ def phases_table(arm: ArmRun) -> str:
         for k, phase in enumerate(arm.phases, start=1)
     ]
     heads = heading_row(["Phase", "What", "From", "For", "Why it began"])
-    return f'<table class="phases">{heads}<tbody>\n{"".join(rows)}</tbody></table>\n'
+    return f'<table class="phases">{heads}{shortened(rows, "phases", columns=5)}</table>\n'
 
 
 def series_table(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> str:

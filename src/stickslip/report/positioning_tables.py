@@ -30,6 +30,7 @@ __all__ = [
     "moves",
     "provenance",
     "pulses",
+    "shortened",
     "shown",
 ]
 
@@ -229,11 +230,18 @@ def body_rows(rows: Sequence[Sequence[str]], what: str) -> str:
         + "</tr>\n"
         for row in rows
     ]
+    return shortened(lines, what, columns=len(rows[0]) if rows else 1)
+
+
+def shortened(lines: list[str], what: str, *, columns: int) -> str:
+    """Return the rows of a table, given as HTML, without the middle of a long one."""
     if len(lines) > _FIRST + _LAST + 1:
         left_out = len(lines) - _FIRST - _LAST
-        lines[_FIRST:-_LAST] = [
-            f'<tr><td colspan="{len(rows[0])}">… {left_out} more {what}, all of them in the JSON '
-            "file …</td></tr>\n"
+        lines = [
+            *lines[:_FIRST],
+            f'<tr><td colspan="{columns}">… {left_out} more {what}, all of them in the JSON '
+            "file …</td></tr>\n",
+            *lines[-_LAST:],
         ]
     return f"<tbody>\n{''.join(lines)}</tbody>"
 

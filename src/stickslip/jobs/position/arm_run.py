@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control import FeedbackController, Flight, LandingController
+from stickslip.control import FeedbackController, LandingController, LandingState
 from stickslip.jobs.position.arm_controllers import ArmChoice, choose_arm_controller
 from stickslip.jobs.position.judging import arm_ending, settling_time
 from stickslip.jobs.position.scenario import Scenario
@@ -255,8 +255,10 @@ def _swings(run: ClosedLoopRun[Any], plant: FlexibleArm) -> Float[np.ndarray, " 
 
 
 def _phases(run: ClosedLoopRun[Any]) -> tuple[ArmPhase, ...]:
-    phases = getattr(run.controller_state, "phases", ())
-    ends = [each.start for each in phases[1:]] + [float(run.motion.time[-1])]
+    state = run.controller_state
+    phases = state.phases if isinstance(state, LandingState) else ()
+    starts = [each.start for each in phases]
+    ends = [*starts[1:], float(run.motion.time[-1])][: len(starts)]
     return tuple(
         ArmPhase(name=each.name, start_time=each.start, end_time=end, reason=each.reason)
         for each, end in zip(phases, ends, strict=True)
@@ -267,7 +269,8 @@ def _series(
     run: ClosedLoopRun[Any], swing: Float[np.ndarray, " n"], scenario: Scenario
 ) -> tuple[ArmSeries, ...]:
     """Return the series of a run, with where they truly left the arm."""
-    flights: tuple[Flight, ...] = getattr(run.controller_state, "flights", ())
+    state = run.controller_state
+    flights = state.flights if isinstance(state, LandingState) else ()
     T, motion = scenario.task.sampling_time, run.motion
     last = motion.time.size - 1
     series: list[ArmSeries] = []
