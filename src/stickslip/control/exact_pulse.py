@@ -34,6 +34,8 @@ from stickslip.records import (
 
 __all__ = ["ExactPulseController"]
 
+_METHOD = 3.0  # in the vector
+
 _LOGARITHMS = (
     "mass",
     "coulomb_friction_positive",
@@ -64,7 +66,7 @@ def _step(
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample."""
     s = state.copy()
-    if not readable(s, sample):
+    if not readable(s, _METHOD, sample):
         return s, np.nan
     if watch(s, sample):
         if s[FRESH] > 0.0:
@@ -233,14 +235,14 @@ class ExactPulseController(PulseController):
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        s = self._first_state((0.0,) * at.OWN_SIZE)
+        s = self._first_state(_METHOD, (0.0,) * at.OWN_SIZE)
         s[at.PERIOD], s[at.LIMIT] = self.sampling_time, self.effort_limit
         s[at.LONGEST] = longest_samples(self.longest_width, self.sampling_time)
         s[at.NOISE] = self.position_noise
         rest_noise = self.position_noise / sqrt(self.rest.samples)
         s[at.REST_NOISE] = max(rest_noise, _FINEST_REST * self.tolerance)
         s[at.PATIENCE] = float(self.patience)
-        s[at.BEST] = s[at.GOAL] = inf
+        s[at.BEST] = s[at.GOAL] = s[at.ALLOWED] = inf
         known = self._guess() if self.experience is None else self.experience
         values = known.values
         s[at.VALUES : at.COVARIANCE] = [log(values[name]) for name in _LOGARITHMS]

@@ -7,6 +7,9 @@ and the displacement from rest to rest. Its likelihood is that of Eq. 3's motion
 the samples, and the maximum of the posterior is found by an iterated extended Kalman filter (each
 iteration is a Gauss-Newton step), one scalar at a time: no matrix is inverted.
 
+A prior that is contradicted, by residuals that a wider one explains, is widened: a first guess that
+was wrong by orders of magnitude would otherwise be corrected only as far as its spread says.
+
 From pulse to pulse the friction of both directions, Coulomb and viscous, walks at random; how far
 is learned from how far the estimates of the Coulomb friction had to move.
 
@@ -25,6 +28,7 @@ from stickslip.control.pulse_kernel import (
     AT_ACHIEVED,
     AT_LEVELS,
     AT_MOVED,
+    AT_PREDICTED,
     DELAY,
     LAST,
     OWN,
@@ -36,6 +40,7 @@ from stickslip.control.pulse_kernel import (
 from stickslip.planning.pulse_kernels import position_along, pulse_displacement, pulse_ends
 
 __all__ = [
+    "ALLOWED",
     "BEST",
     "BREAKAWAY",
     "COULOMB",
@@ -85,8 +90,9 @@ COULOMB, VISCOUS = 1, 3  # of the positive direction; that of the negative follo
     GOAL,  # half of what the error was when it was last halved
     FRUITLESS,  # pulses since then
     REASON,  # why no pulse is fired any more
-) = range(PATIENCE + 1, PATIENCE + 12)
-VALUES = REASON + 1
+    ALLOWED,  # most samples of the next pulse
+) = range(PATIENCE + 1, PATIENCE + 13)
+VALUES = ALLOWED + 1
 COVARIANCE = VALUES + PARAMETERS
 OWN_SIZE = COVARIANCE + PARAMETERS * PARAMETERS - OWN
 
@@ -95,6 +101,12 @@ _COOLING = 0.1  # of the variance by which the observation is inflated, from ite
 _CONVERGED = 1e-7  # change of a logarithm
 _STRONGEST = 0.98  # of the effort: the Coulomb friction of a mass that it has moved
 _LONGEST_STEP = 0.5  # of a logarithm in one iteration
+_UNEXPLAINED = 9.0  # mean square of the normalised residuals with which a prior is doubted
+_WIDENING, _WIDENINGS = 100.0, 4  # of its variance, and so often at most
+_ROUNDED = 1e-12  # of a variance: none
+_SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
+_MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
+_EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
@@ -180,19 +192,15 @@ def _posterior(
 
 
 @compiled()
-def _fit(s: Vector, side: int, f: float, t: float) -> None:
-    """Replace mean and covariance of the parameters by those after the last pulse."""
-    n = PARAMETERS
-    prior, at, value = np.empty(n), np.empty(n), np.empty(n)
-    P, Q = np.empty((n, n)), np.empty((n, n))
-    for a in range(n):
-        prior[a] = at[a] = s[VALUES + a]
-        for b in range(n):
-            P[a, b] = s[COVARIANCE + n * a + b]
-    s[WALK] = max(s[WALK], _SLOWEST_WALK)
-    for side_ in range(2):
-        P[COULOMB + side_, COULOMB + side_] += s[WALK]
-        P[VISCOUS + side_, VISCOUS + side_] += s[WALK]
+def _maximum(
+    s: Vector, prior: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, f: float,
+    t: float, value: Vector, Q: Float[np.ndarray, "p p"],
+) -> float:  # fmt: skip
+    """Write the posterior's maximum, looked for from ``at`` on, and its covariance.
+
+    Returns the mean square of the normalised residuals there.
+    """
+    n = prior.size
     most = math.log(_STRONGEST * abs(f))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
@@ -211,8 +219,83 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
     _posterior(s, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
+    return misfit
+
+
+@compiled()
+def _unseen(P: Float[np.ndarray, "p p"], side: int, C: Float[np.ndarray, "p p"]) -> None:
+    """Write into C the part of P that is left when mass and friction of one direction are known."""
+    n = PARAMETERS
+    for a in range(n):
+        for b in range(n):
+            C[a, b] = P[a, b]
+    column = np.empty(n)
+    for i in (0, COULOMB + side, VISCOUS + side):
+        pivot = C[i, i]
+        if pivot <= _ROUNDED * P[i, i]:
+            continue
+        for a in range(n):
+            column[a] = C[a, i]
+        for a in range(n):
+            for b in range(n):
+                C[a, b] -= column[a] * column[b] / pivot
+
+
+@compiled()
+def _estimate(s: Vector, side: int, f: float, t: float, at: Vector) -> None:
+    """Write into ``at`` which mass and friction the pulse alone speaks for, viscous friction small.
+
+    The effort does on its way what the friction does on all of it; Eq. 2 then gives the mass.
+    """
+    k = min(math.ceil((t / s[PERIOD] + s[DELAY]) / s[STRIDE]), int(s[TRACED]) - 1)
+    u, d = abs(f), abs(s[LAST + AT_ACHIEVED])
+    way = abs(s[TRACE + k] - (s[REST] - s[LAST + AT_ACHIEVED]))
+    F = u * min(max(way / d, 1.0 - _STRONGEST), _STRONGEST)
+    m = u * (u - F) * t * t / (2.0 * d * F)
+    at[0], at[COULOMB + side] = math.log(m), math.log(F)
+    at[VISCOUS + side] = min(at[VISCOUS + side], math.log(_SMALL * F * m / ((u - F) * t)))
+
+
+@compiled()
+def _fit(s: Vector, side: int, f: float, t: float) -> None:
+    """Replace mean and covariance of the parameters by those after the last pulse."""
+    n = PARAMETERS
+    prior, at, value = np.empty(n), np.empty(n), np.empty(n)
+    P, Q = np.empty((n, n)), np.empty((n, n))
+    for a in range(n):
+        prior[a] = at[a] = s[VALUES + a]
+        for b in range(n):
+            P[a, b] = s[COVARIANCE + n * a + b]
+    s[WALK] = max(s[WALK], _SLOWEST_WALK)
+    for side_ in range(2):
+        P[COULOMB + side_, COULOMB + side_] += s[WALK]
+        P[VISCOUS + side_, VISCOUS + side_] += s[WALK]
+    misfit = _maximum(s, prior, P, at, side, f, t, value, Q)
     i = COULOMB + side
     surprise = (value[i] - prior[i]) ** 2 / P[i, i]
+    # A prior that leaves much unexplained which a wider one explains was too sure of itself. On an
+    # axis that does not follow the law none explains it.
+    wider, wider_Q, C = np.empty(n), np.empty((n, n)), np.empty((n, n))
+    if misfit > _UNEXPLAINED:
+        _unseen(P, side, C)
+        for _ in range(_WIDENINGS):
+            for a in range(n):
+                at[a] = prior[a]
+                for b in range(n):
+                    P[a, b] = C[a, b] + _WIDENING * (P[a, b] - C[a, b])
+            _estimate(s, side, f, t, at)
+            again = _maximum(s, prior, P, at, side, f, t, wider, wider_Q)
+            if again < _EXPLAINED * misfit:
+                misfit = again
+                for a in range(n):
+                    value[a] = wider[a]
+                    for b in range(n):
+                        Q[a, b] = wider_Q[a, b]
+            if misfit <= _UNEXPLAINED:
+                break
+    told = s[LAST + AT_PREDICTED] / s[LAST + AT_ACHIEVED]
+    near = 1.0 / _MISSED < told < _MISSED
+    s[ALLOWED] = math.inf if near or misfit <= _UNEXPLAINED else _MISSED * t / s[PERIOD]
     s[WALK] = max(s[WALK] * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
     for a in range(n):
         s[VALUES + a] = value[a]

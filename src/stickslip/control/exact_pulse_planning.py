@@ -24,6 +24,7 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.exact_pulse_learning import (
+    ALLOWED,
     BEST,
     BREAKAWAY,
     COULOMB,
@@ -47,8 +48,10 @@ from stickslip.control.pulse_kernel import (
     ERROR,
     FRESH,
     IDLE,
+    LEAST_MOTION,
+    REACH,
+    SPREAD,
     TOLERANCE,
-    TRACE_SIZE,
     add_level,
     fire,
     stop,
@@ -57,7 +60,7 @@ from stickslip.control.pulse_kernel import (
 from stickslip.planning.pulse_kernels import (
     effort_for,
     pulse_displacement,
-    pulse_duration,
+    pulse_ends,
     width_for,
 )
 
@@ -70,6 +73,7 @@ _SURE = 0.5  # of the way from the believed breakaway to an effort that has free
 _HOPELESS = 4.0  # standard deviations over what would do: fewer than one try in five succeeds
 _NEAR = 3.0  # times the best error so far
 _DETOURS = 4  # most samples of a pulse back that is looked for
+_SEEN = 4.0  # times the least displacement that the sensors tell from none
 _ROOM = 1.2  # what a step back may fall short by and still be large enough
 
 Vector = Float[np.ndarray, " s"]
@@ -114,8 +118,9 @@ def _pulse(s: Vector, side: int, d: float) -> tuple[float, float]:
     if s[LIMIT] <= F:  # as far as is known nothing moves: try
         return s[LIMIT], 1.0
     n = whole_samples(width_for(m, F, c, d, s[LIMIT]), s[PERIOD])
-    if n > s[LONGEST]:
-        return s[LIMIT], s[LONGEST]
+    longest = min(s[LONGEST], s[ALLOWED])
+    if n > longest:
+        return s[LIMIT], longest
     return min(effort_for(m, F, c, d, n * s[PERIOD]), s[LIMIT]), n
 
 
@@ -124,6 +129,15 @@ def _sure(s: Vector, side: int) -> float:
     """Return an effort that frees the mass as far as can be told."""
     f = s[BREAKAWAY + side] + _SURE * (s[MOVED_AT + side] - s[BREAKAWAY + side])
     return min(f, s[LIMIT])
+
+
+@compiled()
+def _short(s: Vector, side: int, d: float) -> tuple[float, float]:
+    """Return a pulse that frees the mass as far as can be told and takes it by d, or farther."""
+    m, F, c = _law(s, side)
+    f = _sure(s, side)
+    n = whole_samples(width_for(m, F, c, d, f), s[PERIOD]) if f > F else 1.0
+    return f, min(n, s[LONGEST], s[ALLOWED])
 
 
 @compiled()
@@ -156,15 +170,20 @@ def _beyond(s: Vector, side: int, error: float) -> tuple[float, float, float]:
 
 @compiled()
 def _shoot(s: Vector, side: int, f: float, n: float) -> None:
-    """Fire a pulse; thin its trace out so that all of its motion is seen."""
+    """Fire a pulse, which ends where the axis has gone as far as the effort was to take it.
+
+    As the effort does on its way what the friction does on the whole of it, an axis that is lighter
+    than believed comes to rest no farther for that.
+    """
     m, F, c = _law(s, side)
     way = 1.0 if side == 0 else -1.0
-    stride, d = 1.0, 0.0
     if f > F:
-        t = n * s[PERIOD]
-        d = pulse_displacement(m, F, c, f, t)
-        stride = math.ceil(pulse_duration(m, F, c, f, t) / s[PERIOD] / (TRACE_SIZE - 2))
-    fire(s, way * d, max(stride, 1.0))
+        under_effort, _, _, d = pulse_ends(m, F, c, f, n * s[PERIOD])
+        fire(s, way * d)
+        s[REACH] = under_effort + s[SPREAD]
+    else:
+        fire(s, 0.0)
+        s[REACH] = s[SPREAD]
     add_level(s, way * f, n)
 
 
@@ -190,11 +209,12 @@ def plan(s: Vector) -> None:
     f, n = _pulse(s, side, error)
     if f > _law(s, side)[1]:
         uncertain = _CAUTION * _spread(s, side, f, n * T, False)
-        short_f, short_n = _pulse(s, side, error / (1.0 + uncertain * uncertain))
+        short = error / (1.0 + uncertain * uncertain)
+        short_f, short_n = _pulse(s, side, short)
         if short_f >= s[BREAKAWAY + side]:
             f, n = short_f, short_n
         elif uncertain > 1.0 and n > 1.0:
-            f, n = _sure(s, side), 1.0
+            f, n = _short(s, side, max(short, _SEEN * s[LEAST_MOTION]))
     direct = f >= s[BREAKAWAY + side]
     # Rather where it has come near than where it was only to come back from
     patience = s[PATIENCE] * (1.0 if error <= _NEAR * s[BEST] else 2.0 if direct else 1.5)

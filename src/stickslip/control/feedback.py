@@ -140,7 +140,8 @@ class FeedbackController:
         """The pure step: ``step(state, sample) -> (state, effort)``, a `SensorSample` in.
 
         A sample whose position or velocity is not finite gives the effort NaN and leaves the state
-        as it was. The effort is for the time from this sample to the next.
+        as it was; a vector that is not its state is a ValueError. The effort is for the time from
+        this sample to the next.
         """
         online = self.online
         return at.step_for(None if online is None else online.kernel)
@@ -151,6 +152,7 @@ class FeedbackController:
         learned = np.empty(0) if online is None else online.first_state
         estimator = at.REFERENCE + table.size
         s = np.zeros(estimator + learned.size)
+        s[at.METHOD], s[at.SIZE] = at.MARK, s.size
         s[at.POSITION_GAIN] = self.pd.position_gain
         s[at.VELOCITY_GAIN] = self.pd.velocity_gain
         s[at.INERTIA] = self.inertia

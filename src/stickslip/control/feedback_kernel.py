@@ -26,7 +26,9 @@ __all__ = [
     "EFFORT_LIMIT",
     "ESTIMATOR",
     "INERTIA",
+    "MARK",
     "MEASURED",
+    "METHOD",
     "MOVES",
     "NEEDS_LOAD",
     "NOTCH",
@@ -34,20 +36,25 @@ __all__ = [
     "POSITION_GAIN",
     "REFERENCE",
     "REFUSED",
+    "SIZE",
     "VELOCITY_GAIN",
     "VISCOUS",
     "VISCOUS_AT",
     "step_for",
 ]
 
+MARK = 5.0  # of a vector of these kernels
+
 # Settings
 (
+    METHOD,  # whose vector it is
+    SIZE,  # of the vector
     POSITION_GAIN,
     VELOCITY_GAIN,
     INERTIA,
     EFFORT_LIMIT,
     NOTCH,  # five coefficients
-) = range(5)
+) = range(7)
 (
     COULOMB,  # in positive, in negative direction
     _,
@@ -76,7 +83,14 @@ def command(s: Float[np.ndarray, " s"], t: float, x: float, v: float) -> float:
 
     u = H(z) [K_p (r - x) + K_d (r' - v)] + J r'' + f_c sign(w) + c w + f_0, limited; w is the
     velocity compensated for (report part A section 6.2).
+
+    Raises
+    ------
+    ValueError
+        If the vector is not one of these kernels.
     """
+    if s.size < REFERENCE or s[METHOD] != MARK or s[SIZE] != s.size:
+        raise ValueError("not a state of a FeedbackController: begin with the one of its init()")
     r, r_dot, r_ddot = reference_at(s, REFERENCE, int(s[MOVES]), t)
     e = pd_effort(s[POSITION_GAIN], s[VELOCITY_GAIN], r, x, r_dot, v)
     y, z1, z2 = notch_step(

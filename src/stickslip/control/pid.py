@@ -207,13 +207,14 @@ class PIDController:
         """The pure step: ``step(state, sample) -> (state, effort)``, a `SensorSample` in.
 
         A sample whose position, or velocity if it is to be measured, is not finite gives the effort
-        NaN and leaves the state as it was.
+        NaN and leaves the state as it was; a vector that is not its state is a ValueError.
         """
         return at.pid_step
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
         s = np.zeros(at.SIZE)
+        s[at.METHOD] = at.MARK
         s[at.TIME], s[at.TARGET] = self.sampling_time, self.target
         s[at.K_P], s[at.K_I], s[at.K_D] = (
             self.position_gain,

@@ -23,7 +23,9 @@ __all__ = [
     "K_D",
     "K_I",
     "K_P",
+    "MARK",
     "MEASURED",
+    "METHOD",
     "RESET_FACTOR",
     "RESET_LAW",
     "REST_SAMPLES",
@@ -36,8 +38,11 @@ __all__ = [
     "pid_step",
 ]
 
+MARK = 4.0  # of a vector of this kernel
+
 # Settings
 (
+    METHOD,  # whose vector it is
     TIME,  # T
     TARGET,
     K_P,
@@ -54,7 +59,7 @@ __all__ = [
     RESET_FACTOR,
     REST_SPEED,
     REST_SAMPLES,
-) = range(16)
+) = range(17)
 # What changes
 (
     SAMPLES,  # taken so far
@@ -81,7 +86,14 @@ def pid_step(
     v(k) = {(2 tau - T) v(k-1) + 2 [x(k) - x(k-1)]}/(2 tau + T).
     The integral does not grow while the limit holds the effort back and it would grow further
     beyond it, nor while the error is within the dead band.
+
+    Raises
+    ------
+    ValueError
+        If the vector is not one of this kernel.
     """
+    if state.size != SIZE or state[METHOD] != MARK:
+        raise ValueError("not a state of a PIDController: begin with the one of its init()")
     s = state.copy()
     x, v = sample.measured_position, sample.measured_velocity
     T, r = s[TIME], s[TARGET]

@@ -226,6 +226,7 @@ class PulseAmplitudeWidthController(PulseController):
         P11, P12, P22 = self._covariance
         S11, S21 = sqrt(P11), P12 / sqrt(P11)
         return self._first_state(
+            at.METHOD,
             (
                 f_p,
                 T,
@@ -244,7 +245,7 @@ class PulseAmplitudeWidthController(PulseController):
                 sqrt(max(P22 - S21 * S21, 0.0)),
                 0.0,
                 0.0,
-            )
+            ),
         )
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:

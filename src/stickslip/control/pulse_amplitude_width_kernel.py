@@ -30,6 +30,7 @@ __all__ = [
     "APPLIED",
     "A_1",
     "A_2",
+    "METHOD",
     "NOMINAL",
     "PRINTED",
     "S_11",
@@ -38,6 +39,7 @@ __all__ = [
     "trimmed_effort",
 ]
 
+METHOD = 2.0  # in the vector
 APPLIED, NOMINAL, PRINTED = 0.0, 1.0, 2.0  # regressors
 
 (
@@ -141,7 +143,7 @@ def _plan(s: Float[np.ndarray, " s"]) -> None:
         s[_U_1], s[_U_2] = t_p * t_p * f_n * abs(f_n), -t_p * t_p * f_n
     else:
         s[_U_1], s[_U_2] = t_p * t_p * f_n * f_n, t_p * t_p * f_n  # Eq. 22
-    fire(s, sign * b * t_p * t_p, 1.0)
+    fire(s, sign * b * t_p * t_p)
     add_level(s, f, n)
 
 
@@ -151,7 +153,7 @@ def papwc_step(
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample."""
     s = state.copy()
-    if not readable(s, sample):
+    if not readable(s, METHOD, sample):
         return s, np.nan
     if watch(s, sample):
         if s[FRESH] > 0.0 and s[LAST + AT_MOVED] > 0.0:

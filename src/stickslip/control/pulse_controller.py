@@ -41,7 +41,8 @@ class PulseController(ABC):
     the axis is pushed out.
 
     All that it is and remembers is one vector, which `init` returns and `step` takes and leaves as
-    it is. A sample that lacks what the controller needs gives the effort NaN and changes nothing.
+    it is. A sample that lacks what the controller needs gives the effort NaN and changes nothing; a
+    vector that is not one of this method is a ValueError.
 
     Attributes
     ----------
@@ -214,10 +215,14 @@ class PulseController(ABC):
             s[at.PHASE] = at.WAITING
         return s
 
-    def _first_state(self, own: tuple[float, ...]) -> Float[np.ndarray, " s"]:
-        """Return the state before the first sample, with these numbers of the method's own."""
+    def _first_state(self, method: float, own: tuple[float, ...]) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample, with these numbers of the method's own.
+
+        ``method`` is the number by which the method's kernel knows it.
+        """
         rest = self.rest
         s = np.zeros(at.OWN + len(own) + rest.samples)
+        s[at.METHOD], s[at.SIZE] = method, s.size
         s[at.TARGET], s[at.TOLERANCE] = self.target, self.tolerance
         s[at.WINDOW], s[at.SPREAD] = rest.samples, rest.spread
         s[at.SPEED] = inf if rest.speed is None else rest.speed

@@ -7,7 +7,7 @@ which rest is looked for is its end. A method is three kernels of its own on top
     @compiled()
     def method_step(state, sample):
         s = state.copy()
-        if not readable(s, sample):
+        if not readable(s, METHOD, sample):
             return s, np.nan
         if watch(s, sample):  # the axis has come to rest
             if s[FRESH] > 0.0:  # after a pulse, which now is the one at LAST
@@ -18,9 +18,11 @@ which rest is looked for is its end. A method is three kernels of its own on top
 
 ``learn`` reads the pulse at ``s[LAST + ...]`` (its effort levels, the displacement it was to make
 and the one it made, whether it moved the axis) and the positions sampled from its start on, which
-are ``s[TRACE : TRACE + int(s[TRACED])]``, every ``s[STRIDE]`` samples. ``plan`` reads ``s[ERROR]``
+are ``s[TRACE : TRACE + int(s[TRACED])]``, every ``s[STRIDE]`` samples. ``METHOD`` is a number by
+which `readable` knows a vector of this method. ``plan`` reads ``s[ERROR]``
 (target minus position) and either calls `fire` and then `add_level` once or several times, or calls
-`stop`.
+`stop`. A pulse ends early where the axis has gone farther than ``s[REACH]``, if that is set after
+`fire`.
 """
 
 import numpy as np
@@ -43,6 +45,7 @@ __all__ = [
     "IDLE",
     "LAST",
     "LEAST_MOTION",
+    "METHOD",
     "MOVING",
     "OUTCOME",
     "OWN",
@@ -50,10 +53,12 @@ __all__ = [
     "PHASE",
     "PULSES",
     "PULSING",
+    "REACH",
     "REACHED",
     "REST",
     "RESTING",
     "ROUNDING",
+    "SIZE",
     "SPEED",
     "SPREAD",
     "STOPPED",
@@ -82,6 +87,8 @@ ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more h
 
 # Settings
 (
+    METHOD,  # whose vector it is
+    SIZE,  # of the vector
     TARGET,
     TOLERANCE,
     WINDOW,  # samples in which rest is looked for
@@ -89,7 +96,7 @@ ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more h
     SPEED,  # largest measured velocity at rest; infinite where none is measured
     LEAST_MOTION,  # a displacement of no more than this is none
     DELAY,  # of the sensors, in samples
-) = range(7)
+) = range(9)
 # What changes
 (
     PHASE,
@@ -110,7 +117,8 @@ ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more h
     _POSITION,  # in this sample
     STRIDE,  # samples between two positions kept
     _AGE,  # samples since the pulse's start
-) = range(DELAY + 1, DELAY + 19)
+    REACH,  # how far the axis may go under the pulse before it is cut short
+) = range(DELAY + 1, DELAY + 20)
 # Places within a pulse
 (
     AT_TIME,
@@ -122,7 +130,7 @@ ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more h
     AT_LEVELS,  # effort and whole samples of each
 ) = range(7)
 _PULSE_SIZE = AT_LEVELS + 2 * _MOST_LEVELS
-_PULSE = _AGE + 1  # the pulse on its way
+_PULSE = REACH + 1  # the pulse on its way
 LAST = _PULSE + _PULSE_SIZE  # the last pulse of which it is known what it did
 TRACED = LAST + _PULSE_SIZE  # positions kept
 TRACE = TRACED + 1
@@ -130,8 +138,16 @@ OWN = TRACE + TRACE_SIZE  # from here to the window: the method's own
 
 
 @compiled()
-def readable(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
-    """Return whether the sample holds what the controller needs."""
+def readable(s: Float[np.ndarray, " s"], method: float, sample: SensorSample) -> bool:
+    """Return whether the sample holds what the controller needs.
+
+    Raises
+    ------
+    ValueError
+        If the vector is not one of this method: what lies where in it could not be told.
+    """
+    if s.size < OWN or s[METHOD] != method or s[SIZE] != s.size:
+        raise ValueError("not a state of this controller's method: begin with the one of init()")
     return np.isfinite(sample.measured_position) and (
         s[SPEED] == np.inf or np.isfinite(sample.measured_velocity)
     )
@@ -177,6 +193,37 @@ def _conclude(s: Float[np.ndarray, " s"], rest: float) -> None:
 
 
 @compiled()
+def _keep(s: Float[np.ndarray, " s"], x: float) -> None:
+    """Keep a position; where there is no more room, let go of every other one."""
+    s[_AGE] += 1.0
+    if s[_AGE] != s[STRIDE] * s[TRACED]:
+        return
+    if s[TRACED] == TRACE_SIZE:
+        for k in range(TRACE_SIZE // 2):
+            s[TRACE + k] = s[TRACE + 2 * k]
+        s[TRACED] = TRACE_SIZE // 2
+        s[STRIDE] *= 2.0
+    s[TRACE + int(s[TRACED])] = x
+    s[TRACED] += 1.0
+
+
+@compiled()
+def _end(s: Float[np.ndarray, " s"]) -> None:
+    """Wait for rest from here on."""
+    s[PHASE], s[_WAIT] = WAITING, s[DELAY]
+    s[_FILLED] = s[_NEXT] = s[_QUIET] = 0.0
+
+
+@compiled()
+def _cut(s: Float[np.ndarray, " s"]) -> None:
+    """End the pulse before its time, and note how long it has lasted."""
+    i = int(s[_LEVEL])
+    s[_PULSE + AT_LEVELS + 2 * i + 1] -= s[_LEFT]
+    s[_PULSE + AT_LEVEL_COUNT] = i + (1.0 if s[_PULSE + AT_LEVELS + 2 * i + 1] > 0.0 else 0.0)
+    _end(s)
+
+
+@compiled()
 def watch(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """Take a sample in; return whether the axis has come to rest, so that it is time to decide.
 
@@ -187,13 +234,12 @@ def watch(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """
     x = sample.measured_position
     s[_TIME], s[_POSITION], s[FRESH] = sample.time, x, 0.0
-    if s[PENDING] > 0.0 and s[TRACED] < TRACE_SIZE:
-        s[_AGE] += 1.0
-        if s[_AGE] == s[STRIDE] * s[TRACED]:
-            s[TRACE + int(s[TRACED])] = x
-            s[TRACED] += 1.0
+    if s[PENDING] > 0.0:
+        _keep(s, x)
     if s[PHASE] == PULSING:
-        return False
+        if abs(x - s[REST]) <= s[REACH]:
+            return False
+        _cut(s)
     if s[_WAIT] > 0.0:
         s[_WAIT] -= 1.0
         return False
@@ -213,17 +259,14 @@ def watch(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
 
 
 @compiled()
-def fire(s: Float[np.ndarray, " s"], predicted: float, stride: float) -> None:
-    """Begin a pulse, from this sample on, that is expected to move the axis by ``predicted``.
-
-    Of the positions from here on every one in ``stride`` is kept, a whole number.
-    """
+def fire(s: Float[np.ndarray, " s"], predicted: float) -> None:
+    """Begin a pulse, from this sample on, that is expected to move the axis by ``predicted``."""
     s[_PULSE + AT_TIME], s[_PULSE + AT_ERROR] = s[_TIME], s[ERROR]
     s[_PULSE + AT_PREDICTED], s[_PULSE + AT_LEVEL_COUNT] = predicted, 0.0
     s[PHASE], s[PENDING] = PULSING, 1.0
     s[PULSES] += 1.0
-    s[TRACE], s[TRACED], s[STRIDE], s[_AGE] = s[_POSITION], 1.0, stride, 0.0
-    s[_LEVEL] = 0.0
+    s[TRACE], s[TRACED], s[STRIDE], s[_AGE] = s[_POSITION], 1.0, 1.0, 0.0
+    s[_LEVEL], s[REACH] = 0.0, np.inf
 
 
 @compiled()
@@ -261,6 +304,5 @@ def emit(s: Float[np.ndarray, " s"]) -> float:
         if i + 1 < s[_PULSE + AT_LEVEL_COUNT]:
             s[_LEFT] = s[_PULSE + AT_LEVELS + 2 * (i + 1) + 1]
         else:
-            s[PHASE], s[_WAIT] = WAITING, s[DELAY]
-            s[_FILLED] = s[_NEXT] = s[_QUIET] = 0.0
+            _end(s)
     return effort

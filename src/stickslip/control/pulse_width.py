@@ -47,6 +47,8 @@ from stickslip.records import (
 
 __all__ = ["PulseWidthController"]
 
+_METHOD = 1.0  # in the vector
+
 (
     _EFFORT,
     _T,
@@ -83,7 +85,7 @@ def _plan(s: Float[np.ndarray, " s"]) -> None:
     if s[_APPLIED] > 0.0:
         t_p = n * T
     s[_U] = sign * t_p * t_p
-    fire(s, b * s[_U], 1.0)
+    fire(s, b * s[_U])
     add_level(s, sign * s[_EFFORT], n)
 
 
@@ -93,7 +95,7 @@ def _step(
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample."""
     s = state.copy()
-    if not readable(s, sample):
+    if not readable(s, _METHOD, sample):
         return s, np.nan
     if watch(s, sample):
         if s[FRESH] > 0.0 and s[LAST + AT_MOVED] > 0.0:
@@ -249,6 +251,7 @@ class PulseWidthController(PulseController):
         """Return the state before the first sample."""
         T = self.sampling_time
         return self._first_state(
+            _METHOD,
             (
                 self.pulse_effort,
                 T,
@@ -261,7 +264,7 @@ class PulseWidthController(PulseController):
                 self.first_gain,
                 1.0 / self.initial_covariance,
                 0.0,
-            )
+            ),
         )
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
