@@ -1,0 +1,92 @@
+"""The landing controller on an arm that MuJoCo moves, whose friction holds truly."""
+
+import importlib.util
+from pathlib import Path
+from types import ModuleType
+
+import numpy as np
+import pytest
+
+from stickslip import CoulombViscousFriction, FlexibleArm, simulate
+from stickslip.planning import PulseSeriesPlanner
+
+EXAMPLE = Path(__file__).parents[2] / "examples" / "06_land_a_mujoco_arm.py"
+
+EULER_POSITION = 1e-4
+"""Of a move of 1 m on the way [m]: MuJoCo's Euler steps are of first order. Found was 4.3e-5."""
+
+EULER_END = 1e-5
+"""Of where it ends [m]. Found was 3.8e-6."""
+
+CREEP = 1e-9
+"""Of a resting mass 1 in 30 s, mass 2 swinging [m]."""
+
+
+@pytest.fixture(scope="module")
+def example() -> ModuleType:
+    pytest.importorskip("mujoco")
+    spec = importlib.util.spec_from_file_location("mujoco_arm", EXAMPLE)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def known_arm(example: ModuleType) -> FlexibleArm:
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=example.COULOMB, viscous_friction=example.VISCOUS
+    )
+    return FlexibleArm(
+        mass_1=example.MASS_1, mass_2=example.MASS_2, stiffness=example.STIFFNESS, friction=law
+    )
+
+
+def test_friction_holds_while_the_load_swings(example: ModuleType) -> None:
+    arm = example.MuJoCoArm()
+    amplitude = 0.9 * example.COULOMB / example.STIFFNESS
+    arm.place(0.0, amplitude)
+    arm.push(0.0, 30.0)
+    assert abs(arm.state[0]) < CREEP
+    assert example.swing(arm) == pytest.approx(amplitude, rel=1e-3)
+    arm.place(0.0, 1.1 * example.COULOMB / example.STIFFNESS)
+    arm.push(0.0, 1.0)
+    assert arm.state[0] > 1e-4
+
+
+def test_a_series_moves_it_as_the_exact_simulator_says(example: ModuleType) -> None:
+    planner = PulseSeriesPlanner(
+        arm=known_arm(example), sampling_time=example.T, effort_limit=example.EFFORT_LIMIT
+    )
+    series = planner.plan((0.0, 0.0, 0.0, 0.0), 1.0)
+    motion = simulate(known_arm(example), series.effort, sampling_time=example.T)
+    arm = example.MuJoCoArm()
+    states = [arm.state]
+    for effort in series.effort:
+        arm.push(float(effort), example.T)
+        states.append(arm.state)
+    found = np.array(states)
+    assert motion.load_position is not None
+    assert np.abs(found[:, 0] - motion.position).max() < EULER_POSITION
+    assert np.abs(found[:, 2] - motion.load_position).max() < EULER_POSITION
+    arm.push(0.0, example.T)
+    assert abs(arm.state[0] - 1.0) < EULER_END
+    assert example.swing(arm) < EULER_END
+
+
+def test_it_lands_on_one_target_after_the_other(example: ModuleType) -> None:
+    arm, pilot = example.MuJoCoArm(), example.controller(1.0)
+    generator = np.random.default_rng(3)
+    state = pilot.init()
+    for target in (1.0, 0.4):
+        fired = len(state.flights)
+        state = example.land(arm, pilot, pilot.retargeted(state, target), generator)
+        assert pilot.outcome(state).value == "reached"
+        assert len(state.flights) - fired <= 4
+        # What is measured within the tolerance is so truly but for the noise of a mean
+        allowed = example.TOLERANCE + example.POSITION_NOISE
+        assert abs(arm.state[0] - target) < allowed
+        assert example.swing(arm) < allowed
+    found = pilot.estimates(state)
+    assert found["coulomb_friction"] == pytest.approx(example.COULOMB, rel=1e-3)
+    assert found["viscous_friction"] == pytest.approx(example.VISCOUS, rel=1e-2)
