@@ -112,6 +112,16 @@ _ENDINGS = {
 }
 
 
+_ARM_ENDINGS = {
+    Ending.REACHED: "Both masses stay within the tolerance.",
+    Ending.STUCK: (
+        "Mass 1 rests outside the tolerance, and the controller does not free it; take a "
+        "controller that moves it by pulses (method landing), or widen the tolerance."
+    ),
+}
+"""Of a flexible arm, where it is another sentence."""
+
+
 @dataclass(frozen=True, kw_only=True)
 class PositioningMove:
     """One move of a run, from where the axis was to a target.
@@ -323,6 +333,8 @@ class Positioning:
     def ending_text(self) -> str:
         """One sentence: what the ending means, with the controller's own reason, and the remedy."""
         text = self.ending.text
+        if self.runs[-1].arm is not None:
+            text = _ARM_ENDINGS.get(self.ending, text)
         reasons = [move.reason for move in self.runs[-1].moves if move.reason]
         if self.ending is not Ending.STOPPED or not reasons:
             return text

@@ -154,8 +154,8 @@ def _gauge(
         )
     )
     drawn = (
-        f'<g font-size="12.5" fill="{GREY}"><text x="12" y="{_GAUGE_Y - 3}" fill="{INK}">distance '
-        f'from target</text><text x="12" y="{_GAUGE_Y + 13}">in powers of ten</text>'
+        f'<g font-size="12.5" fill="{GREY}"><text x="12" y="{_GAUGE_Y - 3}" fill="{INK}">distance'
+        f'</text><text x="12" y="{_GAUGE_Y + 17}" fill="{INK}">from target</text>'
         f'<rect x="{_GAUGE_LEFT}" y="{_GAUGE_Y - 14}" width="{within - _GAUGE_LEFT:.1f}" '
         f'height="28" fill="{PHASE_COLOURS["done"]}"/>'
         f'<text x="{_GAUGE_LEFT + 5}" y="{_GAUGE_Y - 19}">within tolerance</text>'
@@ -185,7 +185,7 @@ def _controls(run: PositioningRun, end: float) -> str:
         for part in [max(0.0, min(each.end_time, end) - each.start_time)]
     )
     strip = f'<div id="film-phases" class="strip">{strips}</div>\n' if strips else ""
-    said = '<p id="film-reason" class="reason"></p>\n'
+    said = '<p id="film-reason" class="reason"></p>\n' if strips else ""
     return (
         '<div class="controls"><button type="button" id="film-play">▶ Play</button>'
         f'<div class="times"><input type="range" id="film-time" min="0" max="{end:.9g}" '

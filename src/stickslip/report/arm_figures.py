@@ -119,7 +119,8 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
         ),
         caption=(
             "Above, where both masses are; in the middle, how far from the target, in powers of "
-            "ten; below, the effort. Shaded are the phases, numbered as in the table below."
+            "ten; below, the effort."
+            + (" Shaded are the phases, numbered as in the table below." if arm.phases else "")
         ),
         traces=traces,
         layout=layout(
