@@ -486,6 +486,18 @@ def test_every_scenario_of_the_examples_ends_as_it_says(
     assert files["a.html"].stat().st_size > 1e6
 
 
+def test_a_covariance_of_another_axis_is_said(run: Run, tmp_path: Path) -> None:
+    said = "hardly learns"
+    assert said not in run("position", written(tmp_path, [WIDER])).out
+    light = [WIDER, ("mass = 150.0", "mass = 1.0"), ("700.0", "5.0")]
+    # The report's 1e-5 times (150/1)^2
+    outcome = run("position", written(tmp_path, light)).out
+    assert said in outcome
+    assert "alike here is 0.2." in " ".join(outcome.split())
+    told = ("[guess]", "initial_covariance = 0.2\n[guess]")
+    assert said not in run("position", written(tmp_path, [*light, told])).out
+
+
 def test_an_offset_in_the_frictions_is_said(run: Run, tmp_path: Path) -> None:
     said = "constant offset in it"
     exact = [("papwc", "exact"), ("= 80.0", "= 80.0\nviscous_friction = 500.0")]

@@ -41,6 +41,12 @@ _SURELY = 3.0
 _CONTINUOUS = 1e-9
 """Step of an encoder without steps, over the noise: too fine to matter."""
 
+_OF_TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
+"""P(0) of PAPWC in the report times the squared product of its mass and its pulses' effort: the
+spread of A1 f^2 beside that of A2 f is then the same on every axis."""
+
+_MUCH = 10.0
+
 _SURE = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
 _ADAPTIVE = ("mass", "coulomb_friction", "static_friction")
 _WANTED: dict[str, tuple[str, ...]] = {
@@ -93,6 +99,8 @@ def choose_controller(
         _check_guess(beliefs, table.effort_limit)
         if table.method == "exact":
             notes += _about_uncertainties(beliefs, guess)
+        if table.method == "papwc" and table.initial_covariance is None:
+            notes += _about_covariance(beliefs.value("mass") * table.effort_limit)
         return _pulses(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
     except InputError as error:
         told = told_of(kind, error)
@@ -218,6 +226,18 @@ def _about_uncertainties(beliefs: Beliefs, guess: GuessTable) -> tuple[str, ...]
         return ()
     each = " and ".join(f"{name} {value:.2g}" for name, value in told.items())
     return (f"By the standard deviations of estimate {guess.estimate} it begins with {each}.",)
+
+
+def _about_covariance(product: float) -> tuple[str, ...]:
+    """Say it where PAPWC's usual P(0) is small beside the gains of an axis, mass times effort."""
+    usual = PulseAmplitudeWidthController.initial_covariance
+    alike = _OF_TABLE_1 / product**2
+    if not isinstance(usual, float) or alike <= _MUCH * usual:
+        return ()
+    return (
+        f"PAPWC begins with initial_covariance {usual:g}, which suits the report's axis of 150 kg "
+        f"and 300 N; this one hardly learns with it. What is alike here is {alike:.1g}.",
+    )
 
 
 def _check_guess(beliefs: Beliefs, limit: float) -> None:
