@@ -43,6 +43,7 @@ _LEGEND = {
     "swing": "amplitude with which the second mass of a flexible arm swings at the end; null: none",
     "arm": "of a flexible arm: both masses, the phases of its controller, its series of pulses; "
     "null: a rigid axis",
+    "arm.deviations": "standard deviations of the estimates; null while nothing is known",
     "arm.series.final_error": "target of the series less where mass 1 truly came to rest",
     "arm.series.final_load_error": "how far from it mass 2 truly got at most, in its swing",
 }

@@ -13,7 +13,14 @@ from stickslip.jobs.position.refusals import friction_law, told_of
 from stickslip.jobs.position.scenario import Scenario
 from stickslip.jobs.position.tables import GuessTable
 from stickslip.plants import FlexibleArm
-from stickslip.records import InputError, LearntPulses, SensorSample, prefixed, unit_of
+from stickslip.records import (
+    InputError,
+    LearntPulses,
+    SensorSample,
+    positive,
+    prefixed,
+    unit_of,
+)
 
 __all__ = ["ArmChoice", "choose_arm_controller"]
 
@@ -186,14 +193,17 @@ def _believed(scenario: Scenario, beliefs: Beliefs) -> tuple[FlexibleArm, dict[s
     kind, guess, axis = scenario.axis.kind, scenario.guess, scenario.axis
     sources: dict[str, str] = {}
     parts: dict[str, float] = {}
-    for name, own, true in (
-        ("mass", guess.body(kind), axis.body(kind)),
-        ("load_mass", guess.load(kind), axis.load(kind)),
-        ("stiffness", guess.stiffness, axis.stiffness),
+    body, true = "mass" if kind == "linear" else "inertia", axis.arm()
+    for name, key, own, known in (
+        ("mass", body, guess.body(kind), true.mass_1),
+        ("load_mass", f"load_{body}", guess.load(kind), true.mass_2),
+        ("stiffness", "stiffness", guess.stiffness, true.stiffness),
     ):
         sources[name] = _KNOWN if own is None else "the scenario"
-        # An axis that is an arm has them all
-        parts[name] = float(true or 0.0) if own is None else own
+        try:
+            parts[name] = positive(key, known if own is None else own, unit_of(name, kind))
+        except InputError as error:
+            raise error.at("[guess]") from None
     pairs = {
         name: beliefs.pair(name) if name in beliefs.values else (0.0, 0.0)
         for name in ("coulomb_friction", "viscous_friction")
@@ -201,6 +211,15 @@ def _believed(scenario: Scenario, beliefs: Beliefs) -> tuple[FlexibleArm, dict[s
     if "static_friction" in beliefs.values:
         pairs["static_friction"] = beliefs.pair("static_friction")
     law = friction_law(pairs, beliefs.value("offset") if "offset" in beliefs.values else 0.0)
+    held = max(law.breakaway()) + abs(law.offset)
+    if scenario.controller.effort_limit <= held:
+        unit = unit_of("effort", kind)
+        raise InputError(
+            f"effort_limit is {scenario.controller.effort_limit:g} {unit}, and by the first guess "
+            f"it takes {held:g} {unit} to free mass 1",
+            where="[guess]" if guess.learnt is None else "",
+            remedy="guess less, or allow more effort",
+        )
     arm = FlexibleArm(
         mass_1=parts["mass"],
         mass_2=parts["load_mass"],
