@@ -123,6 +123,24 @@ def test_a_controller_that_stopped_says_why() -> None:
     assert positioning(run(1, (Ending.STUCK,))).ending_text == Ending.STUCK.text
 
 
+def test_a_controller_is_not_its_own_remedy() -> None:
+    hunting = positioning(run(1, (Ending.HUNTING,)))
+    assert "method exact" in hunting.ending_text
+    exact = replace(hunting, method="exact").ending_text
+    assert "method exact" not in exact
+    assert exact.endswith("does not settle; give better first guesses, or a longest_width.")
+
+
+def test_offsets_count_where_directions_are_apart() -> None:
+    plain = positioning(run(1))
+    offset = replace(plain, scenario={"axis": {"offset": (5.0, "N")}})
+    apart = replace(run(1), estimates={"coulomb_friction_positive": np.array([1.0, 2.0])})
+    assert not plain.counts_offset
+    assert not offset.counts_offset
+    assert replace(offset, runs=(apart,)).counts_offset
+    assert not replace(plain, runs=(apart,)).counts_offset
+
+
 def test_every_ending_names_what_happened_and_a_remedy() -> None:
     for ending in Ending:
         assert ending.word

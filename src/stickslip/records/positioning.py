@@ -336,6 +336,8 @@ class Positioning:
         text = self.ending.text
         if self.runs[-1].arm is not None:
             text = _ARM_ENDINGS.get(self.ending, text)
+        if self.ending is Ending.HUNTING and self.method == "exact":
+            return f"{text.partition('; ')[0]}; give better first guesses, or a longest_width."
         reasons = [move.reason for move in self.runs[-1].moves if move.reason]
         if self.ending is not Ending.STOPPED or not reasons:
             return text
