@@ -86,8 +86,9 @@ def position(
         from stickslip.jobs import position, write_json, write_positioning_page
 
         result = position(read, progress=progress)
-        if learnt is not None and result.learnt is not None:
-            write_json(result.learnt.to_dict(), learnt)
+        saved = None if result.learnt is None else learnt
+        if saved is not None and result.learnt is not None:
+            write_json(result.learnt.to_dict(), saved)
         if json_file is not None:
             write_json(result.to_dict(), json_file)
         if report is not None:
@@ -100,7 +101,7 @@ def position(
     console = console_on("error" if json == "-" else "output")
     with reader_may_leave():
         _print(console, result)
-        for what, path in (("JSON", json_file), ("Report", report), ("Learnt", learnt)):
+        for what, path in (("JSON", json_file), ("Report", report), ("Learnt", saved)):
             if path is not None:
                 console.print(f"{what}: {path}", soft_wrap=True)
     return 0 if result.ending.reached else 1

@@ -1,0 +1,238 @@
+"""``stickslip position`` on a flexible arm: what it prints and saves, and what it refuses."""
+
+import json
+from pathlib import Path
+
+import pytest
+from stage_log import Run
+
+GOOD = """
+[axis]
+mass = 1.0
+load_mass = 1.0
+stiffness = 1.0
+coulomb_friction = 0.15
+viscous_friction = 0.1
+static_friction = 0.18
+[task]
+target = 1.0
+tolerance = 1e-5
+duration = 36.0
+sampling_time = 0.02
+[controller]
+method = "landing"
+effort_limit = 1.0
+[guess]
+coulomb_friction = 0.08
+"""
+GUESS = "coulomb_friction = 0.08"
+CONTROLLER = "[controller]"
+
+LEARNT = {
+    "schema": 1,
+    "method": "landing",
+    "kind": "linear",
+    "values": {
+        "coulomb_friction": {"value": 0.15, "unit": "N"},
+        "viscous_friction": {"value": 0.1, "unit": "N s/m"},
+        "static_friction": {"value": 0.2, "unit": "N"},
+    },
+    "covariance": [[1e-6, 0.0], [0.0, 1e-6]],
+}
+
+# What becomes of the good scenario, and what the line must say.
+BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
+    "a method of a rigid axis": (
+        [('"landing"', '"exact"')],
+        ["[controller]", "method exact moves a rigid axis", "landing or feedback"],
+    ),
+    "no load": ([("load_mass = 1.0\n", "")], ["[axis]", "load_mass is missing", "in kg"]),
+    "no spring": ([("stiffness = 1.0\n", "")], ["[axis]", "stiffness is missing", "in N/m"]),
+    "a spring of no stiffness": (
+        [("stiffness = 1.0", "stiffness = 0.0")],
+        ["[axis]", "stiffness is 0 N/m", "positive"],
+    ),
+    "a negative load": (
+        [("load_mass = 1.0", "load_mass = -1.0")],
+        ["[axis]", "load_mass is -1 kg", "positive"],
+    ),
+    "a load of inertia": (
+        [("load_mass = 1.0", "load_inertia = 1.0")],
+        ["[axis]", "load_inertia", "linear", "load_mass [kg]"],
+    ),
+    "a rigid axis": (
+        [("load_mass = 1.0\nstiffness = 1.0\n", "")],
+        ["[controller]", "method landing", "rigid", "exact", "load_mass and stiffness"],
+    ),
+    "a rigid axis without a method": (
+        [("load_mass = 1.0\nstiffness = 1.0\n", ""), ('method = "landing"\n', "")],
+        ["[controller]", "(or none)", "rigid", "use another method"],
+    ),
+    "unknown key": ([("stiffness =", "stifness =")], ["[axis]", "'stifness'", "'stiffness'"]),
+    "effort below the breakaway": (
+        [("effort_limit = 1.0", "effort_limit = 0.17")],
+        ["[controller]", "0.17 N", "allow more than 0.18 N"],
+    ),
+    "effort below the guess": (
+        [(GUESS, f"{GUESS}\nstatic_friction = 1.2")],
+        ["[guess]", "effort_limit is 1 N", "1.2 N to free mass 1", "guess less"],
+    ),
+    "an arm that slides away": (
+        [("[task]", "offset = 0.3\n[task]")],
+        ["[axis]", "offset is 0.3 N", "balance the offset"],
+    ),
+    "no velocity": (
+        [(CONTROLLER, "[sensors]\nvelocity = 'none'\n[controller]")],
+        ["[sensors]", "velocity", "both its masses"],
+    ),
+    "tolerance below the noise": (
+        [(CONTROLLER, "[sensors]\nposition_noise = 1e-3\n[controller]")],
+        ["[task]", "1e-05 m", "half a swing", "better sensors"],
+    ),
+    "a gain alone": (
+        [("[guess]", "position_gain = 1.0\n[guess]")],
+        ["[controller]", "velocity_gain is missing", "or neither"],
+    ),
+    "a setting of pulses": (
+        [("[guess]", "patience = 3\n[guess]")],
+        ["[controller]", "patience", "landing", "leave it out"],
+    ),
+    "series for a feedback": (
+        [('"landing"', '"feedback"\nmost_series = 3')],
+        ["most_series", "feedback", "use method landing"],
+    ),
+    "no series": ([("[guess]", "most_series = 0\n[guess]")], ["most_series is 0", "at least 1"]),
+    "a negative wait": ([("[guess]", "longest_wait = -1.0\n[guess]")], ["-1 s", "positive"]),
+    "a reference that does not fit": (
+        [('"landing"', '"feedback"'), ("36.0", "2.0")],
+        ["[task]", "duration is 2 s", "the reference takes", "more time"],
+    ),
+    "a guess without use": (
+        [(GUESS, "mass_uncertainty = 0.1")],
+        ["[guess]", "mass_uncertainty", "no use"],
+    ),
+    "a guess of no mass": ([(GUESS, "mass = 0.0")], ["[guess]", "mass is 0 kg", "positive"]),
+    "static below Coulomb": (
+        [(GUESS, f"{GUESS}\nstatic_friction = 0.01")],
+        ["0.01 N", "0.08 N", "at least the Coulomb"],
+    ),
+    "learnt and guessed": (
+        [(GUESS, f"{GUESS}\nlearnt = 'learnt.json'")],
+        ["[guess]", "learnt is given beside coulomb_friction"],
+    ),
+    "no such file": ([(GUESS, "learnt = 'none.json'")], ["none.json", "no such file"]),
+}
+
+BAD_LEARNT: dict[str, tuple[dict[str, object], list[str]]] = {
+    "another method": (
+        {"method": "exact"},
+        ["learnt.json, method", "method exact", "needs landing"],
+    ),
+    "another kind": ({"kind": "rotary", "values": {}}, ["learnt.json, kind", "rotary", "linear"]),
+    "nothing learnt": ({"values": {}}, ["learnt.json", "coulomb_friction is missing"]),
+    "too much friction": (
+        {"values": {**LEARNT["values"], "static_friction": {"value": 1.6, "unit": "N"}}},  # type: ignore[dict-item]
+        ["learnt.json", "effort_limit is 1 N", "1.6 N"],
+    ),
+}
+
+
+def written(folder: Path, changes: list[tuple[str, str]]) -> Path:
+    text = GOOD
+    for old, new in changes:
+        assert old in text
+        text = text.replace(old, new)
+    path = folder / "scenario.toml"
+    path.write_text(text)
+    return path
+
+
+def refused(run: Run, scenario: Path, words: list[str]) -> None:
+    results = scenario.parent / "results"
+    results.mkdir()
+    before = sorted(scenario.parent.rglob("*"))
+    outcome = run(
+        "position", scenario, "--json", results / "a.json", "--report", results / "a.html"
+    )
+    assert outcome.code == 2, outcome.err
+    line = outcome.line()
+    for word in [*words, scenario.parent.name]:
+        assert word in line, line
+    assert "; " in line, "the remedy follows a semicolon"
+    assert sorted(scenario.parent.rglob("*")) == before
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_scenario_is_refused_in_one_line(case: str, run: Run, tmp_path: Path) -> None:
+    changes, words = BAD[case]
+    refused(run, written(tmp_path, changes), words)
+
+
+@pytest.mark.parametrize("case", BAD_LEARNT)
+def test_a_bad_file_of_what_was_learnt_is_refused(case: str, run: Run, tmp_path: Path) -> None:
+    changes, words = BAD_LEARNT[case]
+    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT | changes))
+    refused(run, written(tmp_path, [(GUESS, 'learnt = "learnt.json"')]), words)
+
+
+def test_a_rigid_axis_refuses_what_an_arm_has_learnt(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT))
+    changes = [
+        ("load_mass = 1.0\nstiffness = 1.0\n", ""),
+        ('"landing"', '"exact"'),
+        (GUESS, 'learnt = "learnt.json"'),
+    ]
+    refused(run, written(tmp_path, changes), ["learnt.json, method", "landing", "exact"])
+
+
+def test_a_rigid_axis_refuses_a_guess_of_a_spring(run: Run, tmp_path: Path) -> None:
+    changes = [
+        ("load_mass = 1.0\nstiffness = 1.0\n", ""),
+        ('"landing"', '"exact"'),
+        (GUESS, f"{GUESS}\nmass = 1.0\nviscous_friction = 0.1\nstiffness = 1.0"),
+    ]
+    refused(run, written(tmp_path, changes), ["[guess]", "stiffness is given", "exact", "no use"])
+
+
+def test_what_a_landing_did_is_printed(run: Run, tmp_path: Path) -> None:
+    learnt = tmp_path / "learnt.json"
+    outcome = run("position", written(tmp_path, []), "--learnt", learnt)
+    assert outcome.code == 0, outcome.err
+    for word in (
+        "flexible arm, linear",
+        "swing left",
+        "feedback",
+        "the target is new",
+        "pulse series",
+        "mass 1 missed by",
+        "Coulomb friction",
+        "reached",
+        "learnt.json",
+    ):
+        assert word in outcome.out, word
+    values = json.loads(learnt.read_text())["values"]
+    assert values["coulomb_friction"]["value"] == pytest.approx(0.15, rel=1e-5)
+
+
+def test_a_feedback_alone_is_not_there(run: Run, tmp_path: Path) -> None:
+    changes = [('"landing"', '"feedback"'), ("36.0", "20.0"), (GUESS, 'learnt = "learnt.json"')]
+    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT))
+    outcome = run("position", written(tmp_path, changes), "--json", "-")
+    assert outcome.code == 1
+    document = json.loads(outcome.out)
+    assert document["ending"] in {"stuck", "swinging", "under_way"}
+    assert document["runs"][0]["arm"]["phases"] == []
+    assert document["runs"][0]["estimates"]["coulomb_friction"][0] == 0.15
+    assert document["believed"]["coulomb_friction"] == "learnt learnt.json"
+    assert "series" not in outcome.err
+    line = run("position", tmp_path / "scenario.toml", "--learnt", tmp_path / "b.json").line()
+    assert "learns nothing" in line
+
+
+def test_what_was_not_learnt_is_not_saved(run: Run, tmp_path: Path) -> None:
+    learnt = tmp_path / "learnt.json"
+    outcome = run("position", written(tmp_path, [("36.0", "0.4")]), "--learnt", learnt)
+    assert outcome.code == 1
+    assert "has learnt nothing" in outcome.out.replace("\n", " ")
+    assert "Learnt:" not in outcome.out
+    assert not learnt.exists()
