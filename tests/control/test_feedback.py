@@ -319,3 +319,9 @@ def test_a_loop_that_the_controller_was_not_made_for_is_refused(arm, controller)
 def test_refuses_what_cannot_be_used(make, message):
     with pytest.raises(InputError, match=message):
         make()
+
+
+@pytest.mark.parametrize("change", [slice(3), slice(None, -1)])
+def test_a_vector_that_is_no_state_is_refused(controller, change):
+    with pytest.raises(ValueError, match="not a state of a FeedbackController"):
+        controller.step(controller.init()[change], SensorSample(0.0, 0.0, 0.0, 0.0, 0.0))

@@ -364,3 +364,9 @@ def test_parts_out_of_range_are_told() -> None:
     ):
         with pytest.raises(InputError, match=message):
             replace(rule, **changes)
+
+
+@pytest.mark.parametrize("state", [np.zeros(3), np.zeros(SHAPED.init().size)])
+def test_a_vector_that_is_no_state_is_refused(state):
+    with pytest.raises(ValueError, match="not a state of a PIDController"):
+        SHAPED.step(state, SensorSample(0.0, 0.0, *NOTHING))

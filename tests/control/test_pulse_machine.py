@@ -9,7 +9,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.control import PulseWidthController, RestDetection
+from stickslip.control import (
+    PulseAmplitudeWidthController,
+    PulseWidthController,
+    RestDetection,
+)
+from stickslip.control import pulse_kernel as pulse
+from stickslip.control.pulse_settings import checked_patience, whole
 from stickslip.records import InputError, PositioningOutcome, SensorSample
 
 FULL = 300.0
@@ -196,7 +202,13 @@ def test_interpreted_it_does_the_same_to_the_last_bit():
     code = """
 import sys
 import numpy as np
-from stickslip.control import PulseWidthController, RestDetection
+from stickslip.control import (
+    PulseAmplitudeWidthController,
+    PulseWidthController,
+    RestDetection,
+)
+from stickslip.control import pulse_kernel as pulse
+from stickslip.control.pulse_settings import checked_patience, whole
 from stickslip.records import SensorSample
 controller = PulseWidthController(sampling_time=0.01, target=0.01, tolerance=1e-3,
     rest=RestDetection(samples=1, spread=0.0, speed=0.0), pulse_effort=300.0,
@@ -279,3 +291,43 @@ def test_an_encoder_at_rest_is_found_at_rest_and_not_moved(noise, samples):
     difference = np.abs(read.mean(axis=1) - again.mean(axis=1))
     assert rest.least_motion is not None
     assert difference.max() <= rest.least_motion  # expected to fail 0.02 times in all of these
+
+
+@pytest.mark.parametrize(
+    "state",
+    [np.zeros(3), np.zeros(500), np.r_[CONTROLLER.init(), 0.0], CONTROLLER.init()[:-1]],
+    ids=["short", "long", "one more", "one less"],
+)
+def test_a_vector_that_is_no_state_is_refused(state):
+    with pytest.raises(ValueError, match="begin with the one of init"):
+        CONTROLLER.step(state, SensorSample(0.0, 0.0, 0.0, math.nan, math.nan))
+
+
+def test_a_state_of_another_method_is_refused():
+    other = PulseAmplitudeWidthController.from_friction(
+        mass=150.0, coulomb_friction=80.0, pulse_effort=FULL, sampling_time=0.01, target=0.01,
+        tolerance=1e-3, rest=CONTROLLER.rest,
+    )  # fmt: skip
+    sample = SensorSample(0.0, 0.0, 0.0, math.nan, math.nan)
+    for controller, state in ((CONTROLLER, other.init()), (other, CONTROLLER.init())):
+        with pytest.raises(ValueError, match="not a state of this controller's method"):
+            controller.step(state, sample)
+
+
+def test_a_longer_trace_is_kept_more_coarsely():
+    moving = [0.001 * k for k in range(1, 1001)]
+    _, states = played(CONTROLLER, [0.0, *moving], [0.0] + [1.0] * 1000)
+    for k, state in enumerate(states):
+        count, stride = int(state[pulse.TRACED]), int(state[pulse.STRIDE])
+        assert count <= pulse.TRACE_SIZE
+        assert k - stride < (count - 1) * stride <= k
+        kept = state[pulse.TRACE : pulse.TRACE + count]
+        np.testing.assert_array_equal(kept, [0.0, *moving][: k + 1 : stride])
+
+
+def test_patience_is_a_whole_number():
+    assert [whole(value) for value in (1, np.int64(5), 2.5, True, "3")] == [True, True] + 3 * [
+        False
+    ]
+    with pytest.raises(InputError, match="patience is 0 pulses, it must be a whole number"):
+        checked_patience(0)

@@ -1,5 +1,6 @@
 """The law of a pulse against Eq. 3 in many digits, the report's numbers and the simulator."""
 
+from collections.abc import Callable
 from math import ceil
 
 import mpmath
@@ -190,3 +191,16 @@ def test_an_offset_that_never_lets_go_is_refused() -> None:
     assert PulseLaw.of(plant, direction=1).coulomb_friction == 3.0
     with pytest.raises(InputError, match="drives the mass on"):
         PulseLaw.of(plant, direction=-1)
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: TABLE_1.displacement(1e300, 1.0), "more than can be computed"),
+        (lambda: TABLE_1.displacement("a", 1.0), "effort is 'a'"),
+        (lambda: TABLE_1.gain(np.nan), "effort is nan N"),
+    ],
+)
+def test_what_is_no_pulse_is_refused(call: Callable[[], object], message: str) -> None:
+    with pytest.raises(InputError, match=message):
+        call()

@@ -3,7 +3,6 @@
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, log, sqrt
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -21,7 +20,7 @@ from stickslip.control.pulse_kernel import (
     readable,
     watch,
 )
-from stickslip.control.pulse_settings import longest_samples
+from stickslip.control.pulse_settings import longest_samples, whole
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import (
     InputError,
@@ -30,6 +29,7 @@ from stickslip.records import (
     SensorSample,
     non_negative,
     quantity_field,
+    unit_of,
 )
 
 __all__ = ["ExactPulseController"]
@@ -164,10 +164,9 @@ class ExactPulseController(PulseController):
         noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
         object.__setattr__(self, "position_noise", noise)
         longest_samples(self.longest_width, self.sampling_time)
-        patience: Any = self.patience
-        if not (isinstance(patience, int) and patience >= 1):
+        if not (whole(self.patience) and self.patience >= 1):
             raise InputError(
-                f"patience is {patience!r} pulses, it must be a whole number of at least 1",
+                f"patience is {self.patience!r} pulses, it must be a whole number of at least 1",
                 remedy="give how many pulses in a row may fail to halve the error",
             )
         unit = self._unit("effort_limit")
@@ -196,6 +195,15 @@ class ExactPulseController(PulseController):
                 if not value > 0.0:
                     raise InputError(
                         f"{name} is {value:g}, it must be positive",
+                        where="values",
+                        remedy="resume with what was saved",
+                    )
+            for name in (*_STATIC, *_HELD, *_FREED, _WALK):
+                value, unit = self.experience.values[name], unit_of(name, self.kind)
+                if value < 0.0 or (name in _FREED and value == 0.0):
+                    limit = "positive" if name in _FREED else "zero or more"
+                    raise InputError(
+                        f"{name} is {value:g} {unit}, it must be {limit}",
                         where="values",
                         remedy="resume with what was saved",
                     )

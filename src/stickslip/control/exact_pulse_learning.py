@@ -106,6 +106,7 @@ _WIDENING, _WIDENINGS = 100.0, 4  # of its variance, and so often at most
 _ROUNDED = 1e-12  # of a variance: none
 _SMALL = 0.1  # of the Coulomb friction: viscous friction that hardly counts
 _MISSED = 2.0  # factor between predicted and achieved displacement; of the next pulse's width then
+_NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but has told the way
 _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
@@ -219,6 +220,12 @@ def _maximum(
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
     _posterior(s, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
+    farthest = 0.0
+    for a in range(n):
+        farthest = max(farthest, abs(value[a] - at[a]))
+    if not farthest <= _LONGEST_STEP:  # it leads nowhere: what is linear here says little of there
+        for a in range(n):
+            value[a] = at[a]
     return misfit
 
 
@@ -295,7 +302,8 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
                 break
     told = s[LAST + AT_PREDICTED] / s[LAST + AT_ACHIEVED]
     near = 1.0 / _MISSED < told < _MISSED
-    s[ALLOWED] = math.inf if near or misfit <= _UNEXPLAINED else _MISSED * t / s[PERIOD]
+    longer = _NEAR_LONGER if near else _MISSED
+    s[ALLOWED] = math.inf if misfit <= _UNEXPLAINED else longer * math.ceil(t / s[PERIOD] - 0.5)
     s[WALK] = max(s[WALK] * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
     for a in range(n):
         s[VALUES + a] = value[a]

@@ -58,7 +58,8 @@ class PulseAmplitudeWidthController(PulseController):
     initial_covariance
         ``P(0)`` of the recursion: a number, for that times the identity, or its entries ``(P11,
         P12, P22)`` [1/(N s)^4, 1/(N^3 s^4), 1/(N^2 s^4); with N m for N on a rotary axis]. The
-        report's 1e-5 leaves A2 almost as it is; 1e5, its other reading, learns both.
+        report's 1e-5 leaves A2 almost as it is; 1e5, its other reading, learns both. On another
+        axis, ``(first_gain_1/d)**2`` lets the first guess weigh as much as one pulse of length d.
     friction_margin
         The estimated Coulomb friction is kept at least this share of ``pulse_effort`` away from 0
         and from ``pulse_effort``, between which it must lie for the plan to exist [-]; None to let

@@ -234,6 +234,12 @@ class PulseController(ABC):
 
     def _check_learnt(self, learnt: LearntPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""
+        given: type = type(learnt)
+        if not issubclass(given, LearntPulses):
+            raise InputError(
+                f"what was learned is a {given.__name__}, it must be a LearntPulses",
+                remedy="give what learnt returned, or LearntPulses.from_dict of what was saved",
+            )
         if learnt.method != self.method:
             raise InputError(
                 f"this was learned by {learnt.method!r}, the controller is {self.method!r}",

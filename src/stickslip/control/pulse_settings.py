@@ -3,10 +3,18 @@
 from math import floor, inf
 from typing import Literal
 
+import numpy as np
+
 from stickslip.control.pulse_kernel import ROUNDING
 from stickslip.records import AxisKind, InputError, positive, unit_of
 
-__all__ = ["checked_first_friction", "checked_patience", "checked_share", "longest_samples"]
+__all__ = [
+    "checked_first_friction",
+    "checked_patience",
+    "checked_share",
+    "longest_samples",
+    "whole",
+]
 
 
 def checked_share(
@@ -27,11 +35,16 @@ def checked_share(
         )
 
 
+def whole(value: object) -> bool:
+    """Return whether a value is a whole number, of whatever integer type."""
+    return isinstance(value, int | np.integer) and not isinstance(value, bool)
+
+
 def checked_patience(patience: int | None) -> None:
     """Check how many pulses without motion are allowed."""
-    if patience is not None and patience < 1:
+    if patience is not None and not (whole(patience) and patience >= 1):
         raise InputError(
-            f"patience is {patience} pulses, it must be at least 1",
+            f"patience is {patience!r} pulses, it must be a whole number of at least 1",
             remedy="give how many pulses in a row may fail to move the axis, or None for any",
         )
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 from math import sqrt
 from statistics import NormalDist
 
+from stickslip.control.pulse_settings import whole
 from stickslip.records import InputError, non_negative, positive, quantity_field
 
 __all__ = ["RestDetection"]
@@ -56,13 +57,14 @@ class RestDetection:
     def __post_init__(self) -> None:
         for name, least in (("samples", 1 if self.speed is not None else 2), ("delay", 0)):
             value = getattr(self, name)
-            if not (isinstance(value, int) and value >= least):
+            if not (whole(value) and value >= least):
                 alone = name == "samples" and self.speed is None
                 raise InputError(
                     f"{name} is {value!r}, it must be a whole number of at least {least}"
                     + (" where no velocity is looked at" if alone else ""),
                     remedy=f"give {least} or more",
                 )
+            object.__setattr__(self, name, int(value))
         object.__setattr__(self, "spread", non_negative("spread", self.spread, "m or rad"))
         if self.speed is not None:
             object.__setattr__(self, "speed", non_negative("speed", self.speed, "m/s or rad/s"))

@@ -65,6 +65,8 @@ class PulseLaw:
     kind: AxisKind = "linear"
 
     def __post_init__(self) -> None:
+        if self.kind not in ("linear", "rotary"):
+            raise InputError(f"the kind is {self.kind!r}", remedy="give 'linear' or 'rotary'")
         for name, check in (
             ("mass", positive),
             ("coulomb_friction", positive),
@@ -90,8 +92,11 @@ class PulseLaw:
         Raises
         ------
         InputError
-            If the offset is so strong that a mass moving in this direction never stops by itself.
+            If the direction is neither 1 nor -1, or the offset is so strong that a mass moving in
+            this direction never stops by itself.
         """
+        if direction not in (1, -1):
+            raise InputError(f"the direction is {direction!r}", remedy="give 1 or -1")
         friction = plant.friction if direction > 0 else plant.friction.mirrored()
         coulomb = friction.coulomb_friction_positive + friction.offset
         if not coulomb > 0:
@@ -126,11 +131,18 @@ class PulseLaw:
         Raises
         ------
         InputError
-            If a width is negative or a value is not finite.
+            If a width is negative, a value is not finite, or the displacement is none that a float
+            can hold.
         """
         f, t = self._numbers(effort=effort, width=width)
         moving = np.where(f > self.breakaway, f, np.nan)
         displacement = self._apply(pulse_kernels.pulse_displacement, moving, t)
+        for bad in f[~np.isfinite(displacement) & ~np.isnan(moving)].flat:
+            raise InputError(
+                f"effort is {bad:g} {unit_of('effort', self.kind)}, and the displacement more than "
+                "can be computed",
+                remedy="give a smaller effort or width",
+            )
         return np.where(np.isnan(moving), 0.0, displacement)
 
     def duration(self, effort: float | ArrayLike, width: float | ArrayLike) -> Values:
@@ -231,9 +243,20 @@ class PulseLaw:
         ----------
         effort
             [N or N m].
+
+        Raises
+        ------
+        InputError
+            If the effort is not a finite number.
         """
-        F = self.coulomb_friction
-        return effort * (effort - F) / (2.0 * self.mass * F)
+        (values,) = self._numbers(effort=effort)
+        if values.ndim > 0:
+            raise InputError(
+                f"effort has shape {values.shape}, it must be a number",
+                remedy="take the gains of several efforts one by one",
+            )
+        f, F = float(values), self.coulomb_friction
+        return f * (f - F) / (2.0 * self.mass * F)
 
     def _numbers(self, **quantities: float | ArrayLike) -> tuple[Values, ...]:
         units = {
@@ -241,7 +264,15 @@ class PulseLaw:
             "width": "s",
             "displacement": unit_of("position", self.kind),
         }
-        arrays = [np.asarray(values, dtype=np.float64) for values in quantities.values()]
+        arrays: list[Values] = []
+        for name, values in quantities.items():
+            try:
+                arrays.append(np.asarray(values, dtype=np.float64))
+            except (TypeError, ValueError) as error:
+                raise InputError(
+                    f"{name} is {values!r}, it must be a number or an array of numbers",
+                    remedy=f"give it in {units[name]}",
+                ) from error
         for name, values in zip(quantities, arrays, strict=True):
             for bad in values[~np.isfinite(values)].flat:
                 raise InputError(

@@ -23,6 +23,7 @@ __all__ = ["LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
 PulseMethod = Literal["pwc", "papwc", "exact", "landing"]
 
 _SCHEMA = 1
+_LARGEST = 1e15  # SI: a damaged number rather than what some axis taught
 
 
 class PositioningOutcome(Enum):
@@ -99,7 +100,8 @@ class LearntPulses:
     Raises
     ------
     InputError
-        If the method is unknown, a name has no unit, or a number is not finite.
+        If the method is unknown, a name has no unit, or a number is not finite or beyond all
+        measure.
 
     Examples
     --------
@@ -221,6 +223,12 @@ def _number(value: Any, where: str, unit: str) -> float:
     if not (number and np.isfinite(value)):
         raise InputError(
             f"the value is {value!r} [{unit}], it must be a finite number",
+            where=where,
+            remedy="give it as it was saved",
+        )
+    if abs(value) > _LARGEST:
+        raise InputError(
+            f"the value is {value:g} [{unit}], more than any axis has",
             where=where,
             remedy="give it as it was saved",
         )
