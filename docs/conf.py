@@ -68,8 +68,9 @@ def _write_demonstration() -> None:
     docs = Path(__file__).parent
     folder = docs / "_generated" / "pages" / "demo"
     demonstrate(folder)
-    task = position(docs.parent / "examples" / "scenarios" / "gravity.toml")
-    write_positioning_page(task, folder / "positioning.html")
+    for scenario, page in (("gravity", "positioning"), ("arm", "arm")):
+        task = position(docs.parent / "examples" / "scenarios" / f"{scenario}.toml")
+        write_positioning_page(task, folder / f"{page}.html")
 
 
 _write_tables()
