@@ -261,7 +261,7 @@ def score(
         for each, fastest in zip(moves, least, strict=True)
         if each.time is not None
     ]
-    series = [each.series for each in moves if each.series is not None]
+    series = [float(each.series) for each in moves if each.series is not None]
     judged = [(each.said, each.landed) for each in moves if each.said is not None]
     return LandingScore(
         controller=name,
