@@ -128,7 +128,7 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
             y=[
                 axis(f"position [{shown}]"),
                 axis(
-                    f"distance from target [{unit}]",
+                    f"distance [{unit}]",
                     type="log",
                     dtick=2,
                     range=[
@@ -140,6 +140,7 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
             ],
             shapes=_shades(arm),
             annotations=_numbers(arm, end),
+            margin={"l": 56, "r": 14, "t": 22, "b": 44},  # the numbers stand above
         ),
         height=640,
     )
@@ -203,7 +204,7 @@ def _end_plot(
         traces=traces,
         layout=layout(
             x=axis("time <i>t</i> [s]", range=[begin, end]),
-            y=[axis(f"beyond target [{shown}]", range=[-factor * half, factor * half])],
+            y=[axis(f"off target [{shown}]", range=[-factor * half, factor * half])],
         ),
         height=250,
         heading=f"The end of move {move.number}, magnified"
@@ -248,7 +249,7 @@ def _numbers(arm: ArmRun, end: float) -> list[dict[str, object]]:
             "yref": "paper",
             "x": 0.5 * (phase.start_time + min(phase.end_time, end)),
             "y": 1,
-            "yanchor": "top",
+            "yanchor": "bottom",
             "font": {"size": 11, "color": GREY},
         }
         for k, phase in enumerate(arm.phases, start=1)

@@ -84,6 +84,6 @@ def _series_plot(
                 axis(f"effort [{effort}]"),
             ],
         ),
-        height=430,
+        height=500,
         heading=f"Series {k}",
     )

@@ -48,7 +48,7 @@ def header(positioning: Positioning) -> str:
     last, position = positioning.last, unit_of("position", positioning.kind)
     mark, tone = ("✓", "trusted") if positioning.ending.reached else ("!", "doubtful")
     away = (
-        f"Its final error is {shown(last.final_error, position)}, the tolerance "
+        f"The final error is {shown(last.final_error, position)}, the tolerance "
         f"{shown(positioning.tolerance, position)}."
     )
     if positioning.ending is Ending.HUNTING:

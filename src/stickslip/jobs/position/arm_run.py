@@ -1,6 +1,7 @@
 """A positioning task on a flexible arm: run it, and judge it by where both masses truly are."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from math import ceil, sqrt
 from pathlib import Path
 from typing import Any
@@ -35,6 +36,7 @@ _TOLD = 50
 """Samples between two calls of the progress."""
 
 
+@dataclass(frozen=True, kw_only=True)
 class ArmOutcome:
     """What all runs on an arm have left behind.
 
@@ -44,15 +46,16 @@ class ArmOutcome:
         Each with its moves.
     learnt
         After the last; None if nothing was.
-    believed, notes
-        As of the first controller.
+    believed
+        Where each first guess of the first run came from, by name.
+    notes
+        For the user.
     """
 
-    def __init__(self, choice: ArmChoice) -> None:
-        self.runs: list[PositioningRun] = []
-        self.learnt: LearntPulses | None = None
-        self.believed = choice.believed
-        self.notes = choice.notes
+    runs: tuple[PositioningRun, ...]
+    learnt: LearntPulses | None
+    believed: Mapping[str, str]
+    notes: tuple[str, ...]
 
 
 class _Recorder:
@@ -150,7 +153,9 @@ def run_arm(
     generator = np.random.default_rng(sensors.seed) if sensors.noisy else None
     samples = len(task.goals) * task.samples
     choice = choose_arm_controller(scenario, folder)
-    outcome = ArmOutcome(choice)
+    believed, notes = choice.believed, choice.notes
+    runs: list[PositioningRun] = []
+    learnt: LearntPulses | None = None
     for number in range(1, task.runs + 1):
         done = (number - 1) * samples
 
@@ -169,16 +174,16 @@ def run_arm(
             name=name,
         )
         recorder.end_move(run.controller_state)
-        outcome.runs.append(_judged(number, run, recorder, scenario))
+        runs.append(_judged(number, run, recorder, scenario))
         if isinstance(choice.controller, LandingController):
             try:
-                outcome.learnt = choice.controller.learnt(run.controller_state)
+                learnt = choice.controller.learnt(run.controller_state)
             except InputError as error:
-                outcome.notes += (f"Run {number} has learnt nothing: {error.what}.",)
+                notes += (f"Run {number} has learnt nothing: {error.what}.",)
             else:
                 if number < task.runs:
-                    choice = choose_arm_controller(scenario, folder, outcome.learnt)
-    return outcome
+                    choice = choose_arm_controller(scenario, folder, learnt)
+    return ArmOutcome(runs=tuple(runs), learnt=learnt, believed=believed, notes=notes)
 
 
 def _judged(

@@ -200,7 +200,7 @@ def _position_arm(read: ScenarioFile, progress: Callable[[int, int], None] | Non
         read,
         truth={name: 0.5 * (forward + backward) for name, forward, backward in pairs},
         believed=outcome.believed,
-        runs=tuple(outcome.runs),
+        runs=outcome.runs,
         limits={},
         learnt=outcome.learnt,
         notes=outcome.notes,

@@ -82,7 +82,7 @@
   };
 
   let running = false;
-  let last = 0;
+  let last = null;
   const label = () => {
     play.textContent = running ? "❚❚ Pause" : now >= end ? "↺ Again" : "▶ Play";
   };
@@ -92,6 +92,8 @@
   };
   const tick = (stamp) => {
     if (!running) return;
+    // Stamps are of the frame, and may be earlier than the click
+    last ??= stamp;
     const elapsed = (stamp - last) / 1000;
     // Who wants less motion sees a picture a second
     if (!still.matches || elapsed >= 1) {
@@ -108,7 +110,7 @@
     }
     if (now >= end) show(0);
     running = true;
-    last = window.performance.now();
+    last = null;
     label();
     window.requestAnimationFrame(tick);
   });
