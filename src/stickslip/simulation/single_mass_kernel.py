@@ -33,6 +33,7 @@ GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
 Vector = NDArray[np.float64]
 State = tuple[float, ...]  # (x, v, their low parts, mode)
 
+
 @compiled()
 def mass_model(
     m: float, fc_n: float, fc_p: float, fs_n: float, fs_p: float, c_n: float, c_p: float,
