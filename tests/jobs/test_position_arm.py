@@ -209,3 +209,4 @@ def test_an_arm_that_swings_is_not_stuck() -> None:
     hunting = 0.1 * np.sin(5.0 * TIME)
     assert arm_ending(hunting, hunting, 1e-3, None) is Ending.HUNTING
     assert arm_ending(hunting, hunting, 1e-3, moving) is Ending.UNDER_WAY
+    assert arm_ending(swings, driven, 1e-3, moving) is Ending.UNDER_WAY

@@ -115,6 +115,10 @@ _ENDINGS = {
 
 _ARM_ENDINGS = {
     Ending.REACHED: "Both masses stay within the tolerance.",
+    Ending.HUNTING: (
+        "Mass 1 goes to and fro across its target and does not settle; take a controller that "
+        "lands (method landing), or widen the tolerance."
+    ),
     Ending.STUCK: (
         "Mass 1 rests outside the tolerance, and the controller does not free it; take a "
         "controller that moves it by pulses (method landing), or widen the tolerance."

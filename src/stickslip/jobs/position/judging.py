@@ -114,8 +114,10 @@ def arm_ending(
     if outcome is PositioningOutcome.REACHED:
         outside = np.max(np.abs(error[-_LEAST_STAY:])) > tolerance
         return Ending.MISJUDGED if outside else Ending.UNDER_WAY
-    # One that lands goes on purpose to and fro; it cannot do so for ever
-    if outcome is None and hunts(driven[driven.size // 2 :], tolerance):
+    # One that lands goes to and fro on purpose, and rests on purpose; it cannot do so for ever
+    if outcome is not None:
+        return Ending.UNDER_WAY
+    if hunts(driven[driven.size // 2 :], tolerance):
         return Ending.HUNTING
     late = driven[-max(2, int(_REST * driven.size)) :]
     if not np.all(late == late[-1]):
