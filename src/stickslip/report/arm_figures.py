@@ -34,6 +34,7 @@ from stickslip.report.drawing import (
     layout,
     line,
     symbol,
+    thinned_text,
 )
 from stickslip.report.positioning_figures import staircase, starts, tolerance_band
 
@@ -121,6 +122,7 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
             "Above, where both masses are; in the middle, how far from the target, in powers of "
             "ten; below, the effort."
             + (" Shaded are the phases, numbered as in the table below." if arm.phases else "")
+            + thinned_text(run.time.size)
         ),
         traces=traces,
         layout=layout(
