@@ -8,10 +8,10 @@ if TYPE_CHECKING:
 
     from stickslip.records import PulseReproduction
 
-__all__ = ["carried_runs", "controller_scores", "printed_numbers"]
+__all__ = ["carried_runs", "controller_scores", "printed_numbers", "table_of"]
 
 
-def _table(title: str, words: tuple[str, ...], numbers: tuple[str, ...]) -> "Table":
+def table_of(title: str, words: tuple[str, ...], numbers: tuple[str, ...]) -> "Table":
     """Return an empty table with columns of words, then of numbers."""
     from rich import box
     from rich.table import Table
@@ -26,7 +26,7 @@ def _table(title: str, words: tuple[str, ...], numbers: tuple[str, ...]) -> "Tab
 
 def printed_numbers(reproduction: "PulseReproduction") -> "Table":
     """Return the report's numbers beside ours."""
-    table = _table("The report's numbers", ("place", "quantity"), ("report", "ours", "unit"))
+    table = table_of("The report's numbers", ("place", "quantity"), ("report", "ours", "unit"))
     for each in reproduction.printed_numbers:
         unit = "" if each.unit == "1" else each.unit
         table.add_row(each.place, each.quantity, each.report, f"{each.value:.4g}", unit)
@@ -35,7 +35,7 @@ def printed_numbers(reproduction: "PulseReproduction") -> "Table":
 
 def carried_runs(reproduction: "PulseReproduction") -> "Table":
     """Return how the first and the last run of each case ended."""
-    table = _table(
+    table = table_of(
         "Consecutive runs: pulses and error [µm] of the first and of the last, and how many ended "
         "at rest on target",
         ("controller", "reading", "t_p,max [s]"),
@@ -59,7 +59,7 @@ def carried_runs(reproduction: "PulseReproduction") -> "Table":
 def controller_scores(reproduction: "PulseReproduction") -> "Table":
     """Return how the controllers do on random axes."""
     scores = reproduction.controller_scores
-    table = _table(
+    table = table_of(
         f"Controllers on {scores[0].axes} random axes",
         ("controller",),
         ("on target", "hunting", "median error", "worst", "median time", "pulses"),

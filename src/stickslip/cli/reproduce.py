@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import folder, whole_number
+from stickslip.cli.landing_tables import friction_errors, landing_scores, reference_series
 from stickslip.cli.pulse_tables import carried_runs, controller_scores, printed_numbers
 from stickslip.cli.terminal import console_on, progress_bar, reader_may_leave
 
@@ -19,15 +20,17 @@ if TYPE_CHECKING:
 
 __all__ = ["reproduce"]
 
-_RUNS, _AXES = 20, 400
+_RUNS, _AXES, _ARMS = 20, 400, 2
+_PARTS = {"part-a": "part A", "part-b": "part B", "conjunction": "the conjunction"}
 
 
 def reproduce(
     part: Annotated[
-        Literal["part-a", "part-b"],
+        Literal["part-a", "part-b", "conjunction"],
         Parameter(
             help="part-a: energy-based estimation of Coulomb and viscous friction; part-b: pulse "
-            "width control and pulse amplitude pulse width control."
+            "width control and pulse amplitude pulse width control; conjunction: both together, "
+            "which land a flexible arm."
         ),
     ],
     /,
@@ -52,8 +55,17 @@ def reproduce(
             converter=whole_number,
         ),
     ] = None,
+    arms: Annotated[
+        int | None,
+        Parameter(
+            help="Of conjunction: on how many random arms the controllers are compared; "
+            f"{_ARMS} unless given. Each takes half a minute.",
+            converter=whole_number,
+        ),
+    ] = None,
     seed: Annotated[
-        int, Parameter(help="Of all noise and of the random axes.", converter=whole_number)
+        int,
+        Parameter(help="Of all noise and of the random axes or arms.", converter=whole_number),
     ] = 1,
 ) -> int:
     """Make the figures and tables of the report anew, and put its claims beside measurements.
@@ -61,22 +73,36 @@ def reproduce(
     Part A simulates its experiments with surrogate values, as its table of parameters is lost, and
     scores every variant of the estimator by Monte Carlo. Part B simulates its own with the values
     of its Table 1, in each reading that its text allows, and compares pulse controllers and PID
-    controllers on random axes. Writes one page, its numbers as JSON and a PNG file for each figure
-    into the folder.
+    controllers on random axes. The conjunction, which the report only sketches, lands a flexible
+    arm at rest, and compares controllers on random arms. Writes one page, its numbers as JSON and a
+    PNG file for each figure into the folder.
     """
-    _check_options(part, {"--runs": (runs, "part-a"), "--axes": (axes, "part-b")})
-    with progress_bar(f"reproducing part {part[-1].upper()}") as progress:
+    _check_options(
+        part,
+        {
+            "--runs": (runs, "part-a"),
+            "--axes": (axes, "part-b"),
+            "--arms": (arms, "conjunction"),
+        },
+    )
+    with progress_bar(f"reproducing {_PARTS[part]}") as progress:
         if part == "part-a":
             from stickslip.jobs import reproduce_part_a
 
             result = reproduce_part_a(
                 out, runs=_RUNS if runs is None else runs, seed=seed, progress=progress
             )
-        else:
+        elif part == "part-b":
             from stickslip.jobs import reproduce_part_b
 
             result = reproduce_part_b(
                 out, axes=_AXES if axes is None else axes, seed=seed, progress=progress
+            )
+        else:
+            from stickslip.jobs import reproduce_conjunction
+
+            result = reproduce_conjunction(
+                out, arms=_ARMS if arms is None else arms, seed=seed, progress=progress
             )
     console = console_on("output")
     with reader_may_leave():
@@ -98,7 +124,11 @@ def _check_options(part: str, options: Mapping[str, tuple[int | None, str]]) -> 
 
 
 def _print(console: "Console", result: "Reproduced") -> None:
-    from stickslip.records import EnergyReproduction, PulseReproduction
+    from stickslip.records import (
+        ConjunctionReproduction,
+        EnergyReproduction,
+        PulseReproduction,
+    )
 
     reproduction = result.reproduction
     console.print(reproduction.setting)
@@ -111,6 +141,10 @@ def _print(console: "Console", result: "Reproduced") -> None:
             console.print(printed_numbers(reproduction))
             console.print(carried_runs(reproduction))
             console.print(controller_scores(reproduction))
+        case ConjunctionReproduction():
+            console.print(reference_series(reproduction))
+            console.print(friction_errors(reproduction))
+            console.print(landing_scores(reproduction))
         case _:
             pass
     _print_claims(console, reproduction.claims)

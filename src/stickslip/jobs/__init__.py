@@ -4,7 +4,12 @@ from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
 from stickslip.jobs.position import ScenarioFile, position, read_scenario
-from stickslip.jobs.reproduce import Reproduced, reproduce_part_a, reproduce_part_b
+from stickslip.jobs.reproduce import (
+    Reproduced,
+    reproduce_conjunction,
+    reproduce_part_a,
+    reproduce_part_b,
+)
 from stickslip.logs import AxisSchema, find_benchmark
 from stickslip.report import write_positioning_page, write_report
 
@@ -19,6 +24,7 @@ __all__ = [
     "json_text",
     "position",
     "read_scenario",
+    "reproduce_conjunction",
     "reproduce_part_a",
     "reproduce_part_b",
     "write_json",

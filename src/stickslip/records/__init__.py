@@ -3,6 +3,12 @@
 from stickslip.records.arm_positioning import ArmPhase, ArmPhaseName, ArmRun, ArmSeries
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
+from stickslip.records.conjunction_reproduction import (
+    ConjunctionReproduction,
+    FrictionErrorEffect,
+    ReferenceSeries,
+    SuccessiveSeries,
+)
 from stickslip.records.energy_reproduction import EnergyReproduction, FiveRuns, VariantScore
 from stickslip.records.errors import (
     EventBudgetError,
@@ -95,6 +101,7 @@ __all__ = [
     "AxisLog",
     "CarriedRuns",
     "Claim",
+    "ConjunctionReproduction",
     "ControllerScore",
     "Curve",
     "CurveRole",
@@ -106,6 +113,7 @@ __all__ = [
     "EventBudgetError",
     "FiveRuns",
     "FrictionCurve",
+    "FrictionErrorEffect",
     "FrictionEstimate",
     "Identification",
     "InputError",
@@ -126,6 +134,7 @@ __all__ = [
     "PulseReproduction",
     "Quantity",
     "Reading",
+    "ReferenceSeries",
     "ReproducedFigure",
     "Reproduction",
     "Residuals",
@@ -137,6 +146,7 @@ __all__ = [
     "Spread",
     "Status",
     "StickslipError",
+    "SuccessiveSeries",
     "VariantScore",
     "Verdict",
     "between_text",

@@ -217,7 +217,7 @@ class Reproduction(ABC):
 
     @property
     @abstractmethod
-    def part(self) -> Literal["A", "B"]:
+    def part(self) -> Literal["A", "B", "conjunction"]:
         """Which part of the report."""
 
     @abstractmethod

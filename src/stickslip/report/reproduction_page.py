@@ -7,11 +7,13 @@ from typing import NamedTuple
 
 from stickslip.records import (
     Claim,
+    ConjunctionReproduction,
     EnergyReproduction,
     PulseReproduction,
     ReproducedFigure,
     Reproduction,
 )
+from stickslip.report.conjunction_sections import conjunction_sections
 from stickslip.report.dense import prose
 from stickslip.report.energy_sections import energy_sections
 from stickslip.report.pulse_sections import pulse_sections
@@ -23,6 +25,8 @@ _POLICY = (
     "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
     "form-action 'none'"
 )
+
+_PARTS = {"A": "part A", "B": "part B", "conjunction": "concluding remarks"}
 
 
 def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes]) -> str:
@@ -61,6 +65,8 @@ def _own_sections(reproduction: Reproduction) -> tuple[Section, ...]:
             return energy_sections(reproduction)
         case PulseReproduction():
             return pulse_sections(reproduction)
+        case ConjunctionReproduction():
+            return conjunction_sections(reproduction)
         case _:
             return ()
 
@@ -93,7 +99,7 @@ def _header(reproduction: Reproduction) -> str:
     between = "".join(f", {each}" for each in partly)
     return (
         '<header class="top">\n'
-        f'<p class="kicker">stickslip · the report, part {reproduction.part}, made anew</p>\n'
+        f'<p class="kicker">stickslip · the report, {_PARTS[reproduction.part]}, made anew</p>\n'
         f"<h1>{html.escape(reproduction.title)}</h1>\n"
         f"<p>{prose(reproduction.setting)}</p>\n"
         f"<p>Of {len(reproduction.claims)} claims of the report, {agree} with what was measured"

@@ -1,6 +1,6 @@
 """The landing controller and its rivals on random arms."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 
 import numpy as np
@@ -28,7 +28,12 @@ _RIVAL_CASES = (EXACT, NOISY, WRONG)
 
 
 def landing_scores(
-    arms: int, seed: int, *, workers: int, advance: Callable[[], None]
+    arms: int,
+    seed: int,
+    *,
+    cases: Sequence[Case] = CASES,
+    workers: int,
+    advance: Callable[[], None],
 ) -> tuple[LandingScore, ...]:
     """Let the landing controller, in every case, and its rivals, in some, move random arms.
 
@@ -40,6 +45,8 @@ def landing_scores(
         How many, the same for each controller and case.
     seed
         Of the arms and their noise.
+    cases
+        In which the landing controller is tried.
     workers
         How many arms are worked on at once. Threads do: most of the time is spent in linear
         programmes and in compiled loops, which leave the interpreter's lock alone.
@@ -48,7 +55,7 @@ def landing_scores(
     """
     drawn = random_arms(np.random.default_rng(seed), arms)
     trials = [
-        *((LANDING, case, _land) for case in CASES),
+        *((LANDING, case, _land) for case in cases),
         *(
             (name, case, partial(rival_moves, make=make))
             for case in _RIVAL_CASES
@@ -69,9 +76,9 @@ def landing_scores(
     )
 
 
-def landing_pieces(arms: int) -> int:
+def landing_pieces(arms: int, cases: Sequence[Case] = CASES) -> int:
     """Return how often `landing_scores` calls ``advance``."""
-    return arms * (1 + len(CASES) + len(_RIVAL_CASES) * len(RIVALS))
+    return arms * (1 + len(cases) + len(_RIVAL_CASES) * len(RIVALS))
 
 
 def shortest_times(arm: RandomArm) -> tuple[float, ...]:
