@@ -214,6 +214,29 @@ def test_what_a_landing_did_is_printed(run: Run, tmp_path: Path) -> None:
     assert values["coulomb_friction"]["value"] == pytest.approx(0.15, rel=1e-5)
 
 
+def test_an_estimate_of_an_arm_is_a_first_guess(run: Run, tmp_path: Path) -> None:
+    estimate = {
+        "schema": 1,
+        "estimator": "energy",
+        "kind": "linear",
+        "parameters": {
+            "coulomb_friction": {"value": 0.14, "std": 0.01, "unit": "N"},
+            "viscous_friction": {"value": 0.11, "std": 0.01, "unit": "N s/m"},
+        },
+        "status": "ok",
+        "provenance": {"options": {"inertia": 1.0, "load_inertia": 1.0, "stiffness": 1.0}},
+    }
+    (tmp_path / "estimate.json").write_text(json.dumps(estimate))
+    changes = [("36.0", "1.0"), (GUESS, 'estimate = "estimate.json"')]
+    outcome = run("position", written(tmp_path, changes), "--json", "-")
+    assert outcome.code == 1, outcome.err
+    document = json.loads(outcome.out)
+    first = document["runs"][0]["estimates"]
+    assert (first["coulomb_friction"][0], first["viscous_friction"][0]) == (0.14, 0.11)
+    assert document["believed"]["coulomb_friction"] == "estimate estimate.json"
+    assert document["believed"]["stiffness"] == "the axis, taken as known"
+
+
 def test_a_feedback_alone_is_not_there(run: Run, tmp_path: Path) -> None:
     changes = [('"landing"', '"feedback"'), ("36.0", "20.0"), (GUESS, 'learnt = "learnt.json"')]
     (tmp_path / "learnt.json").write_text(json.dumps(LEARNT))

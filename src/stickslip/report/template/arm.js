@@ -61,7 +61,8 @@
       "d",
       share === 0 ? "" : `M0 -3H${shaft}V-8L${length} 0L${shaft} 8V3H0Z`,
     );
-    part("effort").textContent = `${(share * film.effort_limit).toPrecision(2)} ${film.unit}`;
+    const effort = (share * film.effort_limit).toPrecision(2).replace("-", "\u2212");
+    part("effort").textContent = `${effort} ${film.unit}`;
     part("effort").setAttribute("visibility", share === 0 ? "hidden" : "visible");
     place("gauge-1", held(film.gauge, f));
     place("gauge-2", held(film.load_gauge, f));
