@@ -16,7 +16,7 @@ SAMPLING_TIME = 0.02
 
 EFFORT_LIMIT = 1.0
 """[N]: 2.6 times what the most sticking of these arms takes to break away, so that each can be
-moved, and a move of 1 m takes the heaviest some 7 s."""
+moved; a move of 1 m takes the heaviest 6 to 12 s at least, as its spring and its friction are."""
 
 _MASS = 1.0  # of either mass [kg]
 _STIFFNESS = 1.0  # [N/m]
