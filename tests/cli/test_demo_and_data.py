@@ -7,6 +7,8 @@ from pathlib import Path
 import pytest
 from stage_log import Run
 
+TOLERANCE = 0.015  # m: three times the noise of a measured position
+
 
 def test_the_demo_writes_its_files_and_shows_truth_and_estimate(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "new" / "folder"
@@ -14,6 +16,8 @@ def test_the_demo_writes_its_files_and_shows_truth_and_estimate(run: Run, tmp_pa
     assert outcome.code == 0, outcome.err
     assert sorted(path.name for path in out.iterdir()) == [
         "estimate.json",
+        "landing.html",
+        "landing.toml",
         "report.html",
         "surrogate_arm.csv",
     ]
@@ -24,6 +28,14 @@ def test_the_demo_writes_its_files_and_shows_truth_and_estimate(run: Run, tmp_pa
         low, high = parameters[name]["ci95"]
         margin = high - low  # one interval's width beyond it: seeds are few, noise is not
         assert low - margin < truth < high + margin, name
+    assert "✓ landed after" in outcome.out
+    again = run("position", out / "landing.toml", "--json", tmp_path / "landing.json")
+    assert again.code == 0, again.err
+    landed = json.loads((tmp_path / "landing.json").read_text())
+    (move,) = landed["runs"][0]["moves"]
+    assert abs(move["final_error"]) <= TOLERANCE
+    assert move["swing"] <= TOLERANCE
+    assert landed["believed"]["coulomb_friction"] == "estimate estimate.json"
 
 
 def test_the_demo_depends_on_its_seed_only(run: Run, tmp_path: Path) -> None:

@@ -1,13 +1,19 @@
-"""``stickslip demo``: the whole path on a simulated arm whose friction is known."""
+"""``stickslip demo``: from a log to a landing, on a simulated arm whose friction is known."""
 
+import textwrap
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.tables import print_identification
 from stickslip.cli.terminal import console_on, reader_may_leave, working
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stickslip.records import Positioning
 
 __all__ = ["demo"]
 
@@ -20,15 +26,17 @@ def demo(
     ],
     seed: Annotated[int, Parameter(help="Of the sensors' noise.", converter=whole_number)] = 1,
 ) -> int:
-    """Simulate a flexible arm, identify its friction, and show the truth beside the estimate.
+    """Simulate a flexible arm, identify its friction beside the truth, and land it on a target.
 
     Two masses and a spring, friction on the first, driven to and fro and left to rest, measured by
     noisy sensors: the arm of the report this package implements, with surrogate values where the
-    report's table was lost. Writes the simulated log, the estimate and the report into the folder.
+    report's table was lost. What was identified is then the first guess of a controller that lands
+    both masses at rest on a target, under the same noise. Writes the simulated log, the estimate,
+    the scenario of the landing, and a page on each into the folder.
     """
     from stickslip.jobs import demonstrate
 
-    with working("simulating and identifying the arm"):
+    with working("identifying and landing the arm"):
         result = demonstrate(out, seed=seed)
     console = console_on("output")
     with reader_may_leave():
@@ -37,4 +45,36 @@ def demo(
         console.print(f"Log       {result.log_file}", soft_wrap=True)
         console.print(f"Estimate  {result.json_file}", soft_wrap=True)
         console.print(f"Report    {result.report_file}", soft_wrap=True)
-    return 0 if result.identification.estimate.status.trusted else 1
+        console.print()
+        _print_landing(console, result.landing)
+        console.print(f"Scenario  {result.scenario_file}", soft_wrap=True)
+        console.print(f"Landing   {result.landing_file}", soft_wrap=True)
+    trusted = result.identification.estimate.status.trusted
+    return 0 if trusted and result.landing.ending.reached else 1
+
+
+def _print_landing(console: "Console", landing: "Positioning") -> None:
+    """Print how the arm has landed."""
+    from stickslip.records import count_of, prefixed
+
+    run, move = landing.runs[-1], landing.last
+    console.print(
+        textwrap.fill(
+            f"Then the same arm is sent {prefixed(move.target, 'm')} away, with this estimate for "
+            "its first guess and the same noisy sensors: feedback, then series of pulses.",
+            console.width,
+        )
+    )
+    if not landing.ending.reached:
+        words = f"✗ {landing.ending.value}: {landing.ending_text}"
+        console.print(textwrap.fill(words, console.width), style="bold red")
+        return
+    arm = run.arm
+    fired = "" if arm is None else f", by {count_of(len(arm.series), 'series').removesuffix('s')}"
+    swing = "" if move.swing is None else f", mass 2 swings by {prefixed(move.swing, 'm')}"
+    settled = "" if move.settling_time is None else f" after {prefixed(move.settling_time, 's')}"
+    words = (
+        f"✓ landed{settled}{fired}: mass 1 rests {prefixed(abs(move.final_error), 'm')} from the "
+        f"target{swing}; asked for were {prefixed(landing.tolerance, 'm')}."
+    )
+    console.print(textwrap.fill(words, console.width), style="green")

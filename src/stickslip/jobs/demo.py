@@ -1,4 +1,4 @@
-"""The whole path in one go: simulate an arm, log it, identify it, compare with the truth."""
+"""The whole path in one go: simulate an arm, log it, identify it, and land it on a target."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -8,14 +8,21 @@ import numpy as np
 from stickslip.jobs import surrogate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import write_json
+from stickslip.jobs.position import position
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.outputs import files_at_once
-from stickslip.records import Identification, InputError
-from stickslip.report import write_report
+from stickslip.records import Identification, InputError, Positioning
+from stickslip.report import write_positioning_page, write_report
 
 __all__ = ["Demonstration", "demonstrate"]
 
 _LOG, _ESTIMATE, _REPORT = "surrogate_arm.csv", "estimate.json", "report.html"
+_SCENARIO, _LANDING = "landing.toml", "landing.html"
+
+_TARGET, _EFFORT_LIMIT = 1.0, 2.0  # of the landing [m, N]
+_LANDING_TIME = 60.0  # [s]
+_LANDING_SAMPLING_TIME = 0.02  # [s]; half the rate of the log does
+_SURELY = 3.0  # standard deviations of a measured position: how near the arm is to land
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -28,27 +35,36 @@ class Demonstration:
         One sentence: what was simulated.
     identification
         The estimate beside the truth.
+    landing
+        How the arm then lands on a target, with the estimate for its first guess.
     log_file, json_file, report_file
         The simulated log, the estimate and the report.
+    scenario_file, landing_file
+        What was asked of the landing, and its report.
     """
 
     setting: str
     identification: Identification
+    landing: Positioning
     log_file: Path
     json_file: Path
     report_file: Path
+    scenario_file: Path
+    landing_file: Path
 
 
 def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
-    """Simulate the surrogate arm with its sensors, identify it by energies, and write all files.
+    """Simulate the surrogate arm with its sensors, identify it, land it, and write all files.
 
     The arm of the report's part A: two masses and a spring, friction on the first mass, pushed one
-    way for 5 s, the other way for 5 s, then left alone until 60 s.
+    way for 5 s, the other way for 5 s, then left alone until 60 s. It is identified by energies
+    from that log; with this estimate for its first guess, and the same sensors, feedback and series
+    of pulses then land both masses at rest on a target.
 
     Parameters
     ----------
     folder
-        Where the log, the estimate and the report go, all of them or none; made if it is missing.
+        Where the files go, all of them or none; made if it is missing.
     seed
         Of the sensors' noise.
 
@@ -82,10 +98,53 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
         )
         write_json(identification.estimate.to_dict(), scratch / _ESTIMATE)
         write_report(identification, scratch / _REPORT)
+        # Likewise the way of a user's scenario
+        (scratch / _SCENARIO).write_text(_scenario(seed), encoding="utf-8")
+        landing = position(scratch / _SCENARIO)
+        write_positioning_page(landing, scratch / _LANDING)
     return Demonstration(
         setting=f"Simulated with surrogate values: {surrogate.SETTING}.",
         identification=identification,
+        landing=landing,
         log_file=place / _LOG,
         json_file=place / _ESTIMATE,
         report_file=place / _REPORT,
+        scenario_file=place / _SCENARIO,
+        landing_file=place / _LANDING,
     )
+
+
+def _scenario(seed: int) -> str:
+    """Return the landing as a scenario: the arm and the sensors of the log, and its estimate."""
+    return f"""\
+# The arm of {_LOG} lands on a target. Its friction is first taken from {_ESTIMATE}; masses and
+# spring are known. Run it again as
+#     stickslip position {_SCENARIO} --report {_LANDING}
+
+name = "The identified arm lands"
+
+[axis]                        # what is simulated
+mass = {surrogate.MASS_1}
+load_mass = {surrogate.MASS_2}
+stiffness = {surrogate.STIFFNESS}
+coulomb_friction = {surrogate.COULOMB_FRICTION}
+viscous_friction = {surrogate.VISCOUS_FRICTION}
+
+[task]
+target = {_TARGET}                  # m
+tolerance = {_SURELY * surrogate.POSITION_NOISE:g}             # m: three times the noise
+duration = {_LANDING_TIME}               # s
+sampling_time = {_LANDING_SAMPLING_TIME}
+
+[sensors]                     # those of the log
+position_noise = {surrogate.POSITION_NOISE}
+velocity_noise = {surrogate.VELOCITY_NOISE}
+seed = {seed}
+
+[controller]
+method = "landing"
+effort_limit = {_EFFORT_LIMIT}            # N
+
+[guess]
+estimate = "{_ESTIMATE}"
+"""
