@@ -11,12 +11,17 @@ from stickslip.jobs import Reproduced
 from stickslip.records import (
     CarriedRuns,
     Claim,
+    ConjunctionReproduction,
     ControllerScore,
     EnergyReproduction,
     FiveRuns,
+    FrictionErrorEffect,
+    LandingScore,
     PrintedNumber,
     PulseReproduction,
     Reading,
+    ReferenceSeries,
+    Spread,
     VariantScore,
 )
 
@@ -280,3 +285,80 @@ def test_the_help_says_what_it_does(run: Run) -> None:
         "Examples:",
     ):
         assert word in outcome.out
+
+
+def test_the_conjunction_prints_its_own_tables(
+    run: Run, monkeypatch: pytest.MonkeyPatch, tmp_path: Path
+) -> None:
+    calls: list[tuple[int, int]] = []
+    spread = Spread(median=2.5e-7, upper_95=5e-7, worst=6e-7)
+
+    def job(folder: Path, *, arms: int, seed: int, progress: object) -> Reproduced:
+        del progress
+        calls.append((arms, seed))
+        return Reproduced(
+            reproduction=ConjunctionReproduction(
+                title="The arm lands",
+                setting="With surrogate values.",
+                values={},
+                figures=(),
+                claims=(),
+                reference_series=(
+                    ReferenceSeries(
+                        pulse_width=0.5,
+                        pulses=10,
+                        expected_duration=5.0,
+                        duration=5.0,
+                        impulse=1.2,
+                        peak_effort=1.0,
+                        residual=2e-15,
+                    ),
+                ),
+                friction_errors=(
+                    FrictionErrorEffect(
+                        friction_error=0.01,
+                        expected_error=-0.002,
+                        expected_swing=0.0005,
+                        error=-0.003,
+                        swing=0.0007,
+                    ),
+                ),
+                successive_series=(),
+                landing_scores=(
+                    LandingScore(
+                        controller="landing",
+                        case="no noise",
+                        arms=arms,
+                        moves=2 * arms,
+                        landed=1.0,
+                        landed_in_four=1.0,
+                        error_1=spread,
+                        error_2=spread,
+                        swing=spread,
+                        time_ratio=None,
+                        series=None,
+                        misjudged=None,
+                        farthest=0.2,
+                        peak_effort=1.0,
+                    ),
+                ),
+                how_compared="All alike.",
+                options={"arms": arms, "seed": seed},
+                stickslip_version="0.1.0",
+            ),
+            page=folder / "conjunction.html",
+            numbers=folder / "conjunction.json",
+            pictures=(folder / "figure-C.1.png",),
+        )
+
+    monkeypatch.setattr("stickslip.jobs.reproduce_conjunction", job)
+    outcome = run("reproduce", "conjunction", "--out", tmp_path, "--arms", 7, "--seed", 3)
+    assert outcome.code == 0, outcome.err
+    assert run("reproduce", "conjunction", "--out", tmp_path).code == 0
+    assert calls == [(7, 3), (2, 1)]
+    for words in ("5.00", "-0.30 (-0.20)", "7 random arms", "2.5e-07", "conjunction.html"):
+        assert words in outcome.out, words
+    assert "These differ" not in outcome.out
+    refused = run("reproduce", "part-b", "--out", tmp_path, "--arms", 7)
+    assert refused.code == 2
+    assert "--arms is an option of conjunction" in refused.err

@@ -162,8 +162,8 @@ def _print_claims(console: "Console", claims: "Sequence[Claim]") -> None:
     partly = sum(claim.agrees_partly for claim in claims)
     in_part = f", {partly} in part of the readings" if partly else ""
     console.print(
-        f"{agree} of {len(claims)} claims of the report agree with what was measured{in_part}. "
-        "These differ:"
+        f"{agree} of {len(claims)} claims of the report agree with what was measured{in_part}."
+        + (" These differ:" if agree + partly < len(claims) else "")
     )
     for claim in claims:
         if not (claim.agrees or claim.agrees_partly):

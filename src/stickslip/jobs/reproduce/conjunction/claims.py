@@ -11,7 +11,7 @@ from stickslip.jobs.reproduce.conjunction.landings import (
 from stickslip.jobs.reproduce.conjunction.random_arms import SAMPLING_TIME
 from stickslip.jobs.reproduce.conjunction.series import SeriesEvidence
 from stickslip.jobs.reproduce.conjunction.setting import MOVE, TARGETS
-from stickslip.records import Claim, PositioningOutcome, prefixed
+from stickslip.records import Claim, PositioningOutcome, SuccessiveSeries, prefixed
 
 __all__ = ["conjunction_claims"]
 
@@ -58,9 +58,9 @@ def _claim(
         statement=statement,
         criterion=criterion,
         measured=measured.replace("-", "−"),
-        agrees=bool(agrees),
+        agrees=agrees,
         why=why,
-        numbers={name: float(value) for name, value in numbers.items()},
+        numbers=numbers,
     )
 
 
@@ -207,16 +207,14 @@ def _new_series(series: SeriesEvidence) -> Claim:
     learning = [each for each in series.successive if each.learning]
     stays = [each for each in series.successive if not each.learning and each.friction_error > 0]
 
-    def left(errors: tuple[float, float]) -> float:
-        return max(abs(errors[0]), errors[1])
+    def left(each: SuccessiveSeries, k: int) -> float:
+        return float(max(abs(each.error[k]), each.swing[k]))
 
     falls = [
-        left((each.error[k], each.swing[k])) / left((each.error[k + 1], each.swing[k + 1]))
-        for each in learning
-        for k in range(each.error.size - 1)
+        left(each, k) / left(each, k + 1) for each in learning for k in range(each.error.size - 1)
     ]
-    last = max(left((each.error[-1], each.swing[-1])) for each in learning)
-    kept = max(left((each.error[-1], each.swing[-1])) for each in stays)
+    last = max(left(each, -1) for each in learning)
+    kept = max(left(each, -1) for each in stays)
     count = learning[0].error.size
     return _claim(
         "If the error is too large, a new series drives the system closer to the desired position.",

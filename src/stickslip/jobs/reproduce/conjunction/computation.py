@@ -63,7 +63,7 @@ def reproduce_conjunction(
 
 def _computed(arms: int, seed: int, workers: int, progress: Progress) -> ConjunctionReproduction:
     # Imported here, as the compiler behind them takes a second to load.
-    from stickslip.jobs.reproduce.conjunction.cases import EXACT, NOISY, WRONG
+    from stickslip.jobs.reproduce.conjunction.cases import EXACT, NOISY
     from stickslip.jobs.reproduce.conjunction.claims import conjunction_claims
     from stickslip.jobs.reproduce.conjunction.contenders import HOW_COMPARED
     from stickslip.jobs.reproduce.conjunction.figures import conjunction_figures
@@ -72,7 +72,7 @@ def _computed(arms: int, seed: int, workers: int, progress: Progress) -> Conjunc
     from stickslip.jobs.reproduce.conjunction.setting import SETTING, setting_values
     from stickslip.jobs.reproduce.conjunction.study import landing_pieces, landing_scores
 
-    cases = (EXACT, NOISY, WRONG)
+    cases = (EXACT, NOISY)
     every = SERIES_PIECES + LANDING_PIECES + landing_pieces(arms, cases)
     done = 0
 

@@ -46,7 +46,7 @@ def landing_scores(
     seed
         Of the arms and their noise.
     cases
-        In which the landing controller is tried.
+        In which they are tried; the rivals are tried in three of `CASES` at most.
     workers
         How many arms are worked on at once. Threads do: most of the time is spent in linear
         programmes and in compiled loops, which leave the interpreter's lock alone.
@@ -59,6 +59,7 @@ def landing_scores(
         *(
             (name, case, partial(rival_moves, make=make))
             for case in _RIVAL_CASES
+            if case in cases
             for name, make in RIVALS.items()
         ),
     ]
@@ -78,7 +79,8 @@ def landing_scores(
 
 def landing_pieces(arms: int, cases: Sequence[Case] = CASES) -> int:
     """Return how often `landing_scores` calls ``advance``."""
-    return arms * (1 + len(cases) + len(_RIVAL_CASES) * len(RIVALS))
+    rivals = len(RIVALS) * sum(case in cases for case in _RIVAL_CASES)
+    return arms * (1 + len(cases) + rivals)
 
 
 def shortest_times(arm: RandomArm) -> tuple[float, ...]:

@@ -1,0 +1,218 @@
+"""The landing controller on the surrogate arm: where both masses end, and every reason to stop."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip.control import LandingController, LandingState
+from stickslip.estimation import EnergyEstimator
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm
+from stickslip.records import InputError, PositioningOutcome, SensorSample
+from stickslip.simulation import Sensors, simulate_closed_loop
+
+T, LIMIT = 0.02, 2.0
+ARM = FlexibleArm(
+    mass_1=1.0,
+    mass_2=1.0,
+    stiffness=1.0,
+    friction=CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1),
+)
+UNKNOWN = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
+BOUND = 1e-5  # of a move of 1 m
+LANDING = 40.0  # s; a landing takes 30
+POSITION_NOISE, VELOCITY_NOISE = 1e-4, 1e-3
+SEEDS = 5
+MOST = 4  # of them: all are expected, and of a method that fails one time in 20, 98 of 100
+
+
+def controller(**settings: Any) -> LandingController:
+    """Return a controller that knows masses and spring, and no friction."""
+    believed = settings.pop("arm", replace(ARM, friction=UNKNOWN))
+    usual: dict[str, Any] = {
+        "sampling_time": T,
+        "target": 1.0,
+        "tolerance": 0.5 * BOUND,
+        "arm": believed,
+        "effort_limit": LIMIT,
+        "estimator": EnergyEstimator(
+            inertia=believed.mass_1,
+            load_inertia=believed.mass_2,
+            stiffness=believed.stiffness,
+            offset=False,
+        ),
+    }
+    return LandingController(**(usual | settings))
+
+
+class Pilot:
+    """Sends a controller to new targets at given times, and keeps what it saw."""
+
+    def __init__(self, landing: LandingController, *targets: tuple[float, float]) -> None:
+        self.landing = landing
+        self.targets = list(targets)
+        self.sampling_time = landing.sampling_time
+
+    def init(self) -> LandingState:
+        return self.landing.init()
+
+    def step(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
+        if self.targets and sample.time >= self.targets[0][0] - T / 2:
+            state = self.landing.retargeted(state, self.targets.pop(0)[1])
+        return self.landing.step(state, sample)
+
+
+def left(run: Any, target: float) -> tuple[float, float]:
+    """Return where mass 1 truly is from the target, and how far mass 2 swings about it."""
+    motion = run.motion
+    swing = np.hypot(motion.load_position[-1] - motion.position[-1], motion.load_velocity[-1])
+    return abs(motion.position[-1] - target), float(swing)
+
+
+def fly(
+    pilot: Pilot, *, seconds: float = LANDING, noise: float = 0.0, seed: int = 0, arm: Any = ARM
+) -> Any:
+    run = simulate_closed_loop(
+        arm,
+        pilot,
+        sampling_time=T,
+        samples=round(seconds / T),
+        sensors=Sensors(
+            position_noise=noise * POSITION_NOISE, velocity_noise=noise * VELOCITY_NOISE
+        ),
+        generator=np.random.default_rng(seed),
+    )
+    assert np.abs(run.motion.commanded_effort).max() <= LIMIT
+    return run
+
+
+@pytest.mark.parametrize("target", [1.0, -1.0])
+def test_the_arm_lands_without_noise(target: float) -> None:
+    landing = controller(target=target)
+    run = fly(Pilot(landing))
+    state = run.controller_state
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert landing.why(state) is None
+    error, swing = left(run, target)
+    assert error <= BOUND
+    assert swing <= BOUND
+    found = landing.estimates(state)
+    assert found["coulomb_friction"] == pytest.approx(0.15, rel=1e-4)
+    assert found["viscous_friction"] == pytest.approx(0.1, rel=1e-3)
+    assert len(state.flights) <= 4
+    names = [phase.name for phase in state.phases]
+    assert names[0] == "feedback"
+    assert names[1:-1] == ["resting", *["series", "resting"] * len(state.flights)]
+    assert names[-1] == "done"
+    reasons = [phase.reason for phase in state.phases]
+    assert reasons[:2] == ["the target is new", "mass 1 rests"]
+    assert reasons[-1] == "both masses are within the tolerance"
+    for before, reason in zip(names, reasons[1:], strict=False):
+        if before == "series":
+            assert reason == "the last pulse was sent"
+    last = state.flights[-1]
+    assert last.final_position == pytest.approx(target, abs=BOUND)
+    assert last.planned.target == target
+
+
+def test_the_arm_lands_with_noise() -> None:
+    landed = 0
+    for seed in range(SEEDS):
+        landing = controller(
+            tolerance=1.5 * POSITION_NOISE,
+            position_noise=POSITION_NOISE,
+            velocity_noise=VELOCITY_NOISE,
+        )
+        run = fly(Pilot(landing), noise=1.0, seed=seed)
+        reached = landing.outcome(run.controller_state) is PositioningOutcome.REACHED
+        error, swing = left(run, 1.0)
+        landed += reached and error + swing <= 3.0 * POSITION_NOISE
+    assert landed >= MOST
+
+
+def test_a_new_target_on_the_way_and_after_the_end() -> None:
+    landing = controller()
+    run = fly(Pilot(landing, (5.0, 0.4), (45.0, -0.3)), seconds=85.0)
+    state = run.controller_state
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert max(left(run, -0.3)) <= BOUND
+    feedback = [phase.start for phase in state.phases if phase.name == "feedback"]
+    assert feedback == pytest.approx([0.0, 5.0, 45.0], abs=T)
+    before = [phase.name for phase in state.phases if phase.start < 45.0 - T / 2]
+    assert before[-1] == "done"
+    learnt = landing.learnt(state)
+    assert learnt.method == "landing"
+    assert learnt.values == landing.estimates(state)
+
+
+def test_a_sample_with_a_gap_changes_nothing() -> None:
+    landing = controller()
+    state = landing.init()
+    for k in range(20):
+        state, _ = landing.step(state, SensorSample(k * T, 0.0, 0.0, 0.0, 0.0))
+    for channel in range(1, 5):
+        values = [20 * T, 0.0, 0.0, 0.0, 0.0]
+        values[channel] = np.nan
+        after, effort = landing.step(state, SensorSample(*values))
+        assert after is state
+        assert np.isnan(effort)
+
+
+def test_it_stops_with_a_reason_when_the_masses_are_wrong() -> None:
+    wrong = replace(ARM, mass_1=1.1, mass_2=0.9, friction=UNKNOWN)
+    landing = controller(arm=wrong, most_series=2)
+    run = fly(Pilot(landing), seconds=60.0)
+    state = run.controller_state
+    assert landing.outcome(state) is PositioningOutcome.STOPPED
+    assert landing.why(state) == "2 series have not landed it"
+    assert len(state.flights) == 2
+    assert max(left(run, 1.0)) < 0.2  # graceful: a fifth of the move for a tenth of the mass
+
+
+def test_a_breakaway_believed_too_low_is_raised() -> None:
+    guess = CoulombViscousFriction.symmetric(
+        coulomb_friction=0.1, viscous_friction=0.1, static_friction=0.15
+    )
+    landing = controller(arm=replace(ARM, friction=guess), most_series=3)
+    state = landing.init()
+    assert state.static_ratio == pytest.approx(1.5)
+    # Both masses rest and nothing frees them, short of the target
+    for k in range(round(60.0 / T)):
+        state, _ = landing.step(state, SensorSample(k * T, 0.8, 0.0, 0.8, 0.0))
+    assert landing.why(state) == "3 series have not landed it"
+    assert [flight.final_position for flight in state.flights] == pytest.approx([0.8] * 3)
+    raised = [1.5 * 1.25**k for k in range(4)]
+    assert state.static_ratio == pytest.approx(raised[-1])
+    for flight, ratio in zip(state.flights, raised, strict=False):
+        assert flight.planned.effort[0] > ratio * flight.coulomb_friction
+
+
+@pytest.mark.parametrize(
+    ("settings", "words"),
+    [
+        ({"sampling_time": 0.0}, "sampling_time"),
+        ({"tolerance": -1e-5}, "tolerance"),
+        ({"target": np.inf}, "target"),
+        ({"effort_limit": 0.0}, "effort_limit"),
+        ({"position_noise": -1.0}, "position_noise"),
+        ({"velocity_noise": np.nan}, "velocity_noise"),
+        ({"most_series": 0}, "most_series"),
+        ({"patience": 0.0}, "patience"),
+        ({"arm": ARM, "effort_limit": 0.15}, "not above what frees"),
+    ],
+)
+def test_bad_settings_are_refused(settings: dict[str, Any], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        controller(**settings)
+
+
+def test_what_is_asked_of_a_state_too_early_is_refused() -> None:
+    landing = controller()
+    state = landing.init()
+    assert landing.outcome(state) is PositioningOutcome.MOVING
+    with pytest.raises(InputError, match="nothing has been learned"):
+        landing.learnt(state)
+    with pytest.raises(InputError, match="target"):
+        landing.retargeted(state, np.nan)
