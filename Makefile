@@ -5,7 +5,7 @@ OUT ?= demo-output
 
 .PHONY: demo test check docs study bench lock clean
 
-demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, write the report
+demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, land it, write the reports
 	$(BIN)/stickslip demo --out $(OUT)
 
 test: .venv/dev.stamp ## the whole test suite
@@ -21,6 +21,7 @@ check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings a
 docs: .venv/dev.stamp ## the documentation, with its figures made anew
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/make_pulse_figures.py
+	$(BIN)/python docs/make_conjunction_figures.py
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some twenty minutes)

@@ -59,7 +59,7 @@ def reproduce(
         int | None,
         Parameter(
             help="Of conjunction: on how many random arms the controllers are compared; "
-            f"{_ARMS} unless given. Each takes half a minute.",
+            f"{_ARMS} unless given. Each takes some ten seconds.",
             converter=whole_number,
         ),
     ] = None,
