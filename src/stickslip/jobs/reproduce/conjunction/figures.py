@@ -141,18 +141,19 @@ def _flights(landing: Landing) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="position [m]",
                 curves=(
-                    _curve("mass 1, planned", "first", planned, series.position),
-                    _curve("mass 1, achieved", "second", time, states[there, 0]),
-                    _curve("mass 2, planned", "third", planned, series.load_position),
-                    _curve("mass 2, achieved", "fourth", time, states[there, 2]),
+                    _curve("x_1 planned", "first", planned, series.position),
+                    _curve("x_1 achieved", "second", time, states[there, 0]),
+                    _curve("x_2 planned", "third", planned, series.load_position),
+                    _curve("x_2 achieved", "fourth", time, states[there, 2]),
                 ),
             )
         )
     return ReproducedFigure(
         number="C.2",
-        title="Each series as planned and as it went",
-        caption="The same landings. Where mass 2 swings more than the way left, a first series "
-        "takes it up on the way to a place beyond; a second comes back from there.",
+        title="Series planned and achieved",
+        caption="The same landings; what differs is less than the lines are wide. Where mass 2 "
+        "swings more than the way left, a first series takes it up on the way to a place beyond; "
+        "a second comes back from there.",
         columns=2,
         panels=tuple(panels),
     )
