@@ -111,12 +111,11 @@ def arm_ending(
         return Ending.REACHED
     if outcome is PositioningOutcome.STOPPED:
         return Ending.STOPPED
-    if outcome is PositioningOutcome.REACHED:
-        outside = np.max(np.abs(error[-_LEAST_STAY:])) > tolerance
-        return Ending.MISJUDGED if outside else Ending.UNDER_WAY
     # One that lands goes to and fro on purpose, and rests on purpose; it cannot do so for ever
     if outcome is not None:
-        return Ending.UNDER_WAY
+        outside = np.max(np.abs(error[-_LEAST_STAY:])) > tolerance
+        wrong = outcome is PositioningOutcome.REACHED and outside
+        return Ending.MISJUDGED if wrong else Ending.UNDER_WAY
     if hunts(driven[driven.size // 2 :], tolerance):
         return Ending.HUNTING
     late = driven[-max(2, int(_REST * driven.size)) :]
