@@ -11,7 +11,7 @@ from stickslip.records import StickslipError
 __all__ = ["next_series"]
 
 _DIRECT = 0.8  # of the way left: a swing below it can be taken up on the way
-_BEYOND = (1.5, 3.0)  # swings to a place that mass 1 is first taken to, to come back from
+_BEYOND = (1.5, 3.0)  # of the way left and the swing, to a place to come back from
 _SMALLEST = 20.0  # smallest steps there at least
 
 
@@ -71,11 +71,7 @@ def next_series(
         abs(error) + amplitude, _SMALLEST * float(alone.smallest_displacement(sampling_time))
     )
     places = [target] if amplitude < _DIRECT * abs(error) else []
-    places += [
-        swing.position + side * max(share * amplitude, share * least)
-        for share in _BEYOND
-        for side in (way, -way)
-    ]
+    places += [swing.position + side * share * least for share in _BEYOND for side in (way, -way)]
     why = ""
     for place in places:
         try:
