@@ -3,18 +3,35 @@
 import html
 import json
 from collections.abc import Iterable, Mapping
+from pathlib import Path
 from typing import Any
 
+from stickslip.outputs import check_output, whole_file
 from stickslip.report.drawing import Plot
 from stickslip.report.sheet import template
 
-__all__ = ["SCRIPT_POLICY", "ending_with", "figure"]
+__all__ = ["SCRIPT_POLICY", "ending_with", "figure", "write_page"]
 
 SCRIPT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
     "img-src data: blob:; base-uri 'none'; form-action 'none'"
 )
 """Content security policy: the browser itself refuses to fetch anything for such a page."""
+
+
+def write_page(parts: Iterable[str], path: Path | str) -> Path:
+    """Write the parts of a page, once it is known that they can be, and return where.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    """
+    target = Path(path)
+    check_output(target, what="the report")
+    with whole_file(target, what="the report") as stream:
+        stream.writelines(parts)
+    return target
 
 
 def figure(plot: Plot, its_key: str) -> str:

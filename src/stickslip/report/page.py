@@ -3,7 +3,6 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from stickslip.outputs import check_output, whole_file
 from stickslip.records import Identification
 from stickslip.report import tables
 from stickslip.report.drawing import Plot, key
@@ -14,7 +13,7 @@ from stickslip.report.figures import (
     residual_plots,
     resimulation_plot,
 )
-from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure
+from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure, write_page
 from stickslip.report.sheet import contents, head, section
 
 __all__ = ["write_report"]
@@ -44,11 +43,7 @@ def write_report(identification: Identification, path: Path | str) -> Path:
     InputError
         If nothing can be written there.
     """
-    target = Path(path)
-    check_output(target, what="the report")
-    with whole_file(target, what="the report") as stream:
-        stream.writelines(_page(identification))
-    return target
+    return write_page(_page(identification), path)
 
 
 def _page(identification: Identification) -> Iterable[str]:

@@ -4,7 +4,6 @@ from collections.abc import Iterable, Sequence
 from itertools import chain
 from pathlib import Path
 
-from stickslip.outputs import check_output, whole_file
 from stickslip.records import Positioning, PositioningRun, count_of
 from stickslip.report import positioning_tables as tables
 from stickslip.report.arm_animation import animation
@@ -17,7 +16,7 @@ from stickslip.report.arm_figures import (
 from stickslip.report.arm_series_figures import series_plots
 from stickslip.report.arm_tables import phases_table, series_table
 from stickslip.report.drawing import Plot, key
-from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure
+from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure, write_page
 from stickslip.report.positioning_figures import estimate_plots, motion_plot, pulse_plots
 from stickslip.report.sheet import Section, contents, head, section
 
@@ -58,11 +57,7 @@ def write_positioning_page(positioning: Positioning, path: Path | str) -> Path:
     InputError
         If nothing can be written there.
     """
-    target = Path(path)
-    check_output(target, what="the report")
-    with whole_file(target, what="the report") as stream:
-        stream.writelines(_page(positioning))
-    return target
+    return write_page(_page(positioning), path)
 
 
 def _page(positioning: Positioning) -> Iterable[str]:
