@@ -64,9 +64,17 @@ def test_a_parameter_the_log_cannot_identify_has_no_value_to_hand_out() -> None:
         make_estimate().value("offset")
 
 
-def test_a_value_without_its_uncertainty_is_refused() -> None:
-    with pytest.raises(InputError, match="value without its uncertainty"):
-        ParameterEstimate(name="mass", value=1.0, std=None, ci95=None, unit="kg")
+def test_a_value_can_be_without_an_interval() -> None:
+    observed = ParameterEstimate(name="mass", value=1.0, std=None, ci95=None, unit="kg")
+    assert observed.identified
+    assert np.isnan(observed.quantile)
+
+
+def test_half_an_uncertainty_is_refused() -> None:
+    with pytest.raises(InputError, match="half an uncertainty"):
+        ParameterEstimate(name="mass", value=1.0, std=0.1, ci95=None, unit="kg")
+    with pytest.raises(InputError, match="uncertainty without a value"):
+        ParameterEstimate(name="mass", value=None, std=0.1, ci95=(0.8, 1.2), unit="kg")
     with pytest.raises(InputError, match="not a parameter name"):
         ParameterEstimate(name="weight", value=None, std=None, ci95=None, unit="kg")
 

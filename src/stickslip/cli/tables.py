@@ -83,8 +83,10 @@ def _table(identification: "Identification") -> "Table":
     table.add_column("verdict")
     for name, parameter in estimate.parameters.items():
         value, std, interval = parameter.value, parameter.std, parameter.ci95
-        if value is None or std is None or interval is None:
+        if value is None:
             cells = ["-", "-"]
+        elif std is None or interval is None:
+            cells = [f"{value:.5g}", "none"]
         else:
             cells = [rounded(value, std), rounded_interval(*interval, std)]
         cells.append(unit_text(parameter.unit))

@@ -90,11 +90,11 @@ class ParameterEstimate:
     ----------
     name
         One of `PARAMETER_NAMES`.
-    value, std
-        Estimate and standard deviation [SI, named by ``unit``]; None when the log cannot identify
-        it.
-    ci95
-        95 % interval (low, high) [same unit]; None when the log cannot identify it.
+    value
+        Estimate [SI, named by ``unit``]; None when the log cannot identify it.
+    std, ci95
+        Standard deviation and 95 % interval (low, high) [same unit]; None when the log cannot
+        identify it, or the method gives no interval (an observer, say).
     unit
         Name of the SI unit.
     """
@@ -110,11 +110,11 @@ class ParameterEstimate:
             raise InputError(
                 f"{self.name!r} is not a parameter name", remedy=f"use one of {PARAMETER_NAMES}"
             )
-        absent = [part is None for part in (self.value, self.std, self.ci95)]
-        if any(absent) and not all(absent):
+        uncertain = self.std is not None
+        if uncertain != (self.ci95 is not None) or (uncertain and self.value is None):
             raise InputError(
-                f"{self.name} has a value without its uncertainty or the other way round",
-                remedy="give value, std and ci95, or none of them",
+                f"{self.name} has an uncertainty without a value, or half an uncertainty",
+                remedy="give std and ci95 together, and only with a value",
             )
 
     @property

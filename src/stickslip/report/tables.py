@@ -139,8 +139,10 @@ def _impossible(parameter: ParameterEstimate) -> bool:
 
 def _parameter_cells(parameter: ParameterEstimate) -> list[tuple[str, str, str]]:
     value, std, interval = parameter.value, parameter.std, parameter.ci95
-    if value is None or std is None or interval is None:
+    if value is None:
         shown = between = "–"
+    elif std is None or interval is None:
+        shown, between = _minus(f"{value:.5g}"), "none"
     else:
         shown = _minus(rounded(value, std))
         between = _minus(rounded_interval(*interval, std))
