@@ -6,13 +6,13 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.records import InputError, quantity_field
+from stickslip.friction.directional import DirectionalFriction
 
 __all__ = ["CoulombViscousFriction"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoulombViscousFriction:
+class CoulombViscousFriction(DirectionalFriction):
     """Coulomb and viscous friction with stiction and a constant offset.
 
     While moving with velocity v > 0 the friction force is ``f_c+ + c+ v``, with v < 0 it is
@@ -46,39 +46,6 @@ class CoulombViscousFriction:
     [-170.0, 0.0, 170.0]
     """
 
-    coulomb_friction_positive: float = quantity_field("coulomb_friction")
-    coulomb_friction_negative: float = quantity_field("coulomb_friction")
-    static_friction_positive: float = quantity_field("static_friction")
-    static_friction_negative: float = quantity_field("static_friction")
-    viscous_friction_positive: float = quantity_field("viscous_friction")
-    viscous_friction_negative: float = quantity_field("viscous_friction")
-    offset: float = quantity_field("offset", default=0.0)
-
-    def __post_init__(self) -> None:
-        for name, field in self.__dataclass_fields__.items():
-            value = float(getattr(self, name))
-            quantity = field.metadata["quantity"]
-            unit = f"{quantity.linear} or {quantity.rotary}"  # whichever the axis has
-            if not np.isfinite(value):
-                raise InputError(
-                    f"{name} is {value:g} {unit}, it must be finite", remedy=f"give the {name}"
-                )
-            if value < 0 and name != "offset":
-                raise InputError(
-                    f"{name} is {value:g} {unit}, it must not be negative",
-                    remedy="give a magnitude; both directions count theirs as positive",
-                )
-            object.__setattr__(self, name, value)
-        for side in ("positive", "negative"):
-            static = getattr(self, f"static_friction_{side}")
-            coulomb = getattr(self, f"coulomb_friction_{side}")
-            if static < coulomb:
-                raise InputError(
-                    f"static_friction_{side} is {static:g} N or N m, below the Coulomb friction of "
-                    f"that direction, {coulomb:g} N or N m",
-                    remedy="give a static friction of at least the Coulomb friction",
-                )
-
     @classmethod
     def symmetric(
         cls,
@@ -110,10 +77,6 @@ class CoulombViscousFriction:
             offset=offset,
         )
 
-    def breakaway(self) -> tuple[float, float]:
-        """Return the magnitudes of effort that free a resting mass, (positive, negative)."""
-        return self.static_friction_positive, self.static_friction_negative
-
     def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
         """Return the friction force while moving [N or N m]; 0 where the velocity is 0.
 
@@ -126,15 +89,3 @@ class CoulombViscousFriction:
         forward = self.coulomb_friction_positive + self.viscous_friction_positive * v
         backward = -self.coulomb_friction_negative + self.viscous_friction_negative * v
         return np.where(v > 0, forward, np.where(v < 0, backward, 0.0))
-
-    def mirrored(self) -> "CoulombViscousFriction":
-        """Return the law of the same axis with its direction counted the other way."""
-        return type(self)(
-            coulomb_friction_positive=self.coulomb_friction_negative,
-            coulomb_friction_negative=self.coulomb_friction_positive,
-            static_friction_positive=self.static_friction_negative,
-            static_friction_negative=self.static_friction_positive,
-            viscous_friction_positive=self.viscous_friction_negative,
-            viscous_friction_negative=self.viscous_friction_positive,
-            offset=-self.offset,
-        )

@@ -1,0 +1,93 @@
+"""Bristles that are truly elastic up to a limit: the elasto-plastic friction of Dupont et al."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from stickslip.friction.directional import check_magnitudes, check_sliding
+from stickslip.friction.stribeck import StribeckFriction
+from stickslip.records import InputError, quantity_field
+
+__all__ = ["ElastoPlasticFriction"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElastoPlasticFriction:
+    """Bristles that slip only once they are bent beyond an elastic deflection.
+
+    With the deflection z of the bristles (Dupont, Hayward, Armstrong and Altpeter 2002):
+    ``z' = v (1 - alpha(z, v) sgn(v) z/z_ss(v))`` and the friction force is
+    ``sigma_0 z + sigma_1 z' + c v``, where z_ss(v) = G(v)/sigma_0 and G(v) is the Stribeck curve
+    without its viscous part. The bristles are elastic (alpha = 0) while |z| <= z_ba or the motion
+    unbends them, plastic (alpha = 1) from |z| = z_ss on, and in between
+    ``alpha = 1/2 sin(pi (|z| - (z_ss + z_ba)/2)/(z_ss - z_ba)) + 1/2``. With z_ba = 0 and alpha = 1
+    throughout it would be `LuGreFriction`.
+
+    Attributes
+    ----------
+    sliding
+        Friction of steady motion.
+    bristle_stiffness
+        sigma_0 [N/m or N m/rad].
+    bristle_damping
+        sigma_1 [N s/m or N m s/rad].
+    elastic_deflection
+        z_ba, up to which nothing slips [m or rad]; less than the Coulomb friction bends the
+        bristles.
+
+    Raises
+    ------
+    InputError
+        If a Coulomb friction, the stiffness or the elastic deflection is not positive, the damping
+        is negative, or the elastic deflection is too large.
+
+    Examples
+    --------
+    >>> law = ElastoPlasticFriction(bristle_stiffness=1e5, bristle_damping=316.0,
+    ...     elastic_deflection=7e-6, sliding=StribeckFriction.symmetric(coulomb_friction=1.0,
+    ...         static_friction=1.5, viscous_friction=0.4, stribeck_velocity=0.001))
+    >>> law.breakaway()
+    (1.5, 1.5)
+    """
+
+    sliding: StribeckFriction
+    bristle_stiffness: float = quantity_field("stiffness")
+    bristle_damping: float = quantity_field("viscous_friction")
+    elastic_deflection: float = quantity_field("position")
+
+    def __post_init__(self) -> None:
+        check_magnitudes(self, positive=("bristle_stiffness", "elastic_deflection"))
+        check_sliding(self.sliding)
+        weaker = min(self.sliding.coulomb_friction_positive, self.sliding.coulomb_friction_negative)
+        limit = weaker / self.bristle_stiffness
+        if self.elastic_deflection >= limit:
+            raise InputError(
+                f"elastic_deflection is {self.elastic_deflection:g} m or rad, it must be below "
+                f"{limit:g} m or rad, by which the Coulomb friction bends the bristles",
+                remedy="give less, such as two thirds of that",
+            )
+
+    @property
+    def offset(self) -> float:
+        """Constant effort lost whatever the motion [N or N m]."""
+        return self.sliding.offset
+
+    def breakaway(self) -> tuple[float, float]:
+        """Return the magnitudes of a slowly rising effort that free a resting mass."""
+        return self.sliding.breakaway()
+
+    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the friction force of steady motion [N or N m]; 0 where the velocity is 0.
+
+        Parameters
+        ----------
+        velocity
+            Velocities [m/s or rad/s], any shape.
+        """
+        return self.sliding.friction(velocity)
+
+    def mirrored(self) -> "ElastoPlasticFriction":
+        """Return the law of the same axis with its direction counted the other way."""
+        return replace(self, sliding=self.sliding.mirrored())

@@ -1,0 +1,105 @@
+"""Friction of bristles whose strength falls with speed: the model of Lund and Grenoble."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from stickslip.friction.directional import check_magnitudes, check_sliding
+from stickslip.friction.stribeck import StribeckFriction
+from stickslip.records import quantity_field
+
+__all__ = ["LuGreFriction"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LuGreFriction:
+    """Bristles that bend, slip and damp.
+
+    With the mean deflection z of the bristles (Canudas de Wit, Olsson, Astrom and Lischinsky 1995,
+    Eqs. 2-4): ``z' = v - sigma_0 |v|/G(v) z`` and the friction force is
+    ``sigma_0 z + sigma_1 z' + c v``, where G(v) is the Stribeck curve without its viscous part. In
+    steady motion it is the Stribeck curve itself. The force at which it breaks away falls as the
+    effort rises faster.
+
+    A known flaw: under an effort that vibrates below the breakaway force it drifts for ever
+    (Dupont, Hayward, Armstrong and Altpeter 2002); `ElastoPlasticFriction` does not.
+
+    Attributes
+    ----------
+    sliding
+        Friction of steady motion.
+    bristle_stiffness
+        sigma_0 [N/m or N m/rad].
+    bristle_damping
+        sigma_1 [N s/m or N m s/rad].
+
+    Raises
+    ------
+    InputError
+        If a Coulomb friction or the stiffness is not positive, or the damping is negative.
+
+    Examples
+    --------
+    >>> law = LuGreFriction(bristle_stiffness=1e5, bristle_damping=316.0,
+    ...     sliding=StribeckFriction.symmetric(coulomb_friction=1.0, static_friction=1.5,
+    ...         viscous_friction=0.4, stribeck_velocity=0.001))
+    >>> law.breakaway()
+    (1.5, 1.5)
+    """
+
+    sliding: StribeckFriction
+    bristle_stiffness: float = quantity_field("stiffness")
+    bristle_damping: float = quantity_field("viscous_friction")
+
+    def __post_init__(self) -> None:
+        check_magnitudes(self, positive=("bristle_stiffness",))
+        check_sliding(self.sliding)
+
+    @property
+    def offset(self) -> float:
+        """Constant effort lost whatever the motion [N or N m]."""
+        return self.sliding.offset
+
+    @property
+    def passive(self) -> bool:
+        """Whether the friction can give back no energy that it has not stored.
+
+        That is so if and only if ``c f_c >= sigma_1 (f_s - f_c)`` in both directions (Barabanov and
+        Ortega 2000). Without it, the bristles' damping acts on a strength that falls with speed.
+        """
+        law = self.sliding
+        return all(
+            c * fc >= self.bristle_damping * (fs - fc)
+            for c, fc, fs in (
+                (
+                    law.viscous_friction_positive,
+                    law.coulomb_friction_positive,
+                    law.static_friction_positive,
+                ),
+                (
+                    law.viscous_friction_negative,
+                    law.coulomb_friction_negative,
+                    law.static_friction_negative,
+                ),
+            )
+        )
+
+    def breakaway(self) -> tuple[float, float]:
+        """Return the magnitudes of a slowly rising effort that free a resting mass."""
+        return self.sliding.breakaway()
+
+    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the friction force of steady motion [N or N m]; 0 where the velocity is 0.
+
+        Parameters
+        ----------
+        velocity
+            Velocities [m/s or rad/s], any shape.
+        """
+        return self.sliding.friction(velocity)
+
+    def mirrored(self) -> "LuGreFriction":
+        """Return the law of the same axis with its direction counted the other way."""
+        return replace(self, sliding=self.sliding.mirrored())

@@ -1,0 +1,180 @@
+"""Friction that falls from the static to the Coulomb friction as motion sets in (Stribeck)."""
+
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+from numpy.typing import ArrayLike
+
+from stickslip.friction.directional import DirectionalFriction, check_magnitudes
+from stickslip.records import InputError, positive, quantity_field
+
+__all__ = ["StribeckEffect", "StribeckFriction"]
+
+StribeckShape = Literal["gaussian", "exponential"]
+
+_EXPONENTS: dict[StribeckShape, float] = {"gaussian": 2.0, "exponential": 1.0}
+
+
+@dataclass(frozen=True, kw_only=True)
+class StribeckEffect:
+    """How much of the step from Coulomb to static friction is left at a speed.
+
+    ``exp(-(|v|/v_s)^delta)``, with delta = 1 (Tustin 1947) or delta = 2 (Armstrong-Helouvry 1991);
+    between them stands Bo and Pavelescu (1982).
+
+    Attributes
+    ----------
+    velocity
+        Stribeck velocity v_s [m/s or rad/s]: 1/e of the step is left there.
+    shape
+        ``"gaussian"`` (delta = 2) or ``"exponential"`` (delta = 1).
+
+    Raises
+    ------
+    InputError
+        If the velocity is not positive and finite, or there is no such shape.
+
+    Examples
+    --------
+    >>> StribeckEffect(velocity=0.01).left([0.0, 0.01]).round(3).tolist()
+    [1.0, 0.368]
+    """
+
+    velocity: float = quantity_field("stribeck_velocity")
+    shape: StribeckShape = "gaussian"
+
+    def __post_init__(self) -> None:
+        object.__setattr__(
+            self, "velocity", positive("stribeck_velocity", self.velocity, "m/s or rad/s")
+        )
+        if self.shape not in _EXPONENTS:
+            raise InputError(
+                f"the Stribeck effect has the shape {self.shape!r}, there is no such",
+                remedy=f"use one of {', '.join(_EXPONENTS)}",
+            )
+
+    @property
+    def exponent(self) -> float:
+        """The exponent delta [-]."""
+        return _EXPONENTS[self.shape]
+
+    def left(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the share of the step that is left [-]; 1 at rest.
+
+        Parameters
+        ----------
+        velocity
+            Velocities [m/s or rad/s], any shape.
+        """
+        speed = np.abs(np.asarray(velocity, dtype=np.float64)) / self.velocity
+        return np.exp(-(speed**self.exponent))
+
+    def slope(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the derivative of `left` with respect to the Stribeck velocity [s/m or s/rad].
+
+        Parameters
+        ----------
+        velocity
+            Velocities [m/s or rad/s], any shape.
+        """
+        power = (np.abs(np.asarray(velocity, dtype=np.float64)) / self.velocity) ** self.exponent
+        return self.exponent * power * np.exp(-power) / self.velocity
+
+
+@dataclass(frozen=True, kw_only=True)
+class StribeckFriction(DirectionalFriction):
+    """Coulomb, viscous and static friction, joined by the Stribeck effect.
+
+    While moving with velocity v > 0 the friction force is
+    ``f_c + (f_s - f_c) exp(-(v/v_s)^delta) + c v`` (Armstrong-Helouvry, Dupont and Canudas de Wit
+    1994, Eq. 4), mirrored for v < 0, with values of its own in each direction. At rest it balances
+    any force between ``-f_s-`` and ``f_s+``, and motion sets in with just that friction.
+
+    Attributes
+    ----------
+    stribeck_velocity
+        Speed at which 1/e of the step from Coulomb to static friction is left [m/s or rad/s].
+    shape
+        ``"gaussian"`` (delta = 2) or ``"exponential"`` (delta = 1).
+
+    Raises
+    ------
+    InputError
+        As `DirectionalFriction` does, and if the Stribeck velocity is not positive.
+
+    Examples
+    --------
+    >>> law = StribeckFriction.symmetric(coulomb_friction=1.0, static_friction=1.5,
+    ...     viscous_friction=0.4, stribeck_velocity=0.001)
+    >>> law.friction([0.0, 1e-9, 0.5]).round(6).tolist()
+    [0.0, 1.5, 1.2]
+    """
+
+    stribeck_velocity: float = quantity_field("stribeck_velocity")
+    shape: StribeckShape = "gaussian"
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_magnitudes(self, positive=("stribeck_velocity",))
+        _ = self.effect
+
+    @classmethod
+    def symmetric(
+        cls,
+        *,
+        coulomb_friction: float,
+        static_friction: float,
+        viscous_friction: float,
+        stribeck_velocity: float,
+        shape: StribeckShape = "gaussian",
+        offset: float = 0.0,
+    ) -> "StribeckFriction":
+        """Return the law with the same values in both directions.
+
+        Parameters
+        ----------
+        coulomb_friction, static_friction
+            [N or N m].
+        viscous_friction
+            [N s/m or N m s/rad].
+        stribeck_velocity
+            [m/s or rad/s].
+        shape
+            ``"gaussian"`` or ``"exponential"``.
+        offset
+            Constant effort lost [N or N m].
+        """
+        return cls(
+            coulomb_friction_positive=coulomb_friction,
+            coulomb_friction_negative=coulomb_friction,
+            static_friction_positive=static_friction,
+            static_friction_negative=static_friction,
+            viscous_friction_positive=viscous_friction,
+            viscous_friction_negative=viscous_friction,
+            stribeck_velocity=stribeck_velocity,
+            shape=shape,
+            offset=offset,
+        )
+
+    @property
+    def effect(self) -> StribeckEffect:
+        """How the step from Coulomb to static friction fades with speed."""
+        return StribeckEffect(velocity=self.stribeck_velocity, shape=self.shape)
+
+    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the friction force while moving [N or N m]; 0 where the velocity is 0.
+
+        Parameters
+        ----------
+        velocity
+            Velocities [m/s or rad/s], any shape.
+        """
+        v = np.asarray(velocity, dtype=np.float64)
+        left = self.effect.left(v)
+        coulomb, static = self.coulomb_friction_positive, self.static_friction_positive
+        forward = coulomb + (static - coulomb) * left + self.viscous_friction_positive * v
+        coulomb, static = self.coulomb_friction_negative, self.static_friction_negative
+        backward = -coulomb - (static - coulomb) * left + self.viscous_friction_negative * v
+        return np.where(v > 0, forward, np.where(v < 0, backward, 0.0))
