@@ -7,6 +7,11 @@ from stickslip.simulation.closed_loop import (
     simulate_closed_loop,
 )
 from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.sensitivity import (
+    MotionSensitivity,
+    sensitivity_names,
+    simulate_sensitivity,
+)
 from stickslip.simulation.sensors import Noise, Sensors
 from stickslip.simulation.simulate import simulate
 from stickslip.simulation.stepper import PlantStepper
@@ -14,12 +19,15 @@ from stickslip.simulation.stepper import PlantStepper
 __all__ = [
     "ClosedLoopRun",
     "Controller",
+    "MotionSensitivity",
     "Noise",
     "PlantStepper",
     "Sensors",
     "SimulatedBatch",
     "SimulatedMotion",
+    "sensitivity_names",
     "simulate",
     "simulate_batch",
     "simulate_closed_loop",
+    "simulate_sensitivity",
 ]

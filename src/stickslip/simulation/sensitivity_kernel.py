@@ -1,0 +1,254 @@
+"""First-order sensitivities of the exact motion of both plants, event by event.
+
+Between events a plant is affine linear, y' = A y + b F with y = (x1, v1) or (x1, v1, d, v2) and the
+held force F = u - f0 - s fc on the driven mass, so that S = dy/dp obeys the variational equation
+S' = A S + b dF/dp + (dA/dp) y + (db/dp) F. Over a whole sample both are one product with matrices
+that are made once a mode; over a piece of a sample, the Taylor series of both.
+
+An event at time t* moves with the parameters, and the acceleration of the driven mass jumps there
+from a- to a+. In the sensitivity that leaves (saltation; Hiskens and Pai 2000, IEEE Trans. CAS-I
+47:204, Eq. 32) S+ = S- + (y'- - y'+) dt*/dp, in the row of v1 only:
+
+- v1 = 0 ends slip: dt*/dp = -S_v/a-, so that S_v+ = S_v a+/a-, which is 0 for a mass that rests;
+- the force w = u - f0 - ks d on a resting mass reaches s fs within a sample:
+  dt*/dp = (s dfs/dp + df0/dp + d dks/dp + ks S_d)/(ks v2), S_v+ = -a+ dt*/dp;
+- a new effort frees the mass at the beginning of a sample: that time does not move, S_v+ = 0.
+
+Where and when an event is, the simulator has found: only its list of events is read here.
+"""
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+
+from stickslip.compiled import compiled
+
+__all__ = ["FRICTION_COLUMNS", "sample_matrices", "sensitivity_run"]
+
+FRICTION_COLUMNS = 5  # fc+, fc-, fs+, fs-, f0, after the parameters of the rates
+_TERMS = 18  # of the Taylor series at |A| h <= 1/2: 2^-18/18! = 6e-22
+_LONGEST = 0.5
+
+Vector = NDArray[np.float64]
+Matrix = NDArray[np.float64]
+Blocks = NDArray[np.float64]
+
+
+@compiled()
+def _piece(
+    R: Matrix, dR: Blocks, y: Vector, F: float, S: Matrix, dF: Vector, norm: float, h: float,
+    work: Blocks,
+) -> None:  # fmt: skip
+    """Carry state and sensitivities over a time h without an event, in place.
+
+    ``R`` are the rates, shape (s, s+1), the last column that of F; ``dR`` their derivatives by the
+    first parameters; ``work`` has shape (2, s, p + 1) and holds one Taylor coefficient of both.
+    """
+    s, p = S.shape
+    q = dR.shape[0]
+    steps = max(math.ceil(norm * h / _LONGEST), 1)
+    h /= steps
+    a, b = work[0], work[1]
+    for _ in range(steps):
+        for i in range(s):
+            a[i, p] = y[i]
+            for j in range(p):
+                a[i, j] = S[i, j]
+        for k in range(1, _TERMS + 1):
+            r = h / k
+            for i in range(s):
+                for j in range(p + 1):
+                    b[i, j] = 0.0
+                for m in range(s):
+                    rate = R[i, m]
+                    if rate != 0.0:
+                        for j in range(p + 1):
+                            b[i, j] += rate * a[m, j]
+                    for j in range(q):
+                        b[i, j] += dR[j, i, m] * a[m, p]
+                if k == 1:
+                    b[i, p] += R[i, s] * F
+                    for j in range(p):
+                        b[i, j] += R[i, s] * dF[j]
+                    for j in range(q):
+                        b[i, j] += dR[j, i, s] * F
+                for j in range(p + 1):
+                    b[i, j] *= r
+            for i in range(s):
+                y[i] += b[i, p]
+                for j in range(p):
+                    S[i, j] += b[i, j]
+            a, b = b, a
+
+
+@compiled()
+def sample_matrices(
+    R: Matrix, dR: Blocks, norm: float, T: float
+) -> tuple[Matrix, Blocks]:  # fmt: skip
+    """Return the increments over a whole sample and their derivatives by the parameters.
+
+    Returns
+    -------
+    E, dE
+        Shapes (s, s+1) and (q, s, s+1): y(T) - y(0) = E (y, F).
+    """
+    s, q = R.shape[0], dR.shape[0]
+    E, dE = np.zeros((s, s + 1)), np.zeros((q, s, s + 1))
+    y, S, none = np.zeros(s), np.zeros((s, q)), np.zeros(q)
+    work = np.zeros((2, s, q + 1))
+    for j in range(s + 1):
+        for i in range(s):
+            y[i] = 1.0 if i == j else 0.0
+            for k in range(q):
+                S[i, k] = 0.0
+        _piece(R, dR, y, 1.0 if j == s else 0.0, S, none, norm, T, work)
+        for i in range(s):
+            E[i, j] = y[i] - (1.0 if i == j else 0.0)
+            for k in range(q):
+                dE[k, i, j] = S[i, k]
+    return E, dE
+
+
+@compiled()
+def _enter(law: Vector, mode: int, q: int, u: float, dF: Vector) -> float:
+    """Write dF/dp of a mode; return F = u - f0 - s fc."""
+    for j in range(FRICTION_COLUMNS):
+        dF[q + j] = 0.0
+    dF[q + 4] = -1.0
+    if mode > 0:
+        dF[q] = -1.0
+        return (u - law[4]) - law[0]
+    if mode < 0:
+        dF[q + 1] = 1.0
+        return (u - law[4]) + law[1]
+    return u - law[4]
+
+
+@compiled()
+def _free(
+    law: Vector, mode: int, q: int, ks: float, y: Vector, S: Matrix, dF: Vector, gain: float
+) -> None:
+    """Let the spring free a resting mass within a sample: S_v+ = -a+ dt*/dp.
+
+    ``gain`` is 1/m1. The parameters of the rates are (m1, m2, ks, c+, c-).
+    """
+    fs = law[2] if mode > 0 else law[3]
+    fc = law[0] if mode > 0 else law[1]
+    rate = ks * y[3]  # of the force
+    a = mode * (fs - fc) * gain
+    for j in range(S.shape[1]):
+        rise = ks * S[2, j] - (dF[j] if j == q + 4 else 0.0)
+        if j == 2:
+            rise += y[2]
+        if j == (q + 2 if mode > 0 else q + 3):
+            rise += mode
+        S[1, j] = -a * rise / rate if rate != 0.0 else 0.0
+
+
+@compiled()
+def sensitivity_run(
+    rates: Blocks, slopes: NDArray[np.float64], increments: Blocks,
+    increment_slopes: NDArray[np.float64], norms: Vector, law: Vector, ks: float, T: float,
+    effort: Vector, states: Matrix, event_time: Vector, event_mode: NDArray[np.int8],
+    out: NDArray[np.float64],
+) -> None:  # fmt: skip
+    """Write dy/dp of every sample of a simulated motion.
+
+    Parameters
+    ----------
+    rates, slopes
+        Of the modes -1, 0, +1: shapes (3, s, s+1) and (3, q, s, s+1), the derivatives by the first
+        q parameters; see `sample_matrices`, which makes ``increments, increment_slopes`` of them.
+    norms
+        Fastest rate of each mode [1/s].
+    law
+        (fc+, fc-, fs+, fs-, f0).
+    ks
+        Stiffness; 0 for a single mass.
+    T
+        Sampling time.
+    effort
+        Shape (n,).
+    states
+        y at every sample, shape (s, n+1), as simulated.
+    event_time, event_mode
+        As simulated.
+    out
+        Output, shape (n+1, s, p); the parameters are the q of the rates, fc+, fc-, fs+, fs-, f0
+        and the s initial states.
+    """
+    n = effort.size
+    s, q = rates.shape[1], slopes.shape[1]
+    p = out.shape[2]
+    first = q + FRICTION_COLUMNS
+    S, N, dF = np.zeros((s, p)), np.zeros((s, p)), np.zeros(p)
+    y = np.zeros(s)
+    work = np.zeros((2, s, p + 1))
+    for i in range(s):
+        S[i, first + i] = 1.0
+    e = 0
+    for k in range(n):
+        for i in range(s):
+            y[i] = states[i, k]
+        mode = 1 if y[1] > 0.0 else (-1 if y[1] < 0.0 else 0)
+        if mode == 0 and k > 0:
+            for j in range(p):
+                S[1, j] = 0.0
+        for i in range(s):
+            for j in range(p):
+                out[k, i, j] = S[i, j]
+        # A mass at rest at first has no velocity to vary unless it is set free at once
+        if mode == 0 and k == 0 and not (event_time.size > 0 and event_time[0] == 0.0):
+            S[1, first + 1] = 0.0
+        start, end = k * T, (k + 1) * T
+        force = _enter(law, mode, q, effort[k], dF)
+        if e == event_time.size or not event_time[e] < end:
+            E, dE = increments[mode + 1], increment_slopes[mode + 1]
+            for i in range(s):
+                for j in range(p):
+                    N[i, j] = S[i, j] + E[i, s] * dF[j]
+                for m in range(1, s):
+                    rate = E[i, m]
+                    if rate != 0.0:
+                        for j in range(p):
+                            N[i, j] += rate * S[m, j]
+                for j in range(q):
+                    total = dE[j, i, s] * force
+                    for m in range(1, s):
+                        total += dE[j, i, m] * y[m]
+                    N[i, j] += total
+            for i in range(s):
+                for j in range(p):
+                    S[i, j] = N[i, j]
+            continue
+        passed = 0.0
+        while e < event_time.size and event_time[e] < end:
+            new = int(event_mode[e])
+            h = max(event_time[e] - start - passed, 0.0)
+            if mode != new or mode != 0:
+                _piece(rates[mode + 1], slopes[mode + 1], y, force, S, dF, norms[mode + 1], h, work)
+                passed += h
+                y[1] = 0.0
+                if mode == 0:
+                    if event_time[e] != start:
+                        _free(law, new, q, ks, y, S, dF, rates[new + 1, 1, s])
+                    force = _enter(law, new, q, effort[k], dF)
+                else:
+                    r = rates[mode + 1]
+                    before = r[1, s] * force + (r[1, 2] * y[2] if s > 2 else 0.0)
+                    force = _enter(law, new, q, effort[k], dF)
+                    r = rates[new + 1]
+                    after = r[1, s] * force + (r[1, 2] * y[2] if s > 2 else 0.0)
+                    ratio = after / before if before != 0.0 else 0.0
+                    for j in range(p):
+                        S[1, j] *= ratio
+                mode = new
+            e += 1
+        _piece(
+            rates[mode + 1], slopes[mode + 1], y, force, S, dF, norms[mode + 1],
+            max(T - passed, 0.0), work,
+        )  # fmt: skip
+    for i in range(s):
+        for j in range(p):
+            out[n, i, j] = 0.0 if i == 1 and states[1, n] == 0.0 else S[i, j]
