@@ -27,7 +27,7 @@ def _modules_without_kernels() -> list[str]:
     return [
         ".".join(path.relative_to(source).with_suffix("").parts)
         for path in sorted(source.rglob("*.py"))
-        if path.name != "__init__.py" and "@compiled(" not in path.read_text()
+        if path.name != "__init__.py" and "compiled(" not in path.read_text()
     ]
 
 

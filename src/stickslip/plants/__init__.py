@@ -1,8 +1,10 @@
 """Mechanical plants with friction."""
 
+from stickslip.friction import FrictionLaw
 from stickslip.plants.flexible_arm import FlexibleArm
 from stickslip.plants.single_mass import SingleMass
 
 __all__ = ["FlexibleArm", "Plant", "SingleMass"]
 
-Plant = SingleMass | FlexibleArm
+Plant = SingleMass[FrictionLaw] | FlexibleArm[FrictionLaw]
+"""A plant with any friction law."""

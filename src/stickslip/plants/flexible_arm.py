@@ -1,19 +1,19 @@
 """A flexible axis: two masses, a spring, and friction on the driven mass."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic
 
 from jaxtyping import Float
 from numpy import ndarray
 
-from stickslip.friction import CoulombViscousFriction
+from stickslip.plants.friction_law import Law_co
 from stickslip.records import AxisKind, positive, quantity_field, unit_of
 
 __all__ = ["FlexibleArm"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class FlexibleArm:
+class FlexibleArm(Generic[Law_co]):
     """Two masses joined by a spring; effort and friction act on the first.
 
     Report part A Eqs. 2.1-2.3 with a stick rule: a resting first mass stays while effort less
@@ -27,7 +27,7 @@ class FlexibleArm:
     stiffness
         Of the spring [N/m or N m/rad].
     friction
-        The friction law of the driven mass.
+        The friction law of the driven mass: any of `stickslip.friction`.
     kind
         ``"linear"`` or ``"rotary"``; decides the units.
 
@@ -46,7 +46,7 @@ class FlexibleArm:
     mass_1: float = quantity_field("mass")
     mass_2: float = quantity_field("mass")
     stiffness: float = quantity_field("stiffness")
-    friction: CoulombViscousFriction
+    friction: Law_co
     kind: AxisKind = "linear"
 
     def __post_init__(self) -> None:

@@ -1,19 +1,19 @@
 """A rigid axis: one mass or inertia with friction."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Generic
 
 from jaxtyping import Float
 from numpy import ndarray
 
-from stickslip.friction import CoulombViscousFriction
+from stickslip.plants.friction_law import Law_co
 from stickslip.records import AxisKind, positive, quantity_field, unit_of
 
 __all__ = ["SingleMass"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class SingleMass:
+class SingleMass(Generic[Law_co]):
     """One mass (or inertia) moved by an effort against friction (report part B Eq. 1).
 
     ``mass * acceleration = effort - offset - friction(velocity)``; at rest it stays while the
@@ -24,7 +24,7 @@ class SingleMass:
     mass
         Moving mass [kg], or inertia [kg m^2] of a rotary axis.
     friction
-        The friction law.
+        The friction law: any of `stickslip.friction`.
     kind
         ``"linear"`` or ``"rotary"``; decides the units.
 
@@ -41,7 +41,7 @@ class SingleMass:
     """
 
     mass: float = quantity_field("mass")
-    friction: CoulombViscousFriction
+    friction: Law_co
     kind: AxisKind = "linear"
 
     def __post_init__(self) -> None:

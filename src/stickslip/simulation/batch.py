@@ -12,11 +12,11 @@ from numpy.typing import ArrayLike
 
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisKind, InputError, quantity_field, unit_of
-from stickslip.simulation.arm_batch_kernel import LANES, arm_batch
+from stickslip.simulation.arm_batch_kernel import LANES
+from stickslip.simulation.kernels import kernels_of
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import make_arrays_read_only
 from stickslip.simulation.simulate import budget_error, overflow_error
-from stickslip.simulation.single_mass_kernel import mass_batch
 
 __all__ = ["SimulatedBatch", "simulate_batch"]
 
@@ -100,10 +100,11 @@ def simulate_batch(
     [0.0002, 2.5e-05]
     """
     plants = [plants] if isinstance(plants, SingleMass | FlexibleArm) else list(plants)
-    if not plants or any(type(plant) is not type(plants[0]) for plant in plants):
+    if not plants or any(kernels_of(plant) is not kernels_of(plants[0]) for plant in plants):
         raise InputError(
             "the plants of a batch are not all of the same class",
-            remedy="simulate single masses and arms in batches of their own",
+            remedy="simulate single masses and arms in batches of their own, and those with "
+            "CoulombViscousFriction apart from those without",
         )
     efforts = _efforts(commanded_efforts, plants[0])
     states_given = None if initial_states is None else np.atleast_2d(np.asarray(initial_states))
@@ -137,7 +138,7 @@ def simulate_batch(
     stored = np.empty((batch, rows + 1 if every else 1, width))
     start = _outputs(states, width)
     out = np.empty((batch, rows, width))
-    kernel = mass_batch if width == 2 else arm_batch
+    kernel = kernels_of(plants[0]).batch
     _run(kernel, models, states, efforts, every, out, event_budget, sampling_time, threads)
     if every:
         stored[:, 0], stored[:, 1:] = start, out

@@ -13,13 +13,12 @@ from numpy.typing import NDArray
 from stickslip.compiled import compiled
 from stickslip.plants import Plant, SingleMass
 from stickslip.records import AxisLog, InputError, SensorSample, unit_of
-from stickslip.simulation.arm_kernel import arm_step
+from stickslip.simulation.kernels import kernels_of
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
 from stickslip.simulation.sensor_kernel import measure_one
 from stickslip.simulation.sensors import Noise, Sensors
 from stickslip.simulation.simulate import simulate
-from stickslip.simulation.single_mass_kernel import mass_step
 
 __all__ = ["ClosedLoopRun", "Controller", "simulate_closed_loop"]
 
@@ -67,15 +66,6 @@ class ClosedLoopRun(Generic[ControllerState]):
 
 _OK, _FAILED, _EFFORT = 0, 1, 2
 _SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
-
-
-@compiled()
-def _mass_step(
-    model: Vector, state: tuple[float, ...], effort: float
-) -> tuple[tuple[float, ...], tuple[float, float, float, float]]:
-    """`mass_step` with the output of an arm, of which the second half does not exist."""
-    state, output = mass_step(model, state, effort)
-    return state, (output[0], output[1], np.nan, np.nan)
 
 
 def _loop(
@@ -223,7 +213,7 @@ def simulate_closed_loop(
     step = controller.step
     loop: Any = _compiled_loop if is_jitted(step) else _loop
     controller_state, status, at = loop(
-        _mass_step if rigid else arm_step,
+        kernels_of(plant).loop_step,
         step,
         model,
         state,

@@ -2,15 +2,15 @@
 
 import math
 from functools import lru_cache
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.friction import CoulombViscousFriction
+from stickslip.friction import CoulombViscousFriction, FrictionLaw
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import InputError, positive
 from stickslip.simulation import arm_events as arm
+from stickslip.simulation.laws import law_model
 from stickslip.simulation.single_mass_kernel import mass_model
 from stickslip.simulation.transition import arm_increment
 
@@ -25,6 +25,9 @@ _LONGEST = 10_000.0
 _SHORT = 0.1
 """Radians a sample up to which increments rounded to doubles are exact enough while slipping."""
 
+_LONGEST_STEP = 1e300
+"""Seconds: the first step of integration is tried as long as its sample."""
+
 
 @lru_cache(maxsize=256)
 def kernel_model(
@@ -37,20 +40,17 @@ def kernel_model(
     InputError
         If the sampling time is not positive, or of an arm too long for its fastest time constant;
         if the event budget is not at least 1; or if the friction law is not one that can be
-        propagated exactly.
+        simulated.
     """
     T = positive("sampling time", sampling_time, "s")
     if not event_budget >= 1:
         raise InputError(
             f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
         )
-    law: Any = plant.friction  # what later laws are, whatever the annotation allows today
+    law = plant.friction
     if not isinstance(law, CoulombViscousFriction):
-        raise InputError(
-            f"the friction law {type(law).__name__} cannot be propagated exactly",
-            remedy="use CoulombViscousFriction",
-        )
-    if isinstance(plant, SingleMass):
+        model = law_model(plant, T, event_budget)
+    elif isinstance(plant, SingleMass):
         model = mass_model(
             plant.mass,
             law.coulomb_friction_negative,
@@ -69,7 +69,7 @@ def kernel_model(
 
 
 def _arm_model(
-    plant: FlexibleArm, law: CoulombViscousFriction, T: float, event_budget: int
+    plant: FlexibleArm[FrictionLaw], law: CoulombViscousFriction, T: float, event_budget: int
 ) -> Float[np.ndarray, " p"]:
     m1, m2, ks = plant.mass_1, plant.mass_2, plant.stiffness
     cs = (law.viscous_friction_negative, 0.0, law.viscous_friction_positive)
@@ -120,6 +120,8 @@ def initial_kernel_state(
 ) -> tuple[float, ...]:
     """Return the kernel's state for a plant's state; at rest at 0 if None.
 
+    Bristles are straight at first.
+
     Parameters
     ----------
     plant
@@ -146,6 +148,9 @@ def initial_kernel_state(
             raise InputError(f"initial {name} is {value}", remedy="give a finite value")
     x, v = values[:2]
     mode = float(np.sign(v))
+    if not isinstance(plant.friction, CoulombViscousFriction):
+        x2, v2 = values[2:] or (0.0, 0.0)
+        return x, v, 0.0, v2, x2, _LONGEST_STEP, mode
     if isinstance(plant, SingleMass):
         return x, v, 0.0, 0.0, mode
     x2, v2 = values[2:]

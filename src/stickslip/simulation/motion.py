@@ -51,6 +51,8 @@ class SimulatedMotion:
         Samples, shape (n,), in which the outcome of an event was too close to call: the velocity
         or the force touched its limit to 1e-10 of its scale, with static friction above Coulomb
         friction, where the motion depends on it discontinuously.
+    bristle_deflection
+        Of a friction law with bristles, shape (n+1,), or None.
     """
 
     kind: AxisKind
@@ -63,6 +65,7 @@ class SimulatedMotion:
     event_time: Float[np.ndarray, " e"] = quantity_field("time")
     event_mode: Int8[np.ndarray, " e"]
     grazing: Bool[np.ndarray, " n"]
+    bristle_deflection: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
 
     def __post_init__(self) -> None:
         make_arrays_read_only(self)
@@ -78,7 +81,8 @@ class SimulatedMotion:
     def stuck(self) -> Bool[np.ndarray, " samples"]:
         """Whether the (first) mass rests at each sample instant, shape (n+1,).
 
-        What the effort of the sample that begins there will do to it is not considered.
+        What the effort of the sample that begins there will do to it is not considered. On
+        bristles nothing rests quite.
         """
         stuck = self.velocity == 0.0
         stuck.flags.writeable = False

@@ -5,10 +5,10 @@ from numpy.typing import ArrayLike
 
 from stickslip.plants import Plant, SingleMass
 from stickslip.records import EventBudgetError, InputError, finite_vector, unit_of
-from stickslip.simulation.arm_kernel import arm_run
+from stickslip.simulation.kernels import kernels_of
+from stickslip.simulation.laws import has_bristles
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
-from stickslip.simulation.single_mass_kernel import mass_run
 
 __all__ = ["budget_error", "overflow_error", "simulate"]
 
@@ -39,10 +39,11 @@ def simulate(
     initial_state: tuple[float, ...] | None = None,
     event_budget: int = EVENT_BUDGET,
 ) -> SimulatedMotion:
-    """Propagate a plant exactly under an effort that is held over each sample.
+    """Propagate a plant under an effort that is held over each sample.
 
-    The solution between events is exact to rounding; every stick, slip and reversal is found,
-    also those that come in pairs inside one sample.
+    With `CoulombViscousFriction` the solution between events is exact to rounding; every stick,
+    slip and reversal is found, also those that come in pairs inside one sample. Other laws are not
+    affine: they are integrated, each step to 1e-11, with the same events.
 
     Parameters
     ----------
@@ -56,7 +57,7 @@ def simulate(
         ``(position, velocity)`` [m or rad, m/s or rad/s], of the arm ``(position, velocity,
         load_position, load_velocity)``; at rest at 0 if None.
     event_budget
-        Events allowed in one sample.
+        Events, and steps of integration where a law needs them, allowed in one sample.
 
     Returns
     -------
@@ -67,7 +68,7 @@ def simulate(
     InputError
         If an argument is not finite, or out of its range, or so large that the motion overflows.
     EventBudgetError
-        If a sample holds more events than allowed.
+        If a sample holds more events or steps than allowed.
 
     Examples
     --------
@@ -83,49 +84,34 @@ def simulate(
     state = initial_kernel_state(plant, initial_state)
     n = effort.size
     rigid = isinstance(plant, SingleMass)
-    load_position = load_velocity = None
     capacity = n // 4 + 256
     while True:
         # One block of memory, which the allocator keeps for the next run more readily than several
-        outputs = np.empty((2 if rigid else 4, n + 1))
-        position, velocity = outputs[0], outputs[1]
+        outputs = np.empty((3 if rigid else 5, n + 1))
+        out, deflection = outputs[:-1], outputs[-1]
         grazing = np.zeros(n, dtype=np.bool_)
         event_time, event_mode = np.empty(capacity), np.empty(capacity, dtype=np.int8)
-        if rigid:
-            _, count = mass_run(
-                model, state, effort, position, velocity, grazing, event_time, event_mode
-            )
-        else:
-            load_position, load_velocity = outputs[2], outputs[3]
-            _, count, failed = arm_run(
-                model,
-                state,
-                effort,
-                position,
-                velocity,
-                load_position,
-                load_velocity,
-                grazing,
-                event_time,
-                event_mode,
-            )
-            if failed >= 0:
-                raise budget_error(failed * sampling_time, event_budget)
+        count, failed = kernels_of(plant).run(
+            model, state, effort, out, deflection, grazing, event_time, event_mode
+        )
+        if failed >= 0:
+            raise budget_error(failed * sampling_time, event_budget)
         if count <= capacity:
             break
         capacity = count  # an eventful run: once more, with room for all of them
-    if not np.isfinite(outputs[:, -1]).all():  # what is not finite stays so
-        at = int(np.isfinite(outputs).all(axis=0).argmin())
+    if not np.isfinite(out[:, -1]).all():  # what is not finite stays so
+        at = int(np.isfinite(out).all(axis=0).argmin())
         raise overflow_error(f"sample {at}")
     return SimulatedMotion(
         kind=plant.kind,
         sampling_time=float(sampling_time),
         commanded_effort=effort,
-        position=position,
-        velocity=velocity,
-        load_position=load_position,
-        load_velocity=load_velocity,
+        position=out[0],
+        velocity=out[1],
+        load_position=None if rigid else out[2],
+        load_velocity=None if rigid else out[3],
         event_time=event_time[:count].copy(),
         event_mode=event_mode[:count].copy(),
         grazing=grazing,
+        bristle_deflection=deflection if has_bristles(plant) else None,
     )

@@ -3,10 +3,9 @@
 from collections.abc import Callable
 from functools import partial
 
-from stickslip.plants import Plant, SingleMass
-from stickslip.simulation.arm_kernel import arm_step
+from stickslip.plants import Plant
+from stickslip.simulation.kernels import kernels_of
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
-from stickslip.simulation.single_mass_kernel import mass_step
 
 __all__ = ["PlantStepper"]
 
@@ -26,7 +25,7 @@ class PlantStepper:
     sampling_time
         [s].
     event_budget
-        Events allowed in one sample.
+        Events, and steps of integration where a law needs them, allowed in one sample.
 
     Attributes
     ----------
@@ -45,6 +44,7 @@ class PlantStepper:
     Examples
     --------
     >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
     >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0)
     >>> stepper = PlantStepper(SingleMass(mass=150.0, friction=law), sampling_time=0.01)
     >>> state, (position, velocity) = stepper.step(stepper.init(), 300.0)
@@ -59,8 +59,7 @@ class PlantStepper:
     ) -> None:
         self._plant = plant
         model = kernel_model(plant, sampling_time, event_budget)
-        kernel = mass_step if isinstance(plant, SingleMass) else arm_step
-        self.step = partial(kernel, model)
+        self.step = partial(kernels_of(plant).step, model)
 
     def init(self, initial_state: State | None = None) -> State:
         """Return the kernel's state for a plant's state (as `simulate` takes it)."""

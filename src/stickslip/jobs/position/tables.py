@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal, TypeVar
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.position.refusals import friction_law
-from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -160,7 +160,7 @@ class AxisTable(_Body):
             mass_1=own, mass_2=load, stiffness=spring, friction=self._law(), kind=kind
         )
 
-    def plant(self) -> Plant:
+    def plant(self) -> SingleMass | FlexibleArm:
         """Return the axis as it is simulated."""
         return self.arm() if self.flexible else self.rigid()
 
