@@ -88,6 +88,9 @@ class PulseSeries:
     slowest
         The least speed of mass 1 between begin and end, between samples too; it is positive
         unless mass 1 rests on the way.
+    least_duration
+        What no series of this effort limit takes less than, as far as proven [s]; the shortest
+        series takes between this and its duration.
     least_impulse
         What the impulse of no series without a rest is less than, over this time [N s or N m s].
     worst_residual
@@ -110,6 +113,7 @@ class PulseSeries:
     effort_limit: float = quantity_field("effort")
     breakaway_margin: float = quantity_field("effort")
     slowest: float = quantity_field("velocity")
+    least_duration: float = quantity_field("time")
     least_impulse: float
     worst_residual: float | None = quantity_field("position", default=None)
     rest: tuple[float, float] | None = quantity_field("time", default=None)

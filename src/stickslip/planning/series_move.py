@@ -2,15 +2,21 @@
 
 import math
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
+from stickslip.planning.series_bounds import overshoots, swing_time
 from stickslip.planning.series_programme import Programme, Solution
 from stickslip.plants import FlexibleArm
 
-__all__ = ["FEWEST_PULSES", "Move"]
+__all__ = ["FEWEST_PULSES", "LITTLE_WORK", "MUCH_WORK", "Move", "Search"]
+
+MUCH_WORK, LITTLE_WORK = 6e5, 5e4
+"""Entries in the matrices of one search for efforts: to prove what can be proven, and to find some;
+about a microsecond each."""
 
 FEWEST_PULSES = 4
 """One for each of the four states to be met."""
@@ -19,7 +25,30 @@ _CLEARANCE = 1e-6  # of the effort limit: between an effort and what it must exc
 _LONGEST = 10.0  # times the rough guess of the shortest time: longer ones are not tried
 _TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
 _FIRST_STRIDE = 64  # part of the rough number of pulses
+_STRIDES = 3
+_FAR = 1.5  # times the rough number of pulses
 _ANY_GAP = 1.0  # of the cost: any solution will do
+_FREEING = 64  # pulses within which mass 1, once freed, comes to rest again
+_ROUNDING = 1e-6  # of a pulse
+
+
+@dataclass(frozen=True, kw_only=True)
+class Search:
+    """How a search for the fewest pulses ended.
+
+    Attributes
+    ----------
+    pulses
+        The fewest that were found to do, or the most that were tried.
+    solution
+        With so many; None if there is none.
+    least
+        With fewer there is proven to be none.
+    """
+
+    pulses: int
+    solution: Solution | None
+    least: int
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,48 +158,99 @@ class Move:
             for other in self.interval
         ]
 
-    def solved(
-        self, pulses: int, *, gap: float = _ANY_GAP, begin: Solution | None = None
-    ) -> Solution | None:
-        """Solve the programme of so many pulses; None if there is no solution."""
-        if pulses < FEWEST_PULSES or not self.frees:
-            return None
-        solution = self.programme(pulses).solve(gap=gap, begin=begin)
-        return None if solution.effort is None else solution
+    @cached_property
+    def fewest(self) -> int:
+        """So many pulses it takes at least, by the swing of mass 2 alone; 0 if none are enough."""
+        time = swing_time(self.arm, self.start, self.way) / self.pulse_width
+        return max(FEWEST_PULSES, math.ceil(time - _ROUNDING)) if math.isfinite(time) else 0
 
-    def shortest(self) -> tuple[int, Solution | None]:
-        """Return the fewest pulses that do, and a solution; None with the most that were tried.
+    @cached_property
+    def frees_too_far(self) -> bool:
+        """Whether the least effort that frees mass 1 takes it beyond the target."""
+        return self.start[1] <= 0 and overshoots(self.programme(_FREEING))
+
+    @property
+    def hopeless(self) -> bool:
+        """Whether no series of any length can do it, which is told without a programme."""
+        return self.fewest == 0 or not self.frees or self.frees_too_far
+
+    def solved(
+        self,
+        pulses: int,
+        *,
+        gap: float = _ANY_GAP,
+        begin: Solution | None = None,
+        work: float = MUCH_WORK,
+    ) -> Solution | None:
+        """Solve the programme of so many pulses; None if no solution is found."""
+        solution = self.tried(pulses, gap=gap, begin=begin, work=work)
+        return None if solution is None or solution.effort is None else solution
+
+    def tried(
+        self,
+        pulses: int,
+        *,
+        gap: float = _ANY_GAP,
+        begin: Solution | None = None,
+        work: float = MUCH_WORK,
+    ) -> Solution | None:
+        """Solve the programme of so many pulses; None if it needs no trial to know there is none.
+
+        A solution without efforts says whether it is refuted, or only has not been found.
+        """
+        if self.hopeless or pulses < self.fewest:
+            return None
+        return self.programme(pulses).solve(gap=gap, begin=begin, work=work)
+
+    def shortest(self, excess: float = 0.0) -> Search:
+        """Return about the fewest pulses that do.
 
         A series can be made longer by a rest on the target, so that what is possible remains so
         with more pulses. A rough search by how far one gets is followed by a bisection, in which
         the bound of the programme proves a number of pulses to be too few.
+
+        Parameters
+        ----------
+        excess
+            By which share more pulses may be taken than the fewest.
         """
-        guess = self._guess()
+        guess = max(self._guess(), self.fewest)
         most = max(math.ceil(_LONGEST * guess), 2 * FEWEST_PULSES)
-        if not self.frees:
-            return most, None
-        low, high = FEWEST_PULSES - 1, self._roughly(guess, most)
-        solution = self.solved(high)
+        if self.hopeless:
+            return Search(pulses=most, solution=None, least=most + 1)
+        rough = self._roughly(guess, most, max(_ROUGHLY, 0.25 * excess))
+        least, low = self.fewest, self.fewest - 1
+
+        def trial(pulses: int) -> Solution | None:
+            nonlocal least
+            few = excess > 0.0 or pulses > _FAR * rough
+            solution = self.tried(pulses, work=LITTLE_WORK if few else MUCH_WORK)
+            if solution is None or solution.refuted:
+                least = max(least, pulses + 1)
+            return None if solution is None or solution.effort is None else solution
+
+        high = max(self.fewest, min(most, math.ceil(rough * (1.0 + 0.5 * excess))))
+        stride = max(1, high // _FIRST_STRIDE, high - math.ceil(high / (1.0 + excess)) + 1)
+        solution = trial(high)
         # Outwards from there in growing strides, until there is one that does and one that does
         # not; then half way between.
-        stride = max(1, high // _FIRST_STRIDE)
         while solution is None:
             if high >= most:
-                return most, None
+                return Search(pulses=most, solution=None, least=least)
             low, high = high, min(most, high + stride)
-            stride *= 2
-            solution = self.solved(high)
-        if low >= FEWEST_PULSES:
+            stride *= _STRIDES
+            solution = trial(high)
+        if low >= self.fewest:
             stride = high
-        while high - low > 1:
+        while high - low > 1 and high > (1.0 + excess) * (low + 1):
             middle = max((low + high) // 2, high - stride)
-            trial = self.solved(middle)
-            if trial is None:
+            found = trial(middle)
+            if found is None:
                 low = middle
             else:
-                high, solution = middle, trial
+                high, solution = middle, found
                 stride *= 2
-        return high, solution
+        return Search(pulses=high, solution=solution, least=least)
 
     def _guess(self) -> int:
         """Return about how many pulses a rigid arm needs, with time for a swing to be stilled."""
@@ -185,20 +265,24 @@ class Move:
         )
         return max(FEWEST_PULSES, math.ceil((rigid + dragged + 0.5 * swing) / self.pulse_width))
 
-    def _roughly(self, trial: int, most: int) -> int:
+    def _roughly(self, trial: int, most: int, accuracy: float) -> int:
         """Return about the fewest pulses that do, in a few blocks and unproven.
 
         How far one gets is about a power of the time: 2 for a rigid arm, and more for a short move
         of a flexible one, so that the last two trials tell which.
         """
         power, before, reached = 2.0, 0, 0.0
+        low, high = self.fewest - 1, most + 1  # what seemed too few, and enough
         for _ in range(_TRIALS):
             reach = self.programme(trial).rough_reach()
             if reach > 0.0 and reached > 0.0 and trial != before:
                 power = max(1.0, math.log(reach / reached) / math.log(trial / before))
+            low, high = (low, min(high, trial)) if reach >= 1.0 else (max(low, trial), high)
             before, reached = trial, reach
             aimed = math.ceil(trial * reach ** (-1.0 / power)) if reach > 0.0 else 2 * trial
-            trial = min(max(aimed, FEWEST_PULSES), most)
-            if abs(trial - before) <= trial * _ROUGHLY:
+            if not low < aimed < high:
+                aimed = high if high - low <= 1 else (low + high) // 2
+            trial = min(max(aimed, self.fewest), most)
+            if abs(trial - before) <= trial * accuracy:
                 break
         return trial

@@ -10,6 +10,7 @@ where the velocity is found to be too low, also between samples, become constrai
 leaves nothing to gain, the plan is optimal at full rate.
 """
 
+import math
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -27,12 +28,15 @@ Aim = Literal["effort", "violation", "reach"]
 
 _BLOCKS = 48
 _ROUNDS = 25
-_MOST_BLOCKS = 320  # a programme with more takes long, and has not been seen to need them
+_MOST_BLOCKS = 450  # a programme with more takes long, and has not been seen to need them
+_NEARLY = 3.0  # times the work may be spent on what lacks but little
+_SINGLE = 0.35  # of the pulses: with more blocks than this, rounds cost more than single pulses
 _COVERED = 0.8  # of all that is to be gained: the blocks with the rest are left as they are
 _MOST_TURNS = 2  # in a block; with more of them its pulses are all about as good
 _NEIGHBOURS = 2.0  # first blocks: instants within a rest are no farther apart than so many
 _NEAR = 6  # a block is cut at a turn, and this part of it before and after
 _VIOLATED = 1e-8  # of the way and of the mean speed: a violation proven larger is one
+_NO_VIOLATION = 1e-9  # likewise: one found smaller may be none at all
 _FARTHEST = 100.0  # times the way: no farther is looked
 _AT_ONCE = 24  # instants that become constraints, besides the minima
 _TOO_LOW = 0.1  # of the least velocity, which is asked for at single instants only
@@ -51,6 +55,8 @@ class Solution:
         Mean of ``|u|`` over the effort limit, and what it cannot be less than [-].
     edges, instants
         Blocks and velocity constraints at the end, to go on from.
+    refuted
+        Whether it is proven that there is no solution.
     """
 
     effort: Float[np.ndarray, " n"] | None
@@ -58,6 +64,12 @@ class Solution:
     bound: float
     edges: Int[np.ndarray, " b"]
     instants: Float[np.ndarray, "r 2"]
+    refuted: bool
+
+    @property
+    def gap(self) -> float:
+        """How far the cost is from its bound at most, as a share of it."""
+        return 1.0 - self.bound / self.cost if self.cost > 0.0 else 0.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -140,7 +152,9 @@ class Programme:
             effort = effort + np.diff(sums, axis=0) @ np.linalg.solve(R.T, missing)
         return effort
 
-    def solve(self, *, gap: float, begin: Solution | None = None) -> Solution:
+    def solve(
+        self, *, gap: float, begin: Solution | None = None, work: float = math.inf
+    ) -> Solution:
         """Find the efforts whose sum of magnitudes is least, or that there are none.
 
         Parameters
@@ -149,22 +163,26 @@ class Programme:
             How far from its bound the cost may remain, as a share of it [-].
         begin
             A solution with a wider gap, to go on from.
+        work
+            After which no other round is begun: entries of the constraints' matrices so far.
         """
         if begin is None:
             edges = self.even_blocks()
             instants = self.begins(edges[1:-1])
         else:
             edges, instants = begin.edges, begin.instants
-        bound, cost = 0.0, np.inf
+        bound, cost, refuted = 0.0, np.inf, False
         effort: Float[np.ndarray, " n"] | None = None
+        aim: Aim = "effort"
+        optimum, done = None, 0
         for _ in range(_ROUNDS):
+            # Where only the velocity is too low at some instants, a solution is near.
+            enough = (_NEARLY if aim == "effort" else 1.0) * work
+            done += (edges.size - 1) * instants.shape[0]
+            if done > enough and optimum is not None:
+                break
             rows, without, size = self._velocity_rows(edges, instants)
-            aim: Aim = "effort"
-            optimum = self._solve(aim, edges, rows, without, size)
-            if optimum is None:
-                # The blocks may be too coarse: go on from those that violate the constraints least.
-                aim = "violation"
-                optimum = self._solve(aim, edges, rows, without, size)
+            aim, optimum = self._best(aim, edges, rows, without, size)
             if optimum is None:
                 break
             b = edges.size - 1
@@ -179,6 +197,7 @@ class Programme:
             if aim == "effort":
                 bound = max(bound, least)
             elif least > _VIOLATED:
+                refuted = True
                 break
             minima = self.motion.minima(np.repeat(tried, self.steps_per_pulse), states)
             least_seen = _TOO_LOW * self.least_velocity
@@ -192,14 +211,52 @@ class Programme:
                 effort, cost = tried, optimum.cost
             good = aim == "effort" and optimum.cost - bound <= gap * optimum.cost
             divided = edges if good else _divided(edges, gains, wish)
-            if (low.size == 0 and divided.size == edges.size) or divided.size > _MOST_BLOCKS:
+            if aim == "violation" and self._singly(edges, divided, work - done):
+                divided = np.arange(self.pulses + 1)
+            if (low.size == 0 and divided.size == edges.size) or divided.size > _MOST_BLOCKS + 1:
                 break
             added = np.setdiff1d(divided, edges)
             velocity = states[:, 1]
             slow = velocity[added * self.steps_per_pulse] < _SLOW * velocity.max()
             instants = np.vstack([instants, low, self.begins(added[slow])])
             edges = divided
-        return Solution(effort=effort, cost=cost, bound=bound, edges=edges, instants=instants)
+        return Solution(
+            effort=effort,
+            cost=cost,
+            bound=bound,
+            edges=edges,
+            instants=instants,
+            refuted=refuted and effort is None,
+        )
+
+    def _best(
+        self,
+        aim: Aim,
+        edges: Int[np.ndarray, " b"],
+        rows: Float[np.ndarray, "m c"],
+        without: Float[np.ndarray, " m"],
+        size: Float[np.ndarray, " m"],
+    ) -> tuple[Aim, Optimum | None]:
+        """Return the least effort if there is a solution in these blocks, else the least violation.
+
+        The aim of the round before is the likelier one, and tried first.
+        """
+        if aim == "violation":
+            optimum = self._solve(aim, edges, rows, without, size)
+            if optimum is None or optimum.cost > _NO_VIOLATION:
+                return aim, optimum
+        optimum = self._solve("effort", edges, rows, without, size)
+        if optimum is not None:
+            return "effort", optimum
+        # The blocks may be too coarse: go on from those that violate the constraints least.
+        return "violation", self._solve("violation", edges, rows, without, size)
+
+    def _singly(
+        self, edges: Int[np.ndarray, " b"], finer: Int[np.ndarray, " f"], work: float
+    ) -> bool:
+        """Tell whether to go on with single pulses: blocks are many, and the work is affordable."""
+        many = finer.size > edges.size and finer.size > _SINGLE * self.pulses
+        return many and self.pulses <= _MOST_BLOCKS and self.pulses**2 <= work
 
     def rough_reach(self) -> float:
         """Return how many times the way to the target can about be gone; 0 if that is unclear."""

@@ -11,6 +11,7 @@ from stickslip.records import AxisKind, count_of, unit_of
 __all__ = ["refusal"]
 
 _STRONGER = 100.0  # times the effort limit: no more is tried
+_WORK = 2e4  # of each trial here, as of `Programme.solve`: the limit is guessed, not proven
 _STRONGER_TO = 1.05  # so exactly the effort that would do is said
 
 
@@ -60,9 +61,10 @@ def refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPuls
         limit, why = SeriesLimit.TOGETHER, "several limits bind at once"
     remedy = limit.text
     if not at_most and limit not in (SeriesLimit.PULSES,) and move.frees:
-        count, solution = move.shortest()
-        if solution is not None and count != pulses:
-            remedy = f"{count} pulses ({count * move.pulse_width:g} s) are enough; or {remedy}"
+        search = move.shortest()
+        if search.solution is not None and search.pulses != pulses:
+            enough = f"{search.pulses} pulses ({search.pulses * move.pulse_width:g} s)"
+            remedy = f"{enough} are enough; or {remedy}"
     return NoPulseSeriesError(f"{asked}: {why}", limit=limit, remedy=remedy)
 
 
@@ -70,7 +72,10 @@ def _enough_effort(move: Move, pulses: int) -> float | None:
     """Return about the least effort limit with which there is a series, None if there is none."""
 
     def does(times: float) -> bool:
-        return replace(move, effort_limit=times * move.effort_limit).solved(pulses) is not None
+        return (
+            replace(move, effort_limit=times * move.effort_limit).solved(pulses, work=_WORK)
+            is not None
+        )
 
     low, high = 1.0, 1.0
     while not does(high := 2.0 * high):
@@ -92,4 +97,4 @@ def _possible_without(limit: Literal["breakaway", "direction"], move: Move, puls
     else:
         fastest = move.effort_limit * pulses * move.pulse_width / move.arm.mass_1
         programme = replace(programme, least_velocity=-10.0 * fastest)
-    return programme.solve(gap=1.0).effort is not None
+    return programme.solve(gap=1.0, work=_WORK).effort is not None
