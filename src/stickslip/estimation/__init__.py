@@ -2,7 +2,12 @@
 
 from stickslip.estimation.energy import EnergyEstimator
 from stickslip.estimation.examine import examine
+from stickslip.estimation.extended_kalman import ExtendedKalmanFilter
+from stickslip.estimation.friedland_park import FriedlandParkObserver
+from stickslip.estimation.gradient_estimator import GradientEstimator
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.least_squares_observer import LeastSquaresObserver
+from stickslip.estimation.liao_chien import LiaoChienObserver
 from stickslip.estimation.noise_compensation import (
     SensorNoise,
     absolute_bias,
@@ -19,13 +24,20 @@ from stickslip.estimation.noise_compensation import (
 )
 from stickslip.estimation.recursive_least_squares import RecursiveLeastSquares
 from stickslip.estimation.report_estimator import ReportEstimator
+from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
 
 __all__ = [
     "EnergyEstimator",
+    "ExtendedKalmanFilter",
+    "FriedlandParkObserver",
+    "GradientEstimator",
     "IdimLeastSquares",
+    "LeastSquaresObserver",
+    "LiaoChienObserver",
     "RecursiveLeastSquares",
     "ReportEstimator",
     "SensorNoise",
+    "YazdizadehKhorasaniObserver",
     "absolute_bias",
     "absolute_bias_polynomial",
     "absolute_density",

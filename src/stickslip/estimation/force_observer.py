@@ -1,0 +1,434 @@
+"""What observers of the friction force have in common: samples, rows, first states, and a fit."""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from stickslip.estimation import force_balance as at
+from stickslip.estimation.energy_online import take_sample
+from stickslip.estimation.kinematics import LowPass, default_cutoff, noise_level
+from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
+from stickslip.estimation.recursion import SAMPLING_TIME, STIFFNESS, VALUES
+from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.report_rows import check_fits, samples_of
+from stickslip.estimation.resampling import resampled
+from stickslip.estimation.sensor_noise import position_noise
+from stickslip.estimation.settings import check_given, first_guesses
+from stickslip.estimation.solution import check_excited, provenance_of
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    positive,
+)
+
+__all__ = ["AdaptiveObserver", "ForceObserver"]
+
+State = Float[np.ndarray, " s"]
+Kernel = Callable[[State, float, float, float, float, float], bool]
+Run = Callable[[State, Float[np.ndarray, "n 5"]], Float[np.ndarray, "n 3"]]
+
+_FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
+_FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
+_LATE = 0.2  # last part of a log, in which an observer should have settled
+_SETTLED = 0.02  # relative
+_QUIET = 0.1  # noise of the force over the rms effort
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceObserver(ABC):
+    """An estimator that compares the friction force of each sample with what it believes.
+
+    Attributes
+    ----------
+    inertia
+        Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
+    stiffness
+        Of the spring of a flexible arm [N/m or N m/rad], whose load's position the log must then
+        hold; None for a rigid axis.
+    offset
+        Whether a constant offset is estimated.
+    cutoff
+        Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
+        takes a tenth of the sampling rate and at most 100 Hz.
+    initial_values
+        First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
+        as known at its first guess.
+    """
+
+    inertia: float | None
+    stiffness: float | None = None
+    offset: bool = False
+    cutoff: float | None = None
+    initial_values: Mapping[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        positives = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
+        check_given(self, positive, positives)
+        known = (*(() if self.inertia is not None else ("mass", "inertia")), *_FRICTION)
+        guesses = first_guesses(self.initial_values, known)
+        object.__setattr__(self, "initial_values", guesses)
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the estimator."""
+
+    @property
+    @abstractmethod
+    def kernel(self) -> Kernel:
+        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
+
+        Effort [N or N m] held from this sample to the next, position [m or rad] and velocity [m/s
+        or rad/s] of the driven mass, then both of the load; 0 for the load of a rigid axis.
+        """
+
+    @property
+    @abstractmethod
+    def _run(self) -> Run:
+        """The compiled run over many samples, in place; returns the values after each."""
+
+    @property
+    @abstractmethod
+    def _estimated(self) -> tuple[str, ...]:
+        """Names of the friction parameters that are estimated."""
+
+    @property
+    def _values_from(self) -> int:
+        """Place of the viscous friction in a state."""
+        return VALUES + (self.inertia is None)
+
+    @property
+    def values_at(self) -> slice:
+        """Where Coulomb and viscous friction lie in a state, in that order."""
+        return slice(self._values_from + 1, self._values_from - 1, -1)
+
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the online estimates."""
+        mass = "mass" if kind == "linear" else "inertia"
+        return (*(() if self.inertia is not None else (mass,)), *self._estimated)
+
+    def init(self, *, sampling_time: float) -> State:
+        """Return the state before the first sample.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+
+        Raises
+        ------
+        InputError
+            If it is not positive.
+        """
+        s = np.zeros(self._state_size)
+        s[SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
+        s[at.INERTIA] = self.inertia or 0.0
+        s[STIFFNESS] = self.stiffness or 0.0
+        s[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
+        return s
+
+    @property
+    def _state_size(self) -> int:
+        return at.STATE_SIZE
+
+    def _first_guesses(self) -> list[float]:
+        guesses = self.initial_values or {}
+        return [guesses.get(name, 0.0) for name in _FRICTION]
+
+    def step(
+        self, state: State, sample: tuple[float, float, float, float, float]
+    ) -> tuple[State, Float[np.ndarray, " p"]]:
+        """Take one sample; return the new state and the estimates.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step; it is left as it is.
+        sample
+            Effort, position, velocity, load position and load velocity [SI], with 0 for the load of
+            a rigid axis. Only `run` and `fit` derive velocities that a log has not.
+
+        Returns
+        -------
+        The state, and the estimates in the order of `parameter_names`.
+
+        Raises
+        ------
+        InputError
+            If the sample does not hold five finite numbers.
+        """
+        after = state.copy()
+        take_sample(self.kernel, after, sample)
+        return after, after[self._places]
+
+    @property
+    def _places(self) -> list[int]:
+        """Places in a state of what is estimated."""
+        mass = [VALUES] if self.inertia is None else []
+        return mass + [self._values_from + _FRICTION.index(name) for name in self._estimated]
+
+    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
+        """Take the samples of a log without gaps; return the state and the estimates after each.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step.
+        log
+            The samples; velocities that it has not are differences of smoothed positions.
+
+        Raises
+        ------
+        InputError
+            If the log has a gap or another sampling time than the state, or lacks the load of a
+            flexible arm.
+        """
+        check_fits(log, float(state[SAMPLING_TIME]))
+        after = state.copy()
+        history = self._run(after, self._samples(log))
+        return after, history[:, [place - VALUES for place in self._places]]
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Return what the observer believes at the end of a log, without intervals.
+
+        Raises
+        ------
+        InputError
+            If nothing moves or pushes in the log, or it lacks the load of a flexible arm.
+        """
+        check_excited(log)
+        log, changes = resampled(log)
+        parts = list(log.segments())
+        settled = self._settled(np.concatenate([self._samples(part)[:, 2] for part in parts]))
+        state = settled.init(sampling_time=log.sampling_time)
+        histories: list[Float[np.ndarray, "n p"]] = []
+        for part in parts:
+            state[at.KNOWN] = 0.0
+            state, history = settled.run(state, part)
+            histories.append(history)
+        values = state[settled._places]
+        names = self.parameter_names(log.kind)
+        notes = (*changes, NO_INTERVAL, *_unrest(names, np.concatenate(histories)))
+        return estimate_of(
+            self.regression(log),
+            values.tolist(),
+            estimator=self.name,
+            provenance=provenance_of(log, settled._options()),
+            notes=notes,
+        )
+
+    def regression(self, log: AxisLog, *, quiet: bool = True) -> Regression:
+        """Return friction forces and rows of stretches in motion, each the mean of a short block.
+
+        Differences of momentum over single samples are all noise, over blocks they are not.
+
+        Parameters
+        ----------
+        log
+            With uniform samples between its gaps.
+        quiet
+            Whether blocks last as long as it takes for their noise to be small beside the effort;
+            otherwise a period of the cutoff frequency.
+        """
+        T = log.sampling_time
+        parts = list(log.segments())
+        samples = [self._samples(part) for part in parts]
+        noises = [position_noise(part.measured_position) for part in parts]
+        speed_noise = max(map(self._speed_noise, parts))
+        effort = float(np.sqrt(np.mean(log.effort**2)))
+        size = self._block(T)
+        if quiet and effort > 0:
+            jump = np.sqrt(2.0) * speed_noise * (self.inertia or 0.0) / T
+            size = max(size, int(np.ceil(jump / (_QUIET * effort))))
+        blocks = [self._rows(part, one, size) for part, one in zip(parts, samples, strict=True)]
+        rows = np.concatenate(blocks)
+        names = self.parameter_names(log.kind)
+        in_columns = dict.fromkeys(_FRICTION, 0.0)
+        in_columns["viscous_friction"] = speed_noise / np.sqrt(size)
+        difference = speed_noise * np.sqrt(2.0) / (size * T)
+        return Regression(
+            kind=log.kind,
+            names=names,
+            time=rows[:, 0],
+            target=rows[:, 1],
+            regressors=rows[:, 2:],
+            regressor_noise=np.array([in_columns.get(name, difference) for name in names]),
+            quantity="effort",
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                [one[:, 2] for one in samples],
+                T,
+                (max(noises), speed_noise),
+            ),
+            samples=len(log),
+            effect=float(effort * np.sqrt(len(rows))),
+        )
+
+    def _speed_noise(self, part: AxisLog) -> float:
+        """Return the standard deviation of the noise of the velocities used [m/s or rad/s]."""
+        if part.measured_velocity is not None:
+            return noise_level(part.measured_velocity)
+        T = part.sampling_time
+        low_pass = self._low_pass(T)
+        return position_noise(part.measured_position) * low_pass.noise_gain(T, derivatives=1)
+
+    def _rows(
+        self, part: AxisLog, samples: Float[np.ndarray, "n 5"], size: int
+    ) -> Float[np.ndarray, "m c"]:
+        """Return time, target and row, means over blocks of samples that tell.
+
+        As `force_balance.balance` has them.
+        """
+        T = part.sampling_time
+        u, x, v, x2, v2 = samples.T
+        stretch, rate = x - x2, v - v2
+        held = 0.5 * (stretch[:-1] + stretch[1:]) - T / 12.0 * np.diff(rate)
+        acceleration = np.diff(v) / T
+        force = u[:-1] - (self.inertia or 0.0) * acceleration - (self.stiffness or 0.0) * held
+        columns = {
+            "viscous_friction": 0.5 * (v[:-1] + v[1:]),
+            "coulomb_friction": np.sign(v[1:]),
+            "offset": np.ones_like(force),
+        }
+        for name, guess in zip(_FRICTION, self._first_guesses(), strict=True):
+            if name not in self._estimated:
+                force = force - guess * columns[name]
+        sought = [columns[name] for name in self._estimated]
+        mass = [acceleration] if self.inertia is None else []
+        table = np.column_stack([part.time[1:], force, *mass, *sought])
+        return _block_means(table, v[:-1] * v[1:] > 0.0, size)
+
+    def _block(self, sampling_time: float) -> int:
+        """Return how many samples a period of the cutoff frequency has."""
+        return max(round(1.0 / (self._low_pass(sampling_time).cutoff * sampling_time)), 1)
+
+    def _low_pass(self, sampling_time: float) -> LowPass:
+        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
+        return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+
+    def _settled(self, velocity: Float[np.ndarray, " n"]) -> "ForceObserver":
+        """Return the observer with what it needs to know of a log's velocities [m/s or rad/s]."""
+        del velocity
+        return self
+
+    def _options(self) -> dict[str, Any]:
+        options = {field.name: getattr(self, field.name) for field in fields(self)}
+        return {
+            "estimator": self.name,
+            **options,
+            "initial_values": dict(self.initial_values or {}),
+        }
+
+    def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
+        """Return effort, position, velocity, load position and load velocity, one row a sample.
+
+        Where velocities are differences of smoothed positions, the effort is smoothed alike.
+        """
+        T = part.sampling_time
+        low_pass = self._low_pass(T)
+        samples = samples_of(part, low_pass, load=self.stiffness is not None)
+        if part.measured_velocity is None:
+            samples[:, 0] = low_pass.apply(samples[:, 0], T)
+        return samples
+
+
+def _block_means(
+    table: Float[np.ndarray, "n c"], tells: Bool[np.ndarray, " n"], size: int
+) -> Float[np.ndarray, "m c"]:
+    """Return the means of whole blocks of rows that tell, counted anew after each that does not."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], tells, [False]))))
+    starts = [
+        np.arange(start, stop - size + 1, size)
+        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    ]
+    first = np.concatenate([np.empty(0, dtype=int), *starts])
+    sums = np.concatenate([np.zeros((1, table.shape[1])), np.cumsum(table, axis=0)])
+    return (sums[first + size] - sums[first]) / size
+
+
+def _unrest(names: tuple[str, ...], history: Float[np.ndarray, "n p"]) -> tuple[str, ...]:
+    """Return a note on estimates that still move at the end of a log."""
+    late = history[-max(round(_LATE * len(history)), 1) :]
+    size = np.maximum(np.abs(late[-1]), np.finfo(float).tiny)
+    moved = np.ptp(late, axis=0) / size
+    k = int(np.argmax(moved))
+    if moved[k] <= _SETTLED:
+        return ()
+    return (
+        f"{names[k].replace('_', ' ')} moved by {100 * moved[k]:.2g} % in the last fifth of the "
+        "log",
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class AdaptiveObserver(ForceObserver):
+    """An observer whose error decays at a rate that is chosen.
+
+    Attributes
+    ----------
+    inertia
+        Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
+    viscous
+        Whether viscous friction is estimated beside Coulomb friction.
+    rate
+        At which the error of the Coulomb friction decays at the typical speed [1/s].
+    speed
+        Typical speed of the axis [m/s or rad/s], to which the gains refer; None takes the rms speed
+        of the log, and cannot be used on line.
+    """
+
+    inertia: float
+    viscous: bool = False
+    rate: float = 5.0
+    speed: float | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        positive("rate", self.rate, "1/s")
+        check_given(self, positive, {"speed": "m/s or rad/s"})
+
+    @property
+    def _estimated(self) -> tuple[str, ...]:
+        return (
+            *(("viscous_friction",) if self.viscous else ()),
+            "coulomb_friction",
+            *(("offset",) if self.offset else ()),
+        )
+
+    def init(self, *, sampling_time: float) -> State:
+        """Return the state before the first sample.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+
+        Raises
+        ------
+        InputError
+            If it is not positive, or the typical speed is not given.
+        """
+        if self.speed is None:
+            raise InputError(
+                "the typical speed is not given, and a first state needs it",
+                remedy="give speed [m/s or rad/s], or use fit",
+            )
+        s = super().init(sampling_time=sampling_time)
+        s[at.SPEED] = self.speed
+        s[at.GAINS + 1] = self.rate
+        if self.viscous:
+            s[at.GAINS] = self.rate / self.speed**2
+        if self.offset:
+            s[at.GAINS + 2] = self.rate
+        return s
+
+    def _settled(self, velocity: Float[np.ndarray, " n"]) -> "AdaptiveObserver":
+        if self.speed is not None:
+            return self
+        return replace(self, speed=float(np.sqrt(np.mean(velocity**2))))

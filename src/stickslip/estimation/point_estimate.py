@@ -1,0 +1,114 @@
+"""Estimates of methods that give no interval, certified as far as they can be."""
+
+from collections.abc import Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.diagnostics import (
+    condition_number,
+    determined,
+    status_of,
+    verdicts_of,
+)
+from stickslip.estimation.intervals import autocorrelation
+from stickslip.estimation.regression import Regression
+from stickslip.records import (
+    Diagnostics,
+    FrictionEstimate,
+    ParameterEstimate,
+    Provenance,
+    Status,
+    Verdict,
+    unit_of,
+)
+
+__all__ = ["NO_INTERVAL", "estimate_of", "verdicts_from"]
+
+NO_INTERVAL = "the method gives no interval"
+
+
+def verdicts_from(regression: Regression) -> tuple[Verdict, ...]:
+    """Return what the rows say about each of their parameters.
+
+    Parameters
+    ----------
+    regression
+        The rows that a method sees, whatever it makes of them.
+    """
+    found = determined(regression.regressors, regression.regressor_noise)
+    return verdicts_of(regression, found)
+
+
+def estimate_of(
+    regression: Regression,
+    values: Sequence[float],
+    *,
+    estimator: str,
+    provenance: Provenance,
+    deviations: Sequence[float] | None = None,
+    covariance: Float[np.ndarray, "p p"] | None = None,
+    quantile: float = 1.959963984540054,
+    notes: Sequence[str] = (),
+) -> FrictionEstimate:
+    """Return an estimate whose values come from elsewhere than least squares on the rows.
+
+    The rows give its verdicts, residual and status.
+
+    Parameters
+    ----------
+    regression
+        Rows that are linear in the parameters.
+    values
+        Of its parameters, in their order [SI].
+    estimator, provenance
+        Name of the method, and where its rows come from.
+    deviations, covariance
+        Standard deviations and covariance of the values [SI], if the method has them.
+    quantile
+        Half of a 95 % interval over the standard deviation [-].
+    notes
+        What a user should know beyond the notes of the rows.
+    """
+    regressors, target = regression.regressors, regression.target
+    verdicts = verdicts_from(regression)
+    parameters: dict[str, ParameterEstimate] = {}
+    for k, (name, verdict) in enumerate(zip(regression.names, verdicts, strict=True)):
+        known = verdict.identifiable
+        value = float(values[k])
+        std = None if deviations is None or not known else float(deviations[k])
+        half = 0.0 if std is None else quantile * std
+        parameters[name] = ParameterEstimate(
+            name=name,
+            value=value if known else None,
+            std=std,
+            ci95=None if std is None else (value - half, value + half),
+            unit=unit_of(name, regression.kind),
+        )
+    residual = target - regressors @ np.asarray(values)
+    relative = float(np.linalg.norm(residual)) / regression.scale if regression.scale > 0 else 0.0
+    kept = [k for k, verdict in enumerate(verdicts) if verdict.identifiable]
+    every = list(parameters.values())
+    status = status_of(every, relative, None, regression)
+    negative = any(p.name != "offset" and p.value is not None and p.value < 0 for p in every)
+    if status in {Status.OK, Status.BIASED} and deviations is None and negative:
+        status = Status.UNPHYSICAL
+    return FrictionEstimate(
+        estimator=estimator,
+        kind=regression.kind,
+        parameters=parameters,
+        covariance=np.empty((0, 0)) if covariance is None else covariance[np.ix_(kept, kept)],
+        status=status,
+        diagnostics=Diagnostics(
+            relative_residual=relative,
+            cross_validation_residual=None,
+            condition_number=condition_number(regressors),
+            residual_autocorrelation=float(autocorrelation(residual, 1)[1]),
+            effective_samples=float(max(residual.size, 1)),
+            classical_std={},
+            samples=regression.samples,
+            verdicts=verdicts,
+            notes=(*regression.notes, *notes),
+        ),
+        provenance=provenance,
+    )
