@@ -14,7 +14,7 @@ from stickslip.plants import FlexibleArm
 
 __all__ = ["FEWEST_PULSES", "LITTLE_WORK", "MUCH_WORK", "Move", "Search"]
 
-MUCH_WORK, LITTLE_WORK = 6e5, 5e4
+MUCH_WORK, LITTLE_WORK = 4e5, 4e4
 """Entries in the matrices of one search for efforts: to prove what can be proven, and to find some;
 about a microsecond each."""
 
@@ -26,7 +26,7 @@ _LONGEST = 10.0  # times the rough guess of the shortest time: longer ones are n
 _TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
 _FIRST_STRIDE = 64  # part of the rough number of pulses
 _STRIDES = 3
-_FAR = 1.5  # times the rough number of pulses
+_PROOFS = 3  # at most
 _ANY_GAP = 1.0  # of the cost: any solution will do
 _FREEING = 64  # pulses within which mass 1, once freed, comes to rest again
 _ROUNDING = 1e-6  # of a pulse
@@ -206,8 +206,9 @@ class Move:
         """Return about the fewest pulses that do.
 
         A series can be made longer by a rest on the target, so that what is possible remains so
-        with more pulses. A rough search by how far one gets is followed by a bisection, in which
-        the bound of the programme proves a number of pulses to be too few.
+        with more pulses. A rough search by how far one gets is followed by a bisection with little
+        work for each number of pulses. What is left is to prove one pulse less to be too few, by
+        the bound of its programme; only that takes much work, and only without an excess.
 
         Parameters
         ----------
@@ -218,17 +219,16 @@ class Move:
         most = max(math.ceil(_LONGEST * guess), 2 * FEWEST_PULSES)
         if self.hopeless:
             return Search(pulses=most, solution=None, least=most + 1)
-        rough = self._roughly(guess, most, max(_ROUGHLY, 0.25 * excess))
         least, low = self.fewest, self.fewest - 1
 
-        def trial(pulses: int) -> Solution | None:
+        def trial(pulses: int, work: float = LITTLE_WORK) -> Solution | None:
             nonlocal least
-            few = excess > 0.0 or pulses > _FAR * rough
-            solution = self.tried(pulses, work=LITTLE_WORK if few else MUCH_WORK)
+            solution = self.tried(pulses, work=work)
             if solution is None or solution.refuted:
                 least = max(least, pulses + 1)
             return None if solution is None or solution.effort is None else solution
 
+        rough = self._roughly(guess, most, max(_ROUGHLY, 0.25 * excess))
         high = max(self.fewest, min(most, math.ceil(rough * (1.0 + 0.5 * excess))))
         stride = max(1, high // _FIRST_STRIDE, high - math.ceil(high / (1.0 + excess)) + 1)
         solution = trial(high)
@@ -250,6 +250,15 @@ class Move:
             else:
                 high, solution = middle, found
                 stride *= 2
+        for k in range(_PROOFS if excess == 0.0 else 0):
+            if least >= high:
+                break
+            fewer = max(least, high - 2**k)
+            found = trial(fewer, MUCH_WORK)
+            if found is not None:
+                high, solution = fewer, found
+            elif fewer == high - 1:
+                break
         return Search(pulses=high, solution=solution, least=least)
 
     def _guess(self) -> int:

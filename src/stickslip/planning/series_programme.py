@@ -29,7 +29,7 @@ Aim = Literal["effort", "violation", "reach"]
 _BLOCKS = 48
 _ROUNDS = 25
 _MOST_BLOCKS = 450  # a programme with more takes long, and has not been seen to need them
-_NEARLY = 3.0  # times the work may be spent on what lacks but little
+_NEARLY = 1e5  # so much more work may be spent on what lacks but little
 _SINGLE = 0.35  # of the pulses: with more blocks than this, rounds cost more than single pulses
 _COVERED = 0.8  # of all that is to be gained: the blocks with the rest are left as they are
 _MOST_TURNS = 2  # in a block; with more of them its pulses are all about as good
@@ -177,7 +177,7 @@ class Programme:
         optimum, done = None, 0
         for _ in range(_ROUNDS):
             # Where only the velocity is too low at some instants, a solution is near.
-            enough = (_NEARLY if aim == "effort" else 1.0) * work
+            enough = min(3.0 * work, work + _NEARLY) if aim == "effort" else work
             done += (edges.size - 1) * instants.shape[0]
             if done > enough and optimum is not None:
                 break

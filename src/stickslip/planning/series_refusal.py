@@ -10,7 +10,7 @@ from stickslip.records import AxisKind, count_of, unit_of
 
 __all__ = ["refusal"]
 
-_STRONGER = 100.0  # times the effort limit: no more is tried
+_STRONGER = 128.0  # times the effort limit: no more is tried
 _WORK = 2e4  # of each trial here, as of `Programme.solve`: the limit is guessed, not proven
 _STRONGER_TO = 1.05  # so exactly the effort that would do is said
 
@@ -77,11 +77,11 @@ def _enough_effort(move: Move, pulses: int) -> float | None:
             is not None
         )
 
-    low, high = 1.0, 1.0
-    while not does(high := 2.0 * high):
-        low = high
-        if high > _STRONGER:
-            return None
+    if not does(_STRONGER):
+        return None
+    low, high = 1.0, 2.0
+    while high < _STRONGER and not does(high):
+        low, high = high, 2.0 * high
     while high > _STRONGER_TO * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if does(middle) else (middle, high)
