@@ -9,7 +9,8 @@ import numpy as np
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
 from stickslip.planning.series_bounds import overshoots, swing_time
-from stickslip.planning.series_programme import Programme, Solution
+from stickslip.planning.series_programme import Programme
+from stickslip.planning.series_search import Solution, solve
 from stickslip.plants import FlexibleArm
 
 __all__ = ["FEWEST_PULSES", "LITTLE_WORK", "MUCH_WORK", "Move", "Search"]
@@ -200,7 +201,7 @@ class Move:
         """
         if self.hopeless or pulses < self.fewest:
             return None
-        return self.programme(pulses).solve(gap=gap, begin=begin, work=work)
+        return solve(self.programme(pulses), gap=gap, begin=begin, work=work)
 
     def shortest(self, excess: float = 0.0) -> Search:
         """Return about the fewest pulses that do.

@@ -8,10 +8,10 @@ import numpy as np
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.pulse_series import PulseSeries
 from stickslip.planning.series_move import LITTLE_WORK, MUCH_WORK, Move, Search
-from stickslip.planning.series_programme import Solution
 from stickslip.planning.series_refusal import refusal
 from stickslip.planning.series_rest import with_rest
 from stickslip.planning.series_robust import least_worst_residual
+from stickslip.planning.series_search import Solution, landed
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
 
@@ -241,7 +241,7 @@ class PulseSeriesPlanner:
             if move.interval:
                 effort, residual = least_worst_residual(programme, move.extremes(pulses))
             else:
-                effort = programme.landed(solution)
+                effort = landed(programme, solution)
             states, minima = programme.states(effort), programme.minima(effort)
             slowest = float(min(states[1:-1, 1].min(), minima[:, 2].min(initial=np.inf)))
         frequency = math.sqrt(self.arm.stiffness / self.arm.mass_2)

@@ -6,6 +6,7 @@ from typing import Literal
 
 from stickslip.planning.pulse_series import NoPulseSeriesError, SeriesLimit
 from stickslip.planning.series_move import FEWEST_PULSES, Move
+from stickslip.planning.series_search import solve
 from stickslip.records import AxisKind, count_of, unit_of
 
 __all__ = ["refusal"]
@@ -97,4 +98,4 @@ def _possible_without(limit: Literal["breakaway", "direction"], move: Move, puls
     else:
         fastest = move.effort_limit * pulses * move.pulse_width / move.arm.mass_1
         programme = replace(programme, least_velocity=-10.0 * fastest)
-    return programme.solve(gap=1.0, work=_WORK).effort is not None
+    return solve(programme, gap=1.0, work=_WORK).effort is not None

@@ -13,7 +13,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.planning.series_move import FEWEST_PULSES, Move
-from stickslip.planning.series_programme import Programme, Solution
+from stickslip.planning.series_programme import Programme
+from stickslip.planning.series_search import Solution, landed
 
 __all__ = ["Rest", "with_rest"]
 
@@ -56,7 +57,7 @@ def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) 
     gap
         Of the second part's impulse, as the planner's.
     """
-    effort = programme.landed(solution)
+    effort = landed(programme, solution)
     states = programme.states(effort)
     each = programme.steps_per_pulse
     speed = states[::each, 1]
@@ -97,12 +98,12 @@ def _gone_on(
         after = onward.solved(programme.pulses - end, gap=gap)
         if after is not None:
             second = onward.programme(programme.pulses - end)
-            landed = second.landed(after)
-            if second.minima(landed)[:, 2].min(initial=np.inf) <= 0.0:
+            ending = landed(second, after)
+            if second.minima(ending)[:, 2].min(initial=np.inf) <= 0.0:
                 continue
-            ahead = second.states(landed) + np.array([x1, 0.0, x1, 0.0])
+            ahead = second.states(ending) + np.array([x1, 0.0, x1, 0.0])
             return Rest(
-                effort=np.concatenate([stopped, held, landed]),
+                effort=np.concatenate([stopped, held, ending]),
                 states=np.vstack([before[:-1], resting[:-1], ahead]),
                 begin=first,
                 end=end,
