@@ -3,11 +3,17 @@
 from stickslip.estimation.energy import EnergyEstimator
 from stickslip.estimation.examine import examine
 from stickslip.estimation.extended_kalman import ExtendedKalmanFilter
+from stickslip.estimation.free_decay import DecayingExtremes, FreeDecayEstimator
 from stickslip.estimation.friedland_park import FriedlandParkObserver
 from stickslip.estimation.gradient_estimator import GradientEstimator
+from stickslip.estimation.idim_instrumental import IdimInstrumentalVariables
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.liao_chien import LiaoChienObserver
+from stickslip.estimation.maximum_likelihood import (
+    LikelihoodMaximum,
+    MaximumLikelihoodEstimator,
+)
 from stickslip.estimation.noise_compensation import (
     SensorNoise,
     absolute_bias,
@@ -27,13 +33,18 @@ from stickslip.estimation.report_estimator import ReportEstimator
 from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
 
 __all__ = [
+    "DecayingExtremes",
     "EnergyEstimator",
     "ExtendedKalmanFilter",
+    "FreeDecayEstimator",
     "FriedlandParkObserver",
     "GradientEstimator",
+    "IdimInstrumentalVariables",
     "IdimLeastSquares",
     "LeastSquaresObserver",
     "LiaoChienObserver",
+    "LikelihoodMaximum",
+    "MaximumLikelihoodEstimator",
     "RecursiveLeastSquares",
     "ReportEstimator",
     "SensorNoise",
