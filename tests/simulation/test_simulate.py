@@ -71,7 +71,7 @@ def test_too_many_events_in_a_sample_are_an_error_that_says_so():
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1e4, friction=FREE)
     state = (0.0, 1.0, 0.0, -1.0)
     with pytest.raises(
-        EventBudgetError, match=r"more than 50 events in the sample at 0 s; shorten"
+        EventBudgetError, match=r"more than 50 events or steps in the sample at 0 s; shorten"
     ):
         simulate(arm, [0.0], sampling_time=10.0, initial_state=state, event_budget=50)
     with pytest.raises(EventBudgetError, match=r"at 0 s of trajectory 0"):

@@ -17,7 +17,7 @@ def budget_error(time: float, event_budget: int, trajectory: int | None = None) 
     """Return the error for a sample with more events than allowed."""
     whose = "" if trajectory is None else f" of trajectory {trajectory}"
     return EventBudgetError(
-        f"more than {event_budget} events in the sample at {time:.9g} s{whose}; "
+        f"more than {event_budget} events or steps in the sample at {time:.9g} s{whose}; "
         "shorten the sampling time, or raise event_budget if the axis really sticks so often"
     )
 

@@ -66,21 +66,27 @@ def law_model(plant: Plant, sampling_time: float, event_budget: int) -> Float[np
     model[at.STRIBECK], model[at.DELTA] = 1.0, 2.0
     model[at.EXPONENT], model[at.ELASTIC] = 1.0, -1.0
     strongest = max(sliding.breakaway())
-    typical = strongest * sampling_time / model[at.M1]  # gained in a sample under that force
+    feature = math.inf
     if isinstance(sliding, StribeckFriction):
         model[at.STRIBECK], model[at.DELTA] = sliding.stribeck_velocity, sliding.effect.exponent
-        typical = min(typical, sliding.stribeck_velocity)
+        feature = sliding.stribeck_velocity
     if bristles:
         model[at.SIGMA_0] = law.bristle_stiffness
-        model[at.TYPICAL_Z] = strongest / law.bristle_stiffness
+        bend = strongest / law.bristle_stiffness
+        model[at.TYPICAL_Z], model[at.FEATURE_Z] = bend, 0.5 * bend
         # Bristles swing with this speed when the mass lets go of its breakaway force
-        swing = strongest / math.sqrt(law.bristle_stiffness * model[at.M1])
-        typical = min(typical, swing)
+        feature = min(feature, strongest / math.sqrt(law.bristle_stiffness * model[at.M1]))
         if isinstance(law, DahlFriction):
             model[at.EXPONENT] = law.exponent
         else:
             model[at.SIGMA_1] = law.bristle_damping
         if isinstance(law, ElastoPlasticFriction):
             model[at.ELASTIC] = law.elastic_deflection
+            weakest = min(sliding.coulomb_friction_negative, sliding.coulomb_friction_positive)
+            narrow = weakest / law.bristle_stiffness - law.elastic_deflection
+            model[at.FEATURE_Z] = 0.5 * narrow
+    model[at.FEATURE_V] = feature
+    # Errors are small against that, or what a sample of the breakaway force would give it
+    typical = min(feature, strongest * sampling_time / model[at.M1])
     model[at.TYPICAL_V] = max(typical, 1e-300)
     return model

@@ -32,9 +32,11 @@ __all__ = ["MODEL_SIZE", "acceleration", "linearised", "rates"]
     ELASTIC,  # elastic deflection z_ba; negative where alpha is 1 throughout
     TYPICAL_V,  # a speed and a deflection that errors are small against
     TYPICAL_Z,
+    FEATURE_V,  # changes of speed and deflection over which the friction changes much
+    FEATURE_Z,
     BUDGET,  # steps and events allowed in one sample
-) = range(20)  # fmt: skip
-MODEL_SIZE = 20
+) = range(22)  # fmt: skip
+MODEL_SIZE = 22
 
 Vector = NDArray[np.float64]
 

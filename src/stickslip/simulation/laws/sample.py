@@ -15,6 +15,8 @@ from stickslip.compiled import compiled
 from stickslip.simulation.event_list import record_event
 from stickslip.simulation.laws.rates import (
     BUDGET,
+    FEATURE_V,
+    FEATURE_Z,
     FS_N,
     FS_P,
     KS,
@@ -162,6 +164,19 @@ def _crossing(
     return h
 
 
+@compiled(inline=True)
+def _jump(model: Vector, y: Vector, new: Vector) -> float:
+    """Return how far a step went over what the friction force looks like, over what it may.
+
+    An error estimate knows only what a step has seen.
+    """
+    slower = max(min(abs(y[1]), abs(new[1])), model[FEATURE_V])
+    jump = abs(new[1] - y[1]) / (2.0 * slower)
+    if model[SIGMA_0] > 0.0:
+        jump = max(jump, abs(new[2] - y[2]) / model[FEATURE_Z])
+    return jump
+
+
 @compiled()
 def _direction(model: Vector, U: float, y: Vector, mode: int) -> float:
     """Return in which direction a mass with bristles moves, or is about to."""
@@ -241,10 +256,18 @@ def law_sample(
         step = rem if whole else h
         error = rosenbrock_step(model, s, U, y, step, work, new)
         if math.isnan(error):
+            if step <= LEFT * T:  # the motion itself is too large
+                for n in range(STATES):
+                    y[n] = math.nan
+                return h, mode, count, True
             h = SMALLEST * step
             continue
         if error > 1.0:
             h = step * max(SMALLEST, SAFETY * error ** (-1.0 / ORDER))
+            continue
+        jump = _jump(model, y, new)
+        if jump > 1.0:
+            h = step * max(SMALLEST, SAFETY / jump)
             continue
         grown = step * min(LARGEST, SAFETY * max(error, 1e-10) ** (-1.0 / ORDER))
         slow = bristles and max(abs(y[1]), abs(new[1])) <= significant
