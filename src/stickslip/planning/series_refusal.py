@@ -44,13 +44,16 @@ def refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPuls
             f"it takes more than {move.breakaway:.6g} {effort} to free mass 1, and the limit is "
             f"{move.effort_limit:g} {effort}"
         )
+    elif move.fewest == 0:
+        limit = SeriesLimit.DIRECTION
+        why = "mass 2 swings farther than mass 1 may move, which would have to turn back"
     elif (enough := _enough_effort(move, pulses)) is not None:
         limit = SeriesLimit.EFFORT
         why = (
             f"it would take efforts of up to {enough:.3g} {effort}, and the limit is "
             f"{move.effort_limit:g} {effort}"
         )
-    elif _possible_without("breakaway", move, pulses):
+    elif move.frees_too_far or _possible_without("breakaway", move, pulses):
         limit = SeriesLimit.BREAKAWAY
         why = (
             f"the first effort must exceed {move.breakaway:.6g} {effort} to free mass 1, which is "
