@@ -42,6 +42,8 @@ _ROUNDING = 1e-7  # noise that is taken for none, over the range of what is meas
 _RESOLUTION = 1e-15
 """Variance that a parameter gains in a sample, over that of its first guess: without it, P loses
 its positive eigenvalues to rounding where the sensors are good."""
+_LEAST_DISTURBANCE = 1e-6  # of the rms effort
+_BISECTIONS = 12
 _INCONSISTENT = 1.5
 """Mean squared innovation over its variance beyond which the filter is too sure of itself."""
 
@@ -67,7 +69,8 @@ class ExtendedKalmanFilter:
         Standard deviation of the force that acts there [N or N m]; None takes the rms effort of the
         log.
     force_noise
-        Standard deviation of a disturbing force, white from sample to sample [N or N m].
+        Standard deviation of a disturbing force, white from sample to sample [N or N m]; None takes
+        none on line, and in `fit` as little as makes the innovations as large as expected.
     drift
         By parameter name, how far each wanders in a second [unit of the parameter / s^(1/2)];
         0 for those not named.
@@ -94,7 +97,7 @@ class ExtendedKalmanFilter:
     velocity_noise: float | None = None
     rest_speed: float | None = None
     rest_force: float | None = None
-    force_noise: float = 0.0
+    force_noise: float | None = None
     drift: Mapping[str, float] | None = None
     initial_values: Mapping[str, float] | None = None
     initial_deviations: Mapping[str, float] | None = None
@@ -169,7 +172,7 @@ class ExtendedKalmanFilter:
         s = np.zeros(at.SIZE)
         T = positive("sampling time", sampling_time, "s")
         s[SAMPLING_TIME], s[at.MASS] = T, self.inertia
-        s[at.FORCE_VARIANCE] = self.force_noise**2
+        s[at.FORCE_VARIANCE] = (self.force_noise or 0.0) ** 2
         s[at.POSITION_VARIANCE] = (self.position_noise or 0.0) ** 2
         s[at.VELOCITY_VARIANCE] = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
         s[at.REST_SPEED] = self.rest_speed or 0.0
@@ -267,17 +270,10 @@ class ExtendedKalmanFilter:
         check_excited(log)
         log, changes = resampled(log)
         settled = self._settled(log)
-        parts = list(log.segments())
+        state, surprise = settled._filtered(log)
+        if self.force_noise is None and surprise > _INCONSISTENT:
+            settled, state, surprise = settled._disturbed(log)
         measured = log.measured_velocity is not None
-        state = settled.init(sampling_time=log.sampling_time, velocity_measured=measured)
-        start = state.copy()
-        innovations: list[Float[np.ndarray, " n"]] = []
-        for part in parts:
-            _resume(state, start)
-            state, _, squared = settled.run(state, part)
-            innovations.append(squared[1:])
-        sensors = 1 + measured
-        surprise = float(np.mean(np.concatenate(innovations))) / sensors
         rows = LeastSquaresObserver(inertia=self.inertia, offset=self.offset)
         regression = rows.regression(log, quiet=True)
         covariance = self.covariance(state)
@@ -286,6 +282,9 @@ class ExtendedKalmanFilter:
             + (f" and {settled.velocity_noise:.3g} {log.unit('velocity')}" if measured else ""),
             f"squared innovations are {surprise:.3g} times what the filter expects",
         )
+        if settled.force_noise:
+            force = f"{settled.force_noise:.3g} {log.unit('effort')}"
+            notes = (*notes, f"a disturbing force, white from sample to sample, of {force}")
         options = {field.name: getattr(settled, field.name) for field in fields(settled)}
         options |= {
             name: dict(options[name]) for name in ("drift", "initial_values", "initial_deviations")
@@ -299,6 +298,32 @@ class ExtendedKalmanFilter:
             covariance=covariance,
             notes=(*changes, *notes),
         )
+
+    def _filtered(self, log: AxisLog) -> tuple[State, float]:
+        """Return the state after a log, and the mean squared innovation over its variance [-]."""
+        measured = log.measured_velocity is not None
+        state = self.init(sampling_time=log.sampling_time, velocity_measured=measured)
+        start = state.copy()
+        innovations: list[Float[np.ndarray, " n"]] = []
+        for part in log.segments():
+            _resume(state, start)
+            state, _, squared = self.run(state, part)
+            innovations.append(squared[1:])
+        return state, float(np.mean(np.concatenate(innovations))) / (1 + measured)
+
+    def _disturbed(self, log: AxisLog) -> tuple["ExtendedKalmanFilter", State, float]:
+        """Return the filter with the force noise that its innovations ask for, and what it found.
+
+        Bisection of its logarithm, below the rms effort.
+        """
+        most = float(np.sqrt(np.mean(log.effort**2)))
+        low, high = np.log(_LEAST_DISTURBANCE * most), np.log(most)
+        for _ in range(_BISECTIONS):
+            middle = 0.5 * (low + high)
+            _, surprise = replace(self, force_noise=float(np.exp(middle)))._filtered(log)
+            low, high = (middle, high) if surprise > 1.0 else (low, middle)
+        found = replace(self, force_noise=float(np.exp(high)))
+        return found, *found._filtered(log)
 
     def _settled(self, log: AxisLog) -> "ExtendedKalmanFilter":
         """Return the filter with the noise and the first deviations that a log suggests."""

@@ -48,8 +48,13 @@ class IdimInstrumentalVariables:
 
     Attributes
     ----------
-    inertia, per_direction, offset, cutoff, filter_order, decimation
+    inertia
+        Moving mass or inertia if it is known [kg or kg m^2]; None estimates it.
+    per_direction, offset, filter_order, decimation
         As of `IdimLeastSquares`.
+    cutoff
+        Of the low-pass on the position [Hz]; None takes a tenth of the sampling rate and at most
+        100 Hz.
     feedback
         Bandwidth of what holds the simulated axis to the measured one [Hz]. Noise of the position
         below it comes into the instruments: it should be slow beside the cutoff.
