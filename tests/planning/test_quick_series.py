@@ -154,10 +154,10 @@ def test_the_swing_takes_as_long_as_an_arc_that_has_it_as_a_mean(mean: complex) 
     angle = swing_time(arm, state, way) * frequency
 
     def reached(end: float) -> bool:
-        points = np.exp(1j * np.linspace(0.0, end, 2001))
+        angles = np.linspace(0.0, end, 2001)
         result = optimize.linprog(
-            np.zeros(points.size),
-            A_eq=np.vstack([points.real, points.imag, np.ones(points.size)]),
+            np.zeros(angles.size),
+            A_eq=np.vstack([np.cos(angles), np.sin(angles), np.ones(angles.size)]),
             b_eq=[mean.real, mean.imag, 1.0],
         )
         return result.status == 0

@@ -25,7 +25,7 @@ __all__ = ["Aim", "Programme"]
 
 Aim = Literal["effort", "violation", "reach"]
 
-_BLOCKS = 48
+_BLOCKS, _ROUGH_BLOCKS = 64, 40
 _NEIGHBOURS = 2.0  # first blocks: instants within a rest are no farther apart than so many
 _FARTHEST = 100.0  # times the way: no farther is looked
 _TOO_LOW = 0.1  # of the least velocity, which is asked for at single instants only
@@ -109,7 +109,7 @@ class Programme:
 
     def rough_reach(self) -> float:
         """Return how many times the way to the target can about be gone; 0 if that is unclear."""
-        edges = self.even_blocks()
+        edges = self.even_blocks(_ROUGH_BLOCKS)
         rows, without, size = self.velocity_rows(edges, self.begins(edges[1:-1]))
         optimum = self.optimum("reach", edges, rows, without, size)
         return 0.0 if optimum is None else -optimum.cost
