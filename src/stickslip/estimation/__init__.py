@@ -10,6 +10,10 @@ from stickslip.estimation.idim_instrumental import IdimInstrumentalVariables
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.liao_chien import LiaoChienObserver
+from stickslip.estimation.maximum_likelihood import (
+    LikelihoodMaximum,
+    MaximumLikelihoodEstimator,
+)
 from stickslip.estimation.noise_compensation import (
     SensorNoise,
     absolute_bias,
@@ -39,6 +43,8 @@ __all__ = [
     "IdimLeastSquares",
     "LeastSquaresObserver",
     "LiaoChienObserver",
+    "LikelihoodMaximum",
+    "MaximumLikelihoodEstimator",
     "RecursiveLeastSquares",
     "ReportEstimator",
     "SensorNoise",

@@ -7,7 +7,12 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from stickslip.estimation.intervals import information_time
-from stickslip.estimation.regression import MotionSummary, Regression, least_squares
+from stickslip.estimation.regression import (
+    SMALLEST_SINGULAR_RATIO,
+    MotionSummary,
+    Regression,
+    least_squares,
+)
 from stickslip.records import ParameterEstimate, Status, Verdict
 
 __all__ = [
@@ -19,10 +24,6 @@ __all__ = [
     "status_of",
     "unidentifiable_reason",
 ]
-
-SMALLEST_SINGULAR_RATIO = 0.01
-"""Columns of unit norm with a smaller singular value (relative to the largest) are told apart by
-less than 1 % of their content, which sensor and model errors exceed."""
 
 LEAST_SIGNAL_TO_NOISE = 5.0
 """A regressor less than five times its own noise would be biased to zero by more than 4 %."""
@@ -113,13 +114,15 @@ class Determined:
 
 
 def determined(
-    regressors: Float[np.ndarray, "n p"], regressor_noise: Float[np.ndarray, " p"]
+    regressors: Float[np.ndarray, "n p"],
+    regressor_noise: Float[np.ndarray, " p"],
+    smallest_ratio: float = SMALLEST_SINGULAR_RATIO,
 ) -> Determined:
     """Find which directions of the parameter space the rows determine.
 
-    A direction is not determined if the columns, combined along it, are below 1 % of the strongest
-    combination, or below five times what the noise in the columns would make of it: there, least
-    squares is biased to zero.
+    A direction is not determined if the columns, combined along it, are below some share of the
+    strongest combination, or below five times what the noise in the columns would make of it:
+    there, least squares is biased to zero.
 
     Parameters
     ----------
@@ -127,6 +130,8 @@ def determined(
         One column a parameter [SI].
     regressor_noise
         Root mean square of the noise in each column [SI].
+    smallest_ratio
+        Share of the strongest combination that a combination must have [-].
     """
     n, p = regressors.shape
     all_norms = np.linalg.norm(regressors, axis=0)
@@ -138,7 +143,7 @@ def determined(
     left, singular, right = np.linalg.svd(regressors[:, columns] / norms, full_matrices=False)
     noise = np.sqrt((right**2) @ (noise_norms[columns] / norms) ** 2)
     largest = float(np.max(singular, initial=0.0))
-    kept = singular >= np.maximum(SMALLEST_SINGULAR_RATIO * largest, LEAST_SIGNAL_TO_NOISE * noise)
+    kept = singular >= np.maximum(smallest_ratio * largest, LEAST_SIGNAL_TO_NOISE * noise)
     groups += [
         frozenset(columns[np.abs(direction) > INVOLVED].tolist()) for direction in right[~kept]
     ]

@@ -5,11 +5,11 @@ from collections.abc import Mapping
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.diagnostics import SMALLEST_SINGULAR_RATIO
 from stickslip.estimation.energy import EnergyEstimator
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.intervals import autocorrelation
 from stickslip.estimation.kinematics import LowPass, central_difference, default_cutoff, noise_level
+from stickslip.estimation.maximum_likelihood import MaximumLikelihoodEstimator
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.report_estimator import ReportEstimator
 from stickslip.estimation.resimulation import LARGEST_PLOT, identified_plant, resimulate
@@ -25,6 +25,9 @@ from stickslip.records import (
 
 __all__ = ["examine"]
 
+Examined = EnergyEstimator | IdimLeastSquares | MaximumLikelihoodEstimator | ReportEstimator
+"""Estimators that make a regression of a log."""
+
 _EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
 _CURVE_POINTS = 100
 _EVOLUTION_POINTS = 200
@@ -38,7 +41,7 @@ _CLOUD_NOISE = 0.25
 
 def examine(
     log: AxisLog,
-    estimator: EnergyEstimator | IdimLeastSquares | ReportEstimator,
+    estimator: Examined,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
     """Fit a log and compute all that its report shows.
@@ -55,7 +58,8 @@ def examine(
     Returns
     -------
     The estimate with friction curve, energy balance, evolution, residuals and re-simulation. They
-    are left out where a parameter is not identified, or the inertia is not positive.
+    are left out where a parameter is not identified, the inertia is not positive, or the load of a
+    flexible arm is not measured.
 
     Raises
     ------
@@ -67,9 +71,12 @@ def examine(
     identified = all(p.identified for p in estimate.parameters.values())
     values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
     inertia = values.get("mass", values.get("inertia", estimator.inertia or 0.0))
-    if not identified or inertia <= 0:
+    unseen = isinstance(estimator, MaximumLikelihoodEstimator) and (
+        bool(estimator.flexible) and log.measured_load_position is None
+    )
+    if not identified or inertia <= 0 or unseen:
         return Identification(log=log, estimate=estimate, truth=truth)
-    balance = _balance_of(estimator, inertia)
+    balance = _balance_of(estimator, inertia, values)
     plant = identified_plant(estimate, balance)
     return Identification(
         log=log,
@@ -84,9 +91,18 @@ def examine(
 
 
 def _balance_of(
-    estimator: EnergyEstimator | IdimLeastSquares | ReportEstimator, inertia: float
+    estimator: Examined, inertia: float, values: Mapping[str, float]
 ) -> EnergyEstimator:
     """Return what takes the energies of an axis whose inertia is known by now."""
+    if isinstance(estimator, MaximumLikelihoodEstimator):
+        load = values.get("load_mass", values.get("load_inertia", estimator.load_inertia))
+        return EnergyEstimator(
+            inertia=inertia,
+            load_inertia=load,
+            stiffness=values.get("stiffness", estimator.stiffness),
+            per_direction=estimator.per_direction,
+            offset=estimator.offset,
+        )
     if isinstance(estimator, ReportEstimator):
         return EnergyEstimator(
             inertia=inertia,
@@ -107,14 +123,10 @@ def _balance_of(
     )
 
 
-def _friction_names(estimate: FrictionEstimate) -> list[str]:
-    return [name for name in estimate.parameters if name not in {"mass", "inertia"}]
-
-
 def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -> FrictionCurve:
     """Return effort less inertia and spring force against velocity, and the fitted law."""
     T = log.sampling_time
-    names = _friction_names(estimate)
+    names = balance.terms.names
     values = np.array([estimate.value(name) for name in names])
     low_pass = _cloud_filter(log, estimate, balance)
     velocities: list[Float[np.ndarray, " n"]] = []
@@ -228,7 +240,7 @@ def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEv
         if np.any(norms == 0):
             continue
         strength, directions = np.linalg.eigh(gram / np.outer(norms, norms))
-        if strength[0] < SMALLEST_SINGULAR_RATIO**2 * strength[-1]:
+        if strength[0] < regression.smallest_singular_ratio**2 * strength[-1]:
             continue
         inverse = (directions / strength) @ directions.T / np.outer(norms, norms)
         solution = inverse @ cross

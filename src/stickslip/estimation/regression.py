@@ -13,6 +13,14 @@ from stickslip.records import AxisKind
 
 __all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
 
+SMALLEST_SINGULAR_RATIO = 0.01
+"""Columns of unit norm with a smaller singular value (relative to the largest) are told apart by
+less than 1 % of their content, which sensor and model errors exceed."""
+
+RESOLUTION = 2e-5
+"""What sums over samples and filters resolve of a signal. It bounds the intervals: without noise
+they would otherwise shrink to nothing around a value that these errors have shifted."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class MotionSummary:
@@ -78,7 +86,7 @@ def summarise_motion(
         backward_travel=-float(np.sum(moving[moving < 0])) * sampling_time,
         position_range=float(np.ptp(x)),
         position_noise=max(noise[0], *(encoder_step(part) for part in positions)),
-        speed_variation=float(np.sqrt(variance) / np.mean(speed)) if speed.size else 0.0,
+        speed_variation=float(np.sqrt(variance) / np.mean(speed)) if np.any(speed) else 0.0,
     )
 
 
@@ -99,7 +107,7 @@ class Regression:
     regressor_noise
         Root mean square of the sensor noise in each column [SI], shape (p,).
     quantity
-        What the target is: ``"effort"`` or ``"energy"``.
+        What the target is: ``"effort"``, ``"energy"`` or ``"position"``.
     motion
         What the log excites.
     samples
@@ -111,6 +119,11 @@ class Regression:
         known masses leave of it; otherwise 0.
     biased
         Whether the rows are known to bias the parameters by more than an interval can say.
+    smallest_singular_ratio
+        Share of the strongest combination of columns of unit norm below which a combination is not
+        determined [-]; less than its default only where no filter has touched the motion.
+    resolution
+        Share of the target that the rows resolve [-].
     """
 
     kind: AxisKind
@@ -119,12 +132,14 @@ class Regression:
     target: Float[np.ndarray, " n"]
     regressors: Float[np.ndarray, "n p"]
     regressor_noise: Float[np.ndarray, " p"]
-    quantity: Literal["effort", "energy"]
+    quantity: Literal["effort", "energy", "position"]
     motion: MotionSummary
     samples: int
     notes: tuple[str, ...] = ()
     effect: float = 0.0
     biased: bool = False
+    smallest_singular_ratio: float = SMALLEST_SINGULAR_RATIO
+    resolution: float = RESOLUTION
 
     @property
     def scale(self) -> float:

@@ -37,10 +37,6 @@ from stickslip.records import (
 
 __all__ = ["check_excited", "provenance_of", "solve"]
 
-RESOLUTION = 2e-5
-"""What sums over samples and filters resolve of a signal. It bounds the intervals below: without
-noise they would otherwise shrink to nothing around a value that these errors have shifted."""
-
 _LEAST_ROWS_PER_PARAMETER = 3
 
 
@@ -83,8 +79,8 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     """Fit by least squares, with intervals, verdicts and diagnostics.
 
     What the rows do not determine gets no value: directions of the parameter space below 1 % of the
-    strongest are left out of the fit (truncated singular values) and the parameters that take part
-    in them are reported as not identifiable.
+    strongest (or another share that the rows name) are left out of the fit (truncated singular
+    values) and the parameters that take part in them are reported as not identifiable.
 
     Parameters
     ----------
@@ -100,7 +96,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     least = _LEAST_ROWS_PER_PARAMETER * p
     if hardly_moves(regression.motion) or n < least:
         return _nothing_identified(regression, least, estimator=estimator, provenance=provenance)
-    found = determined(regressors, regression.regressor_noise)
+    found = determined(regressors, regression.regressor_noise, regression.smallest_singular_ratio)
     mask = found.mask(p)
     fit = _fit(regression, found)
     variances = np.diag(fit.covariance)
@@ -187,7 +183,7 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     found_uncertainty = robust_uncertainty(found.left, to_values, residual)
     covariance[np.ix_(columns, columns)] = found_uncertainty.covariance
     sampling = np.diag(covariance).copy()
-    resolution = RESOLUTION * float(np.linalg.norm(regression.target))
+    resolution = regression.resolution * float(np.linalg.norm(regression.target))
     covariance[columns, columns] += (resolution / found.norms) ** 2
     # Noise in the columns biases the values by about this much
     noise = regression.target.size * regression.regressor_noise[columns] ** 2

@@ -31,6 +31,9 @@ _DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
 PARAMETER_NAMES: tuple[str, ...] = (
     "mass",
     "inertia",
+    "load_mass",
+    "load_inertia",
+    "stiffness",
     *(f"{name}{side}" for name in _DIRECTIONAL for side in ("", "_positive", "_negative")),
     "offset",
     "stribeck_velocity",

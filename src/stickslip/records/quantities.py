@@ -53,6 +53,7 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("mass", "m", "kg", "kg m^2"),
         _quantity("inertia", "J", "kg", "kg m^2"),
         _quantity("load mass", "m_2", "kg", "kg m^2"),
+        _quantity("load inertia", "J_2", "kg", "kg m^2"),
         _quantity("stiffness", "k", "N/m", "N m/rad"),
         _quantity("coulomb friction", "f_c", "N", "N m"),
         _quantity("static friction", "f_s", "N", "N m"),
