@@ -1,7 +1,7 @@
 """The energy-based estimator of Coulomb and viscous friction (report part A chapters 3 and 4)."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
@@ -27,7 +27,7 @@ from stickslip.estimation.velocity_delay import without_wrong_velocity
 from stickslip.estimation.work_balance import work_regression
 from stickslip.estimation.work_online import first_work_state, work_covariance
 from stickslip.estimation.work_recursion import work_run, work_step
-from stickslip.friction import FrictionTerms
+from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import (
     AxisKind,
     AxisLog,
@@ -72,6 +72,10 @@ class EnergyEstimator:
         Whether Coulomb and viscous friction are estimated for each direction apart.
     offset
         Whether a constant offset is estimated; None does unless ``per_direction``.
+    stribeck
+        How the step from static to Coulomb friction fades with speed, to estimate static friction
+        too; None does not. Several, of which each has a step of its own, are for
+        `StribeckEstimator`, which finds the one that fits.
     cutoff
         Of the low-pass that smooths what is noisy [Hz]; None takes a tenth of the sampling rate and
         at most 100 Hz, and `fit` less where velocities from noisy positions need it.
@@ -114,6 +118,7 @@ class EnergyEstimator:
     stiffness: float | None = None
     per_direction: bool = False
     offset: bool | None = None
+    stribeck: StribeckEffect | tuple[StribeckEffect, ...] | None = None
     cutoff: float | None = None
     filter_order: int = 4
     forgetting_factor: float = 1.0
@@ -170,7 +175,9 @@ class EnergyEstimator:
     @property
     def terms(self) -> FrictionTerms:
         """The friction parameters that are estimated."""
-        return FrictionTerms.asked(per_direction=self.per_direction, offset=self.offset)
+        return FrictionTerms.asked(
+            per_direction=self.per_direction, offset=self.offset, stribeck=self.stribeck
+        )
 
     @property
     def model(self) -> AxisModel:
@@ -196,7 +203,11 @@ class EnergyEstimator:
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
         options = {field.name: getattr(self, field.name) for field in fields(self)}
-        options |= {"estimator": self.name, "initial_values": dict(self.initial_values or {})}
+        options |= {
+            "estimator": self.name,
+            "initial_values": dict(self.initial_values or {}),
+            "stribeck": [asdict(effect) for effect in self.terms.stribeck] or None,
+        }
         return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
 
     def regression(self, log: AxisLog) -> Regression:

@@ -136,7 +136,11 @@ def energy_levels(
     work = summed((part.effort[:-1] * np.diff(x))[:, None])[:, 0]
     regressors = summed(
         model.terms.energy_columns(
-            motion.velocity_squared, motion.path, np.diff(x), motion.direction
+            motion.velocity_squared,
+            motion.path,
+            np.diff(x),
+            motion.direction,
+            motion.smooth_velocity,
         )
     )
     kinetic, potential, spring = np.zeros(len(part)), np.zeros(len(part)), np.zeros(len(part))

@@ -24,7 +24,7 @@ from stickslip.estimation.kinematics import (
 from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.solution import check_excited, provenance_of, solve
-from stickslip.friction import FrictionTerms
+from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
 
 __all__ = ["IdimLeastSquares"]
@@ -49,6 +49,10 @@ class IdimLeastSquares:
         Whether Coulomb and viscous friction are estimated for each direction apart.
     offset
         Whether a constant offset is estimated; None does unless ``per_direction``.
+    stribeck
+        How the step from static to Coulomb friction fades with speed, to estimate static friction
+        too; None does not. Several, of which each has a step of its own, are for
+        `StribeckEstimator`, which finds the one that fits.
     cutoff
         Of the low-pass on the position [Hz]; None takes a tenth of the sampling rate and at most
         100 Hz.
@@ -71,6 +75,7 @@ class IdimLeastSquares:
     inertia: float | None = None
     per_direction: bool = False
     offset: bool | None = None
+    stribeck: StribeckEffect | tuple[StribeckEffect, ...] | None = None
     cutoff: float | None = None
     filter_order: int = 4
     decimation: int | None = None
@@ -95,7 +100,9 @@ class IdimLeastSquares:
     @property
     def terms(self) -> FrictionTerms:
         """The friction parameters that are estimated."""
-        return FrictionTerms.asked(per_direction=self.per_direction, offset=self.offset)
+        return FrictionTerms.asked(
+            per_direction=self.per_direction, offset=self.offset, stribeck=self.stribeck
+        )
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.

@@ -301,7 +301,8 @@ def _stretch(
     mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
     direction = np.sign(velocity[1:])
     held = model.terms.force_columns(mean, direction)
-    steeper = model.terms.force_columns(mean + slope, direction)
+    end = model.terms.force_columns(mean + 0.5 * slope, direction)
+    rise = end - model.terms.force_columns(mean - 0.5 * slope, direction)
     last = ((0, 1), (0, 0))  # the last effort is held over no sample of the log
     return _Stretch(
         part=part,
@@ -309,7 +310,7 @@ def _stretch(
         channels=np.array(channels),
         first=np.array(first),
         friction=np.pad(held * certain[:, None], last),
-        slope=np.pad((steeper - held) * certain[:, None], last),
+        slope=np.pad(rise * certain[:, None], last),
         unknown=np.append(~certain, True).astype(np.float64),
     )
 

@@ -1,10 +1,11 @@
-"""Coulomb and viscous friction as a sum of known functions times unknown parameters."""
+"""Friction as a sum of known functions of the motion times unknown parameters."""
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.friction.stribeck import StribeckEffect
 from stickslip.records import InputError
 
 __all__ = ["FrictionTerms"]
@@ -16,29 +17,37 @@ class FrictionTerms:
 
     The law is ``friction = coulomb_friction * d + viscous_friction * v`` with the direction of
     motion d = -1, 0 or +1 (report part A Eq. 2.1), with values of its own in each direction if
-    asked for, plus a constant offset. Every parameter enters linearly.
+    asked for, plus a constant offset. With a Stribeck effect e(v) it is ``(coulomb_friction
+    (1 - e(v)) + static_friction e(v)) d + viscous_friction * v``. Every parameter enters linearly.
 
     Attributes
     ----------
     per_direction
-        Whether Coulomb and viscous friction differ between the directions.
+        Whether the frictions differ between the directions.
     offset
         Whether a constant offset force is sought. Together with two Coulomb values it could not be
         told apart from their difference.
+    stribeck
+        How the step from static to Coulomb friction fades with speed, if static friction is sought;
+        of several, each has a step of its own above Coulomb friction, named ``step_0`` and so on.
 
     Raises
     ------
     InputError
-        If both are asked for.
+        If friction per direction and an offset are both asked for.
 
     Examples
     --------
     >>> FrictionTerms(per_direction=False, offset=True).names
     ('viscous_friction', 'coulomb_friction', 'offset')
+    >>> FrictionTerms(per_direction=False, offset=False,
+    ...     stribeck=(StribeckEffect(velocity=0.01),)).names
+    ('viscous_friction', 'coulomb_friction', 'static_friction')
     """
 
     per_direction: bool
     offset: bool
+    stribeck: tuple[StribeckEffect, ...] = ()
 
     def __post_init__(self) -> None:
         if self.per_direction and self.offset:
@@ -49,23 +58,32 @@ class FrictionTerms:
             )
 
     @classmethod
-    def asked(cls, *, per_direction: bool, offset: bool | None) -> "FrictionTerms":
+    def asked(
+        cls,
+        *,
+        per_direction: bool,
+        offset: bool | None,
+        stribeck: StribeckEffect | tuple[StribeckEffect, ...] | None = None,
+    ) -> "FrictionTerms":
         """Return the terms a user asks for; None takes an offset unless ``per_direction``."""
+        several = stribeck if isinstance(stribeck, tuple) else (stribeck,)
         return cls(
-            per_direction=per_direction, offset=not per_direction if offset is None else offset
+            per_direction=per_direction,
+            offset=not per_direction if offset is None else offset,
+            stribeck=tuple(effect for effect in several if effect is not None),
         )
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the parameters in the order of the columns."""
+        terms = ["viscous_friction", "coulomb_friction"]
+        if len(self.stribeck) == 1:
+            terms.append("static_friction")
+        else:
+            terms += [f"step_{k}" for k in range(len(self.stribeck))]
         if self.per_direction:
-            return (
-                "viscous_friction_positive",
-                "viscous_friction_negative",
-                "coulomb_friction_positive",
-                "coulomb_friction_negative",
-            )
-        return ("viscous_friction", "coulomb_friction", *(("offset",) if self.offset else ()))
+            return tuple(f"{term}_{side}" for term in terms for side in ("positive", "negative"))
+        return (*terms, *(("offset",) if self.offset else ()))
 
     def force_columns(
         self, velocity: Float[np.ndarray, " n"], direction: Float[np.ndarray, " n"]
@@ -79,12 +97,9 @@ class FrictionTerms:
         direction
             -1, 0 or +1 [-].
         """
-        if self.per_direction:
-            ahead, back = direction > 0, direction < 0
-            columns = [velocity * ahead, velocity * back, 1.0 * ahead, -1.0 * back]
-        else:
-            columns = [velocity, direction, *([np.ones_like(velocity)] if self.offset else [])]
-        return np.column_stack(columns)
+        left = [effect.left(velocity) for effect in self.stribeck]
+        terms = [velocity, *(direction * share for share in self._shares(left))]
+        return self._arranged(terms, direction, np.ones_like(velocity))
 
     def energy_columns(
         self,
@@ -92,6 +107,7 @@ class FrictionTerms:
         path: Float[np.ndarray, " n"],
         displacement: Float[np.ndarray, " n"],
         direction: Float[np.ndarray, " n"],
+        velocity: Float[np.ndarray, " n+1"],
     ) -> Float[np.ndarray, "n p"]:
         """Return the regressor of the energy dissipated in each sample (report part A Eq. 4.3).
 
@@ -105,10 +121,25 @@ class FrictionTerms:
             Change of position in each sample [m or rad].
         direction
             -1, 0 or +1 [-].
+        velocity
+            At the ends of the samples [m/s or rad/s]; for a Stribeck effect only.
         """
+        left = [effect.mean_left(velocity[:-1], velocity[1:]) for effect in self.stribeck]
+        terms = [velocity_squared, *(path * share for share in self._shares(left))]
+        return self._arranged(terms, direction, displacement)
+
+    def _shares(self, left: list[Float[np.ndarray, " n"]]) -> list[Float[np.ndarray, " n"] | float]:
+        """Return what Coulomb friction and what goes with the Stribeck effects is multiplied by."""
+        return [1.0 - left[0] if len(left) == 1 else 1.0, *left]
+
+    def _arranged(
+        self,
+        terms: list[Float[np.ndarray, " n"]],
+        direction: Float[np.ndarray, " n"],
+        offset: Float[np.ndarray, " n"],
+    ) -> Float[np.ndarray, "n p"]:
+        """Return the columns in the order of `names`."""
         if self.per_direction:
             ahead, back = direction > 0, direction < 0
-            columns = [velocity_squared * ahead, velocity_squared * back, path * ahead, path * back]
-        else:
-            columns = [velocity_squared, path, *([displacement] if self.offset else [])]
-        return np.column_stack(columns)
+            return np.column_stack([term * side for term in terms for side in (ahead, back)])
+        return np.column_stack([*terms, *([offset] if self.offset else [])])

@@ -71,6 +71,25 @@ class StribeckEffect:
         speed = np.abs(np.asarray(velocity, dtype=np.float64)) / self.velocity
         return np.exp(-(speed**self.exponent))
 
+    def mean_left(
+        self, before: Float[np.ndarray, " n"], after: Float[np.ndarray, " n"]
+    ) -> Float[np.ndarray, " n"]:
+        """Return the mean share that is left over the way of each sample [-].
+
+        By Simpson's rule, with a velocity that changes evenly: what counts is the way gone.
+
+        Parameters
+        ----------
+        before, after
+            Velocities at the start and the end of each sample [m/s or rad/s].
+        """
+        middle = 0.5 * (before + after)
+        speeds = np.abs(np.stack([before, middle, after]))
+        weights = np.array([[1.0], [4.0], [1.0]]) * speeds
+        way = np.sum(weights, axis=0)
+        share = np.sum(weights * self.left(speeds), axis=0)
+        return np.divide(share, way, out=np.ones_like(way), where=way > 0)
+
     def slope(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
         """Return the derivative of `left` with respect to the Stribeck velocity [s/m or s/rad].
 
