@@ -37,6 +37,7 @@ _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
 _LATE = 0.2  # last part of a log, in which an observer should have settled
 _SETTLED = 0.02  # relative
+_MEMORY = 2.0  # periods of the cutoff that the low-pass smears a jump over, on either side
 _QUIET = 0.1  # noise of the force over the rms effort
 
 
@@ -328,13 +329,20 @@ class ForceObserver(ABC):
     def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
         """Return effort, position, velocity, load position and load velocity, one row a sample.
 
-        Where velocities are differences of smoothed positions, the effort is smoothed alike.
+        Where velocities are differences of smoothed positions, the effort is smoothed alike. A
+        reversal is smoothed away with them, and at the ends of a stretch the filter guesses: there
+        the velocity is set to 0, so that it tells nothing.
         """
         T = part.sampling_time
         low_pass = self._low_pass(T)
         samples = samples_of(part, low_pass, load=self.stiffness is not None)
         if part.measured_velocity is None:
             samples[:, 0] = low_pass.apply(samples[:, 0], T)
+            turns = np.flatnonzero(samples[:-1, 2] * samples[1:, 2] <= 0.0)
+            reach = round(_MEMORY * self._block(T))
+            for turn in turns.tolist():
+                samples[max(turn - reach, 0) : turn + reach + 2, 2] = 0.0
+            samples[:reach, 2] = samples[samples.shape[0] - reach :, 2] = 0.0
         return samples
 
 
@@ -377,7 +385,9 @@ class AdaptiveObserver(ForceObserver):
     viscous
         Whether viscous friction is estimated beside Coulomb friction.
     rate
-        At which the error of the Coulomb friction decays at the typical speed [1/s].
+        At which the error of the Coulomb friction decays at the typical speed [1/s]. With viscous
+        friction beside it, a rate far beyond that at which the speed varies makes both slower to
+        converge: the observer then follows the sum of the moment.
     speed
         Typical speed of the axis [m/s or rad/s], to which the gains refer; None takes the rms speed
         of the log, and cannot be used on line.
@@ -385,7 +395,7 @@ class AdaptiveObserver(ForceObserver):
 
     inertia: float
     viscous: bool = False
-    rate: float = 5.0
+    rate: float = 3.0
     speed: float | None = None
 
     def __post_init__(self) -> None:

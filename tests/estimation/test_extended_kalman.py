@@ -1,0 +1,218 @@
+"""The extended Kalman filter: its motion and derivatives, coverage, and where it fails."""
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from stickslip.estimation import ExtendedKalmanFilter
+from stickslip.estimation.ekf_kernels import predicted
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.records import AxisLog, InputError, Status
+from stickslip.simulation import Sensors, simulate
+
+T = 0.001
+MASS = 1.0
+TRUTH = {"viscous_friction": 1.0, "coulomb_friction": 1.0, "offset": 0.2}
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=1.0, offset=0.2)
+STANDARD_ERRORS = 4.0
+SLOPES = 1e-6  # central differences with steps of 1e-6
+FOUND = 1e-6  # relative: what the filter is sure of without noise
+
+
+def swings(duration: float = 10.0) -> np.ndarray:
+    time = np.arange(0.0, duration, T)
+    return 3.0 * np.sin(2.0 * time) + 2.0 * np.sin(5.1 * time)
+
+
+def log_of(noise: float, seed: int, *, measured: bool = True) -> AxisLog:
+    motion = simulate(SingleMass(mass=MASS, friction=LAW), swings(), sampling_time=T)
+    sensors = Sensors(
+        position_noise=1e-2 * noise,
+        velocity_noise=noise if measured else 0.0,
+        velocity="measured" if measured else "none",
+    )
+    return sensors.measure(motion, np.random.default_rng(seed))
+
+
+@given(
+    v=st.floats(-0.5, 0.5),
+    c=st.sampled_from([0.0, 1e-3, 0.7, 30.0]),
+    f_c=st.floats(0.1, 2.0),
+    o=st.floats(-0.3, 0.3),
+    u=st.floats(-4.0, 4.0),
+)
+def test_it_moves_as_the_exact_simulator_does(
+    v: float, c: float, f_c: float, o: float, u: float
+) -> None:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=f_c, viscous_friction=c, offset=o)
+    plant = SingleMass(mass=1.3, friction=law)
+    motion = simulate(plant, [u], sampling_time=0.2, initial_state=(0.1, v))
+    x1, v1 = predicted(1.3, 0.1, v, c, f_c, o, u, 0.2, np.empty((2, 5)))
+    assert x1 == pytest.approx(motion.position[-1], abs=1e-12)
+    assert v1 == pytest.approx(motion.velocity[-1], abs=1e-12)
+
+
+def test_derivatives_through_stops_and_reversals() -> None:
+    rng = np.random.default_rng(0)
+    kinds: set[str] = set()
+    for _ in range(500):
+        v, o, u = 0.5 * rng.normal(), 0.2 * rng.normal(), 3.0 * rng.normal()
+        c, f_c = float(rng.choice([0.0, 1e-3, 0.7, 30.0])), rng.uniform(0.1, 2.0)
+        at = np.array([0.2, v, c, f_c, o])
+        F = np.empty((2, 5))
+        _, end = predicted(1.3, *at, u, 0.2, F)
+        kinds.add("slip" if end * v > 0 else "stop" if end == 0 else "reversal")
+        for j in range(5):
+            step = np.zeros(5)
+            step[j] = 1e-6
+            high = np.array(predicted(1.3, *(at + step), u, 0.2, np.empty((2, 5))))
+            low = np.array(predicted(1.3, *(at - step), u, 0.2, np.empty((2, 5))))
+            np.testing.assert_allclose(F[:, j], (high - low) / 2e-6, atol=SLOPES)
+    assert kinds == {"slip", "stop", "reversal"}
+
+
+def test_small_viscous_friction_in_high_precision() -> None:
+    with mpmath.workdps(40):
+        for c in (1e-12, 1e-7, 5e-2, 0.06, 3.0):
+            m, v, u, f_c, t = map(mpmath.mpf, ("1.3", "0.4", "2.0", "0.5", "0.2"))
+            h = mpmath.mpf(c) / m
+            force = (u - f_c) / mpmath.mpf(c)
+            end = force + (v - force) * mpmath.exp(-h * t)
+            way = force * t + (v - force) * (1 - mpmath.exp(-h * t)) / h
+            found = predicted(1.3, 0.0, 0.4, c, 0.5, 0.0, 2.0, 0.2, np.empty((2, 5)))
+            assert found == pytest.approx((float(way), float(end)), rel=1e-11)
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_friction_is_found_without_noise(measured: bool) -> None:
+    found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log_of(0.0, 0, measured=measured))
+    for name, true in TRUTH.items():
+        assert found.value(name) == pytest.approx(true, rel=FOUND)
+    assert found.status is Status.OK
+
+
+@pytest.mark.parametrize("measured", [True, False])
+def test_intervals_cover_under_white_noise(measured: bool) -> None:
+    runs = 60
+    inside = 0
+    errors: list[list[float]] = []
+    deviations: list[list[float]] = []
+    for seed in range(runs):
+        log = log_of(1e-2, seed, measured=measured)
+        found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log)
+        errors.append([found.value(name) - true for name, true in TRUTH.items()])
+        deviations.append([found.parameters[name].std or 0.0 for name in TRUTH])
+        for name, true in TRUTH.items():
+            ci95 = found.parameters[name].ci95
+            assert ci95 is not None
+            inside += ci95[0] <= true <= ci95[1]
+    # The parameters of a run go together: as if there were `runs` independent trials
+    assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
+    bias = np.mean(errors, axis=0) / np.mean(deviations, axis=0)
+    assert np.all(np.abs(bias) < STANDARD_ERRORS / np.sqrt(runs))
+
+
+def test_the_plain_filter_takes_a_rest_for_an_equation_and_diverges() -> None:
+    log = log_of(1e-2, 0)
+    plain = ExtendedKalmanFilter(inertia=MASS, offset=True, rest_speed=0.0, force_noise=0.0)
+    careful = ExtendedKalmanFilter(inertia=MASS, offset=True, force_noise=0.0)
+    lost, kept = plain.fit(log), careful.fit(log)
+    assert not lost.status.trusted
+    for name, true in TRUTH.items():
+        assert kept.value(name) == pytest.approx(true, abs=1e-3)
+    std = lost.parameters["coulomb_friction"].std
+    assert std is not None
+    assert abs(lost.value("coulomb_friction") - 1.0) > 100.0 * std
+
+
+def test_a_disturbing_force_is_found_and_widens_the_intervals() -> None:
+    disturbance = 0.3
+    rng = np.random.default_rng(3)
+    effort = swings()
+    plant = SingleMass(mass=MASS, friction=LAW)
+    moved = simulate(plant, effort + disturbance * rng.normal(size=effort.size), sampling_time=T)
+    sensors = Sensors(position_noise=1e-6, velocity_noise=1e-5)
+    seen = sensors.measure(moved, rng)
+    log = AxisLog(
+        name="disturbed",
+        kind="linear",
+        time=seen.time,
+        effort=np.append(effort, effort[-1]),
+        measured_position=seen.measured_position,
+        measured_velocity=seen.measured_velocity,
+    )
+    found = ExtendedKalmanFilter(
+        inertia=MASS, offset=True, position_noise=1e-6, velocity_noise=1e-5
+    ).fit(log)
+    assert found.provenance.options["force_noise"] == pytest.approx(disturbance, rel=0.1)
+    for name, true in TRUTH.items():
+        std = found.parameters[name].std
+        assert std is not None
+        assert abs(found.value(name) - true) < STANDARD_ERRORS * std
+
+
+def test_steps_and_runs_are_the_same() -> None:
+    log = log_of(1e-3, 1).part(0, 400)
+    ekf = ExtendedKalmanFilter(
+        inertia=MASS,
+        position_noise=1e-5,
+        velocity_noise=1e-3,
+        rest_speed=0.01,
+        rest_force=2.0,
+        initial_deviations={"viscous_friction": 1.0, "coulomb_friction": 1.0},
+    )
+    first = ekf.init(sampling_time=T)
+    after, history, innovations = ekf.run(first, log)
+    state = first
+    values = np.zeros(2)
+    v = log.measured_velocity
+    assert v is not None
+    for k in range(len(log)):
+        sample = (float(log.effort[k]), float(log.measured_position[k]), float(v[k]), 0.0, 0.0)
+        state, values = ekf.step(state, sample)
+    assert state.tolist() == after.tolist()
+    assert values.tolist() == history[-1].tolist()
+    assert innovations.size == len(log)
+    assert np.all(np.linalg.eigvalsh(ekf.covariance(after)) > 0)
+
+
+def test_gaps_end_a_motion_but_not_what_is_known() -> None:
+    whole = log_of(1e-3, 2)
+    keep = np.r_[0:4000, 4500 : len(whole)]
+    v = whole.measured_velocity
+    assert v is not None
+    gappy = AxisLog(
+        name="gap",
+        kind="linear",
+        time=whole.time[keep],
+        effort=whole.effort[keep],
+        measured_position=whole.measured_position[keep],
+        measured_velocity=v[keep],
+    )
+    found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(gappy)
+    for name, true in TRUTH.items():
+        assert found.value(name) == pytest.approx(true, abs=1e-3)
+
+
+def test_what_the_filter_needs_from_the_start_is_asked_for() -> None:
+    with pytest.raises(InputError, match="position_noise, rest_speed, velocity_noise"):
+        ExtendedKalmanFilter(inertia=1.0).init(sampling_time=T)
+    with pytest.raises(InputError, match="not estimated"):
+        ExtendedKalmanFilter(inertia=1.0, initial_values={"offset": 1.0})
+    with pytest.raises(InputError, match="drift of viscous_friction is -1"):
+        ExtendedKalmanFilter(inertia=1.0, drift={"viscous_friction": -1.0})
+
+
+def test_a_log_without_velocity_needs_a_state_for_it() -> None:
+    ekf = ExtendedKalmanFilter(
+        inertia=MASS,
+        position_noise=1e-5,
+        velocity_noise=1e-3,
+        rest_speed=0.0,
+        initial_deviations={"viscous_friction": 1.0, "coulomb_friction": 1.0},
+    )
+    with pytest.raises(InputError, match="holds no velocity"):
+        ekf.run(ekf.init(sampling_time=T), log_of(1e-3, 0, measured=False))
