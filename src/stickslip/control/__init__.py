@@ -4,9 +4,18 @@ from stickslip.control.dither import Dither
 from stickslip.control.exact_pulse import ExactPulseController
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.friction_compensation import FrictionCompensation
-from stickslip.control.landing import LandingController
-from stickslip.control.landing_approach import scaled_notch, scaled_pd
-from stickslip.control.landing_state import Flight, LandingState, Phase
+from stickslip.control.landing import (
+    AxisLandingController,
+    AxisLandingState,
+    Flight,
+    LandingController,
+    LandingState,
+    Phase,
+    Supervisor,
+    SupervisorState,
+    scaled_notch,
+    scaled_pd,
+)
 from stickslip.control.notch import Notch, NotchCoefficients
 from stickslip.control.online_friction import (
     OnlineEstimator,
@@ -25,6 +34,8 @@ from stickslip.control.zero_vibration import ZeroVibrationController
 
 __all__ = [
     "PD",
+    "AxisLandingController",
+    "AxisLandingState",
     "Dither",
     "ExactPulseController",
     "FeedbackController",
@@ -47,6 +58,8 @@ __all__ = [
     "ResetIntegral",
     "RestDetection",
     "RunningEstimator",
+    "Supervisor",
+    "SupervisorState",
     "ZeroVibrationController",
     "scaled_notch",
     "scaled_pd",

@@ -1,5 +1,6 @@
 """Which pulse moves a mass how far, and which pulses bring a flexible arm to rest."""
 
+from stickslip.planning.arm_motion import forward_motion
 from stickslip.planning.pulse_law import PulseLaw
 from stickslip.planning.pulse_series import NoPulseSeriesError, PulseSeries, SeriesLimit
 from stickslip.planning.series_planner import PulseSeriesPlanner
@@ -10,4 +11,5 @@ __all__ = [
     "PulseSeries",
     "PulseSeriesPlanner",
     "SeriesLimit",
+    "forward_motion",
 ]

@@ -11,7 +11,7 @@ from stickslip.planning.price_kernels import worth_of_steps
 from stickslip.planning.series_kernels import forced_states, short_response, velocity_minima
 from stickslip.plants import FlexibleArm
 
-__all__ = ["ArmMotion", "steps_per_sample"]
+__all__ = ["ArmMotion", "forward_motion", "steps_per_sample"]
 
 _SHORT = 0.5  # (w + c/m1) h of a step: its Taylor series converges at once, v1 bends at most once
 
@@ -141,3 +141,31 @@ class ArmMotion:
             W[at[r]] += price[r] * g[:4]
             D[at[r]] += price[r] * g[4]
         return worth_of_steps(self._matrix, final, W, D)
+
+
+def forward_motion(
+    arm: FlexibleArm,
+    *,
+    resistance: float,
+    viscous_friction: float,
+    sampling_time: float,
+    start: Float[np.ndarray, " 4"],
+    effort: Float[np.ndarray, " n"],
+) -> Float[np.ndarray, "n+1 4"]:
+    """Return the states at every sample while the driven mass of an arm moves forward.
+
+    Parameters
+    ----------
+    arm
+        Only masses and stiffness are read.
+    resistance, viscous_friction
+        As of `ArmMotion` [N or N m, N s/m or N m s/rad].
+    sampling_time
+        [s].
+    start
+        State at the begin [m or rad, m/s or rad/s].
+    effort
+        Of each sample [N or N m].
+    """
+    matrix = _step_matrix(arm.mass_1, arm.mass_2, arm.stiffness, viscous_friction, sampling_time)
+    return forced_states(matrix, start, effort - resistance)

@@ -1,6 +1,6 @@
 """What passes between the stages: logs, estimates, and the errors on the way."""
 
-from stickslip.records.arm_positioning import ArmPhase, ArmPhaseName, ArmRun, ArmSeries
+from stickslip.records.arm_positioning import ArmPhase, ArmRun, ArmSeries, LandingPhaseName
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
 from stickslip.records.conjunction_reproduction import (
@@ -94,7 +94,6 @@ __all__ = [
     "QUANTITIES",
     "SCHEMA_VERSION",
     "ArmPhase",
-    "ArmPhaseName",
     "ArmRun",
     "ArmSeries",
     "AxisKind",
@@ -117,6 +116,7 @@ __all__ = [
     "FrictionEstimate",
     "Identification",
     "InputError",
+    "LandingPhaseName",
     "LandingScore",
     "LearntPulses",
     "LogSource",

@@ -10,14 +10,15 @@ from jaxtyping import Bool, Float
 
 from stickslip.records.quantities import quantity_field
 
-__all__ = ["ArmPhase", "ArmPhaseName", "ArmRun", "ArmSeries"]
+__all__ = ["ArmPhase", "ArmRun", "ArmSeries", "LandingPhaseName"]
 
-ArmPhaseName = Literal["feedback", "resting", "series", "done", "stopped"]
+LandingPhaseName = Literal["feedback", "resting", "series", "pulses", "done", "stopped"]
 
-_WORDS: dict[ArmPhaseName, str] = {
+_WORDS: dict[LandingPhaseName, str] = {
     "feedback": "Feedback",
     "resting": "Resting",
     "series": "Pulse series",
+    "pulses": "Pulses",
     "done": "Done",
     "stopped": "Stopped",
 }
@@ -38,7 +39,7 @@ class ArmPhase:
         The condition under which it began.
     """
 
-    name: ArmPhaseName
+    name: LandingPhaseName
     start_time: float = quantity_field("time")
     end_time: float = quantity_field("time")
     reason: str
@@ -49,9 +50,9 @@ class ArmPhase:
         return _WORDS[self.name]
 
     @staticmethod
-    def words() -> Mapping[ArmPhaseName, str]:
+    def words() -> Mapping[LandingPhaseName, str]:
         """Return the words of all phases, by name, in the order in which they follow each other."""
-        return {name: _WORDS[name] for name in get_args(ArmPhaseName)}
+        return {name: _WORDS[name] for name in get_args(LandingPhaseName)}
 
 
 @dataclass(frozen=True, kw_only=True)

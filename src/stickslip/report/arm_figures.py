@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.records import (
-    ArmPhaseName,
     ArmRun,
+    LandingPhaseName,
     Positioning,
     PositioningMove,
     PositioningRun,
@@ -47,10 +47,11 @@ __all__ = [
     "shown_until",
 ]
 
-PHASE_COLOURS: dict[ArmPhaseName, str] = {
+PHASE_COLOURS: dict[LandingPhaseName, str] = {
     "feedback": "#d6e6f5",
     "resting": "#eceff2",
     "series": "#fce3bd",
+    "pulses": "#fce3bd",
     "done": "#d3eddf",
     "stopped": "#f6d3c4",
 }
@@ -217,7 +218,7 @@ def _end_plot(
 
 def phase_traces(arm: ArmRun) -> list[Trace]:
     """Return what the key shows of the phases: their colours, each once."""
-    words: dict[ArmPhaseName, str] = {each.name: each.word.lower() for each in arm.phases}
+    words: dict[LandingPhaseName, str] = {each.name: each.word.lower() for each in arm.phases}
     return [
         {"name": word, "fill": "toself", "fillcolor": PHASE_COLOURS[name]}
         for name, word in words.items()

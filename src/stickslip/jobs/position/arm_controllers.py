@@ -16,7 +16,6 @@ from stickslip.plants import FlexibleArm
 from stickslip.records import (
     InputError,
     LearntPulses,
-    SensorSample,
     positive,
     prefixed,
     unit_of,
@@ -262,16 +261,13 @@ def _aim(scenario: Scenario, arm: FlexibleArm) -> float:
 
 def _feedback_of(landing: LandingController, scenario: Scenario) -> FeedbackController:
     """Return the feedback phase of a landing alone, along all moves of the task."""
-    task, state = scenario.task, landing.init()
+    task, first = scenario.task, landing.init().estimator_state
     whole = task.samples * task.sampling_time
     phases: list[FeedbackController] = []
     moves: list[Move] = []
     for start, goal in pairwise((task.start, *task.goals)):
-        at_rest = SensorSample(0.0, start, 0.0, start, 0.0)
-        state, _ = landing.step(landing.retargeted(state, goal), at_rest)
-        if state.feedback is None:
-            continue
-        (move,) = state.feedback.reference.moves
+        phase = landing.approach(start, goal, first)
+        (move,) = phase.reference.moves
         if move.duration > whole:
             raise InputError(
                 f"duration is {whole:g} s, and the reference takes {move.duration:.3g} s to "
@@ -279,6 +275,6 @@ def _feedback_of(landing: LandingController, scenario: Scenario) -> FeedbackCont
                 where="[task]",
                 remedy="give each move more time, or allow more effort",
             )
-        phases.append(state.feedback)
+        phases.append(phase)
         moves.append(replace(move, dwell=whole - move.duration))
     return replace(phases[0], reference=PointToPoint(start=task.start, moves=tuple(moves)))

@@ -67,6 +67,7 @@ def landing_controller(arm: RandomArm, case: Case) -> LandingController:
         target=arm.targets[0],
         tolerance=0.5 * min(case.bound(way) for way in arm.ways),
         arm=replace(believed, friction=_UNKNOWN if guess is None else guess),
+        arm_uncertainty=case.parameter_error,
         effort_limit=arm.effort_limit,
         estimator=EnergyEstimator(
             inertia=believed.mass_1,

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 
-from stickslip.control.swing import Swing
+from stickslip.control.landing.swing import Swing
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
@@ -12,7 +12,8 @@ __all__ = ["next_series"]
 
 _DIRECT = 0.8  # of the way left: a swing below it can be taken up on the way
 _BEYOND = (1.5, 3.0)  # of the way left and the swing, to a place to come back from
-_SMALLEST = 20.0  # smallest steps there at least
+_SMALLEST = 4.0  # smallest steps there at least
+_EXCESS, _GAP = 0.1, 0.3  # over the shortest time and the least impulse: found with little work
 
 
 def next_series(
@@ -56,7 +57,11 @@ def next_series(
         offset=arm.friction.offset,
     )
     planner = PulseSeriesPlanner(
-        arm=replace(arm, friction=friction), sampling_time=sampling_time, effort_limit=effort_limit
+        arm=replace(arm, friction=friction),
+        sampling_time=sampling_time,
+        effort_limit=effort_limit,
+        excess=_EXCESS,
+        impulse_gap=_GAP,
     )
     error, amplitude = target - swing.position, swing.amplitude
     way = 1.0 if error > 0.0 else -1.0

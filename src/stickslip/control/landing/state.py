@@ -1,18 +1,24 @@
 """What a landing controller remembers from sample to sample, and what it leaves behind."""
 
-from dataclasses import dataclass, replace
-from typing import Literal
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.exact_pulse import ExactPulseController
 from stickslip.control.feedback import FeedbackController
+from stickslip.control.landing.belief import ArmBelief
 from stickslip.planning import PulseSeries
-from stickslip.records import SensorSample, quantity_field
+from stickslip.records import LandingPhaseName, SensorSample, quantity_field
 
-__all__ = ["Flight", "LandingState", "Phase", "PhaseName", "Window"]
-
-PhaseName = Literal["feedback", "resting", "series", "done", "stopped"]
+__all__ = [
+    "AxisLandingState",
+    "Flight",
+    "LandingState",
+    "Phase",
+    "SupervisorState",
+    "Window",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -23,14 +29,15 @@ class Phase:
     ----------
     name
         ``"feedback"``: moved near the target; ``"resting"``: no effort, until mass 1 rests and the
-        swing of mass 2 is known; ``"series"``: pulses; ``"done"``; ``"stopped"``.
+        swing of mass 2 is known; ``"series"``: pulses planned together; ``"pulses"``: one after the
+        other, of a single mass; ``"done"``; ``"stopped"``.
     start
         When it began [s].
     reason
         The condition under which it was entered.
     """
 
-    name: PhaseName
+    name: LandingPhaseName
     start: float = quantity_field("time")
     reason: str
 
@@ -81,6 +88,11 @@ class Window:
     low: float = np.inf
     high: float = -np.inf
 
+    @classmethod
+    def of(cls, samples: int) -> "Window":
+        """Return an empty window with room for so many samples."""
+        return cls(samples=np.zeros((samples, 3)))
+
     def after(self, sample: SensorSample, spread: float) -> "Window":
         """Return the window with one more sample; a position outside the band begins it anew.
 
@@ -116,17 +128,15 @@ class Window:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LandingState:
-    """State of a landing controller.
+class SupervisorState:
+    """State of a landing controller, of any axis.
 
     Attributes
     ----------
     target
-        Where both masses shall rest.
+        Where the axis shall rest.
     phases
         All so far, the last is the present one.
-    flights
-        All series so far.
     feedback
         The controller of the feedback phase, whose time begins with that phase; None outside it.
     feedback_state
@@ -135,26 +145,60 @@ class LandingState:
         Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
     window
         In which rest is looked for.
-    sent
-        Samples of the present series that have been sent.
-    static_ratio
-        Static over Coulomb friction as it is believed to be [-].
     renewed
         Whether the target is new, so that feedback begins with the next sample.
     """
 
     target: float = quantity_field("position")
     phases: tuple[Phase, ...] = ()
-    flights: tuple[Flight, ...] = ()
     feedback: FeedbackController | None = None
     feedback_state: Float[np.ndarray, " f"]
     estimator_state: Float[np.ndarray, " e"]
     window: Window
-    sent: int = 0
-    static_ratio: float
     renewed: bool = True
 
     @property
     def phase(self) -> Phase:
         """The present phase."""
         return self.phases[-1]
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandingState(SupervisorState):
+    """State of a landing controller of an arm.
+
+    Attributes
+    ----------
+    flights
+        All series so far.
+    sent
+        Samples of the present series that have been sent.
+    track
+        Positions and velocities of mass 1 and mass 2 at each sample of the last series.
+    static_ratio
+        Static over Coulomb friction as it is believed to be [-].
+    belief
+        Masses, spring and friction as learned from the series; None if they are taken as given.
+    """
+
+    flights: tuple[Flight, ...] = ()
+    sent: int = 0
+    track: tuple[tuple[float, ...], ...] = ()
+    static_ratio: float
+    belief: ArmBelief | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisLandingState(SupervisorState):
+    """State of a landing controller of a single mass.
+
+    Attributes
+    ----------
+    pulses
+        The controller of the pulses; None before the first of them.
+    pulse_state
+        Its state [as of the controller].
+    """
+
+    pulses: ExactPulseController | None = None
+    pulse_state: Float[np.ndarray, " p"] = field(default_factory=lambda: np.empty(0))

@@ -11,9 +11,10 @@ from stickslip.control.notch import Notch
 from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
 from stickslip.control.pd import PD
 from stickslip.control.reference import Move, PointToPoint
-from stickslip.plants import FlexibleArm
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
 
-__all__ = ["approach", "scaled_notch", "scaled_pd"]
+__all__ = ["arm_approach", "scaled_notch", "scaled_pd"]
 
 # The gains of the report's surrogate arm (its own table is lost), without units
 _STIFFNESS_SHARE = 1.5  # of the position gain
@@ -23,6 +24,9 @@ _NOTCH_DEPTH, _NOTCH_DAMPING = 0.5, 0.4
 _EFFORT_SHARE = 0.4  # of the limit that the reference's acceleration may take
 _PEAK = 5.7735  # peak acceleration of a minimum-jerk move over length/duration^2: 10/sqrt(3)
 _PERIODS = 1.5  # of the free arm that the reference takes at least
+_SAMPLES = 40.0  # that the reference of a single mass takes at least
+_POLE = 20.0  # of the feedback of a single mass, over the reference's duration
+_FASTEST = 0.3  # that pole at most, over the sampling rate
 
 
 def scaled_pd(arm: FlexibleArm) -> PD:
@@ -57,7 +61,7 @@ def scaled_notch(arm: FlexibleArm) -> Notch:
     )
 
 
-def approach(
+def arm_approach(
     arm: FlexibleArm,
     *,
     sampling_time: float,
@@ -91,22 +95,71 @@ def approach(
     """
     m = arm.mass_1 + arm.mass_2
     resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))
-    lightly = sqrt(_PEAK * abs(target - start) * m / (_EFFORT_SHARE * effort_limit))
-    duration = max(lightly, _PERIODS * 2.0 * pi / resonance)
+    duration = max(_lightly(m, target - start, effort_limit), _PERIODS * 2.0 * pi / resonance)
     return FeedbackController(
         sampling_time=sampling_time,
         pd=pd,
         notch=notch,
-        compensation=FrictionCompensation(
-            friction=OnlineFriction(
-                kernel=estimator.kernel,
-                first_state=estimator_state,
-                sampling_time=sampling_time,
-                values_at=estimator.values_at,
-                needs_load=True,
-            )
-        ),
+        compensation=_compensation(estimator, estimator_state, sampling_time, load=True),
         inertia=m,
         effort_limit=effort_limit,
         reference=PointToPoint(start=start, moves=(Move(target=target, duration=duration),)),
+    )
+
+
+def axis_approach(
+    axis: SingleMass[CoulombViscousFriction],
+    *,
+    sampling_time: float,
+    effort_limit: float,
+    start: float,
+    target: float,
+    pd: PD | None,
+    estimator: OnlineEstimator,
+    estimator_state: Float[np.ndarray, " e"],
+) -> FeedbackController:
+    """Return the feedback that takes a single mass from a place to another.
+
+    Parameters
+    ----------
+    axis
+        As it is believed to be.
+    sampling_time, effort_limit, start, target, estimator, estimator_state
+        As of `arm_approach`.
+    pd
+        Of the feedback; None for a double pole that is fast beside the reference.
+    """
+    m = axis.mass
+    duration = max(_lightly(m, target - start, effort_limit), _SAMPLES * sampling_time)
+    w = min(_POLE / duration, _FASTEST / sampling_time)
+    return FeedbackController(
+        sampling_time=sampling_time,
+        pd=PD(position_gain=m * w**2, velocity_gain=2.0 * m * w) if pd is None else pd,
+        compensation=_compensation(estimator, estimator_state, sampling_time, load=False),
+        inertia=m,
+        effort_limit=effort_limit,
+        reference=PointToPoint(start=start, moves=(Move(target=target, duration=duration),)),
+    )
+
+
+def _lightly(mass: float, way: float, effort_limit: float) -> float:
+    """Return how long a reference must take for its acceleration to need a part of the effort."""
+    return sqrt(_PEAK * abs(way) * mass / (_EFFORT_SHARE * effort_limit))
+
+
+def _compensation(
+    estimator: OnlineEstimator,
+    state: Float[np.ndarray, " e"],
+    sampling_time: float,
+    *,
+    load: bool,
+) -> FrictionCompensation:
+    return FrictionCompensation(
+        friction=OnlineFriction(
+            kernel=estimator.kernel,
+            first_state=state,
+            sampling_time=sampling_time,
+            values_at=estimator.values_at,
+            needs_load=load,
+        )
     )

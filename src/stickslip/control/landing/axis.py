@@ -1,0 +1,227 @@
+"""The landing of a single mass: feedback near the target, then pulses by the exact law."""
+
+from dataclasses import dataclass, replace
+from math import isfinite
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.control.exact_pulse import ExactPulseController
+from stickslip.control.feedback import FeedbackController
+from stickslip.control.landing.approach import axis_approach
+from stickslip.control.landing.state import AxisLandingState, Window
+from stickslip.control.landing.supervisor import Supervisor
+from stickslip.control.rest_detection import RestDetection
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.records import (
+    AxisKind,
+    LearntPulses,
+    PositioningOutcome,
+    SensorSample,
+)
+
+__all__ = ["AxisLandingController"]
+
+_PATIENCE = 1000.0  # samples
+_SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
+_LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisLandingController(Supervisor[AxisLandingState]):
+    """Land a single mass: feedback near its target, then pulses, with friction learnt on the way.
+
+    The same supervisor as `LandingController`'s, for an axis without a load on a spring. Its
+    phases, and what ends each:
+
+    feedback
+        PD and compensation of friction by the running estimate, along a smooth reference to the
+        target. Ends when the mass rests after the reference, or when patience is out.
+    pulses
+        Of `ExactPulseController`, that begins with the friction estimated in the feedback phase, or
+        with what it has learned on the way to an earlier target. It is *done* within the tolerance,
+        and *stopped* when no pulse can help.
+    done, stopped
+        No effort. A new target begins with feedback.
+
+    Attributes
+    ----------
+    sampling_time, target, tolerance, effort_limit, estimator, velocity_noise, pd, patience
+        As of `Supervisor`; the patience is 1000 samples by the rule.
+    position_noise
+        Standard deviation of a sampled position, its rounding to encoder steps included; 0 for
+        none.
+    axis
+        Mass as it is believed to be; of its friction the offset and the ratio of static to Coulomb
+        friction are used.
+    rest
+        How the pulses tell that the mass rests; None for a sensor without noise.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> from stickslip.estimation import EnergyEstimator
+    >>> from stickslip.simulation import simulate_closed_loop
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, static_friction=130.0,
+    ...                                        viscous_friction=700.0)
+    >>> axis = SingleMass(mass=150.0, friction=law)
+    >>> controller = AxisLandingController(
+    ...     sampling_time=0.01, target=0.1, tolerance=1e-6, axis=axis, effort_limit=300.0,
+    ...     estimator=EnergyEstimator(inertia=150.0, offset=False))
+    >>> run = simulate_closed_loop(axis, controller, sampling_time=0.01, samples=600)
+    >>> controller.outcome(run.controller_state).value
+    'reached'
+    """
+
+    axis: SingleMass[CoulombViscousFriction]
+    rest: RestDetection | None = None
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        law = self.axis.friction
+        self._check_effort(max(law.breakaway()) + abs(law.offset))
+
+    @property
+    def kind(self) -> AxisKind:
+        """``"linear"`` or ``"rotary"``, as the axis."""
+        return self.axis.kind
+
+    @property
+    def longest_wait(self) -> float:
+        """The patience, or 1000 samples [s]."""
+        return _PATIENCE * self.sampling_time if self.patience is None else self.patience
+
+    @property
+    def _rest(self) -> RestDetection:
+        if self.rest is None:
+            return RestDetection(samples=1, spread=0.0, speed=0.0)
+        return self.rest
+
+    def init(self) -> AxisLandingState:
+        """Return the state before the first sample."""
+        return AxisLandingState(
+            target=self.target,
+            feedback_state=np.empty(0),
+            estimator_state=self.estimator.init(sampling_time=self.sampling_time),
+            window=Window.of(self._rest.samples),
+        )
+
+    def _readable(self, sample: SensorSample) -> bool:
+        return isfinite(sample.measured_position) and isfinite(sample.measured_velocity)
+
+    @property
+    def _band(self) -> float:
+        return self._rest.spread
+
+    def approach(
+        self, start: float, aim: float, estimator_state: Float[np.ndarray, " e"]
+    ) -> FeedbackController:
+        """Return PD and compensation from a place to another, as of the base class.
+
+        Parameters
+        ----------
+        start, aim, estimator_state
+            As of the base class.
+        """
+        return axis_approach(
+            self.axis,
+            sampling_time=self.sampling_time,
+            effort_limit=self.effort_limit,
+            start=start,
+            target=aim,
+            pd=self.pd,
+            estimator=self.estimator,
+            estimator_state=estimator_state,
+        )
+
+    def _after_approach(
+        self, state: AxisLandingState, sample: SensorSample, reason: str
+    ) -> AxisLandingState:
+        if state.pulses is None:
+            pulses = self._first_pulses(state)
+        else:
+            learnt = state.pulses.learnt(state.pulse_state)
+            pulses = replace(state.pulses, target=state.target).resumed(learnt)
+        state = replace(state, pulses=pulses, pulse_state=pulses.init())
+        return self._enter(state, sample, "pulses", reason)
+
+    def _first_pulses(self, state: AxisLandingState) -> ExactPulseController:
+        """Return the controller of pulses that begins with the friction as estimated."""
+        believed = self.axis.friction
+        coulomb, viscous = self._estimated(state)
+        coulomb = max(coulomb, _LEAST_FRICTION * self.effort_limit, 1.01 * abs(believed.offset))
+        known = believed.coulomb_friction_positive
+        static = coulomb * (believed.static_friction_positive / known if known > 0.0 else 1.0)
+        highest = 0.99 * self.effort_limit - abs(believed.offset)
+        spread = np.sqrt(np.diag(self._covariance(state))) / max(coulomb, 1e-300)
+        return ExactPulseController(
+            kind=self.kind,
+            sampling_time=self.sampling_time,
+            target=state.target,
+            tolerance=self.tolerance,
+            rest=self._rest,
+            effort_limit=self.effort_limit,
+            mass=self.axis.mass,
+            friction=CoulombViscousFriction.symmetric(
+                coulomb_friction=min(coulomb, highest),
+                viscous_friction=max(viscous, 0.0),
+                static_friction=min(max(static, coulomb), highest),
+                offset=believed.offset,
+            ),
+            friction_uncertainty=float(np.clip(spread[0], _SURELY, 1.0)),
+            position_noise=self.position_noise,
+        )
+
+    def _landing(
+        self, state: AxisLandingState, sample: SensorSample
+    ) -> tuple[AxisLandingState, float]:
+        pulses = state.pulses
+        if state.phase.name != "pulses" or pulses is None:
+            return state, 0.0
+        memory, effort = pulses.step(state.pulse_state, sample)
+        state = replace(state, pulse_state=memory)
+        outcome = pulses.outcome(memory)
+        if outcome is PositioningOutcome.REACHED:
+            state = self._enter(state, sample, "done", "the mass is within the tolerance")
+        elif outcome is PositioningOutcome.STOPPED:
+            why = pulses.why(memory) or "the pulses have ended"
+            state = self._enter(state, sample, "stopped", why)
+        return state, effort
+
+    def estimates(self, state: AxisLandingState) -> dict[str, float]:
+        """Return the friction as estimated [N or N m, N s/m or N m s/rad].
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        coulomb, viscous = self._estimated(state)
+        found = {"coulomb_friction": coulomb, "viscous_friction": viscous}
+        if state.pulses is not None:
+            found |= state.pulses.estimates(state.pulse_state)
+        return found
+
+    def learnt(self, state: AxisLandingState) -> LearntPulses:
+        """Return what the pulses have learned, as of the base class.
+
+        Parameters
+        ----------
+        state
+            As of the base class.
+
+        Raises
+        ------
+        InputError
+            As of the base class.
+        """
+        if state.pulses is None:
+            self._known_covariance(state)
+            first = self._first_pulses(state)
+            return first.learnt(first.init())
+        return state.pulses.learnt(state.pulse_state)

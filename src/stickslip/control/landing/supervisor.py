@@ -1,0 +1,316 @@
+"""The supervisor of a landing: feedback first, then what lands the axis, and the log of phases."""
+
+from abc import ABC, abstractmethod
+from dataclasses import dataclass, replace
+from math import isfinite
+from typing import Generic, TypeVar
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.control.feedback import FeedbackController
+from stickslip.control.landing.state import Phase, SupervisorState
+from stickslip.control.online_friction import RunningEstimator
+from stickslip.control.pd import PD
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LandingPhaseName,
+    LearntPulses,
+    PositioningOutcome,
+    SensorSample,
+    non_negative,
+    positive,
+    quantity_field,
+    unit_of,
+)
+
+__all__ = ["FRICTION", "Supervisor"]
+
+FRICTION = ("coulomb_friction", "viscous_friction", "static_friction")
+"""Names of what is estimated, in this order."""
+
+_OUTCOMES = {"done": PositioningOutcome.REACHED, "stopped": PositioningOutcome.STOPPED}
+_SETTLED = 5  # samples at rest after the reference: feedback has done what it can
+
+S = TypeVar("S", bound=SupervisorState)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Supervisor(ABC, Generic[S]):
+    """Feedback near the target while friction is estimated, then what lands the axis.
+
+    What landings of an arm and of a single mass have in common: the feedback phase, the estimator
+    that runs along through all phases, targets, and the log of phases.
+
+    Attributes
+    ----------
+    sampling_time
+        That of the loop.
+    target
+        Where the axis shall rest.
+    tolerance
+        How far from it at most.
+    effort_limit
+        Largest magnitude of effort.
+    estimator
+        Of Coulomb and viscous friction, that runs along.
+    position_noise, velocity_noise
+        Standard deviations of one sample; 0 for none.
+    pd
+        Of the feedback phase; None for gains by a rule.
+    patience
+        How long the driven mass may take to come to rest; None for a time by a rule.
+    """
+
+    sampling_time: float = quantity_field("sampling_time")
+    target: float = quantity_field("position")
+    tolerance: float = quantity_field("position")
+    effort_limit: float = quantity_field("effort")
+    estimator: RunningEstimator
+    position_noise: float = quantity_field("position", default=0.0)
+    velocity_noise: float = quantity_field("velocity", default=0.0)
+    pd: PD | None = None
+    patience: float | None = quantity_field("time", default=None)
+
+    def __post_init__(self) -> None:
+        for name, check in (
+            ("sampling_time", positive),
+            ("tolerance", positive),
+            ("effort_limit", positive),
+            ("position_noise", non_negative),
+            ("velocity_noise", non_negative),
+        ):
+            unit = self.__dataclass_fields__[name].metadata["quantity"].unit(self.kind)
+            object.__setattr__(self, name, check(name, getattr(self, name), unit))
+        if self.patience is not None:
+            object.__setattr__(self, "patience", positive("patience", self.patience, "s"))
+        self._check_target(self.target)
+
+    @property
+    @abstractmethod
+    def kind(self) -> AxisKind:
+        """``"linear"`` or ``"rotary"``."""
+
+    @property
+    @abstractmethod
+    def longest_wait(self) -> float:
+        """The patience, or what a rule says [s]."""
+
+    @abstractmethod
+    def init(self) -> S:
+        """Return the state before the first sample."""
+
+    @abstractmethod
+    def learnt(self, state: S) -> LearntPulses:
+        """Return what was learned, for the first guesses of the next run.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+
+        Raises
+        ------
+        InputError
+            If nothing has been learned yet.
+        """
+
+    @abstractmethod
+    def approach(
+        self, start: float, aim: float, estimator_state: Float[np.ndarray, " e"]
+    ) -> FeedbackController:
+        """Return the feedback from a place to another.
+
+        Parameters
+        ----------
+        start, aim
+            Of the driven mass [m or rad].
+        estimator_state
+            Of the estimator that runs along [its own units].
+        """
+
+    @property
+    def _left(self) -> float:
+        """Which part of the way feedback leaves to the pulses."""
+        return 0.0
+
+    @abstractmethod
+    def _readable(self, sample: SensorSample) -> bool:
+        """Return whether a sample has all that is needed."""
+
+    @abstractmethod
+    def _after_approach(self, state: S, sample: SensorSample, reason: str) -> S:
+        """Return the state in the phase that follows feedback."""
+
+    @abstractmethod
+    def _landing(self, state: S, sample: SensorSample) -> tuple[S, float]:
+        """Return the state and the effort outside feedback, in the next phase where it is due."""
+
+    @property
+    @abstractmethod
+    def _band(self) -> float:
+        """Width of the band in which a resting mass is seen [m or rad]."""
+
+    def step(self, state: S, sample: SensorSample) -> tuple[S, float]:
+        """Take a sample; return the state after it and the effort until the next.
+
+        A sample that lacks a channel gives the effort NaN and changes nothing.
+
+        Parameters
+        ----------
+        state
+            From `init`, `retargeted` or a step.
+        sample
+            What the sensors show.
+        """
+        if not self._readable(sample):
+            return state, np.nan
+        if state.renewed:
+            state = self._towards(state, sample)
+        state = replace(state, window=state.window.after(sample, self._band))
+        if state.feedback is not None:
+            state = self._after_feedback(state, state.feedback, sample)
+        if state.feedback is not None:
+            since = sample._replace(time=sample.time - state.phase.start)
+            memory, effort = state.feedback.step(state.feedback_state, since)
+            return replace(state, feedback_state=memory), float(effort)
+        state, effort = self._landing(state, sample)
+        learned = state.estimator_state.copy()
+        channels = (
+            sample.measured_position,
+            sample.measured_velocity,
+            sample.measured_load_position,
+            sample.measured_load_velocity,
+        )
+        x, v, x2, v2 = (value if isfinite(value) else 0.0 for value in channels)
+        self.estimator.kernel(learned, effort, x, v, x2, v2)
+        return replace(state, estimator_state=learned), effort
+
+    def _towards(self, state: S, sample: SensorSample) -> S:
+        """Return the state at the begin of a feedback phase."""
+        start = sample.measured_position
+        aim = state.target - self._left * (state.target - start)
+        controller = self.approach(start, aim, state.estimator_state)
+        state = replace(state, feedback=controller, feedback_state=controller.init(), renewed=False)
+        return self._enter(state, sample, "feedback", "the target is new")
+
+    def _after_feedback(self, state: S, controller: FeedbackController, sample: SensorSample) -> S:
+        """Return the state, in the next phase if the feedback has done what it can."""
+        (move,) = controller.reference.moves
+        since = sample.time - state.phase.start - move.duration
+        rested = state.window.count >= _SETTLED
+        if since < 0.0 or not (rested or since >= self.longest_wait):
+            return state
+        learned = controller.estimator_state(state.feedback_state)
+        state = replace(state, estimator_state=learned, feedback=None, feedback_state=np.empty(0))
+        reason = "mass 1 rests" if rested else "mass 1 did not come to rest, so its effort is taken"
+        return self._after_approach(state, sample, reason)
+
+    def _enter(self, state: S, sample: SensorSample, name: LandingPhaseName, reason: str) -> S:
+        """Return the state at the begin of a phase; rest is looked for anew."""
+        phase = Phase(name=name, start=sample.time, reason=reason)
+        return replace(state, phases=(*state.phases, phase), window=state.window.empty())
+
+    def retargeted(self, state: S, target: float) -> S:
+        """Return the state with another target; feedback begins with the next sample.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        target
+            Where the axis shall rest now [m or rad].
+
+        Raises
+        ------
+        InputError
+            If it is not finite.
+        """
+        self._check_target(target)
+        learned = self._estimator_state(state)
+        return replace(
+            state,
+            target=float(target),
+            estimator_state=learned,
+            feedback=None,
+            feedback_state=np.empty(0),
+            renewed=True,
+        )
+
+    def outcome(self, state: S) -> PositioningOutcome:
+        """Return how far the landing has come.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        if state.renewed:
+            return PositioningOutcome.MOVING
+        return _OUTCOMES.get(state.phase.name, PositioningOutcome.MOVING)
+
+    def why(self, state: S) -> str | None:
+        """Return why it has stopped short of the target; None if it has not.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        stopped = self.outcome(state) is PositioningOutcome.STOPPED
+        return state.phase.reason if stopped else None
+
+    def deviations(self, state: S) -> dict[str, float]:
+        """Return standard deviations of Coulomb and viscous friction; infinite while unknown.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        return dict(zip(FRICTION, np.sqrt(np.diag(self._covariance(state))).tolist(), strict=False))
+
+    def _estimated(self, state: S) -> tuple[float, float]:
+        """Return Coulomb and viscous friction as the estimator has them."""
+        coulomb, viscous = self._estimator_state(state)[self.estimator.values_at].tolist()
+        return coulomb, viscous
+
+    def _estimator_state(self, state: S) -> Float[np.ndarray, " e"]:
+        if state.feedback is None:
+            return state.estimator_state
+        return state.feedback.estimator_state(state.feedback_state)
+
+    def _covariance(self, state: S) -> Float[np.ndarray, "2 2"]:
+        """Return the covariance of Coulomb and viscous friction, in this order."""
+        memory = self._estimator_state(state)
+        places = list(range(*self.estimator.values_at.indices(memory.size)))
+        order = [place - min(places) for place in places]
+        return self.estimator.covariance(memory)[np.ix_(order, order)]
+
+    def _known_covariance(self, state: S) -> Float[np.ndarray, "2 2"]:
+        """Return the covariance, if anything is known."""
+        P = self._covariance(state)
+        if not np.isfinite(P).all():
+            raise InputError(
+                "nothing has been learned yet, as the axis has not moved",
+                remedy="let it move first",
+            )
+        return P
+
+    def _check_effort(self, held: float) -> None:
+        """Refuse an effort limit that would not free the axis."""
+        if not self.effort_limit > held:
+            unit = unit_of("effort", self.kind)
+            raise InputError(
+                f"effort_limit is {self.effort_limit:g} {unit}, not above what frees the driven "
+                f"mass, {held:g} {unit}",
+                remedy="allow more effort",
+            )
+
+    def _check_target(self, target: float) -> None:
+        if not isfinite(target):
+            raise InputError(
+                f"target is {target} {unit_of('position', self.kind)}, it must be finite",
+                remedy="give where the axis is to rest",
+            )
