@@ -88,8 +88,7 @@ def first_state(
     s[recursion.PARAMETERS] = p
     s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0
     s[recursion.STIFFNESS] = model.stiffness or 0.0
-    s[recursion.PER_DIRECTION] = model.terms.per_direction
-    s[recursion.OFFSET] = "offset" in model.terms.names
+    recursion.lay_friction(s, model.terms)
     s[recursion.DERIVED] = not velocity_measured
     s[at.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
     s[at.POSITION_NOISE] = -1.0 if position_noise is None else position_noise

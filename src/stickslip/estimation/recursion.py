@@ -11,10 +11,13 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.friction import FrictionTerms
+from stickslip.records import InputError
 
 __all__ = [
     "COUNT",
     "COUNTED",
+    "DELTA",
     "DERIVED",
     "EXPONENTIAL",
     "FIRST_SPREAD",
@@ -30,12 +33,15 @@ __all__ = [
     "SAMPLING_TIME",
     "SPREAD",
     "STIFFNESS",
+    "STRIBECK",
     "TYPICAL",
     "VALUES",
     "covariance_in",
+    "lay_friction",
     "lay_prior",
     "rls_run",
     "rls_step",
+    "stribeck_left",
     "update",
 ]
 
@@ -53,10 +59,12 @@ MOST_PARAMETERS = 5
     DERIVED,  # velocities are not measured but differentiated
     RELATIVE_PRIOR,  # P(0) follows the largest regressors so far
     EXPONENTIAL,  # everything is forgotten, in `rls_step`
+    STRIBECK,  # velocity of the Stribeck effect; 0 without
+    DELTA,  # its exponent, 1 or 2
     # What changes
     COUNT,
     COUNTED,  # rows that counted
-) = range(12)
+) = range(14)
 FIRST_SPREAD = COUNTED + 1  # diagonal of P(0)
 SPREAD = FIRST_SPREAD + MOST_PARAMETERS  # P, row by row
 ROW = SPREAD + MOST_PARAMETERS**2  # regressor of the row being taken
@@ -69,6 +77,15 @@ _PRIOR = 1e-8
 so much that P, 1e8 times what a row leaves of it, keeps eight digits of what it learns."""
 
 _SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
+
+
+@compiled(inline=True)
+def stribeck_left(s: Float[np.ndarray, " s"], v: float) -> float:
+    """Return exp(-(abs(v)/v_s)^delta), the share of the step to static friction that is left."""
+    if s[STRIBECK] == 0.0:
+        return 0.0
+    r = abs(v) / s[STRIBECK]
+    return np.exp(-r * r if s[DELTA] == 2.0 else -r)
 
 
 @compiled(inline=True)
@@ -226,6 +243,33 @@ def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
     unknown = np.flatnonzero(state[FIRST_SPREAD : FIRST_SPREAD + p] == 0.0)
     spread[unknown, unknown] = np.inf
     return spread
+
+
+def lay_friction(s: Float[np.ndarray, " s"], terms: FrictionTerms) -> None:
+    """Lay into a state which friction is sought.
+
+    Parameters
+    ----------
+    s
+        The state, in place.
+    terms
+        What is sought.
+
+    Raises
+    ------
+    InputError
+        If there is no room for it.
+    """
+    if len(terms.stribeck) > 1 or (terms.stribeck and terms.per_direction):
+        raise InputError(
+            f"{len(terms.names)} frictions are sought with a Stribeck effect, on line there is "
+            "room for one effect that is the same in both directions",
+            remedy="leave per_direction out, give one effect, or use fit",
+        )
+    s[PER_DIRECTION] = terms.per_direction
+    s[OFFSET] = "offset" in terms.names
+    for effect in terms.stribeck:
+        s[STRIBECK], s[DELTA] = effect.velocity, effect.exponent
 
 
 def lay_prior(

@@ -16,7 +16,9 @@ from stickslip.estimation.recursion import (
     ROW,
     SAMPLING_TIME,
     STIFFNESS,
+    STRIBECK,
     VALUES,
+    stribeck_left,
     update,
 )
 from stickslip.estimation.streaming_layout import (
@@ -121,10 +123,30 @@ def _regress(s: Float[np.ndarray, " s"], level: float, way: float, least: float)
 
 
 @compiled(inline=True)
+def _mean_left(s: Float[np.ndarray, " s"], v0: float, v: float) -> float:
+    """Return the mean share of the Stribeck effect over the way of a sample (Simpson's rule)."""
+    if s[STRIBECK] == 0.0:
+        return 0.0
+    middle = 0.5 * (v0 + v)
+    way = abs(v0) + 4.0 * abs(middle) + abs(v)
+    share = abs(v0) * stribeck_left(s, v0) + abs(v) * stribeck_left(s, v)
+    share += 4.0 * abs(middle) * stribeck_left(s, middle)
+    return share / way if way > 0.0 else 1.0
+
+
+@compiled(inline=True)
 def _add(
-    s: Float[np.ndarray, " s"], squared: float, way: float, displacement: float, forward: bool
+    s: Float[np.ndarray, " s"],
+    squared: float,
+    way: float,
+    displacement: float,
+    forward: bool,
+    left: float,
 ) -> None:
-    """Add one sample's share to the friction regressors (Eq. 4.3)."""
+    """Add one sample's share to the friction regressors (Eq. 4.3).
+
+    ``left`` is the mean share of the Stribeck effect over its way.
+    """
     k = SUMS + 1  # behind the kinetic energy of a unit inertia
     if s[PER_DIRECTION] > 0.0:
         side = 0 if forward else 1
@@ -132,7 +154,10 @@ def _add(
         s[k + 2 + side] += way
     else:
         s[k] += squared
-        s[k + 1] += way
+        s[k + 1] += way * (1.0 - left)
+        if s[STRIBECK] > 0.0:
+            s[k + 2] += way * left
+            k += 1
         if s[OFFSET] > 0.0:
             s[k + 2] += displacement
 
@@ -201,7 +226,7 @@ def _held_step(
         bias = s[SQUARE_BIAS] * sw * sw if derived else 2.0 / 3.0 * sv * sv
         squared = squared_velocity(v0, v, v - v0, T) - T * bias
         s[WORK] += u0 * dz
-        _add(s, squared, way, dz, s[WAY] > 0.0)
+        _add(s, squared, way, dz, s[WAY] > 0.0, _mean_left(s, v0, v))
         s[SUMS] = 0.5 * v * v
         _regress(s, s[WORK] - _stored(s, z, x2, v2), way, least)
     s[LAST], s[LAST + 1], s[LAST + 2] = u, z, v

@@ -301,8 +301,9 @@ def _stretch(
     mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
     direction = np.sign(velocity[1:])
     held = model.terms.force_columns(mean, direction)
-    end = model.terms.force_columns(mean + 0.5 * slope, direction)
-    rise = end - model.terms.force_columns(mean - 0.5 * slope, direction)
+    half = 0.5 * T * slope
+    rise = model.terms.force_columns(mean + half, direction)
+    rise = (rise - model.terms.force_columns(mean - half, direction)) / T
     last = ((0, 1), (0, 0))  # the last effort is held over no sample of the log
     return _Stretch(
         part=part,

@@ -66,8 +66,7 @@ def first_work_state(
     s[at.INERTIA] = inertia
     s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0
     s[recursion.STIFFNESS] = model.stiffness or 0.0
-    s[recursion.PER_DIRECTION] = model.terms.per_direction
-    s[recursion.OFFSET] = "offset" in model.terms.names
+    recursion.lay_friction(s, model.terms)
     s[recursion.DERIVED] = not velocity_measured
     s[at.DISTURBANCE] = force_noise
     s[at.SEEN : at.SEEN + 4] = seen

@@ -17,7 +17,9 @@ from stickslip.estimation.recursion import (
     ROW,
     SAMPLING_TIME,
     STIFFNESS,
+    STRIBECK,
     VALUES,
+    stribeck_left,
     update,
 )
 from stickslip.estimation.work_layout import (
@@ -71,18 +73,28 @@ _TRUST = 7e-4
 
 @compiled(inline=True)
 def _friction_columns(
-    s: Float[np.ndarray, " s"], mean: float, slope: float, direction: float
-) -> tuple[float, float, float, float, float, float]:
-    """Return the regressors of the friction force, and the slopes of the viscous ones (Eq. 2.1)."""
+    s: Float[np.ndarray, " s"], mean: float, change: float, direction: float
+) -> tuple[float, float, float, float, float, float, float, float]:
+    """Return the regressors of the friction force, and their slopes (Eq. 2.1; Stribeck effect).
+
+    ``change`` is that of the velocity over the sample, ``mean`` its mean.
+    """
+    T = s[SAMPLING_TIME]
+    slope = change / T
     if s[PER_DIRECTION] > 0.0:
         if direction > 0.0:
-            return mean, 0.0, 1.0, 0.0, slope, 0.0
+            return mean, 0.0, 1.0, 0.0, slope, 0.0, 0.0, 0.0
         if direction < 0.0:
-            return 0.0, mean, 0.0, -1.0, 0.0, slope
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+            return 0.0, mean, 0.0, -1.0, 0.0, slope, 0.0, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if direction == 0.0:
-        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    return mean, direction, 1.0, 0.0, slope, 0.0
+        return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+    if s[STRIBECK] > 0.0:
+        left = stribeck_left(s, mean)
+        end, start = stribeck_left(s, mean + 0.5 * change), stribeck_left(s, mean - 0.5 * change)
+        fall = direction * (end - start) / T
+        return mean, direction * (1.0 - left), direction * left, 1.0, slope, -fall, fall, 0.0
+    return mean, direction, 1.0, 0.0, slope, 0.0, 0.0, 0.0
 
 
 @compiled(inline=True)
@@ -191,22 +203,16 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
     c = min(max(s[VALUES], 0.0), 0.5 * m / T)
     change = -(s[STIFFNESS] * (d - d0) + c * (velocity - v0)) / m
     mean = 0.5 * (v0 + velocity) - T * change / 12.0
-    columns = _friction_columns(s, mean, (velocity - v0) / T, direction)
+    columns = _friction_columns(s, mean, velocity - v0, direction)
     unknown = max(s[DISTURBANCE] * s[DISTURBANCE], _TRUST * _TRUST * s[FRICTION])
     if direction == 0.0:
         crossing = spread * m / (np.sqrt(s[FRICTION]) * T)
         unknown += s[FRICTION] * max(crossing, 1.0)
     _propagate(s, u0, unknown)
-    per_direction = s[PER_DIRECTION] > 0.0
     for j in range(int(s[PARAMETERS])):
         z = RESPONSES + 4 * (j + 1)
-        slope = 0.0
-        if j == 0:
-            slope = columns[4]
-        elif j == 1 and per_direction:
-            slope = columns[5]
         for i in range(4):
-            s[z + i] -= s[AXIS + 16 + i] * columns[j] + s[AXIS + 20 + i] * slope
+            s[z + i] -= s[AXIS + 16 + i] * columns[j] + s[AXIS + 20 + i] * columns[4 + j]
     _regress(s, at, direction != 0.0)
 
 
