@@ -11,8 +11,10 @@ from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.liao_chien import LiaoChienObserver
 from stickslip.estimation.maximum_likelihood import (
+    CramerRaoBound,
     LikelihoodMaximum,
     MaximumLikelihoodEstimator,
+    cramer_rao_bound,
 )
 from stickslip.estimation.noise_compensation import (
     SensorNoise,
@@ -33,6 +35,7 @@ from stickslip.estimation.report_estimator import ReportEstimator
 from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
 
 __all__ = [
+    "CramerRaoBound",
     "DecayingExtremes",
     "EnergyEstimator",
     "ExtendedKalmanFilter",
@@ -54,6 +57,7 @@ __all__ = [
     "absolute_density",
     "absolute_mean",
     "absolute_mean_polynomial",
+    "cramer_rao_bound",
     "double_absolute_mean",
     "double_absolute_mean_polynomial",
     "examine",

@@ -1,6 +1,7 @@
 """Where the search for the likeliest parameters begins."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 
 import numpy as np
 from jaxtyping import Float
@@ -17,9 +18,8 @@ from stickslip.records import AxisLog, InputError
 __all__ = ["first_guess"]
 
 _LEAST = 1e-3  # of the largest effort: a Coulomb friction to begin with
-_STATIC = (
-    1.2  # static friction over Coulomb friction: where they are equal no derivative leads away
-)
+_STATIC = 1.2
+"""Static friction over Coulomb friction: where they are equal no derivative leads away."""
 
 
 def first_guess(
@@ -28,8 +28,8 @@ def first_guess(
     """Return first values of what is sought [SI].
 
     What is not given comes from inverse dynamics by least squares, or where that fails, from the
-    energy estimator. The friction of a flexible arm whose masses are only guessed comes
-    from the energies with these guesses.
+    energy estimator, or from inverse dynamics of the integrated velocity. The friction of a
+    flexible arm whose masses are only guessed comes from the energies with these guesses.
 
     Parameters
     ----------
@@ -103,9 +103,16 @@ def _estimated(
         inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
     )
     found: dict[str, float] = {}
-    for estimator in (energy,) if parameters.flexible else (idim, energy):
+    tried: list[tuple[EnergyEstimator | IdimLeastSquares, AxisLog]] = [(energy, log)]
+    if not parameters.flexible:
+        tried.insert(0, (idim, log))
+    if log.measured_velocity is not None and not parameters.flexible:
+        steps = np.diff(log.time) * 0.5 * (log.measured_velocity[1:] + log.measured_velocity[:-1])
+        way = np.concatenate(([0.0], np.cumsum(steps)))
+        tried.append((idim, replace(log, measured_position=way)))
+    for estimator, of in tried:
         try:
-            estimate = estimator.fit(log)
+            estimate = estimator.fit(of)
         except InputError:
             continue
         values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
