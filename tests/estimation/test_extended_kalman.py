@@ -27,6 +27,11 @@ def swings(duration: float = 10.0) -> np.ndarray:
     return 3.0 * np.sin(2.0 * time) + 2.0 * np.sin(5.1 * time)
 
 
+def end_of(at: np.ndarray, u: float, slopes: np.ndarray) -> tuple[float, float]:
+    x, v, c, f_c, o = at.tolist()
+    return predicted(1.3, x, v, c, f_c, o, u, 0.2, slopes)
+
+
 def log_of(noise: float, seed: int, *, measured: bool = True) -> AxisLog:
     motion = simulate(SingleMass(mass=MASS, friction=LAW), swings(), sampling_time=T)
     sensors = Sensors(
@@ -63,13 +68,13 @@ def test_derivatives_through_stops_and_reversals() -> None:
         c, f_c = float(rng.choice([0.0, 1e-3, 0.7, 30.0])), rng.uniform(0.1, 2.0)
         at = np.array([0.2, v, c, f_c, o])
         F = np.empty((2, 5))
-        _, end = predicted(1.3, *at, u, 0.2, F)
+        _, end = end_of(at, u, F)
         kinds.add("slip" if end * v > 0 else "stop" if end == 0 else "reversal")
         for j in range(5):
             step = np.zeros(5)
             step[j] = 1e-6
-            high = np.array(predicted(1.3, *(at + step), u, 0.2, np.empty((2, 5))))
-            low = np.array(predicted(1.3, *(at - step), u, 0.2, np.empty((2, 5))))
+            high = np.array(end_of(at + step, u, np.empty((2, 5))))
+            low = np.array(end_of(at - step, u, np.empty((2, 5))))
             np.testing.assert_allclose(F[:, j], (high - low) / 2e-6, atol=SLOPES)
     assert kinds == {"slip", "stop", "reversal"}
 

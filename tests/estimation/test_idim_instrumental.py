@@ -1,0 +1,121 @@
+"""Instrumental variables: unbiased where least squares is not, and alike on a real axis."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.io
+
+from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.records import AxisLog, InputError, Status
+from stickslip.simulation import Sensors, simulate
+
+Find = Callable[[str], Path]
+
+T = 0.001
+TRUTH = {"mass": 1.0, "viscous_friction": 1.0, "coulomb_friction": 1.0, "offset": 0.2}
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=1.0, offset=0.2)
+NOISE = 1e-4
+RUNS = 40
+STANDARD_ERRORS = 4.0
+SMEARED = 0.005  # relative: low-pass and decimation smear the reversals of friction
+
+
+def log_of(noise: float, seed: int) -> AxisLog:
+    time = np.arange(0.0, 10.0, T)
+    effort = 3.0 * np.sin(2.0 * time) + 2.0 * np.sin(5.1 * time)
+    motion = simulate(SingleMass(mass=1.0, friction=LAW), effort, sampling_time=T)
+    sensors = Sensors(position_noise=noise, velocity="none")
+    return sensors.measure(motion, np.random.default_rng(seed))
+
+
+def solutions(estimator: IdimInstrumentalVariables | IdimLeastSquares) -> np.ndarray:
+    """Return relative errors of the least-squares solution of the estimator's rows, run by run."""
+    found: list[np.ndarray] = []
+    for seed in range(RUNS):
+        rows = estimator.regression(log_of(NOISE, seed))
+        values = np.linalg.lstsq(rows.regressors, rows.target, rcond=None)[0]
+        found.append(values / np.array([TRUTH[name] for name in rows.names]) - 1.0)
+    return np.array(found)
+
+
+def test_without_noise_it_is_right_up_to_what_filters_smear() -> None:
+    found = IdimInstrumentalVariables().fit(log_of(0.0, 0))
+    for name, true in TRUTH.items():
+        assert found.value(name) == pytest.approx(true, rel=SMEARED)
+
+
+def test_unbiased_where_least_squares_is_biased() -> None:
+    free, biased = solutions(IdimInstrumentalVariables()), solutions(IdimLeastSquares())
+    chance = STANDARD_ERRORS * free.std(axis=0) / np.sqrt(RUNS)
+    assert np.all(np.abs(free.mean(axis=0)) < chance + SMEARED)
+    # Noise of the acceleration pulls the inertia to zero, and the friction follows
+    spread = STANDARD_ERRORS * biased.std(axis=0) / np.sqrt(RUNS)
+    beyond = np.abs(biased.mean(axis=0)) - spread
+    assert biased.mean(axis=0)[0] < 0.0
+    assert np.all(beyond[:3] > 5.0 * SMEARED)
+
+
+def test_intervals_cover() -> None:
+    inside = 0
+    for seed in range(RUNS):
+        found = IdimInstrumentalVariables().fit(log_of(NOISE, seed))
+        for name, true in TRUTH.items():
+            ci95 = found.parameters[name].ci95
+            assert ci95 is not None
+            inside += ci95[0] <= true <= ci95[1]
+    # The parameters of a run go together: as if there were RUNS independent trials
+    share = inside / (len(TRUTH) * RUNS)
+    assert share > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / RUNS)
+
+
+def test_its_rows_solve_the_instrumental_equations() -> None:
+    """Least squares on the rows is (Z' W)^-1 Z' y, and the residual is orthogonal to Z."""
+    log = log_of(NOISE, 1)
+    estimator = IdimInstrumentalVariables()
+    rows = estimator.regression(log)
+    values = np.linalg.lstsq(rows.regressors, rows.target, rcond=None)[0]
+    residual = rows.target - rows.regressors @ values
+    np.testing.assert_allclose(rows.regressors.T @ residual, 0.0, atol=1e-8)
+    found = estimator.fit(log)
+    np.testing.assert_allclose(values, [found.value(name) for name in rows.names], rtol=1e-9)
+    # Values over noise: what is left is what the measured rows leave, not the projected ones
+    measured = IdimLeastSquares().regression(log)
+    left = measured.target - measured.regressors @ values
+    assert np.std(residual) == pytest.approx(np.std(left), rel=0.1)
+
+
+def test_a_known_inertia_and_directions_of_their_own() -> None:
+    found = IdimInstrumentalVariables(inertia=1.0, per_direction=True).fit(log_of(1e-5, 0))
+    assert "mass" not in found.parameters
+    assert found.value("viscous_friction_positive") == pytest.approx(1.0, rel=0.02)
+    # An offset is half the difference of the two Coulomb values
+    assert found.value("coulomb_friction_positive") == pytest.approx(1.2, rel=0.02)
+    assert found.value("coulomb_friction_negative") == pytest.approx(0.8, rel=0.02)
+
+
+def test_it_agrees_with_least_squares_on_emps(benchmark_data: Find) -> None:
+    data = scipy.io.loadmat(benchmark_data("emps/DATA_EMPS.mat"))
+    log = AxisLog(
+        name="emps",
+        kind="linear",
+        time=data["t"].ravel(),
+        effort=data["vir"].ravel() * data["gtau"].item(),
+        measured_position=data["qm"].ravel(),
+    )
+    found, other = IdimInstrumentalVariables().fit(log), IdimLeastSquares().fit(log)
+    assert found.status is Status.OK
+    for name, parameter in other.parameters.items():
+        assert parameter.std is not None
+        assert abs(found.value(name) - other.value(name)) < parameter.std
+    assert found.diagnostics.relative_residual < other.diagnostics.relative_residual
+
+
+def test_settings_are_checked() -> None:
+    with pytest.raises(InputError, match="feedback is 0"):
+        IdimInstrumentalVariables(feedback=0.0)
+    with pytest.raises(InputError, match="cutoff is -1"):
+        IdimInstrumentalVariables(cutoff=-1.0)
