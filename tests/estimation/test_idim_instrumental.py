@@ -56,7 +56,8 @@ def test_unbiased_where_least_squares_is_biased() -> None:
     spread = STANDARD_ERRORS * biased.std(axis=0) / np.sqrt(RUNS)
     beyond = np.abs(biased.mean(axis=0)) - spread
     assert biased.mean(axis=0)[0] < 0.0
-    assert np.all(beyond[:3] > 5.0 * SMEARED)
+    assert beyond[0] > 20.0 * SMEARED
+    assert np.all(beyond[:3] > 2.0 * SMEARED)
 
 
 def test_intervals_cover() -> None:
