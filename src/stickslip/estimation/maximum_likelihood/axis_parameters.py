@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from types import MappingProxyType
 
 import numpy as np
@@ -77,8 +78,13 @@ class AxisParameters:
         masses = ("mass", "inertia", "load_mass", "load_inertia", "stiffness", "stribeck_velocity")
         return (*self._structure, *(name for name in PARAMETER_NAMES if name not in masses))
 
+    @cached_property
+    def _sources(self) -> dict[str, str | None]:
+        """The name, sought or known, that the value of each parameter of a plant comes from."""
+        masses = ("mass", "mass_1", "mass_2")
+        return {name: self._source(name) for name in (*masses, *PARAMETER_NAMES, *self._possible)}
+
     def _source(self, name: str) -> str | None:
-        """Return the name, sought or known, that the value of a plant's parameter comes from."""
         if name in ("mass", "mass_1"):
             name = mass_name(self.kind)
         elif name == "mass_2":
@@ -94,7 +100,7 @@ class AxisParameters:
 
     def value(self, name: str, values: Float[np.ndarray, " p"]) -> float:
         """Return the value [SI] of a plant's parameter for values of what is sought [SI]."""
-        source = self._source(name)
+        source = self._sources[name]
         if source is None:
             return 0.0
         if source in self.names:

@@ -15,6 +15,12 @@ from stickslip.records import AxisKind
 
 __all__ = ["rows_at"]
 
+LARGEST_CORRELATION = 0.2
+"""Of successive errors after whitening, beyond which they are not those of the sensors alone: a
+force that the model lacks adds up in them, and biases the parameters."""
+
+_ROUNDING = 1e-6  # of the range: errors that small have the colour of rounding
+
 _SMALLEST_RATIO = 1e-7
 _LARGEST_SHARE = 2.0
 """A combination of columns is told by the log if its standard deviation is less than half of what
@@ -54,14 +60,17 @@ def rows_at(
     blocks: list[Float[np.ndarray, "n columns"]] = []
     velocities: list[Float[np.ndarray, " n"]] = []
     effect = 0.0
+    sums = np.zeros((len(maximum.noise), 2))
     for window, state in zip(windows, maximum.states, strict=True):
         errors, changes = window.linearised(parameters, maximum.values, state)
         parts: list[Float[np.ndarray, "n columns"]] = []
-        for error, change, of, time in zip(
-            errors, changes, maximum.noise, window.row_times(), strict=True
+        for c, (error, change, of, time) in enumerate(
+            zip(errors, changes, maximum.noise, window.row_times(), strict=True)
         ):
             rows = whitened(np.column_stack([error, change]), of.correlation) * (scale / of.std)
             parts.append(np.column_stack([time, rows]))
+            if np.sqrt(np.mean(error**2)) > _ROUNDING * np.ptp(window.channels[c].readings):
+                sums[c] += rows[1:, 0] @ rows[:-1, 0], rows[:, 0] @ rows[:, 0]
         stacked = np.concatenate(parts)
         local = stacked[:, 2 + p :]
         basis = np.linalg.qr(local)[0] if local.shape[1] else local
@@ -71,6 +80,15 @@ def rows_at(
         velocities.append(motion.velocity)
         shown = window.channels[0].errors(np.full(window.time.size, np.mean(motion.position)))
         effect += float(np.sum(whitened(shown, maximum.noise[0].correlation) ** 2))
+    correlation = float(np.max(np.abs(sums[:, 0]) / np.where(sums[:, 1] > 0, sums[:, 1], np.inf)))
+    biased = correlation > LARGEST_CORRELATION
+    if biased:
+        notes = (
+            *notes,
+            f"successive errors are still correlated ({correlation:.2g}) when a first-order "
+            "autoregression is taken out: a disturbing force, or another law of friction, moves "
+            "the axis besides what is modelled",
+        )
     rows = np.concatenate(blocks)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]
     regressors = rows[:, 2:]
@@ -98,4 +116,5 @@ def rows_at(
         effect=float(np.sqrt(effect)),
         smallest_singular_ratio=max(ratio, _SMALLEST_RATIO),
         resolution=0.0,
+        biased=biased,
     )

@@ -21,7 +21,8 @@ _UNEXPLAINED = 1.5
 """Times that the errors over a whole stretch exceed those over pieces of it where the search has
 ended elsewhere than at the best, or the model is wrong."""
 
-_SPREAD = (0.7, 1.0, 1.4)  # of friction, in the starts that are then tried
+_SPREAD = (0.7, 1.4)  # of friction, in the starts that are then tried
+_TRIED = 12  # steps from each of them; the best goes on
 
 _STATIC = (1.05, 1.15, 1.3, 1.6)
 """Static over Coulomb friction in starts that are always tried where it is sought: the motion jumps
@@ -87,9 +88,15 @@ def staged_search(
         maximum = min(maximum, other, key=lambda found: found.cost)
     if short is None or _growth(maximum, short) <= _UNEXPLAINED:
         return windows, maximum, ()
-    for elsewhere in (start, *_starts(parameters, short.values)):
-        other = search(windows, parameters, elsewhere, coloured=coloured)
-        maximum = min(maximum, other, key=lambda found: found.cost)
+    best = min(
+        (
+            search(windows, parameters, elsewhere, coloured=coloured, most_steps=_TRIED)
+            for elsewhere in (start, *_starts(parameters, short.values))
+        ),
+        key=lambda found: found.cost,
+    )
+    if best.cost < maximum.cost:
+        maximum = search(windows, parameters, best.values, coloured=coloured, states=best.states)
     growth = _growth(maximum, short)
     if growth <= _UNEXPLAINED:
         return windows, maximum, ()
