@@ -32,6 +32,7 @@ from stickslip.estimation.noise_compensation import (
 )
 from stickslip.estimation.recursive_least_squares import RecursiveLeastSquares
 from stickslip.estimation.report_estimator import ReportEstimator
+from stickslip.estimation.stribeck_estimator import StribeckEstimator
 from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
 
 __all__ = [
@@ -51,6 +52,7 @@ __all__ = [
     "RecursiveLeastSquares",
     "ReportEstimator",
     "SensorNoise",
+    "StribeckEstimator",
     "YazdizadehKhorasaniObserver",
     "absolute_bias",
     "absolute_bias_polynomial",

@@ -3,6 +3,7 @@
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass, fields, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -173,6 +174,15 @@ class EnergyEstimator:
         return "energy"
 
     @property
+    def options(self) -> dict[str, Any]:
+        """Name and settings as plain values, for a result's provenance."""
+        return {field.name: getattr(self, field.name) for field in fields(self)} | {
+            "estimator": self.name,
+            "initial_values": dict(self.initial_values or {}),
+            "stribeck": [asdict(effect) for effect in self.terms.stribeck] or None,
+        }
+
+    @property
     def terms(self) -> FrictionTerms:
         """The friction parameters that are estimated."""
         return FrictionTerms.asked(
@@ -202,13 +212,7 @@ class EnergyEstimator:
 
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
-        options = {field.name: getattr(self, field.name) for field in fields(self)}
-        options |= {
-            "estimator": self.name,
-            "initial_values": dict(self.initial_values or {}),
-            "stribeck": [asdict(effect) for effect in self.terms.stribeck] or None,
-        }
-        return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
+        return solve(regression, estimator=self.name, provenance=provenance_of(log, self.options))
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the whitened rows of the balance.

@@ -118,6 +118,7 @@ def _balance_of(
         stiffness=estimator.stiffness if arm else None,
         per_direction=estimator.per_direction,
         offset=estimator.offset,
+        stribeck=estimator.stribeck,
         cutoff=estimator.cutoff,
         filter_order=estimator.filter_order,
     )

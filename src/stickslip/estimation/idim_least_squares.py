@@ -6,6 +6,7 @@ the inverse dynamic model and the effort alike, and solve by least squares.
 """
 
 from dataclasses import asdict, dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -98,6 +99,11 @@ class IdimLeastSquares:
         return "idim-ls"
 
     @property
+    def options(self) -> dict[str, Any]:
+        """Name and settings as plain values, for a result's provenance."""
+        return {"estimator": self.name, **asdict(self)}
+
+    @property
     def terms(self) -> FrictionTerms:
         """The friction parameters that are estimated."""
         return FrictionTerms.asked(
@@ -116,8 +122,7 @@ class IdimLeastSquares:
 
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
-        options = {"estimator": self.name, **asdict(self)}
-        return solve(regression, estimator=self.name, provenance=provenance_of(log, options))
+        return solve(regression, estimator=self.name, provenance=provenance_of(log, self.options))
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the filtered and decimated rows of the inverse dynamic model.

@@ -4,7 +4,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy import EnergyEstimator
-from stickslip.friction import CoulombViscousFriction
+from stickslip.friction import CoulombViscousFriction, StribeckFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, Resimulation
 from stickslip.simulation import simulate
@@ -21,7 +21,8 @@ LARGEST_PLOT = 4000
 def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Plant:
     """Return the plant that an estimate describes.
 
-    Static friction is taken equal to Coulomb friction, and a negative estimate as zero.
+    Static friction that is not estimated is taken equal to Coulomb friction, and a negative
+    estimate as zero.
 
     Parameters
     ----------
@@ -37,15 +38,19 @@ def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Pl
     def side(term: str, which: str) -> float:
         return max(values.get(f"{term}_{which}", values.get(term, 0.0)), 0.0)
 
-    law = CoulombViscousFriction(
-        coulomb_friction_positive=side("coulomb_friction", "positive"),
-        coulomb_friction_negative=side("coulomb_friction", "negative"),
-        static_friction_positive=side("coulomb_friction", "positive"),
-        static_friction_negative=side("coulomb_friction", "negative"),
-        viscous_friction_positive=side("viscous_friction", "positive"),
-        viscous_friction_negative=side("viscous_friction", "negative"),
-        offset=values.get("offset", 0.0),
-    )
+    forward, backward = side("coulomb_friction", "positive"), side("coulomb_friction", "negative")
+    magnitudes = {
+        "coulomb_friction_positive": forward,
+        "coulomb_friction_negative": backward,
+        "static_friction_positive": max(side("static_friction", "positive"), forward),
+        "static_friction_negative": max(side("static_friction", "negative"), backward),
+        "viscous_friction_positive": side("viscous_friction", "positive"),
+        "viscous_friction_negative": side("viscous_friction", "negative"),
+        "offset": values.get("offset", 0.0),
+    }
+    law = CoulombViscousFriction(**magnitudes)
+    for effect in balance.terms.stribeck:
+        law = StribeckFriction(**magnitudes, stribeck_velocity=effect.velocity, shape=effect.shape)
     if balance.load_inertia is None or balance.stiffness is None:
         return SingleMass(mass=inertia, friction=law, kind=estimate.kind)
     return FlexibleArm(

@@ -1,0 +1,266 @@
+"""Coulomb, viscous and static friction with their Stribeck velocity: separable least squares.
+
+Given the Stribeck velocity, friction is linear in its parameters; what an estimator makes of a log
+is then a linear regression. The velocity itself is what is left to search: the sum of squares that
+linear least squares leaves, as a function of it alone (variable projection, Golub and Pereyra
+1973). Near its minimum the law is linearised in the velocity too, as the report recommends (part A
+chapter 7), which makes the search a Gauss-Newton iteration and gives the intervals.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.energy import EnergyEstimator
+from stickslip.estimation.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.intervals import t_quantile
+from stickslip.estimation.kinematics import slow_speed
+from stickslip.estimation.regression import Regression, least_squares
+from stickslip.estimation.solution import provenance_of, solve
+from stickslip.friction import StribeckEffect
+from stickslip.friction.stribeck import StribeckShape
+from stickslip.records import AxisLog, FrictionEstimate, InputError, ParameterEstimate
+
+__all__ = ["StribeckEstimator"]
+
+_COARSE, _FINE = 11, 7
+"""Stribeck velocities that are compared at once, over the whole range and then around the best."""
+
+_APART = 0.05
+"""Relative distance of the velocities that the slope is taken from."""
+
+_CONVERGED = 1e-5  # relative change of the Stribeck velocity
+_ITERATIONS = 12
+_LARGEST_STEP = 1.5  # factor
+_WIDE = 1.0
+"""Half an interval over the Stribeck velocity above which the log has not determined it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class StribeckEstimator:
+    """Fit a Stribeck law to a whole log, its Stribeck velocity included.
+
+    Attributes
+    ----------
+    method
+        What makes a regression of the log, with all its settings but for the Stribeck effect.
+    shape
+        ``"gaussian"`` or ``"exponential"``.
+    velocities
+        Smallest and largest Stribeck velocity to look for [m/s or rad/s]; None takes the slowest
+        and the fastest motion that the log shows.
+
+    Raises
+    ------
+    InputError
+        If the method has a Stribeck effect already, or the velocities are not 0 < smallest <
+        largest.
+
+    Examples
+    --------
+    >>> StribeckEstimator(method=EnergyEstimator(inertia=95.1)).name
+    'stribeck-energy'
+    """
+
+    method: EnergyEstimator | IdimLeastSquares
+    shape: StribeckShape = "gaussian"
+    velocities: tuple[float, float] | None = None
+
+    def __post_init__(self) -> None:
+        if self.method.stribeck is not None:
+            raise InputError(
+                "the method has a Stribeck effect, and it is to be found",
+                remedy="leave the method's Stribeck effect out",
+            )
+        _ = StribeckEffect(velocity=1.0, shape=self.shape)
+        if self.velocities is not None and not 0 < self.velocities[0] < self.velocities[1] < np.inf:
+            raise InputError(
+                f"velocities is {self.velocities} m/s or rad/s, the smallest must be positive and "
+                "less than the largest",
+                remedy="give (smallest, largest), or leave it out",
+            )
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return f"stribeck-{self.method.name}"
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Estimate the parameters from a whole log.
+
+        Where no step from static to Coulomb friction stands out, both static friction and Stribeck
+        velocity are reported as not identifiable, and the others as if there were none.
+
+        Raises
+        ------
+        InputError
+            As the method's own ``fit`` does.
+        """
+        plain = self.method.regression(log)
+        options = {
+            "estimator": self.name,
+            "shape": self.shape,
+            "velocities": self.velocities,
+            "method": self.method.options,
+        }
+        provenance = provenance_of(log, options)
+        low, high = self._range(plain)
+        best = None
+        if plain.target.size and low < high:
+            best = self._searched(log, low, high)
+        if best is not None:
+            velocity, regression = best
+            found = solve(regression, estimator=self.name, provenance=provenance)
+            if _stands_out(found, velocity):
+                return _shifted(found, velocity)
+        nothing = _without_step(plain, low, high)
+        return solve(nothing, estimator=self.name, provenance=provenance)
+
+    def _range(self, plain: Regression) -> tuple[float, float]:
+        if self.velocities is not None:
+            return self.velocities
+        motion = plain.motion
+        return slow_speed(motion.largest_speed, motion.speed_noise), motion.largest_speed
+
+    def _regression(self, log: AxisLog, velocities: Float[np.ndarray, " k"]) -> Regression:
+        """Return the method's rows with a step for each of some Stribeck velocities."""
+        effects = tuple(
+            StribeckEffect(velocity=float(velocity), shape=self.shape) for velocity in velocities
+        )
+        return replace(self.method, stribeck=effects).regression(log)
+
+    def _searched(self, log: AxisLog, low: float, high: float) -> tuple[float, Regression] | None:
+        """Return the Stribeck velocity that fits best, and the rows linearised there.
+
+        None if the best lies at an end of the range.
+        """
+        ends = low, high
+        for count in (_COARSE, _FINE):
+            grid = np.geomspace(*ends, count)
+            left = _left_over(self._regression(log, grid), count)
+            k = int(np.argmin(left))
+            ends = grid[max(k - 1, 0)], grid[min(k + 1, count - 1)]
+        velocity = float(grid[k])
+        linear = None
+        for _ in range(_ITERATIONS):
+            around = velocity * np.array([1.0 - _APART, 1.0, 1.0 + _APART])
+            linear = _linearised(self._regression(log, around), around)
+            step = float(least_squares(linear.regressors, linear.target)[-1])
+            after = float(
+                np.clip(velocity + step, velocity / _LARGEST_STEP, velocity * _LARGEST_STEP)
+            )
+            if not low <= after <= high:
+                return None
+            if abs(after - velocity) <= _CONVERGED * velocity:
+                return velocity, linear
+            velocity = after
+        return None if linear is None else (velocity, linear)
+
+
+def _sides(regression: Regression) -> tuple[str, ...]:
+    """Return what the names of the directional parameters end with."""
+    return ("",) if "coulomb_friction" in regression.names else ("_positive", "_negative")
+
+
+def _column(regression: Regression, name: str) -> Float[np.ndarray, " n"]:
+    return regression.regressors[:, regression.names.index(name)]
+
+
+def _left_over(regression: Regression, count: int) -> Float[np.ndarray, " k"]:
+    """Return the sum of squares that is left with each of the steps alone."""
+    others = [k for k, name in enumerate(regression.names) if not name.startswith("step")]
+    left = np.empty(count)
+    for k in range(count):
+        own = [regression.names.index(f"step_{k}{side}") for side in _sides(regression)]
+        columns = regression.regressors[:, others + own]
+        residual = regression.target - columns @ least_squares(columns, regression.target)
+        left[k] = float(residual @ residual)
+    return left
+
+
+def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regression:
+    """Return the rows in Coulomb and static friction and the change of the Stribeck velocity.
+
+    ``f_c (1 - e) + f_s e + (f_s - f_c) de/dv_s (change of v_s)``, the slope from three effects.
+    """
+    sides = _sides(regression)
+    names: list[str] = []
+    columns: list[Float[np.ndarray, " n"]] = []
+    noise: list[float] = []
+    for k, name in enumerate(regression.names):
+        column = regression.regressors[:, k]
+        if name.startswith(("step_0", "step_2")):
+            continue
+        if name.startswith("coulomb_friction"):
+            column = column - _column(regression, name.replace("coulomb_friction", "step_1"))
+        names.append(name.replace("step_1", "static_friction"))
+        columns.append(column)
+        noise.append(float(regression.regressor_noise[k]))
+    values = dict(
+        zip(names, least_squares(np.column_stack(columns), regression.target), strict=True)
+    )
+    slope = np.zeros(regression.target.size)
+    for side in sides:
+        rise = _column(regression, f"step_2{side}") - _column(regression, f"step_0{side}")
+        step = values[f"static_friction{side}"] - values[f"coulomb_friction{side}"]
+        slope += step * rise / (around[2] - around[0])
+    return replace(
+        regression,
+        names=(*names, "stribeck_velocity"),
+        regressors=np.column_stack([*columns, slope]),
+        regressor_noise=np.array([*noise, 0.0]),
+    )
+
+
+def _stands_out(found: FrictionEstimate, velocity: float) -> bool:
+    """Return whether the log shows a step from static to Coulomb friction, and how wide it is."""
+    identified = [name for name, p in found.parameters.items() if p.identified]
+    if "stribeck_velocity" not in identified:
+        return False
+    change = found.parameters["stribeck_velocity"].ci95
+    if change is None or 0.5 * (change[1] - change[0]) > _WIDE * velocity:
+        return False
+    for side in ("", "_positive", "_negative"):
+        pair = [f"static_friction{side}", f"coulomb_friction{side}"]
+        if not set(pair) <= set(identified):
+            continue
+        at = [identified.index(name) for name in pair]
+        block = found.covariance[np.ix_(at, at)]
+        std = float(np.sqrt(max(block[0, 0] + block[1, 1] - 2.0 * block[0, 1], 0.0)))
+        step = found.value(pair[0]) - found.value(pair[1])
+        widest = max(found.parameters[name].quantile for name in pair)
+        if step > max(widest, t_quantile(np.inf)) * std:
+            return True
+    return False
+
+
+def _shifted(found: FrictionEstimate, velocity: float) -> FrictionEstimate:
+    """Return the estimate with the Stribeck velocity in place of its change."""
+    change = found.parameters["stribeck_velocity"]
+    if change.value is None or change.ci95 is None:
+        return found
+    whole = ParameterEstimate(
+        name=change.name,
+        value=change.value + velocity,
+        std=change.std,
+        ci95=(change.ci95[0] + velocity, change.ci95[1] + velocity),
+        unit=change.unit,
+    )
+    return replace(found, parameters={**found.parameters, change.name: whole})
+
+
+def _without_step(plain: Regression, low: float, high: float) -> Regression:
+    """Return rows with columns of zeros for what the log does not show."""
+    names = [f"static_friction{side}" for side in _sides(plain)] + ["stribeck_velocity"]
+    return replace(
+        plain,
+        names=(*plain.names, *names),
+        regressors=np.column_stack([plain.regressors, np.zeros((plain.target.size, len(names)))]),
+        regressor_noise=np.concatenate([plain.regressor_noise, np.zeros(len(names))]),
+        notes=(
+            *plain.notes,
+            "no step from static to Coulomb friction stands out with a Stribeck velocity from "
+            f"{low:.3g} to {high:.3g} ({plain.kind} axis, SI)",
+        ),
+    )
