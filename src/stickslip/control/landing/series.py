@@ -62,6 +62,7 @@ def next_series(
         effort_limit=effort_limit,
         excess=_EXCESS,
         impulse_gap=_GAP,
+        rest_on_the_way=True,
     )
     error, amplitude = target - swing.position, swing.amplitude
     way = 1.0 if error > 0.0 else -1.0
