@@ -1,7 +1,7 @@
 """The conjunction of the report: feedback moves an arm near its target, pulses land it at rest."""
 
 from dataclasses import dataclass, replace
-from math import ceil, isfinite, pi, sqrt
+from math import ceil, inf, isfinite, pi, sqrt
 from statistics import NormalDist
 
 import numpy as np
@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from stickslip.control.feedback import FeedbackController
 from stickslip.control.landing.approach import arm_approach, scaled_notch, scaled_pd
-from stickslip.control.landing.belief import ArmBelief, FlightLog
+from stickslip.control.landing.belief import LEARNT, ArmBelief, FlightLog, check_learnt
 from stickslip.control.landing.series import next_series
 from stickslip.control.landing.state import Flight, LandingState, Window
 from stickslip.control.landing.supervisor import FRICTION, Supervisor
@@ -76,6 +76,9 @@ class LandingController(Supervisor[LandingState]):
     arm_uncertainty
         Standard deviation of masses and spring, over their values [-]. Above 0 they and the
         friction are learned from the motion along each series.
+    experience
+        What an earlier run has learned of masses, spring and friction (`resumed`), that it goes on
+        from; or None.
     notch
         Of the feedback phase; None scales that of the surrogate arm.
     most_series
@@ -107,6 +110,7 @@ class LandingController(Supervisor[LandingState]):
 
     arm: FlexibleArm
     arm_uncertainty: float = 0.0
+    experience: LearntPulses | None = None
     notch: Notch | None = None
     most_series: int = 6
 
@@ -120,6 +124,32 @@ class LandingController(Supervisor[LandingState]):
                 remedy="allow some; 2 land an arm whose friction is known",
             )
         self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
+        if self.experience is not None:
+            check_learnt(self.experience, self.kind)
+
+    @property
+    def _learns(self) -> bool:
+        """Whether masses and spring are learned."""
+        return self.arm_uncertainty > 0.0 or self.experience is not None
+
+    def resumed(self, learnt: LearntPulses) -> "LandingController":
+        """Return the same controller, beginning with what an earlier run has learned of the arm.
+
+        The estimator stays as it is, so that one of the learned masses and spring has to be given.
+
+        Parameters
+        ----------
+        learnt
+            From `learnt` of a controller with an ``arm_uncertainty``, or read from a file.
+
+        Raises
+        ------
+        InputError
+            If it was learned by another method, on another kind of axis, or cannot be.
+        """
+        check_learnt(learnt, self.kind)
+        known = ArmBelief.resumed(self.arm, learnt)
+        return replace(self, arm=known.arm, experience=learnt)
 
     @property
     def kind(self) -> AxisKind:
@@ -138,7 +168,7 @@ class LandingController(Supervisor[LandingState]):
 
     def init(self) -> LandingState:
         """Return the state before the first sample."""
-        law = self.arm.friction
+        law, learnt = self.arm.friction, self.experience
         known = law.coulomb_friction_positive + law.coulomb_friction_negative
         static = law.static_friction_positive + law.static_friction_negative
         return LandingState(
@@ -147,6 +177,7 @@ class LandingController(Supervisor[LandingState]):
             estimator_state=self.estimator.init(sampling_time=self.sampling_time),
             window=Window.of(self._window),
             static_ratio=max(static / known, _STATIC) if known > 0.0 else _STATIC,
+            belief=None if learnt is None else ArmBelief.resumed(self.arm, learnt),
         )
 
     def _readable(self, sample: SensorSample) -> bool:
@@ -175,6 +206,10 @@ class LandingController(Supervisor[LandingState]):
         )
 
     @property
+    def _driven(self) -> str:
+        return "mass 1"
+
+    @property
     def _left(self) -> float:
         return _LEFT
 
@@ -197,7 +232,7 @@ class LandingController(Supervisor[LandingState]):
     def _decided(self, state: LandingState, sample: SensorSample) -> LandingState:
         """Return the state, in the next phase if mass 1 has rested long enough to judge."""
         if state.flights and len(state.track) <= state.flights[-1].planned.effort.size:
-            state = replace(state, track=(*state.track, sample[1:]))
+            state = replace(state, track=(*state.track, sample))
         if state.phase.name != "resting":
             return state
         if not self._settled(state):
@@ -238,7 +273,7 @@ class LandingController(Supervisor[LandingState]):
             coulomb_friction=coulomb,
             viscous_friction=viscous,
         )
-        state = replace(state, flights=(*state.flights, flight), sent=0, track=(sample[1:],))
+        state = replace(state, flights=(*state.flights, flight), sent=0, track=(sample,))
         reason = "a series leads to the target"
         if series.target != state.target:
             reason = "mass 2 swings more than the way left: a series leads beyond, to come back"
@@ -266,33 +301,29 @@ class LandingController(Supervisor[LandingState]):
         state = replace(state, flights=(*state.flights[:-1], ended))
         if abs(swing.position - last.planned.position[0]) <= self._band:
             return replace(state, static_ratio=_STATIC_STEP * state.static_ratio)
-        if self.arm_uncertainty == 0.0:
+        if not self._learns:
             return state
-        belief = state.belief
-        if belief is None:
-            coulomb, viscous = self._friction(state)
-            belief = ArmBelief.first(
-                self.arm,
-                uncertainty=self.arm_uncertainty,
-                coulomb_friction=coulomb,
-                viscous_friction=viscous,
-                covariance=self._covariance(state),
-            )
-        planned = last.planned
-        flight = FlightLog(
-            start=(
-                float(planned.position[0]),
-                0.0,
-                float(planned.load_position[0]),
-                float(planned.load_velocity[0]),
-            ),
-            effort=planned.effort,
-            seen=np.array(state.track),
+        flight = FlightLog.of(
+            last.planned,
+            state.track,
             sampling_time=self.sampling_time,
             position_noise=self.position_noise,
             velocity_noise=self.velocity_noise,
         )
-        return replace(state, belief=belief.after(flight))
+        return replace(state, belief=self._belief(state).after(flight))
+
+    def _belief(self, state: LandingState) -> ArmBelief:
+        """Return what is believed of the arm, before the first series by the estimator."""
+        if state.belief is not None:
+            return state.belief
+        coulomb, viscous = self._friction(state)
+        return ArmBelief.first(
+            self.arm,
+            uncertainty=self.arm_uncertainty,
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+            covariance=self._covariance(state),
+        )
 
     def _friction(self, state: LandingState) -> tuple[float, float]:
         """Return Coulomb and viscous friction as estimated, as far as a law can hold them."""
@@ -319,7 +350,7 @@ class LandingController(Supervisor[LandingState]):
         return max(ceil(_KEPT * self.half_swing / self.sampling_time), _LATE) + 1
 
     def estimates(self, state: LandingState) -> dict[str, float]:
-        """Return the friction as estimated [N or N m, N s/m or N m s/rad, N or N m].
+        """Return friction as estimated, with masses and spring if they are learned [SI].
 
         The static friction is only what has been enough to free mass 1.
 
@@ -330,10 +361,33 @@ class LandingController(Supervisor[LandingState]):
         """
         coulomb, viscous = self._friction(state)
         static = coulomb * state.static_ratio
-        return dict(zip(FRICTION, (coulomb, viscous, static), strict=True))
+        found: dict[str, float] = dict(zip(FRICTION, (coulomb, viscous, static), strict=True))
+        if self._learns:
+            body = self._belief(state).values
+            found |= {name: body[name] for name in LEARNT[:3]}
+        return found
+
+    def deviations(self, state: LandingState) -> dict[str, float]:
+        """Return standard deviations of the estimates, but for static friction [SI].
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        found = super().deviations(state)
+        if not self._learns:
+            return found
+        own = self._belief(state).deviations
+        if state.belief is None:
+            own |= {name: inf for name, spread in found.items() if not isfinite(spread)}
+        return {name: own[name] for name in (*found, *LEARNT[:3])}
 
     def learnt(self, state: LandingState) -> LearntPulses:
         """Return what was learned, as of the base class.
+
+        The covariance is that of the estimator, or, where masses and spring are learned, of the
+        logarithms of masses, spring, Coulomb and viscous friction.
 
         Parameters
         ----------
@@ -345,9 +399,10 @@ class LandingController(Supervisor[LandingState]):
         InputError
             As of the base class.
         """
+        covariance = self._known_covariance(state) if state.belief is None else np.empty(0)
         return LearntPulses(
             method="landing",
             kind=self.kind,
             values=self.estimates(state),
-            covariance=self._known_covariance(state),
+            covariance=self._belief(state).covariance if self._learns else covariance,
         )

@@ -19,6 +19,7 @@ from stickslip.records import (
     LearntPulses,
     PositioningOutcome,
     SensorSample,
+    quantity_field,
 )
 
 __all__ = ["AxisLandingController"]
@@ -57,6 +58,13 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         friction are used.
     rest
         How the pulses tell that the mass rests; None for a sensor without noise.
+    mass_uncertainty
+        Standard deviation of the mass, over its value, that the pulses begin with [-].
+    longest_width
+        Of a pulse; None for no limit.
+    experience
+        What the pulses of an earlier run have learned (`resumed`), that those of this one go on
+        from; or None.
 
     Raises
     ------
@@ -80,11 +88,15 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
     axis: SingleMass[CoulombViscousFriction]
     rest: RestDetection | None = None
+    mass_uncertainty: float = ExactPulseController.mass_uncertainty
+    longest_width: float | None = quantity_field("time", default=None)
+    experience: LearntPulses | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
         law = self.axis.friction
         self._check_effort(max(law.breakaway()) + abs(law.offset))
+        self._first_pulses(self.init())  # which refuses what it cannot begin with
 
     @property
     def kind(self) -> AxisKind:
@@ -113,6 +125,10 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
     def _readable(self, sample: SensorSample) -> bool:
         return isfinite(sample.measured_position) and isfinite(sample.measured_velocity)
+
+    @property
+    def _driven(self) -> str:
+        return "the mass"
 
     @property
     def _band(self) -> float:
@@ -174,8 +190,20 @@ class AxisLandingController(Supervisor[AxisLandingState]):
                 offset=believed.offset,
             ),
             friction_uncertainty=float(np.clip(spread[0], _SURELY, 1.0)),
+            mass_uncertainty=self.mass_uncertainty,
             position_noise=self.position_noise,
+            longest_width=self.longest_width,
+            experience=self.experience,
         )
+
+    def _pulses(
+        self, state: AxisLandingState
+    ) -> tuple[ExactPulseController, Float[np.ndarray, " p"]]:
+        """Return the controller of pulses with its state, the first one before it has begun."""
+        if state.pulses is not None:
+            return state.pulses, state.pulse_state
+        first = self._first_pulses(state)
+        return first, first.init()
 
     def _landing(
         self, state: AxisLandingState, sample: SensorSample
@@ -194,7 +222,9 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         return state, effort
 
     def estimates(self, state: AxisLandingState) -> dict[str, float]:
-        """Return the friction as estimated [N or N m, N s/m or N m s/rad].
+        """Return friction as estimated along the way, and mass and friction as of the pulses [SI].
+
+        Before the first pulse the latter are what pulses would begin with.
 
         Parameters
         ----------
@@ -202,13 +232,14 @@ class AxisLandingController(Supervisor[AxisLandingState]):
             From `init` or a step.
         """
         coulomb, viscous = self._estimated(state)
-        found = {"coulomb_friction": coulomb, "viscous_friction": viscous}
-        if state.pulses is not None:
-            found |= state.pulses.estimates(state.pulse_state)
-        return found
+        pulses, memory = self._pulses(state)
+        own = {"coulomb_friction": coulomb, "viscous_friction": viscous}
+        return own | pulses.estimates(memory)
 
     def learnt(self, state: AxisLandingState) -> LearntPulses:
-        """Return what the pulses have learned, as of the base class.
+        """Return what the pulses have learned, of their own method (`ExactPulseController.learnt`).
+
+        Before the first pulse it is what they would begin with.
 
         Parameters
         ----------
@@ -220,8 +251,24 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         InputError
             As of the base class.
         """
-        if state.pulses is None:
+        if state.pulses is None and self.experience is None:
             self._known_covariance(state)
-            first = self._first_pulses(state)
-            return first.learnt(first.init())
-        return state.pulses.learnt(state.pulse_state)
+        pulses, memory = self._pulses(state)
+        return pulses.learnt(memory)
+
+    def resumed(self, learnt: LearntPulses) -> "AxisLandingController":
+        """Return the same controller, whose pulses begin with what an earlier run has learned.
+
+        The estimator and the axis that the feedback is made for stay as they are.
+
+        Parameters
+        ----------
+        learnt
+            From `learnt`, of an `ExactPulseController` too, or read from a file.
+
+        Raises
+        ------
+        InputError
+            If it was learned by another method, on another kind of axis, or cannot be.
+        """
+        return replace(self, experience=learnt)

@@ -1,5 +1,6 @@
 """What is believed of an arm, corrected by the motion along each series."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from math import exp, log
 
@@ -7,13 +8,27 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning import forward_motion
+from stickslip.planning import PulseSeries, forward_motion
 from stickslip.plants import FlexibleArm
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    SensorSample,
+    non_negative,
+    positive,
+    unit_of,
+)
 
-__all__ = ["ArmBelief", "FlightLog"]
+__all__ = ["LEARNT", "ArmBelief", "FlightLog", "check_learnt"]
+
+LEARNT = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_friction")
+"""What is believed, by name, in the order of the covariance."""
 
 _BODY, _FRICTION, _BEGIN = slice(0, 3), slice(3, 5), slice(5, 7)
 _CARRIED = 6.0  # by which what the feedback finds of friction is more wrong than masses and spring
+_UNKNOWN = 1.0  # standard deviation of the logarithm of a friction that is not known at all
+_SINCE = 0.05  # by which friction may have changed since an earlier run [-]
 _LEAST_VISCOUS = 1e-3  # of m1 times the frequency of mass 2: stands for none, it has a logarithm
 _LEAST_SAMPLES = 8  # of slipping: fewer tell too little
 _CERTAIN = 4.0  # standard deviations of a measured velocity
@@ -46,6 +61,37 @@ class FlightLog:
     sampling_time: float
     position_noise: float
     velocity_noise: float
+
+    @classmethod
+    def of(
+        cls,
+        planned: PulseSeries,
+        track: Sequence[SensorSample],
+        *,
+        sampling_time: float,
+        position_noise: float,
+        velocity_noise: float,
+    ) -> "FlightLog":
+        """Return the log of a series that was sent as planned.
+
+        Parameters
+        ----------
+        planned
+            The series.
+        track
+            The sample at its begin, and the one after each of its own.
+        sampling_time, position_noise, velocity_noise
+            As of the class.
+        """
+        place, load = float(planned.position[0]), float(planned.load_position[0])
+        return cls(
+            start=(place, 0.0, load, float(planned.load_velocity[0])),
+            effort=planned.effort,
+            seen=np.array(track)[:, 1:],
+            sampling_time=sampling_time,
+            position_noise=position_noise,
+            velocity_noise=velocity_noise,
+        )
 
     @property
     def direction(self) -> float:
@@ -102,11 +148,50 @@ class ArmBelief:
         P = np.diag([uncertainty**2] * 3 + [(_CARRIED * uncertainty) ** 2] * 2)
         of_one = 1.0 / np.array([coulomb_friction, max(viscous_friction, _least_viscous(arm))])
         if np.isfinite(covariance).all():
-            P[3:, 3:] += covariance * np.outer(of_one, of_one)
+            P[_FRICTION, _FRICTION] += covariance * np.outer(of_one, of_one)
+        else:
+            P[_FRICTION, _FRICTION] += _UNKNOWN**2 * np.eye(2)
         return cls(
             arm=replace(arm, friction=_law(arm, coulomb_friction, viscous_friction)),
             covariance=P,
         )
+
+    @classmethod
+    def resumed(cls, arm: FlexibleArm, learnt: LearntPulses) -> "ArmBelief":
+        """Return what an earlier run has learned; friction may have changed since.
+
+        Parameters
+        ----------
+        arm
+            Its offset and kind count.
+        learnt
+            By a landing.
+        """
+        P = learnt.covariance.copy()
+        P[_FRICTION, _FRICTION] += _SINCE**2 * np.eye(2)
+        m1, m2, ks, fc, c = (learnt.values[name] for name in LEARNT)
+        law = CoulombViscousFriction.symmetric(
+            coulomb_friction=fc,
+            viscous_friction=c,
+            static_friction=learnt.values.get("static_friction", fc),
+            offset=arm.friction.offset,
+        )
+        body = replace(arm, mass_1=m1, mass_2=m2, stiffness=ks, friction=law)
+        return cls(arm=body, covariance=P)
+
+    @property
+    def values(self) -> dict[str, float]:
+        """By the names of `LEARNT` [SI]."""
+        arm, law = self.arm, self.arm.friction
+        friction = (law.coulomb_friction_positive, law.viscous_friction_positive)
+        return dict(zip(LEARNT, (arm.mass_1, arm.mass_2, arm.stiffness, *friction), strict=True))
+
+    @property
+    def deviations(self) -> dict[str, float]:
+        """Standard deviations of the values, by name [SI]."""
+        relative = np.sqrt(np.diag(self.covariance)).tolist()
+        every = zip(self.values.items(), relative, strict=True)
+        return {name: value * spread for (name, value), spread in every}
 
     def after(self, flight: FlightLog) -> "ArmBelief":
         """Return the belief after a series, corrected by where it has taken both masses.
@@ -191,6 +276,47 @@ class ArmBelief:
             effort=way * flight.effort[:samples],
         )
         return way * states[1:] + np.array([x1, 0.0, x1, 0.0])
+
+
+def check_learnt(learnt: LearntPulses, kind: AxisKind) -> None:
+    """Refuse what was learned of something else than an arm's masses, spring and friction.
+
+    Parameters
+    ----------
+    learnt
+        By an earlier run.
+    kind
+        Of the axis it is for.
+
+    Raises
+    ------
+    InputError
+        If it is refused.
+    """
+    for name, own, other in (("method", "landing", learnt.method), ("kind", kind, learnt.kind)):
+        if other != own:
+            raise InputError(
+                f"the {name} is {other}, of this controller it is {own}",
+                where=name,
+                remedy="resume with what such a controller has learned",
+            )
+    for name in LEARNT:
+        if name not in learnt.values:
+            raise InputError(
+                f"{name} is missing",
+                where="values",
+                remedy="resume with what was learned of masses and spring too",
+            )
+        check = non_negative if name == "viscous_friction" else positive
+        check(name, learnt.values[name], unit_of(name, kind))
+    P, size = learnt.covariance, len(LEARNT)
+    if P.shape != (size, size) or not (P.T == P).all() or np.linalg.eigvalsh(P)[0] < -_ROUNDING:
+        raise InputError(
+            f"the covariance has shape {P.shape}, it must be {size} by {size}, symmetric, and give "
+            "no variance below zero",
+            where="covariance",
+            remedy="resume with what was saved",
+        )
 
 
 def _least_viscous(arm: FlexibleArm) -> float:

@@ -174,7 +174,7 @@ class LandingState(SupervisorState):
     sent
         Samples of the present series that have been sent.
     track
-        Positions and velocities of mass 1 and mass 2 at each sample of the last series.
+        The samples of the last series, the one at its begin first.
     static_ratio
         Static over Coulomb friction as it is believed to be [-].
     belief
@@ -183,7 +183,7 @@ class LandingState(SupervisorState):
 
     flights: tuple[Flight, ...] = ()
     sent: int = 0
-    track: tuple[tuple[float, ...], ...] = ()
+    track: tuple[SensorSample, ...] = ()
     static_ratio: float
     belief: ArmBelief | None = None
 

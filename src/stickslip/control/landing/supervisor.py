@@ -131,6 +131,11 @@ class Supervisor(ABC, Generic[S]):
         """
 
     @property
+    @abstractmethod
+    def _driven(self) -> str:
+        """What the driven mass is called."""
+
+    @property
     def _left(self) -> float:
         """Which part of the way feedback leaves to the pulses."""
         return 0.0
@@ -204,7 +209,8 @@ class Supervisor(ABC, Generic[S]):
             return state
         learned = controller.estimator_state(state.feedback_state)
         state = replace(state, estimator_state=learned, feedback=None, feedback_state=np.empty(0))
-        reason = "mass 1 rests" if rested else "mass 1 did not come to rest, so its effort is taken"
+        came = "rests" if rested else "did not come to rest, so its effort is taken"
+        reason = f"{self._driven} {came}"
         return self._after_approach(state, sample, reason)
 
     def _enter(self, state: S, sample: SensorSample, name: LandingPhaseName, reason: str) -> S:
