@@ -73,6 +73,7 @@ def rows_at(
                 sums[c] += rows[1:, 0] @ rows[:-1, 0], rows[:, 0] @ rows[:, 0]
         stacked = np.concatenate(parts)
         local = stacked[:, 2 + p :]
+        local = local[:, np.any(local != 0.0, axis=0)]
         basis = np.linalg.qr(local)[0] if local.shape[1] else local
         kept = stacked[:, 1 : 2 + p] - basis @ (basis.T @ stacked[:, 1 : 2 + p])
         blocks.append(np.column_stack([stacked[:, 0], kept]))

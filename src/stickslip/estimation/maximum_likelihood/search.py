@@ -116,7 +116,7 @@ def search(
             if gain < SMALL_GAIN:
                 converged = True
                 break
-            trial = _moved(windows, parameters, values, begun, step)
+            trial = _moved(parameters, values, begun, step)
             tried = _errors(windows, parameters, *trial)
             if tried is not None:
                 new_noise = _noise_of(windows, tried, coloured=coloured)
@@ -160,11 +160,11 @@ def _normal(
     sought: int,
 ) -> tuple[Float[np.ndarray, "size size"], Float[np.ndarray, " size"]]:
     """Return information matrix and gradient of all parameters and first states."""
-    size = sought + sum(sum(w.free) for w in windows)
+    size = sought + sum(len(w.state) for w in windows)
     hessian, gradient = np.zeros((size, size)), np.zeros(size)
     at = sought
     for window, (errors, changes) in zip(windows, made, strict=True):
-        count = sum(window.free)
+        count = len(window.state)
         place = np.concatenate((np.arange(sought), np.arange(at, at + count)))
         at += count
         for error, change, of in zip(errors, changes, noise, strict=True):
@@ -208,7 +208,6 @@ def _damped(
 
 
 def _moved(
-    windows: Sequence[Window],
     parameters: AxisParameters,
     values: Float[np.ndarray, " p"],
     states: Sequence[Float[np.ndarray, " s"]],
@@ -218,10 +217,7 @@ def _moved(
     moved = parameters.bounded(values + step[: values.size], values)
     at = values.size
     after: list[Float[np.ndarray, " s"]] = []
-    for window, state in zip(windows, states, strict=True):
-        free = np.flatnonzero(window.free)
-        new = state.copy()
-        new[free] += step[at : at + free.size]
-        at += free.size
-        after.append(new)
+    for state in states:
+        after.append(state + step[at : at + state.size])
+        at += state.size
     return moved, after

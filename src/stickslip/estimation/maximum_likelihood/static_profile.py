@@ -28,7 +28,8 @@ __all__ = ["StaticRange", "with_static_friction"]
 _RATIOS = tuple(1.0 + 0.1 * k for k in range(16))
 """Of static to Coulomb friction that are looked at first."""
 _QUICK = 6  # steps of the search at each
-_MOST_LEVELS = 120
+_MOST_LEVELS = 60
+_ZOOMS = 5
 _UNLIKELY = 0.5 * 3.841458820694124  # half of the 95 % quantile of chi-square, one degree
 _NORMAL_95 = 1.959963984540054
 
@@ -139,17 +140,25 @@ def with_static_friction(
     for side, ends in _ends(sides):
         name = f"static_friction{side}"
         levels = _levels(windows, parameters, best.values, ends, best_known[name])
-        value, ranges[name] = _profile(
-            windows, parameters, best, best_known, name, levels, coloured=coloured
-        )
-        best_known = best_known | {name: value}
-        best = search(
-            windows,
-            replace(parameters, known=best_known),
-            best.values,
-            coloured=coloured,
-            states=best.states,
-        )
+        for _ in range(_ZOOMS):
+            looked = _thinned(levels)
+            value, ranges[name] = _profile(
+                windows, parameters, best, best_known, name, looked, coloured=coloured
+            )
+            best_known = best_known | {name: value}
+            best = search(
+                windows,
+                replace(parameters, known=best_known),
+                best.values,
+                coloured=coloured,
+                states=best.states,
+            )
+            allowed = ranges[name]
+            if looked.size == levels.size or allowed is None:
+                break
+            around = looked[1] - looked[0], looked[-1] - looked[-2]
+            near = (levels >= allowed[0] - around[0]) & (levels <= allowed[1] + around[1])
+            levels = levels[near]
     return replace(parameters, known=best_known), best, StaticRange(ranges=ranges)
 
 
@@ -173,9 +182,14 @@ def _levels(
     levels = np.unique(np.concatenate(towards))
     least = max(parameters.value(f"coulomb_friction{end}", values) for end in ends)
     levels = levels[(levels > least) & (levels < around + (around - least) + 0.2 * around)]
-    if levels.size > _MOST_LEVELS:
-        levels = levels[np.linspace(0, levels.size - 1, _MOST_LEVELS).astype(int)]
     return np.concatenate(([least], levels))
+
+
+def _thinned(levels: Float[np.ndarray, " m"]) -> Float[np.ndarray, " few"]:
+    """Return not too many of them, the first and the last included."""
+    if levels.size <= _MOST_LEVELS:
+        return levels
+    return levels[np.linspace(0, levels.size - 1, _MOST_LEVELS).astype(int)]
 
 
 def _profile(

@@ -5,7 +5,7 @@ from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
-from jaxtyping import Bool, Float, Int
+from jaxtyping import Float, Int
 
 from stickslip.estimation.kinematics import LowPass
 from stickslip.estimation.maximum_likelihood.axis_parameters import AxisParameters
@@ -17,8 +17,6 @@ from stickslip.simulation import SimulatedMotion, simulate, simulate_sensitivity
 __all__ = ["CHANNELS", "Channel", "Window", "windows_of"]
 
 CHANNELS = ("position", "velocity", "load_position", "load_velocity")
-
-_CERTAIN = 5.0  # standard deviations of a smoothed velocity that is not that of a rest
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -62,8 +60,6 @@ class Window:
         What the sensors show.
     state
         First guess of the first state: position and velocity of each mass [SI].
-    free
-        Which of it are sought: a velocity is not where the axis rests.
     """
 
     sampling_time: float
@@ -71,7 +67,6 @@ class Window:
     effort: Float[np.ndarray, " n-1"]
     channels: tuple[Channel, ...]
     state: tuple[float, ...]
-    free: tuple[bool, ...]
 
     def errors(
         self,
@@ -105,7 +100,8 @@ class Window:
     ) -> tuple[list[Float[np.ndarray, " _"]], list[Float[np.ndarray, "_ _"]]]:
         """Return the errors of each channel, and how its simulated values change.
 
-        The columns are the parameters sought, then the free part of the first state.
+        The columns are the parameters sought, then the first state. That of the velocity of a mass
+        that rests at first is zero.
         """
         found = simulate_sensitivity(
             parameters.plant(values),
@@ -115,9 +111,9 @@ class Window:
         )
         own = len(found.names) - len(self.state)
         chain = parameters.chain(found.names[:own])
-        to_sought = np.zeros((len(found.names), chain.shape[1] + sum(self.free)))
+        to_sought = np.zeros((len(found.names), chain.shape[1] + len(self.state)))
         to_sought[:own, : chain.shape[1]] = chain
-        to_sought[own + np.flatnonzero(self.free), chain.shape[1] + np.arange(sum(self.free))] = 1.0
+        to_sought[own:, chain.shape[1] :] = np.eye(len(self.state))
         errors, changes = [], []
         for channel in self.channels:
             errors.append(channel.errors(getattr(found.motion, channel.name)))
@@ -154,7 +150,7 @@ def windows_of(
     for part in log.segments():
         if len(part) < skipped + 2:
             continue
-        states, free = _states(part, low_pass, log.sampling_time, flexible=flexible)
+        states = _states(part, low_pass, log.sampling_time, flexible=flexible)
         measured = {name: getattr(part, "measured_" + name) for name in CHANNELS}
         seen = [name for name in CHANNELS[: 4 if flexible else 2] if measured[name] is not None]
         bounds = np.linspace(skipped, len(part) - 1, pieces + 1).astype(int).tolist()
@@ -171,7 +167,6 @@ def windows_of(
                         for name in seen
                     ),
                     state=tuple(states[start].tolist()),
-                    free=tuple(free[start].tolist()),
                 )
             )
     return windows
@@ -179,34 +174,25 @@ def windows_of(
 
 def _states(
     part: AxisLog, low_pass: LowPass, sampling_time: float, *, flexible: bool
-) -> tuple[Float[np.ndarray, "n s"], Bool[np.ndarray, "n s"]]:
-    """Return smoothed positions and velocities at every sample, and which are free there."""
-    x, v, free = _smoothed(part, low_pass, sampling_time)
-    certain = np.ones(x.size, dtype=bool)
-    columns, frees = [x, v], [certain, free]
-    if flexible:
-        if part.measured_load_position is None:
-            columns, frees = columns * 2, [*frees, certain, certain]
-        else:
-            load = replace(
-                part,
-                measured_position=part.measured_load_position,
-                measured_velocity=part.measured_load_velocity,
-            )
-            x2, v2, _ = _smoothed(load, low_pass, sampling_time)
-            columns, frees = [*columns, x2, v2], [*frees, certain, certain]
-    return np.column_stack(columns), np.column_stack(frees)
+) -> Float[np.ndarray, "n s"]:
+    """Return smoothed positions and velocities at every sample."""
+    columns = list(_smoothed(part, low_pass, sampling_time))
+    if flexible and part.measured_load_position is None:
+        columns *= 2
+    elif flexible:
+        load = replace(
+            part,
+            measured_position=part.measured_load_position,
+            measured_velocity=part.measured_load_velocity,
+        )
+        columns += _smoothed(load, low_pass, sampling_time)
+    return np.column_stack(columns)
 
 
 def _smoothed(
     part: AxisLog, low_pass: LowPass, sampling_time: float
-) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
-    """Return position and velocity without most of their noise, and whether the velocity is none.
-
-    A velocity that is not larger than its noise can be is taken to be that of an axis at rest.
-    """
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
+    """Return position and velocity without most of their noise; the velocity is 0 at rest."""
     noise = motion_noise(part.measured_position, part.measured_velocity, low_pass, sampling_time)
     motion = observe(part, low_pass, noise, sampling_time)
-    moving = np.abs(motion.smooth_velocity) > _CERTAIN * noise.smooth_velocity
-    moving &= ~motion.resting
-    return motion.position, np.where(moving, motion.smooth_velocity, 0.0), moving
+    return motion.position, np.where(motion.resting, 0.0, motion.smooth_velocity)
