@@ -22,6 +22,7 @@ docs: .venv/dev.stamp ## the documentation, with its figures made anew
 	$(BIN)/python docs/make_figures.py
 	$(BIN)/python docs/make_pulse_figures.py
 	$(BIN)/python docs/make_conjunction_figures.py
+	$(BIN)/python docs/make_friction_laws.py
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some twenty minutes)

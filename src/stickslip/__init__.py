@@ -20,8 +20,20 @@ if TYPE_CHECKING:
         PulseWidthController,
         RestDetection,
     )
-    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
-    from stickslip.friction import CoulombViscousFriction
+    from stickslip.estimation import (
+        EnergyEstimator,
+        IdimLeastSquares,
+        ReportEstimator,
+        StribeckEstimator,
+        examine,
+    )
+    from stickslip.friction import (
+        CoulombViscousFriction,
+        DahlFriction,
+        ElastoPlasticFriction,
+        LuGreFriction,
+        StribeckFriction,
+    )
     from stickslip.jobs import identify
     from stickslip.logs import LogSchema, log_from_frame, read_log, write_csv
     from stickslip.plants import FlexibleArm, SingleMass
@@ -43,6 +55,8 @@ __all__ = [
     "PD",
     "AxisLog",
     "CoulombViscousFriction",
+    "DahlFriction",
+    "ElastoPlasticFriction",
     "EnergyEstimator",
     "ExactPulseController",
     "FeedbackController",
@@ -54,6 +68,7 @@ __all__ = [
     "InputError",
     "LearntPulses",
     "LogSchema",
+    "LuGreFriction",
     "Move",
     "Notch",
     "OnlineFriction",
@@ -66,6 +81,8 @@ __all__ = [
     "Sensors",
     "SingleMass",
     "Status",
+    "StribeckEstimator",
+    "StribeckFriction",
     "__version__",
     "examine",
     "identify",
@@ -92,8 +109,20 @@ _HOMES = {
         "PulseWidthController",
         "RestDetection",
     ),
-    "estimation": ("EnergyEstimator", "IdimLeastSquares", "ReportEstimator", "examine"),
-    "friction": ("CoulombViscousFriction",),
+    "estimation": (
+        "EnergyEstimator",
+        "IdimLeastSquares",
+        "ReportEstimator",
+        "StribeckEstimator",
+        "examine",
+    ),
+    "friction": (
+        "CoulombViscousFriction",
+        "DahlFriction",
+        "ElastoPlasticFriction",
+        "LuGreFriction",
+        "StribeckFriction",
+    ),
     "jobs": ("identify",),
     "logs": ("LogSchema", "log_from_frame", "read_log", "write_csv"),
     "plants": ("FlexibleArm", "SingleMass"),

@@ -12,7 +12,7 @@ from stickslip.friction import (
 )
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 
-# The values of Canudas de Wit et al. (1995), Table 1
+# The values of Canudas de Wit et al. (1995)
 STRIBECK = StribeckFriction.symmetric(
     coulomb_friction=1.0, static_friction=1.5, viscous_friction=0.4, stribeck_velocity=1e-3
 )

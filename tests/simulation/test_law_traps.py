@@ -25,7 +25,7 @@ def cycled(law, mean: float, amplitude: float, cycles: int = 200) -> SimulatedMo
 
 @pytest.mark.parametrize(("name", "drifts"), [("Dahl", True), ("LuGre", True)])
 def test_bristles_that_slip_from_the_first_drift_below_breakaway(name, drifts):
-    # Dupont et al. (2002), Sect. II: an effort between 0.15 and 0.65 N, which 1 N should hold
+    # Dupont et al. (2002): an effort between 0.15 and 0.65 N, which 1 N should hold
     position = cycled(LAWS[name], 0.4, 0.25).position[::PERIOD]
     late = np.diff(position[100:])
     assert np.all(late > 1e-6)  # for ever, by the same way a period
@@ -79,7 +79,7 @@ def breakaway_force(law, rate: float) -> float:
 
 
 def test_breakaway_force_of_lugre_falls_with_the_rate_of_the_effort():
-    # Canudas de Wit et al. (1995), Fig. 5: from near the static friction down to the Coulomb one
+    # Canudas de Wit et al. (1995): from near the static friction down to the Coulomb one
     forces = [breakaway_force(LUGRE, rate) for rate in (0.1, 1.0, 5.0, 10.0, 20.0)]
     assert np.all(np.diff(forces) < -0.03)
     assert 1.45 < forces[0] < 1.5

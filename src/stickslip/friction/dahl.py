@@ -18,8 +18,8 @@ class DahlFriction:
     """Solid friction that depends on the way alone, with viscous friction beside it.
 
     The force F of the solid follows the way x as a stress follows a strain:
-    ``dF/dx = sigma_0 |1 - F sgn(v)/f_c|^i sgn(1 - F sgn(v)/f_c)`` (Dahl 1968, Eq. 3); in terms of
-    the deflection z of bristles with F = sigma_0 z,
+    ``dF/dx = sigma_0 |1 - F sgn(v)/f_c|^i sgn(1 - F sgn(v)/f_c)`` (Dahl 1968); in terms of the
+    deflection z of bristles with F = sigma_0 z,
     ``z' = v |1 - sigma_0 z sgn(v)/f_c|^i sgn(1 - sigma_0 z sgn(v)/f_c)``. It never exceeds the
     Coulomb friction, so that there is no static peak, and it does not depend on how fast the way is
     gone.

@@ -20,8 +20,8 @@ class ElastoPlasticFriction:
     With the deflection z of the bristles (Dupont, Hayward, Armstrong and Altpeter 2002):
     ``z' = v (1 - alpha(z, v) sgn(v) z/z_ss(v))`` and the friction force is
     ``sigma_0 z + sigma_1 z' + c v``, where z_ss(v) = G(v)/sigma_0 and G(v) is the Stribeck curve
-    without its viscous part. The bristles are elastic (alpha = 0) while |z| <= z_ba or the motion
-    unbends them, plastic (alpha = 1) from |z| = z_ss on, and in between
+    without its viscous part. The bristles are elastic (alpha = 0) while ``|z| <= z_ba`` or the
+    motion unbends them, plastic (alpha = 1) from ``|z| = z_ss`` on, and in between
     ``alpha = 1/2 sin(pi (|z| - (z_ss + z_ba)/2)/(z_ss - z_ba)) + 1/2``. With z_ba = 0 and alpha = 1
     throughout it would be `LuGreFriction`.
 

@@ -17,8 +17,7 @@ __all__ = ["LuGreFriction"]
 class LuGreFriction:
     """Bristles that bend, slip and damp.
 
-    With the mean deflection z of the bristles (Canudas de Wit, Olsson, Astrom and Lischinsky 1995,
-    Eqs. 2-4): ``z' = v - sigma_0 |v|/G(v) z`` and the friction force is
+    With the mean deflection z of the bristles (Canudas de Wit, Olsson, Astrom and Lischinsky 1995): ``z' = v - sigma_0 |v|/G(v) z`` and the friction force is
     ``sigma_0 z + sigma_1 z' + c v``, where G(v) is the Stribeck curve without its viscous part. In
     steady motion it is the Stribeck curve itself. The force at which it breaks away falls as the
     effort rises faster.

@@ -108,7 +108,7 @@ class StribeckFriction(DirectionalFriction):
 
     While moving with velocity v > 0 the friction force is
     ``f_c + (f_s - f_c) exp(-(v/v_s)^delta) + c v`` (Armstrong-Helouvry, Dupont and Canudas de Wit
-    1994, Eq. 4), mirrored for v < 0, with values of its own in each direction. At rest it balances
+    1994), mirrored for v < 0, with values of its own in each direction. At rest it balances
     any force between ``-f_s-`` and ``f_s+``, and motion sets in with just that friction.
 
     Attributes
