@@ -247,7 +247,7 @@ def test_recursion_ends_at_weighted_least_squares(
     forgetting_factor: float, inertia: float | None, viscous_log: AxisLog
 ) -> None:
     observer = LeastSquaresObserver(
-        inertia=inertia, offset=True, forgetting_factor=forgetting_factor
+        inertia=inertia, offset=True, forgetting_factor=forgetting_factor, dead_band=0.0
     )
     found = observer.fit(viscous_log)
     fitted = [found.value(name) for name in observer.parameter_names("linear")]
@@ -271,6 +271,26 @@ def test_least_squares_cover_the_truth_under_velocity_noise() -> None:
             inside += ci95[0] <= true <= ci95[1]
     # Both parameters of a run go together: as if there were `runs` independent trials
     assert inside / (2 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
+
+
+@pytest.mark.parametrize("observer", OBSERVERS[:3])
+def test_rests_with_noise_teach_that_there_is_no_friction(
+    observer: type[AdaptiveObserver],
+) -> None:
+    """An axis at rest seems to creep either way, whatever pushes it.
+
+    The gradient estimator's filter averages the directions, and learns nothing instead.
+    """
+
+    def pushed(time: np.ndarray) -> np.ndarray:
+        return np.where(time < 0.5, 2.0, 0.5 * COULOMB)
+
+    moved = motion(pushed, 0.0, 10.0)
+    log = Sensors(velocity_noise=1e-3).measure(moved, np.random.default_rng(0))
+    careless = observer(inertia=MASS, viscous=False, speed=1.0, dead_band=0.0)
+    careful = observer(inertia=MASS, viscous=False, speed=1.0)
+    assert careless.fit(log).value("coulomb_friction") < 0.1 * COULOMB
+    assert careful.fit(log).value("coulomb_friction") == pytest.approx(COULOMB, rel=0.02)
 
 
 def test_noise_of_a_sought_inertia_is_told() -> None:

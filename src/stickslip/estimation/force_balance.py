@@ -6,7 +6,9 @@ Over a sample in which the effort u is held, momentum is exactly
 
 with means over the sample: d the stretch of the spring, v_m the velocity, f the friction force. So
 f is known at the end of each sample without a derivative, and is linear in what is sought. Samples
-in which the velocity changes its sign or is zero at an end tell nothing of a known row.
+in which the velocity changes its sign or is zero at an end tell nothing of a known row. Nor do
+those of a rest: where its noise makes an axis seem to move, its force has either sign, and an
+observer learns from that that there is no friction. A dead band keeps it from that.
 
 The state is that of `stickslip.estimation.recursion`, with viscous friction, Coulomb friction and
 the offset at its values (and a sought mass before them), and behind it what is laid out below.
@@ -26,6 +28,7 @@ from stickslip.estimation.recursion import (
 )
 
 __all__ = [
+    "DEAD_BAND",
     "FORCE",
     "GAINS",
     "INERTIA",
@@ -46,6 +49,7 @@ __all__ = [
     INERTIA,  # 0 where it is sought
     SPEED,  # typical one, that gains refer to
     SHAPE,  # a number of the method's own
+    DEAD_BAND,  # slower than this, the axis may be at rest
     *_GAINS,  # Gamma, of the viscous friction, the Coulomb friction and the offset
     # What changes
     KNOWN,  # whether there is a sample before this one
@@ -56,7 +60,7 @@ __all__ = [
     _LAST_LOAD_VELOCITY,
     FORCE,  # f of the sample that has just ended; with the inertia sought, f and its force
     STATE_SIZE,
-) = range(VALUES + MOST_PARAMETERS, VALUES + MOST_PARAMETERS + 14)
+) = range(VALUES + MOST_PARAMETERS, VALUES + MOST_PARAMETERS + 15)
 GAINS = _GAINS[0]
 
 _FRICTION = 3  # values that a gain belongs to
@@ -90,7 +94,7 @@ def balance(s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float,
         s[k] = 0.5 * (v0 + v)
         s[k + 1] = 1.0 if v > 0.0 else -1.0
         s[k + 2] = 1.0
-        told = v0 * v > 0.0
+        told = v0 * v > 0.0 and min(abs(v0), abs(v)) > s[DEAD_BAND]
     s[KNOWN] = 1.0
     s[LAST_EFFORT], s[LAST_POSITION], s[LAST_VELOCITY] = u, x, v
     s[_LAST_LOAD], s[_LAST_LOAD_VELOCITY] = x2, v2

@@ -7,10 +7,11 @@ from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy import ndimage
 
 from stickslip.estimation import force_balance as at
 from stickslip.estimation.energy_online import take_sample
-from stickslip.estimation.kinematics import LowPass, default_cutoff, noise_level
+from stickslip.estimation.kinematics import LowPass, default_cutoff, noise_level, slow_speed
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
 from stickslip.estimation.recursion import SAMPLING_TIME, STIFFNESS, VALUES
 from stickslip.estimation.regression import Regression, summarise_motion
@@ -24,6 +25,7 @@ from stickslip.records import (
     AxisLog,
     FrictionEstimate,
     InputError,
+    non_negative,
     positive,
 )
 
@@ -57,6 +59,9 @@ class ForceObserver(ABC):
     cutoff
         Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
         takes a tenth of the sampling rate and at most 100 Hz.
+    dead_band
+        Speed below which the axis may be at rest, and nothing is learnt [m/s or rad/s]; None takes
+        none on line, and in `fit` what the log suggests.
     initial_values
         First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
         as known at its first guess.
@@ -66,11 +71,13 @@ class ForceObserver(ABC):
     stiffness: float | None = None
     offset: bool = False
     cutoff: float | None = None
+    dead_band: float | None = None
     initial_values: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
         positives = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
         check_given(self, positive, positives)
+        check_given(self, non_negative, {"dead_band": "m/s or rad/s"})
         known = (*(() if self.inertia is not None else ("mass", "inertia")), *_FRICTION)
         guesses = first_guesses(self.initial_values, known)
         object.__setattr__(self, "initial_values", guesses)
@@ -130,6 +137,7 @@ class ForceObserver(ABC):
         s = np.zeros(self._state_size)
         s[SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
         s[at.INERTIA] = self.inertia or 0.0
+        s[at.DEAD_BAND] = self.dead_band or 0.0
         s[STIFFNESS] = self.stiffness or 0.0
         s[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
         return s
@@ -206,7 +214,7 @@ class ForceObserver(ABC):
         check_excited(log)
         log, changes = resampled(log)
         parts = list(log.segments())
-        settled = self._settled(np.concatenate([self._samples(part)[:, 2] for part in parts]))
+        settled = self._settled(log)
         state = settled.init(sampling_time=log.sampling_time)
         histories: list[Float[np.ndarray, "n p"]] = []
         for part in parts:
@@ -217,7 +225,7 @@ class ForceObserver(ABC):
         names = self.parameter_names(log.kind)
         notes = (*changes, NO_INTERVAL, *_unrest(names, np.concatenate(histories)))
         return estimate_of(
-            self.regression(log),
+            settled.regression(log),
             values.tolist(),
             estimator=self.name,
             provenance=provenance_of(log, settled._options()),
@@ -303,7 +311,9 @@ class ForceObserver(ABC):
         sought = [columns[name] for name in self._estimated]
         mass = [acceleration] if self.inertia is None else []
         table = np.column_stack([part.time[1:], force, *mass, *sought])
-        return _block_means(table, v[:-1] * v[1:] > 0.0, size)
+        slower = np.minimum(np.abs(v[:-1]), np.abs(v[1:]))
+        tells = (v[:-1] * v[1:] > 0.0) & (slower > (self.dead_band or 0.0))
+        return _block_means(table, tells, size)
 
     def _block(self, sampling_time: float) -> int:
         """Return how many samples a period of the cutoff frequency has."""
@@ -313,10 +323,13 @@ class ForceObserver(ABC):
         cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
         return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
 
-    def _settled(self, velocity: Float[np.ndarray, " n"]) -> "ForceObserver":
-        """Return the observer with what it needs to know of a log's velocities [m/s or rad/s]."""
-        del velocity
-        return self
+    def _settled(self, log: AxisLog) -> "ForceObserver":
+        """Return the observer with the dead band that a log suggests."""
+        if self.dead_band is not None:
+            return self
+        parts = list(log.segments())
+        largest = max(float(np.max(np.abs(self._samples(part)[:, 2]))) for part in parts)
+        return replace(self, dead_band=slow_speed(largest, max(map(self._speed_noise, parts))))
 
     def _options(self) -> dict[str, Any]:
         options = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -330,19 +343,23 @@ class ForceObserver(ABC):
         """Return effort, position, velocity, load position and load velocity, one row a sample.
 
         Where velocities are differences of smoothed positions, the effort is smoothed alike. A
-        reversal is smoothed away with them, and at the ends of a stretch the filter guesses: there
-        the velocity is set to 0, so that it tells nothing.
+        velocity is set to 0, so that it tells nothing, where the axis may be at rest; and so are
+        its neighbours, whose noise would otherwise decide which samples count: the next one of a
+        measured velocity, and what the low-pass smears a reversal over, or the end of the log.
         """
         T = part.sampling_time
         low_pass = self._low_pass(T)
         samples = samples_of(part, low_pass, load=self.stiffness is not None)
+        v = samples[:, 2]
+        slow = np.abs(v) <= (self.dead_band or 0.0)
+        reach = 1 if self.dead_band else 0
         if part.measured_velocity is None:
             samples[:, 0] = low_pass.apply(samples[:, 0], T)
-            turns = np.flatnonzero(samples[:-1, 2] * samples[1:, 2] <= 0.0)
+            slow[1:] |= v[:-1] * v[1:] <= 0.0
+            slow[[0, -1]] = True
             reach = round(_MEMORY * self._block(T))
-            for turn in turns.tolist():
-                samples[max(turn - reach, 0) : turn + reach + 2, 2] = 0.0
-            samples[:reach, 2] = samples[samples.shape[0] - reach :, 2] = 0.0
+        still = ndimage.maximum_filter1d(slow.astype(np.uint8), 2 * reach + 1) > 0
+        samples[still, 2] = 0.0
         return samples
 
 
@@ -438,7 +455,9 @@ class AdaptiveObserver(ForceObserver):
             s[at.GAINS + 2] = self.rate
         return s
 
-    def _settled(self, velocity: Float[np.ndarray, " n"]) -> "AdaptiveObserver":
-        if self.speed is not None:
-            return self
-        return replace(self, speed=float(np.sqrt(np.mean(velocity**2))))
+    def _settled(self, log: AxisLog) -> ForceObserver:
+        speed = self.speed
+        if speed is None:
+            parts = [self._samples(part)[:, 2] for part in log.segments()]
+            speed = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
+        return ForceObserver._settled(replace(self, speed=speed), log)

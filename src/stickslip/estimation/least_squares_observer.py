@@ -159,11 +159,12 @@ class LeastSquaresObserver(ForceObserver):
         """
         check_excited(log)
         log, changes = resampled(log)
-        regression = self.regression(log)
+        settled = self._settled(log)
+        regression = settled.regression(log, quiet=False)
         return solve(
             replace(regression, notes=(*regression.notes, *changes)),
             estimator=self.name,
-            provenance=provenance_of(log, self._options()),
+            provenance=provenance_of(log, settled._options()),
         )
 
     def regression(self, log: AxisLog, *, quiet: bool = False) -> Regression:
