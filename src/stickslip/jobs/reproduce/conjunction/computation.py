@@ -70,10 +70,10 @@ def _computed(arms: int, seed: int, workers: int, progress: Progress) -> Conjunc
     from stickslip.jobs.reproduce.conjunction.landings import LANDING_PIECES, gather_landings
     from stickslip.jobs.reproduce.conjunction.series import SERIES_PIECES, gather_series
     from stickslip.jobs.reproduce.conjunction.setting import SETTING, setting_values
-    from stickslip.jobs.reproduce.conjunction.study import landing_pieces, landing_scores
+    from stickslip.jobs.reproduce.conjunction.study import landing_scores
 
     cases = (EXACT, NOISY)
-    every = SERIES_PIECES + LANDING_PIECES + landing_pieces(arms, cases)
+    every = SERIES_PIECES + LANDING_PIECES + arms
     done = 0
 
     def advance() -> None:

@@ -38,7 +38,7 @@ __all__ = [
 FEEDBACK, RIGID = "PD and notch", "PAPWC, as if rigid"
 """Of the rivals, those that the report speaks of."""
 _CASES = (EXACT, NOISY)
-LANDING_PIECES = len(_CASES) + 2
+LANDING_PIECES = 2 * len(_CASES) + 2
 """How often `gather_landings` tells that a piece of work is done."""
 
 _NOTED = 10  # samples between two notes of the estimates
@@ -130,10 +130,14 @@ class LandingEvidence:
         Without and with sensor noise.
     rivals
         What others leave of the first move, without noise, by name.
+    feedback_errors
+        How far from the target the feedback of a landing leaves mass 1 when it is sent there
+        itself, without and with noise [m].
     """
 
     exact: Landing
     noisy: Landing
+    feedback_errors: tuple[float, ...]
     rivals: Mapping[str, MoveOutcome]
 
 
@@ -186,6 +190,10 @@ def gather_landings(seed: int, advance: Callable[[], None]) -> LandingEvidence:
     for case in _CASES:
         landings.append(_landing(case, seed))
         advance()
+    feedback_errors: list[float] = []
+    for case in _CASES:
+        feedback_errors.append(_feedback_error(case, seed))
+        advance()
     arm = RandomArm(
         arm=surrogate.surrogate_arm(),
         believed_friction=None,
@@ -198,36 +206,55 @@ def gather_landings(seed: int, advance: Callable[[], None]) -> LandingEvidence:
         (rivals[name],) = rival_moves(arm, EXACT, RIVALS[name])
         advance()
     exact, noisy = landings
-    return LandingEvidence(exact=exact, noisy=noisy, rivals=rivals)
+    return LandingEvidence(
+        exact=exact, noisy=noisy, feedback_errors=tuple(feedback_errors), rivals=rivals
+    )
+
+
+def _controller(case: Case) -> LandingController:
+    """Return the landing controller, set to the first target."""
+    true, way = surrogate.surrogate_arm(), abs(TARGETS[0])
+    return LandingController(
+        sampling_time=SAMPLING_TIME,
+        target=TARGETS[0],
+        tolerance=0.5 * case.bound(way),
+        arm=FlexibleArm(
+            mass_1=true.mass_1,
+            mass_2=true.mass_2,
+            stiffness=true.stiffness,
+            friction=unknown_friction(),
+        ),
+        effort_limit=EFFORT_LIMIT,
+        estimator=EnergyEstimator(
+            inertia=true.mass_1,
+            load_inertia=true.mass_2,
+            stiffness=true.stiffness,
+            offset=False,
+        ),
+        position_noise=case.position_noise,
+        velocity_noise=case.velocity_noise,
+    )
+
+
+def _feedback_error(case: Case, seed: int) -> float:
+    """Return how far from the first target feedback alone brings mass 1 to rest [m]."""
+    controller = _controller(case)
+    feedback = controller.approach(0.0, TARGETS[0], controller.init().estimator_state)
+    run = simulate_closed_loop(
+        surrogate.surrogate_arm(),
+        feedback,
+        sampling_time=SAMPLING_TIME,
+        samples=round(TIME / SAMPLING_TIME),
+        sensors=case.sensors(),
+        generator=np.random.default_rng(seed),
+    )
+    return abs(float(run.motion.position[-1]) - TARGETS[0])
 
 
 def _landing(case: Case, seed: int) -> Landing:
-    true = surrogate.surrogate_arm()
-    way = abs(TARGETS[0])
-    recorder = _Recorder(
-        LandingController(
-            sampling_time=SAMPLING_TIME,
-            target=TARGETS[0],
-            tolerance=0.5 * case.bound(way),
-            arm=FlexibleArm(
-                mass_1=true.mass_1,
-                mass_2=true.mass_2,
-                stiffness=true.stiffness,
-                friction=unknown_friction(),
-            ),
-            effort_limit=EFFORT_LIMIT,
-            estimator=EnergyEstimator(
-                inertia=true.mass_1,
-                load_inertia=true.mass_2,
-                stiffness=true.stiffness,
-                offset=False,
-            ),
-            position_noise=case.position_noise,
-            velocity_noise=case.velocity_noise,
-        )
-    )
+    recorder = _Recorder(_controller(case))
     run = simulate_closed_loop(
-        true,
+        surrogate.surrogate_arm(),
         recorder,
         sampling_time=SAMPLING_TIME,
         samples=round(len(TARGETS) * TIME / SAMPLING_TIME),

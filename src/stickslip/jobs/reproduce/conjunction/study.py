@@ -1,6 +1,7 @@
 """The landing controller and its rivals on random arms."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -22,9 +23,71 @@ from stickslip.jobs.reproduce.parallel import in_parallel
 from stickslip.planning import PulseSeriesPlanner
 from stickslip.records import LandingScore
 
-__all__ = ["landing_pieces", "landing_scores", "shortest_times"]
+__all__ = ["ArmOutcomes", "arm_outcomes", "landing_scores", "scores_of", "shortest_times"]
 
 _RIVAL_CASES = (EXACT, NOISY, WRONG)
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmOutcomes:
+    """How all controllers have moved one arm.
+
+    Attributes
+    ----------
+    shortest
+        The shortest time of each move, everything about the arm known [s].
+    moves
+        Of each controller in each case, in the order of `trials`.
+    """
+
+    shortest: tuple[float, ...]
+    moves: tuple[tuple[MoveOutcome, ...], ...]
+
+
+def trials(cases: Sequence[Case]) -> list[tuple[str, Case]]:
+    """Return which controllers are tried in which cases; the rivals in three of `CASES` at most."""
+    rivals = [(name, case) for case in _RIVAL_CASES if case in cases for name in RIVALS]
+    return [*((LANDING, case) for case in cases), *rivals]
+
+
+def arm_outcomes(arm: RandomArm, cases: Sequence[Case]) -> ArmOutcomes:
+    """Let every controller move an arm.
+
+    Parameters
+    ----------
+    arm
+        Which.
+    cases
+        Under which conditions.
+    """
+    return ArmOutcomes(
+        shortest=shortest_times(arm),
+        moves=tuple(
+            tuple(
+                landed_moves(arm, case, landing_controller(arm, case))
+                if name == LANDING
+                else rival_moves(arm, case, RIVALS[name])
+            )
+            for name, case in trials(cases)
+        ),
+    )
+
+
+def scores_of(outcomes: Sequence[ArmOutcomes], cases: Sequence[Case]) -> tuple[LandingScore, ...]:
+    """Return how each controller did in each case.
+
+    Parameters
+    ----------
+    outcomes
+        Of every arm.
+    cases
+        With which they were found.
+    """
+    shortest = [each.shortest for each in outcomes]
+    return tuple(
+        score(name, case, [each.moves[k] for each in outcomes], shortest)
+        for k, (name, case) in enumerate(trials(cases))
+    )
 
 
 def landing_scores(
@@ -46,41 +109,17 @@ def landing_scores(
     seed
         Of the arms and their noise.
     cases
-        In which they are tried; the rivals are tried in three of `CASES` at most.
+        In which they are tried.
     workers
-        How many arms are worked on at once. Threads do: most of the time is spent in linear
-        programmes and in compiled loops, which leave the interpreter's lock alone.
+        How many arms are worked on at once, by threads.
     advance
-        Called `landing_pieces` times.
+        Called after each arm.
     """
     drawn = random_arms(np.random.default_rng(seed), arms)
-    trials = [
-        *((LANDING, case, _land) for case in cases),
-        *(
-            (name, case, partial(rival_moves, make=make))
-            for case in _RIVAL_CASES
-            if case in cases
-            for name, make in RIVALS.items()
-        ),
-    ]
-    shortest = in_parallel(
-        [partial(shortest_times, arm) for arm in drawn], workers=workers, advance=advance
-    )
     found = in_parallel(
-        [partial(run, arm, case) for _, case, run in trials for arm in drawn],
-        workers=workers,
-        advance=advance,
+        [partial(arm_outcomes, arm, cases) for arm in drawn], workers=workers, advance=advance
     )
-    return tuple(
-        score(name, case, found[k * arms : (k + 1) * arms], shortest)
-        for k, (name, case, _) in enumerate(trials)
-    )
-
-
-def landing_pieces(arms: int, cases: Sequence[Case] = CASES) -> int:
-    """Return how often `landing_scores` calls ``advance``."""
-    rivals = len(RIVALS) * sum(case in cases for case in _RIVAL_CASES)
-    return arms * (1 + len(cases) + rivals)
+    return scores_of(found, cases)
 
 
 def shortest_times(arm: RandomArm) -> tuple[float, ...]:
@@ -93,7 +132,3 @@ def shortest_times(arm: RandomArm) -> tuple[float, ...]:
         planner.plan((start, 0.0, start, 0.0), target).duration
         for start, target in zip(starts, arm.targets, strict=True)
     )
-
-
-def _land(arm: RandomArm, case: Case) -> list[MoveOutcome]:
-    return landed_moves(arm, case, landing_controller(arm, case))
