@@ -44,7 +44,7 @@ class Maximum:
     steps
         Linearisations.
     converged
-        Whether no step would gain more than `SMALL_GAIN`.
+        Whether no step would gain more than what is small.
     """
 
     values: Float[np.ndarray, " p"]
@@ -78,6 +78,7 @@ def search(
     coloured: bool,
     states: Sequence[Float[np.ndarray, " s"]] | None = None,
     most_steps: int = MOST_STEPS,
+    small_gain: float = SMALL_GAIN,
 ) -> Maximum:
     """Return the likeliest parameters and first states near a start.
 
@@ -98,6 +99,8 @@ def search(
         First guesses of the first states [SI]; None takes those of the windows.
     most_steps
         Linearisations at most.
+    small_gain
+        Of the logarithm of the likelihood, below which a step is not worth its time [-].
     """
     values = parameters.bounded(start, start)
     begun = [np.array(w.state) for w in windows] if states is None else [s.copy() for s in states]
@@ -113,7 +116,7 @@ def search(
         while damping < _LARGEST_DAMPING:
             step = _damped(hessian, gradient, damping, _held(parameters, values, gradient))
             gain = float(step @ gradient - 0.5 * step @ hessian @ step)
-            if gain < SMALL_GAIN:
+            if gain < small_gain:
                 converged = True
                 break
             trial = _moved(parameters, values, begun, step)

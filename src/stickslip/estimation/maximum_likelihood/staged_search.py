@@ -22,7 +22,8 @@ _UNEXPLAINED = 1.5
 ended elsewhere than at the best, or the model is wrong."""
 
 _SPREAD = (0.7, 1.4)  # of friction, in the starts that are then tried
-_TRIED = 12  # steps from each of them; the best goes on
+_TRIED = 12  # steps of a search that is not the last
+_ROUGH = 0.5  # what its steps gain at least in the logarithm of the likelihood
 
 _STATIC = (1.05, 1.15, 1.3, 1.6)
 """Static over Coulomb friction in starts that are always tried where it is sought: the motion jumps
@@ -78,7 +79,14 @@ def staged_search(
     short: Maximum | None = None
     values = start
     for pieces in stages:
-        found = search(cut(pieces), parameters, values, coloured=coloured)
+        found = search(
+            cut(pieces),
+            parameters,
+            values,
+            coloured=coloured,
+            most_steps=_TRIED,
+            small_gain=_ROUGH,
+        )
         values = found.values
         short = found if short is None else short
     windows = cut(last)
@@ -90,7 +98,14 @@ def staged_search(
         return windows, maximum, ()
     best = min(
         (
-            search(windows, parameters, elsewhere, coloured=coloured, most_steps=_TRIED)
+            search(
+                windows,
+                parameters,
+                elsewhere,
+                coloured=coloured,
+                most_steps=_TRIED,
+                small_gain=_ROUGH,
+            )
             for elsewhere in (start, *_starts(parameters, short.values))
         ),
         key=lambda found: found.cost,
