@@ -17,10 +17,10 @@ __all__ = ["LuGreFriction"]
 class LuGreFriction:
     """Bristles that bend, slip and damp.
 
-    With the mean deflection z of the bristles (Canudas de Wit, Olsson, Astrom and Lischinsky 1995): ``z' = v - sigma_0 |v|/G(v) z`` and the friction force is
-    ``sigma_0 z + sigma_1 z' + c v``, where G(v) is the Stribeck curve without its viscous part. In
-    steady motion it is the Stribeck curve itself. The force at which it breaks away falls as the
-    effort rises faster.
+    With the mean deflection z of the bristles (Canudas de Wit, Olsson, Astrom and Lischinsky 1995):
+    ``z' = v - sigma_0 |v|/G(v) z`` and the friction force is ``sigma_0 z + sigma_1 z' + c v``, with
+    G(v) the Stribeck curve without its viscous part. In steady motion it is the Stribeck curve
+    itself. The force at which it breaks away falls as the effort rises faster.
 
     A known flaw: under an effort that vibrates below the breakaway force it drifts for ever
     (Dupont, Hayward, Armstrong and Altpeter 2002); `ElastoPlasticFriction` does not.

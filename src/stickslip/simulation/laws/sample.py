@@ -36,6 +36,7 @@ SMALLEST, LARGEST, SAFETY = 0.2, 6.0, 0.9  # change of a step's length, and caut
 SIGNIFICANT = 1e-9  # of the typical speed: a reversal of a slower motion is none
 ITERATIONS = 60  # to find a zero, at most
 HALVINGS = 40
+LEAST_ERROR = 1e-10  # that a step's length is grown by
 LEFT = 1e-13  # of the sample: what rounding leaves of it
 TWO_PI = 2.0 * math.pi
 
@@ -189,6 +190,119 @@ def _direction(model: Vector, U: float, y: Vector, mode: int) -> float:
 
 
 @compiled()
+def _attempt(
+    model: Vector, s: float, U: float, y: Vector, rem: float, h: float, work: Vector, new: Vector
+) -> tuple[float, float]:
+    """Try a step of length h or of all that remains; ``new`` holds the state after it.
+
+    Returns its length, 0 if it is not good enough, and the h to try next; that is NaN if there is
+    no step, because the motion is too large.
+    """
+    step = min(h, rem)
+    error = rosenbrock_step(model, s, U, y, step, work, new)
+    if math.isnan(error):
+        return 0.0, SMALLEST * step if step > LEFT * model[TIME] else math.nan
+    if error > 1.0:
+        return 0.0, step * max(SMALLEST, SAFETY * error ** (-1.0 / ORDER))
+    jump = _jump(model, y, new)
+    if jump > 1.0:
+        return 0.0, step * max(SMALLEST, SAFETY / jump)
+    grown = step * min(LARGEST, SAFETY * max(error, LEAST_ERROR) ** (-1.0 / ORDER))
+    return step, (grown if step < rem else max(h, grown))
+
+
+@compiled(inline=True)
+def _set(y: Vector, new: Vector) -> None:
+    for n in range(STATES):
+        y[n] = new[n]
+
+
+@compiled()
+def _with_stiction(
+    model: Vector, U: float, y: Vector, h: float, mode: int, t0: float,
+    event_time: Vector, event_mode: NDArray[np.int8], count: int,
+    work: Vector, new: Vector, spare: Vector,
+) -> tuple[float, int, int, bool]:  # fmt: skip
+    """Propagate over one sample with a law that rests, see `law_sample`."""
+    t = 0.0
+    for _ in range(int(model[BUDGET])):
+        rem = model[TIME] - t
+        if rem <= LEFT * model[TIME]:
+            return h, mode, count, True
+        if mode == 0:
+            w = U - model[KS] * (y[0] - y[3])
+            if -model[FS_N] <= w <= model[FS_P]:
+                after, way = _freed_after(model, U, y[0] - y[3], y[4])
+                if not after < rem:
+                    _rest(model, y, rem)
+                    return h, mode, count, True
+                _rest(model, y, after)
+                t += after
+                mode = way
+            else:
+                mode = 1 if w > 0.0 else -1
+            count = record_event(event_time, event_mode, count, t0 + t, mode)
+            continue
+        s = float(mode)
+        step, h = _attempt(model, s, U, y, rem, h, work, new)
+        if math.isnan(h):
+            return h, mode, count, True
+        if step == 0.0:
+            continue
+        taken = _crossing(model, s, U, y, step, work, new, spare)
+        _set(y, new)
+        t += taken
+        if taken < step or s * y[1] <= 0.0:
+            y[1] = 0.0
+            w = U - model[KS] * (y[0] - y[3])
+            mode = 1 if w > model[FS_P] else (-1 if w < -model[FS_N] else 0)
+            count = record_event(event_time, event_mode, count, t0 + t, mode)
+    return h, mode, count, False
+
+
+@compiled()
+def _with_bristles(
+    model: Vector, U: float, y: Vector, h: float, mode: int, t0: float,
+    event_time: Vector, event_mode: NDArray[np.int8], count: int,
+    work: Vector, new: Vector, spare: Vector,
+) -> tuple[float, int, int, bool]:  # fmt: skip
+    """Propagate over one sample with a law that has bristles, see `law_sample`."""
+    significant = SIGNIFICANT * model[TYPICAL_V]
+    t = 0.0
+    turned = False
+    for _ in range(int(model[BUDGET])):
+        rem = model[TIME] - t
+        if rem <= LEFT * model[TIME]:
+            return h, mode, count, True
+        s = _direction(model, U, y, mode)
+        if turned:
+            s = -s
+        step, after = _attempt(model, s, U, y, rem, h, work, new)
+        if math.isnan(after):
+            return after, mode, count, True
+        if step == 0.0:
+            h = after
+            continue
+        if max(abs(y[1]), abs(new[1])) > significant:
+            if y[1] == 0.0 and s * new[1] < 0.0 and not turned:
+                turned = True  # at rest it was not to be seen which way it would go
+                continue
+            taken = _crossing(model, s, U, y, step, work, new, spare)
+        else:
+            taken = step
+        turned = False
+        if abs(new[1]) > significant and mode != int(s):
+            mode = int(s)
+            count = record_event(event_time, event_mode, count, t0 + t, mode)
+        _set(y, new)
+        if taken < step:
+            y[1] = 0.0
+        t += taken
+        h = after
+    return h, mode, count, False
+
+
+@compiled()
 def law_sample(
     model: Vector, U: float, y: Vector, h: float, mode: int, t0: float,
     event_time: Vector, event_mode: NDArray[np.int8], count: int,
@@ -220,82 +334,20 @@ def law_sample(
     The next h, mode and count, and whether the sample was finished within the budget. From what is
     not finite follows a state of NaN.
     """
-    T = model[TIME]
-    bristles = model[SIGMA_0] > 0.0
-    significant = SIGNIFICANT * model[TYPICAL_V]
-    if not abs(U) + abs(y[0]) + abs(y[1]) + abs(y[3]) + abs(y[4]) < math.inf:
+    finite = abs(U) + abs(y[0]) + abs(y[1]) + abs(y[3]) + abs(y[4]) < math.inf
+    finished = True
+    if finite:
+        if model[SIGMA_0] > 0.0:
+            first, mode, count, finished = _with_bristles(
+                model, U, y, h, mode, t0, event_time, event_mode, count, work, new, spare
+            )
+        else:
+            first, mode, count, finished = _with_stiction(
+                model, U, y, h, mode, t0, event_time, event_mode, count, work, new, spare
+            )
+        finite = not math.isnan(first)
+        h = first if finite else h
+    if not finite:
         for n in range(STATES):
             y[n] = math.nan
-        return h, mode, count, True
-    t = 0.0
-    turned = False
-    for _ in range(int(model[BUDGET])):
-        rem = T - t
-        if rem <= LEFT * T:
-            return h, mode, count, True
-        if not bristles and mode == 0:
-            w = U - model[KS] * (y[0] - y[3])
-            if -model[FS_N] <= w <= model[FS_P]:
-                after, way = _freed_after(model, U, y[0] - y[3], y[4])
-                if not after < rem:
-                    _rest(model, y, rem)
-                    return h, mode, count, True
-                _rest(model, y, after)
-                t += after
-                mode = way
-            else:
-                mode = 1 if w > 0.0 else -1
-            count = record_event(event_time, event_mode, count, t0 + t, mode)
-            continue
-        s = float(mode)
-        if bristles:
-            s = _direction(model, U, y, mode)
-            if turned:
-                s = -s
-        whole = h >= rem
-        step = rem if whole else h
-        error = rosenbrock_step(model, s, U, y, step, work, new)
-        if math.isnan(error):
-            if step <= LEFT * T:  # the motion itself is too large
-                for n in range(STATES):
-                    y[n] = math.nan
-                return h, mode, count, True
-            h = SMALLEST * step
-            continue
-        if error > 1.0:
-            h = step * max(SMALLEST, SAFETY * error ** (-1.0 / ORDER))
-            continue
-        jump = _jump(model, y, new)
-        if jump > 1.0:
-            h = step * max(SMALLEST, SAFETY / jump)
-            continue
-        grown = step * min(LARGEST, SAFETY * max(error, 1e-10) ** (-1.0 / ORDER))
-        slow = bristles and max(abs(y[1]), abs(new[1])) <= significant
-        if bristles and not turned and y[1] == 0.0 and s * new[1] < 0.0 and not slow:
-            turned = True  # it was not to be seen which way it would go
-            continue
-        turned = False
-        taken = step
-        if not slow:
-            taken = _crossing(model, s, U, y, step, work, new, spare)
-        before = y[1]
-        for n in range(STATES):
-            y[n] = new[n]
-        if taken < step or (not bristles and s * new[1] <= 0.0):
-            y[1] = 0.0
-            h = max(h, grown)
-            t += taken
-            if not bristles:
-                w = U - model[KS] * (y[0] - y[3])
-                mode = 1 if w > model[FS_P] else (-1 if w < -model[FS_N] else 0)
-                count = record_event(event_time, event_mode, count, t0 + t, mode)
-            continue
-        if bristles and abs(new[1]) > significant and float(mode) != s:
-            mode = int(s)
-            if before * s <= 0.0 or t > 0.0:
-                count = record_event(event_time, event_mode, count, t0 + t, mode)
-        t += taken
-        h = max(h, grown) if whole else grown
-        if whole:
-            return h, mode, count, True
-    return h, mode, count, False
+    return h, mode, count, finished
