@@ -65,7 +65,7 @@ def test_an_arm_lands_by_default_with_friction_it_did_not_know(landed: Positioni
         assert move.swing <= 1e-5
         assert move.settling_time is not None
     assert landed.truth == {"coulomb_friction": 0.15, "viscous_friction": 0.1}
-    assert each.estimates["coulomb_friction"][0] == 0.0
+    assert each.estimates["coulomb_friction"][0] < LEARNT  # none, as far as a plan can have none
     for name, truth in landed.truth.items():
         assert each.estimates[name][-1] == pytest.approx(truth, rel=LEARNT)
     assert landed.learnt is not None
@@ -82,17 +82,16 @@ def test_the_next_run_begins_with_what_was_learnt(run: Run) -> None:
 
 
 def test_phases_follow_each_other_and_are_explained(landed: Positioning) -> None:
-    arm = landed.runs[0].arm
-    assert arm is not None
-    names = [phase.name for phase in arm.phases]
+    (run,) = landed.runs
+    names = [phase.name for phase in run.phases]
     assert names[0] == "feedback"
     assert names[-1] == "done"
-    assert names.count("feedback") == len(landed.runs[0].moves)
-    assert arm.phases[0].start_time == 0.0
-    assert arm.phases[-1].end_time == landed.runs[0].time[-1]
-    for before, after in pairwise(arm.phases):
+    assert names.count("feedback") == len(run.moves)
+    assert run.phases[0].start_time == 0.0
+    assert run.phases[-1].end_time == run.time[-1]
+    for before, after in pairwise(run.phases):
         assert after.start_time == before.end_time
-    assert all(phase.reason for phase in arm.phases)
+    assert all(phase.reason for phase in run.phases)
 
 
 def test_the_efforts_of_the_series_are_those_of_the_run(landed: Positioning) -> None:
@@ -136,7 +135,7 @@ def test_feedback_alone_leaves_a_swing(run: Run) -> None:
     assert result.last.swing > 1e-3
     each = result.runs[0]
     assert each.arm is not None
-    assert each.arm.phases == each.arm.series == ()
+    assert each.phases == each.arm.series == ()
     assert result.learnt is None
     assert each.estimates["coulomb_friction"][-1] == pytest.approx(0.15, rel=1e-3)
 
@@ -161,7 +160,7 @@ def test_with_noise_it_lands_within_three_deviations(run: Run) -> None:
     assert np.any(arm.measured_position != arm.position)
     for name, truth in result.truth.items():
         off = abs(float(result.runs[0].estimates[name][-1]) - truth)
-        assert off <= 4.0 * float(arm.deviations[name][-1])
+        assert off <= 4.0 * float(result.runs[0].deviations[name][-1])
 
 
 def test_masses_and_spring_may_be_believed_wrong(run: Run) -> None:

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from stickslip.records import (
-    ArmPhase,
     ArmRun,
     ArmSeries,
     Ending,
+    LandingPhase,
     Positioning,
     PositioningMove,
     PositioningRun,
@@ -46,12 +46,6 @@ def arm() -> ArmRun:
         measured_position=np.array([0.1, 0.5, 0.9, 0.9, 0.5]),
         measured_load_position=np.array([0.0, 0.2, 1.2, 0.8, 0.5]),
         resting=np.array([True, False, False, True, True]),
-        deviations={"coulomb_friction": np.array([np.inf, 0.1])},
-        phases=(
-            ArmPhase(name="feedback", start_time=0.0, end_time=1.0, reason="the target is new"),
-            ArmPhase(name="series", start_time=1.0, end_time=3.0, reason="a series was found"),
-            ArmPhase(name="done", start_time=3.0, end_time=4.0, reason="it rests"),
-        ),
         series=(series(),),
     )
 
@@ -83,6 +77,12 @@ def positioning(ending: Ending) -> Positioning:
         estimates={"coulomb_friction": np.array([0.0, 0.15])},
         moves=(move,),
         arm=flexible,
+        phases=(
+            LandingPhase(name="feedback", start_time=0.0, end_time=1.0, reason="the target is new"),
+            LandingPhase(name="series", start_time=1.0, end_time=3.0, reason="a series was found"),
+            LandingPhase(name="done", start_time=3.0, end_time=4.0, reason="it rests"),
+        ),
+        deviations={"coulomb_friction": np.array([0.2, 0.1])},
     )
     return Positioning(
         name="an arm",
@@ -128,9 +128,11 @@ def test_everything_of_an_arm_is_in_the_json_form() -> None:
     document = positioning(Ending.REACHED).to_dict()
     text = json.dumps(document)
     assert json.loads(text) == document
-    flexible = document["runs"][0]["arm"]
-    assert [each["name"] for each in flexible["phases"]] == ["feedback", "series", "done"]
-    assert flexible["phases"][1]["reason"] == "a series was found"
+    run = document["runs"][0]
+    assert [each["name"] for each in run["phases"]] == ["feedback", "series", "done"]
+    assert run["phases"][1]["reason"] == "a series was found"
+    assert run["deviations"] == {"coulomb_friction": [0.2, 0.1]}
+    flexible = run["arm"]
     assert flexible["series"][0]["samples"] == 4
     assert flexible["series"][0]["planned_effort"] == [1.0, 1.0, -1.0, -1.0]
     assert flexible["load_position"] == [0.0, 0.2, 1.2, 0.8, 0.49]
@@ -146,8 +148,8 @@ def test_the_ending_of_an_arm_is_told_in_its_own_words() -> None:
 
 
 def test_an_arms_record_cannot_be_changed() -> None:
-    flexible = arm()
+    (run,) = positioning(Ending.REACHED).runs
     with pytest.raises(FrozenInstanceError):
-        flexible.phases = ()  # type: ignore[misc]
+        run.phases = ()  # type: ignore[misc]
     with pytest.raises(TypeError):
-        flexible.deviations["mass"] = np.zeros(2)  # type: ignore[index]
+        run.deviations["mass"] = np.zeros(2)  # type: ignore[index]

@@ -10,11 +10,11 @@ import numpy as np
 import pytest
 
 from stickslip.records import (
-    ArmPhase,
-    ArmPhaseName,
     ArmRun,
     ArmSeries,
     Ending,
+    LandingPhase,
+    LandingPhaseName,
     Positioning,
     PositioningMove,
     PositioningRun,
@@ -66,13 +66,13 @@ def make_arm(
     start = 1.0 - target
     position, load = start + (target - start) * gone, start + (target - start) * load
     noise = 1e-4 * np.random.default_rng(number).standard_normal(samples + 1) * sensed
-    names: tuple[tuple[ArmPhaseName, float], ...] = (
+    names: tuple[tuple[LandingPhaseName, float], ...] = (
         ("feedback", 0.0),
         ("resting", 8.0),
         ("series", 12.0),
         ("done", 16.0),
     )
-    starts: list[tuple[ArmPhaseName, float]] = [
+    starts: list[tuple[LandingPhaseName, float]] = [
         (name, 30.0 * k + at) for k in range(moves) for name, at in names
     ]
     ends = [*(at for _, at in starts[1:]), end]
@@ -83,13 +83,6 @@ def make_arm(
         measured_position=position + noise,
         measured_load_position=load + noise,
         resting=within > 14.0,
-        deviations={"coulomb_friction": np.where(np.arange(50) < 3, np.inf, 0.01)},
-        phases=tuple(
-            ArmPhase(name=name, start_time=at, end_time=until, reason=f"because <{k}>")
-            for k, ((name, at), until) in enumerate(zip(starts, ends, strict=True))
-        )
-        if phases
-        else (),
         series=tuple(
             flown(1 + k % moves, 12.0 + 0.1 * k, 1.0, 0.9999 if k else None) for k in range(series)
         )
@@ -126,6 +119,13 @@ def make_arm(
             for k in range(moves)
         ),
         arm=arm,
+        phases=tuple(
+            LandingPhase(name=name, start_time=at, end_time=until, reason=f"because <{k}>")
+            for k, ((name, at), until) in enumerate(zip(starts, ends, strict=True))
+        )
+        if phases
+        else (),
+        deviations={"coulomb_friction": np.where(np.arange(50) < 3, np.inf, 0.01)},
     )
 
 
@@ -312,9 +312,8 @@ def test_an_arm_that_stays_is_drawn_too(tmp_path: Path) -> None:
         load_position=still,
         measured_position=still,
         measured_load_position=still,
-        phases=(),
         series=(),
     )
-    held = replace(run, arm=arm, error=arm.error, effort=np.zeros_like(run.effort))
+    held = replace(run, arm=arm, phases=(), error=arm.error, effort=np.zeros_like(run.effort))
     film = data(written(positioning(held), tmp_path), "film")
     assert set(film["position"]) == {0.0}

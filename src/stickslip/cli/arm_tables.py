@@ -1,11 +1,11 @@
-"""What ``stickslip position`` prints of a flexible arm: its phases and its series of pulses."""
+"""What ``stickslip position`` prints of landings: phases, and of a flexible arm its series."""
 
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from rich.table import Table
 
-    from stickslip.records import ArmRun, Positioning
+    from stickslip.records import ArmRun, Positioning, PositioningRun
 
 __all__ = ["phases_table", "series_table"]
 
@@ -13,18 +13,16 @@ _FIRST, _LAST = 14, 6
 """Rows of a long table that are printed."""
 
 
-def phases_table(arm: "ArmRun") -> "Table | None":
-    """Return the phases of a run, each with why it began; None if there are none."""
+def phases_table(run: "PositioningRun") -> "Table":
+    """Return the phases of a run, each with why it began."""
     from stickslip.records import prefixed
 
-    if not arm.phases:
-        return None
     table = _table("phase")
     table.add_column("from", justify="right", no_wrap=True)
     table.add_column("for", justify="right", no_wrap=True)
     table.add_column("as")
-    for k, phase in enumerate(arm.phases):
-        if _FIRST <= k < len(arm.phases) - _LAST:
+    for k, phase in enumerate(run.phases):
+        if _FIRST <= k < len(run.phases) - _LAST:
             if k == _FIRST:
                 table.add_row("…")
             continue
@@ -37,12 +35,10 @@ def phases_table(arm: "ArmRun") -> "Table | None":
     return table
 
 
-def series_table(arm: "ArmRun", result: "Positioning") -> "Table | None":
-    """Return the series of a run, with what each truly did; None if there are none."""
+def series_table(arm: "ArmRun", result: "Positioning") -> "Table":
+    """Return the series of a run, with what each truly did."""
     from stickslip.records import prefixed, unit_of
 
-    if not arm.series:
-        return None
     unit = unit_of("position", result.kind)
     table = _table("series")
     heads = ("at", "from", "to", "for", "pulses", "mass 1 missed by", "mass 2 swings by")

@@ -111,17 +111,18 @@ def _print(console: "Console", result: "Positioning") -> None:
     from stickslip.records import prefixed, unit_of
 
     unit = unit_of("position", result.kind)
-    arm = result.runs[-1].arm
+    run = result.runs[-1]
+    arm = run.arm
     axis = f"{result.kind} axis" if arm is None else f"flexible arm, {result.kind}"
     console.print(f"{result.name}: {result.controller}, {axis}", soft_wrap=True)
     console.print()
     console.print(_moves(result))
-    if arm is not None:
+    if run.phases:
         from stickslip.cli.arm_tables import phases_table, series_table
 
-        for table in (phases_table(arm), series_table(arm, result)):
-            if table is not None:
-                console.print(table)
+        console.print(phases_table(run))
+        if arm is not None and arm.series:
+            console.print(series_table(arm, result))
     if result.runs[0].estimates:
         console.print(_estimates(result))
         if result.counts_offset:

@@ -1,6 +1,6 @@
 """What passes between the stages: logs, estimates, and the errors on the way."""
 
-from stickslip.records.arm_positioning import ArmPhase, ArmRun, ArmSeries, LandingPhaseName
+from stickslip.records.arm_positioning import ArmRun, ArmSeries, LandingPhase, LandingPhaseName
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
 from stickslip.records.conjunction_reproduction import (
@@ -93,7 +93,6 @@ __all__ = [
     "PARAMETER_NAMES",
     "QUANTITIES",
     "SCHEMA_VERSION",
-    "ArmPhase",
     "ArmRun",
     "ArmSeries",
     "AxisKind",
@@ -116,6 +115,7 @@ __all__ = [
     "FrictionEstimate",
     "Identification",
     "InputError",
+    "LandingPhase",
     "LandingPhaseName",
     "LandingScore",
     "LearntPulses",

@@ -1,8 +1,7 @@
-"""What a positioning task on a flexible arm leaves behind beside that of a rigid axis."""
+"""What landings leave behind: their phases, and of a flexible arm both masses and the series."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
-from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -10,7 +9,7 @@ from jaxtyping import Bool, Float
 
 from stickslip.records.quantities import quantity_field
 
-__all__ = ["ArmPhase", "ArmRun", "ArmSeries", "LandingPhaseName"]
+__all__ = ["ArmRun", "ArmSeries", "LandingPhase", "LandingPhaseName"]
 
 LandingPhaseName = Literal["feedback", "resting", "series", "pulses", "done", "stopped"]
 
@@ -25,14 +24,15 @@ _WORDS: dict[LandingPhaseName, str] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class ArmPhase:
-    """What the controller of an arm was doing for a while, and why it began to.
+class LandingPhase:
+    """What a controller that lands was doing for a while, and why it began to.
 
     Attributes
     ----------
     name
-        ``"feedback"``: it moves the arm near its target; ``"resting"``: without effort, until mass
-        1 rests and the swing of mass 2 is known; ``"series"``: pulses; ``"done"``; ``"stopped"``.
+        ``"feedback"``: it moves the axis near its target; ``"resting"``: without effort, until mass
+        1 of an arm rests and the swing of mass 2 is known; ``"series"``: pulses planned together;
+        ``"pulses"``: one after the other, of a rigid axis; ``"done"``; ``"stopped"``.
     start_time, end_time
         Within its run [s].
     reason
@@ -53,6 +53,10 @@ class ArmPhase:
     def words() -> Mapping[LandingPhaseName, str]:
         """Return the words of all phases, by name, in the order in which they follow each other."""
         return {name: _WORDS[name] for name in get_args(LandingPhaseName)}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the phase as plain JSON types."""
+        return {each.name: getattr(self, each.name) for each in fields(self)}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -160,7 +164,7 @@ class ArmSeries:
 
 @dataclass(frozen=True, kw_only=True)
 class ArmRun:
-    """Both masses of a run, the phases of its controller, and its series of pulses.
+    """Both masses of a run, and its series of pulses.
 
     Attributes
     ----------
@@ -172,11 +176,6 @@ class ArmRun:
         As the sensors showed them, shape (n+1,) [m or rad].
     resting
         Whether mass 1 truly stuck, shape (n+1,).
-    deviations
-        Standard deviations of the estimates, by name, at the times of the estimates, shape (k,)
-        [SI]; empty for a controller that has none.
-    phases
-        In their order; empty for a controller without.
     series
         In their order.
     """
@@ -187,12 +186,7 @@ class ArmRun:
     measured_position: Float[np.ndarray, " samples"] = quantity_field("position")
     measured_load_position: Float[np.ndarray, " samples"] = quantity_field("position")
     resting: Bool[np.ndarray, " samples"]
-    deviations: Mapping[str, Float[np.ndarray, " k"]]
-    phases: tuple[ArmPhase, ...]
     series: tuple[ArmSeries, ...]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "deviations", MappingProxyType(dict(self.deviations)))
 
     @property
     def error(self) -> Float[np.ndarray, " samples"]:
@@ -209,12 +203,7 @@ class ArmRun:
     def to_dict(self) -> dict[str, Any]:
         """Return the run's arm as plain JSON types."""
         return {
-            "phases": [
-                {each.name: getattr(phase, each.name) for each in fields(phase)}
-                for phase in self.phases
-            ],
             "series": [each.to_dict() for each in self.series],
-            "deviations": {name: values.tolist() for name, values in self.deviations.items()},
             "target": self.target.tolist(),
             "position": self.position.tolist(),
             "load_position": self.load_position.tolist(),

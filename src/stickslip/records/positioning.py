@@ -1,7 +1,7 @@
 """A positioning task that was run on a simulated axis: all that its page draws."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from types import MappingProxyType
 from typing import Any
@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records.arm_positioning import ArmRun
+from stickslip.records.arm_positioning import ArmRun, LandingPhase
 from stickslip.records.pulses import LearntPulses, PulseRecord
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 
@@ -35,15 +35,16 @@ _LEGEND = {
     "good; null: it never is",
     "effort": "held from each sample to the next, so one fewer than samples",
     "pulses.levels": "effort and duration of each part of a pulse",
-    "estimates": "at the start of a run and after each pulse whose outcome is known; of a flexible "
-    "arm now and then",
+    "estimates": "at the start of a run and after each pulse whose outcome is known; of a landing, "
+    "and of a flexible arm, now and then",
+    "deviations": "standard deviations of the estimates, as far as the controller tells them; null "
+    "while nothing is known",
+    "phases": "of a controller that lands; none: another controller",
     "limits": "of static friction: the strongest effort that has not freed the axis (or the "
     "Coulomb friction), and the weakest that has; null: none",
     "truth": "of the simulated axis; the controller does not see it",
     "swing": "amplitude with which the second mass of a flexible arm swings at the end; null: none",
-    "arm": "of a flexible arm: both masses, the phases of its controller, its series of pulses; "
-    "null: a rigid axis",
-    "arm.deviations": "standard deviations of the estimates; null while nothing is known",
+    "arm": "of a flexible arm: both masses, and the series of pulses; null: a rigid axis",
     "arm.series.final_error": "target of the series less where mass 1 truly came to rest",
     "arm.series.final_load_error": "how far from it mass 2 truly got at most, in its swing",
 }
@@ -221,11 +222,16 @@ class PositioningRun:
         Held from each sample to the next [N or N m], shape (n,).
     estimate_time, estimates
         What the controller believed, by name: at the start and after each pulse whose outcome is
-        known [s, SI], shape (k,); of a flexible arm now and then.
+        known [s, SI], shape (k,); of a landing, and of a flexible arm, now and then.
     moves
         In their order.
     arm
-        Both masses, phases and series of a flexible arm; None of a rigid axis.
+        Both masses and the series of a flexible arm; None of a rigid axis.
+    phases
+        Of a controller that lands, in their order; empty for another.
+    deviations
+        Standard deviations of estimates, by name, at their times [SI], shape (k,); empty for a
+        controller that tells none.
     """
 
     number: int
@@ -237,9 +243,12 @@ class PositioningRun:
     estimates: Mapping[str, Float[np.ndarray, " k"]]
     moves: tuple[PositioningMove, ...]
     arm: ArmRun | None = None
+    phases: tuple[LandingPhase, ...] = ()
+    deviations: Mapping[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+        for name in ("estimates", "deviations"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
 
     @property
     def pulses(self) -> tuple[PulseRecord, ...]:
@@ -253,6 +262,8 @@ class PositioningRun:
             "moves": [move.to_dict() for move in self.moves],
             "estimate_time": self.estimate_time.tolist(),
             "estimates": {name: values.tolist() for name, values in self.estimates.items()},
+            "deviations": {name: values.tolist() for name, values in self.deviations.items()},
+            "phases": [phase.to_dict() for phase in self.phases],
             "time": self.time.tolist(),
             "error": self.error.tolist(),
             "measured_error": self.measured_error.tolist(),
@@ -311,8 +322,8 @@ class Positioning:
     stickslip_version: str
 
     def __post_init__(self) -> None:
-        for field in ("truth", "believed", "limits"):
-            object.__setattr__(self, field, MappingProxyType(dict(getattr(self, field))))
+        for name in ("truth", "believed", "limits"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
         tables = {name: MappingProxyType(dict(table)) for name, table in self.scenario.items()}
         object.__setattr__(self, "scenario", MappingProxyType(tables))
 

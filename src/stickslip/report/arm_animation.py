@@ -8,8 +8,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.records import Positioning, PositioningRun, prefixed_unit, unit_of, unit_text
-from stickslip.report.arm_figures import PHASE_COLOURS, shown_until
 from stickslip.report.drawing import BLUE, GREY, INK, ORANGE, PALE, VERMILION, numbers
+from stickslip.report.phase_figures import PHASE_COLOURS, shown_until
 from stickslip.report.sheet import template
 
 __all__ = ["animation"]
@@ -74,7 +74,7 @@ def animation(run: PositioningRun, positioning: Positioning) -> str:
         "load_gauge": gauge[1],
         "phases": [
             {"start": each.start_time, "word": each.word, "reason": each.reason}
-            for each in arm.phases
+            for each in run.phases
         ],
     }
     text = json.dumps(film, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
@@ -176,12 +176,11 @@ def _controls(run: PositioningRun, end: float) -> str:
         f'<option value="{each:g}"{" selected" if each == best else ""}>{each:g}×</option>'
         for each in _SPEEDS
     )
-    phases = () if run.arm is None else run.arm.phases
     strips = "".join(
         f'<button type="button" data-start="{each.start_time:.9g}" title="{each.word}" '
         f'aria-label="to phase {k}, {each.word}" style="flex:{part:.4g};background:'
         f'{PHASE_COLOURS[each.name]}">{k}</button>'
-        for k, each in enumerate(phases, start=1)
+        for k, each in enumerate(run.phases, start=1)
         for part in [max(0.0, min(each.end_time, end) - each.start_time)]
     )
     strip = f'<div id="film-phases" class="strip">{strips}</div>\n' if strips else ""

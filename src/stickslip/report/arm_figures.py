@@ -8,11 +8,9 @@ from jaxtyping import Float
 
 from stickslip.records import (
     ArmRun,
-    LandingPhaseName,
     Positioning,
     PositioningMove,
     PositioningRun,
-    parameter_label,
     prefixed,
     prefixed_unit,
     unit_of,
@@ -25,43 +23,21 @@ from stickslip.report.drawing import (
     INK,
     PALE,
     PINK,
-    SKY,
     VERMILION,
     Plot,
     Trace,
     axis,
-    band,
     layout,
     line,
-    symbol,
     thinned_text,
 )
-from stickslip.report.positioning_figures import staircase, starts, tolerance_band
+from stickslip.report.phase_figures import PHASE_MARGIN, phase_numbers, phase_shades, shown_until
+from stickslip.report.positioning_figures import staircase, tolerance_band
 
 __all__ = [
-    "PHASE_COLOURS",
     "arm_end_plots",
-    "arm_estimate_plots",
     "arm_motion_plot",
-    "phase_traces",
-    "shown_until",
 ]
-
-PHASE_COLOURS: dict[LandingPhaseName, str] = {
-    "feedback": "#d6e6f5",
-    "resting": "#eceff2",
-    "series": "#fce3bd",
-    "pulses": "#fce3bd",
-    "done": "#d3eddf",
-    "stopped": "#f6d3c4",
-}
-"""Pale enough to lie behind curves; phases are numbered too."""
-
-_AFTER = 1.15
-"""Time drawn over the time until the controller has ended."""
-
-_NARROW = 0.012
-"""Share of the time that a phase takes at least to have its number above it."""
 
 _LEAST = 1e-15
 """Distance that is drawn for none at all [m or rad]."""
@@ -76,17 +52,6 @@ _UNDER_WAY = 0.75
 """Share of a move after which it should have ended."""
 
 _ROOM = 1.15
-_NORMAL_95 = 1.96
-_SETTLED = 0.25  # of the time, at whose end an estimate is taken for settled
-
-
-def shown_until(run: PositioningRun) -> float:
-    """Return the time up to which a run is drawn at first: without a long rest at its end."""
-    whole = float(run.time[-1])
-    phases = () if run.arm is None else run.arm.phases
-    if len(run.moves) > 1 or not phases or phases[-1].name not in {"done", "stopped"}:
-        return whole
-    return min(whole, _AFTER * phases[-1].start_time)
 
 
 def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) -> Plot:
@@ -122,7 +87,7 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
         caption=(
             "Above, where both masses are; in the middle, how far from the target, in powers of "
             "ten; below, the effort."
-            + (" Shaded are the phases, numbered as in the table below." if arm.phases else "")
+            + (" Shaded are the phases, numbered as in the table below." if run.phases else "")
             + thinned_text(run.time.size)
         ),
         traces=traces,
@@ -141,9 +106,9 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
                 ),
                 axis(f"effort <i>u</i> [{unit_text(unit_of('effort', kind))}]"),
             ],
-            shapes=_shades(arm),
-            annotations=_numbers(arm, end),
-            margin={"l": 56, "r": 14, "t": 22, "b": 44},  # the numbers stand above
+            shapes=phase_shades(run),
+            annotations=phase_numbers(run, end),
+            margin=PHASE_MARGIN,
         ),
         height=640,
     )
@@ -214,142 +179,3 @@ def _end_plot(
         if len(run.moves) > 1
         else "The end, magnified",
     )
-
-
-def phase_traces(arm: ArmRun) -> list[Trace]:
-    """Return what the key shows of the phases: their colours, each once."""
-    words: dict[LandingPhaseName, str] = {each.name: each.word.lower() for each in arm.phases}
-    return [
-        {"name": word, "fill": "toself", "fillcolor": PHASE_COLOURS[name]}
-        for name, word in words.items()
-    ]
-
-
-def _shades(arm: ArmRun) -> list[dict[str, object]]:
-    return [
-        {
-            "type": "rect",
-            "layer": "below",
-            "xref": "x",
-            "yref": "paper",
-            "x0": phase.start_time,
-            "x1": phase.end_time,
-            "y0": 0,
-            "y1": 1,
-            "fillcolor": PHASE_COLOURS[phase.name],
-            "line": {"width": 0},
-        }
-        for phase in arm.phases
-    ]
-
-
-def _numbers(arm: ArmRun, end: float) -> list[dict[str, object]]:
-    return [
-        {
-            "text": str(k),
-            "showarrow": False,
-            "xref": "x",
-            "yref": "paper",
-            "x": 0.5 * (phase.start_time + min(phase.end_time, end)),
-            "y": 1,
-            "yanchor": "bottom",
-            "font": {"size": 11, "color": GREY},
-        }
-        for k, phase in enumerate(arm.phases, start=1)
-        if min(phase.end_time, end) - phase.start_time > _NARROW * end
-    ]
-
-
-def arm_estimate_plots(positioning: Positioning) -> list[Plot]:
-    """Draw each estimate over time, through all runs, with its interval and the truth."""
-    runs = positioning.runs
-    begins = np.cumsum([0.0, *(float(run.time[-1]) for run in runs)])
-    time = np.concatenate(
-        [begin + run.estimate_time for begin, run in zip(begins, runs, strict=False)]
-    )
-    end = max(float(begins[-2]) + shown_until(runs[-1]), float(time[0]) + 1e-9)
-    plots: list[Plot] = []
-    for name in runs[0].estimates:
-        values = np.concatenate([run.estimates[name] for run in runs])
-        widths = _NORMAL_95 * np.concatenate(
-            [
-                np.full(run.estimate_time.size, np.nan)
-                if run.arm is None or name not in run.arm.deviations
-                else run.arm.deviations[name]
-                for run in runs
-            ]
-        )
-        plots.append(
-            _estimate_plot(
-                name,
-                (time, values, widths),
-                positioning,
-                end=end,
-                shapes=[
-                    *(_shades(runs[0].arm) if len(runs) == 1 and runs[0].arm else []),
-                    *starts([float(run.time[-1]) for run in runs], first=0.0),
-                ],
-            )
-        )
-    return plots
-
-
-def _estimate_plot(
-    name: str,
-    known: tuple[Float[np.ndarray, " k"], Float[np.ndarray, " k"], Float[np.ndarray, " k"]],
-    positioning: Positioning,
-    *,
-    end: float,
-    shapes: list[dict[str, object]],
-) -> Plot:
-    """Draw an estimate with its interval and the truth, and how far it is from the truth."""
-    time, values, widths = known
-    truth = positioning.truth.get(name)
-    unit = unit_text(unit_of(name, positioning.kind))
-    traces = [
-        *band(time, values - widths, values + widths, name="95 % interval"),
-        line(time, values, name="estimate", colour=BLUE, width=2.0),
-    ]
-    rows = [axis(f"{symbol(name)} [{unit}]", **_range(values, widths, truth))]
-    said = "."
-    if truth is not None:
-        said = f"; the true value is {truth:.4g} {unit}."
-        ends = np.full(2, truth)
-        true = line(time[[0, -1]], ends, name="true value", colour=INK, dash="dash", width=1.2)
-        least = _LEAST * max(abs(truth), 1.0)
-        off, wide = (np.maximum(np.abs(each), least) for each in (values - truth, widths))
-        traces += [
-            true,
-            line(time, wide, name="half of the interval", colour=SKY, dash="dot", row=2),
-            line(time, off, name="error of the estimate", colour=VERMILION, width=1.4, row=2),
-        ]
-        rows.append(axis(f"error [{unit}]", type="log", nticks=5))
-    return Plot(
-        anchor=f"estimate-{name.replace('_', '-')}",
-        alternative=(
-            f"{parameter_label(name)} as estimated over time, from {values[0]:.4g} to "
-            f"{values[-1]:.4g} {unit}{said}"
-        ),
-        caption="",
-        traces=traces,
-        layout=layout(x=axis("time <i>t</i> [s]", range=[0.0, end]), y=rows, shapes=shapes),
-        height=360,
-        heading=parameter_label(name),
-    )
-
-
-def _range(values: np.ndarray, widths: np.ndarray, truth: float | None) -> dict[str, list[float]]:
-    """Choose a vertical range that shows how the estimate settles, not its first wild guesses."""
-    later = slice(int(_SETTLED * values.size), None)
-    shown = np.concatenate(
-        [
-            values,
-            (values - widths)[later],
-            (values + widths)[later],
-            [] if truth is None else [truth],
-        ]
-    )
-    shown = shown[np.isfinite(shown)]
-    low, high = float(np.min(shown)), float(np.max(shown))
-    margin = 0.12 * (high - low) or 0.05 * abs(high) or 1.0
-    return {"range": [low - margin, high + margin]}

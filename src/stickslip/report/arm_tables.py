@@ -1,10 +1,10 @@
-"""Tables of the phases and of the series of a flexible arm, for the page of a positioning task."""
+"""Tables of the phases of a landing and of the series of an arm, for the page of a task."""
 
 import html
 
 from stickslip.records import ArmRun, Positioning, PositioningRun, count_of, unit_of
-from stickslip.report.arm_figures import PHASE_COLOURS
 from stickslip.report.dense import wide
+from stickslip.report.phase_figures import PHASE_COLOURS
 from stickslip.report.positioning_tables import body_rows, heading_row, shortened, shown
 
 __all__ = ["phases_table", "series_table"]
@@ -13,9 +13,9 @@ _ROUNDING = 1e-12
 """Errors below it come from rounding [m or rad]."""
 
 
-def phases_table(arm: ArmRun) -> str:
+def phases_table(run: PositioningRun) -> str:
     """Return the phases of a run, each with why it began; empty if there are none."""
-    if not arm.phases:
+    if not run.phases:
         return ""
     rows = [
         f'<tr><th scope="row">{k}</th><td><span class="swatch" style="background:'
@@ -23,7 +23,7 @@ def phases_table(arm: ArmRun) -> str:
         f'<td class="number">{shown(phase.start_time, "s")}</td>'
         f'<td class="number">{shown(phase.end_time - phase.start_time, "s")}</td>'
         f"<td>{html.escape(phase.reason)}</td></tr>\n"
-        for k, phase in enumerate(arm.phases, start=1)
+        for k, phase in enumerate(run.phases, start=1)
     ]
     heads = heading_row(["Phase", "What", "From", "For", "Why it began"])
     return f'<table class="phases">{heads}{shortened(rows, "phases", columns=5)}</table>\n'

@@ -30,6 +30,7 @@ from stickslip.report.drawing import (
     thin,
     thinned_text,
 )
+from stickslip.report.phase_figures import PHASE_MARGIN, phase_numbers, phase_shades
 
 __all__ = [
     "estimate_plots",
@@ -88,6 +89,7 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
         )
     traces.append(staircase(run.time, run.effort, name="effort", colour=VERMILION, row=3))
     jumps = " At each new target the error jumps." if len(run.moves) > 1 else ""
+    shaded = " Shaded are the phases, numbered as in the table below." if run.phases else ""
     end, whole_time = _shown_until(run), float(run.time[-1])
     still = (
         f" From {end:.3g} s to the end at {whole_time:.4g} s nothing changes."
@@ -103,7 +105,7 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
         ),
         caption=(
             "Error is target less position; the shaded band is the tolerance. The panel in the "
-            f"middle is the upper one, magnified about the target.{jumps}{still}"
+            f"middle is the upper one, magnified about the target.{jumps}{still}{shaded}"
             + thinned_text(run.time.size)
         ),
         traces=traces,
@@ -114,6 +116,9 @@ def motion_plot(run: PositioningRun, positioning: Positioning) -> Plot:
                 axis(f"magnified [{near_unit}]", range=[-near * half, near * half]),
                 axis(f"effort <i>u</i> [{unit_text(unit_of('effort', kind))}]"),
             ],
+            shapes=phase_shades(run),
+            annotations=phase_numbers(run, end),
+            **({"margin": PHASE_MARGIN} if run.phases else {}),
         ),
         height=620,
     )

@@ -9,16 +9,16 @@ from stickslip.report import positioning_tables as tables
 from stickslip.report.arm_animation import animation
 from stickslip.report.arm_figures import (
     arm_end_plots,
-    arm_estimate_plots,
     arm_motion_plot,
-    phase_traces,
 )
 from stickslip.report.arm_series_figures import series_plots
 from stickslip.report.arm_tables import phases_table, series_table
 from stickslip.report.drawing import Plot, key
 from stickslip.report.interactive import SCRIPT_POLICY, ending_with, figure, write_page
+from stickslip.report.phase_figures import phase_traces
 from stickslip.report.positioning_figures import estimate_plots, motion_plot, pulse_plots
 from stickslip.report.sheet import Section, contents, head, section
+from stickslip.report.timed_estimates import timed_estimate_plots
 
 __all__ = ["write_positioning_page"]
 
@@ -80,7 +80,8 @@ def _of_axis(positioning: Positioning) -> tuple[list[Section], list[Plot]]:
     drawn = _drawn(positioning.runs)
     motions = [motion_plot(run, positioning) for run in drawn]
     compared = pulse_plots(positioning)
-    estimates = estimate_plots(positioning)
+    timed = any(run.phases for run in positioning.runs)
+    estimates = timed_estimate_plots(positioning) if timed else estimate_plots(positioning)
     sections = [Section("motion", "Motion", _motion(positioning, drawn, motions))]
     if estimates:
         sections += [
@@ -97,16 +98,16 @@ def _of_arm(positioning: Positioning) -> tuple[list[Section], list[Plot]]:
     motions = [arm_motion_plot(run, arm, positioning) for run, arm in arms]
     ends = [arm_end_plots(run, arm, positioning) for run, arm in arms]
     flown = [series_plots(run, arm, positioning) for run, arm in arms]
-    estimates = arm_estimate_plots(positioning)
+    estimates = timed_estimate_plots(positioning)
     bodies = [
-        figure(plot, key([*plot.traces, *phase_traces(arm)])) + phases_table(arm) + _grid(last)
-        for plot, last, (_, arm) in zip(motions, ends, arms, strict=True)
+        _phased(plot, run) + _grid(last)
+        for plot, last, (run, _) in zip(motions, ends, arms, strict=True)
     ]
     sections = [
         Section("moving", "The arm moving", animation(positioning.runs[-1], positioning)),
         Section("motion", "Motion", tables.moves(positioning) + _run_by_run(drawn, bodies)),
     ]
-    if any(arm.phases for _, arm in arms):
+    if any(run.phases for run in drawn):
         tabled = [
             series_table(run, arm, positioning) + _grid(plots)
             for (run, arm), plots in zip(arms, flown, strict=True)
@@ -140,9 +141,14 @@ def _motion(
     positioning: Positioning, drawn: Sequence[PositioningRun], plots: Sequence[Plot]
 ) -> str:
     parts = [tables.moves(positioning)]
-    bodies = [figure(plot, key(plot.traces)) for plot in plots]
+    bodies = [_phased(plot, run) for plot, run in zip(plots, drawn, strict=True)]
     parts.append(_run_by_run(drawn, bodies))
     return "".join(parts)
+
+
+def _phased(plot: Plot, run: PositioningRun) -> str:
+    """Return the drawing of a run's motion, with its phases."""
+    return figure(plot, key([*plot.traces, *phase_traces(run)])) + phases_table(run)
 
 
 def _pulses(
@@ -168,11 +174,10 @@ def _run_by_run(drawn: Sequence[PositioningRun], bodies: Sequence[str]) -> str:
 
 
 def _learnt(positioning: Positioning, plots: Sequence[Plot]) -> str:
-    drawings = "".join(figure(plot, "") for plot in plots)
-    shared = key(plots[0].traces) if plots else ""
+    steps = "over time" if positioning.runs[0].phases else "from pulse to pulse"
     parted = " Dotted lines part the runs." if len(positioning.runs) > 1 else ""
     return (
         tables.beliefs(positioning)
-        + f'<p class="lead">Each estimate from pulse to pulse.{parted}</p>\n'
-        + f'{shared}<div class="grid">\n{drawings}</div>\n'
+        + f'<p class="lead">Each estimate {steps}.{parted}</p>\n'
+        + _grid(plots)
     )

@@ -88,7 +88,7 @@ def _facts(positioning: Positioning) -> str:
         ),
     ]
     if run.arm is not None:
-        facts += _arm_facts(run.arm, last, position)
+        facts += _arm_facts(run, run.arm, last, position)
     elif positioning.runs[0].estimates:
         facts.append(
             (
@@ -126,10 +126,12 @@ def _which(positioning: Positioning) -> str:
     return "of the mass that is farther" if arm else "target less true position"
 
 
-def _arm_facts(arm: ArmRun, last: PositioningMove, unit: str) -> list[tuple[str, str, str]]:
+def _arm_facts(
+    run: PositioningRun, arm: ArmRun, last: PositioningMove, unit: str
+) -> list[tuple[str, str, str]]:
     swing = "–" if last.swing is None else shown(last.swing, unit)
     facts = [("Swing left", swing, "of mass 2, its amplitude in the end")]
-    if arm.phases:
+    if run.phases:
         pulses = sum(each.pulses for each in arm.series)
         facts.append(("Series", str(len(arm.series)), f"{count_of(pulses, 'pulse')} in all"))
     return facts

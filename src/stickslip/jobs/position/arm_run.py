@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control import FeedbackController, LandingController, LandingState
+from stickslip.control import LandingController, LandingState
 from stickslip.jobs.position.arm_controllers import ArmChoice, choose_arm_controller
 from stickslip.jobs.position.judging import arm_ending, settling_time
+from stickslip.jobs.position.landing_notes import NOTED, by_name, landing_phases
 from stickslip.jobs.position.scenario import Scenario
 from stickslip.plants import FlexibleArm
 from stickslip.records import (
-    ArmPhase,
     ArmRun,
     ArmSeries,
     InputError,
@@ -28,9 +28,6 @@ from stickslip.records import (
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 
 __all__ = ["ArmOutcome", "run_arm"]
-
-_NOTED = 600
-"""Times in a run at which the estimates are noted."""
 
 _TOLD = 50
 """Samples between two calls of the progress."""
@@ -70,11 +67,11 @@ class _Recorder:
         self._samples = scenario.task.samples
         self._advance = advance
         self._k = 0
-        self._every = ceil(len(self._goals) * self._samples / _NOTED)
+        self._every = ceil(len(self._goals) * self._samples / NOTED)
         self.sampling_time = choice.controller.sampling_time
         self.times: list[float] = []
-        self.values: list[tuple[float, float]] = []
-        self.deviations: list[tuple[float, float]] = []
+        self.values: list[dict[str, float]] = []
+        self.deviations: list[dict[str, float]] = []
         self.outcomes: list[PositioningOutcome | None] = []
         self.reasons: list[str | None] = []
 
@@ -100,21 +97,20 @@ class _Recorder:
         return state, effort
 
     def _note(self, state: Any) -> None:
-        """Note the friction as it is estimated, with how sure it is."""
-        own = self._memory(state)
-        coulomb, viscous = own[self._estimator.values_at]
-        # In the order of the estimator's names, which has viscous friction first
-        spread = np.sqrt(np.diag(self._estimator.covariance(own)))
-        by_name = dict(zip(self._estimator.parameter_names("linear"), spread, strict=True))
-        self.values.append((float(coulomb), float(viscous)))
-        self.deviations.append((by_name["coulomb_friction"], by_name["viscous_friction"]))
-
-    def _memory(self, state: Any) -> Float[np.ndarray, " e"]:
-        if isinstance(self._controller, FeedbackController):
-            return self._controller.estimator_state(state)
-        if state.feedback is None:
-            return state.estimator_state
-        return state.feedback.estimator_state(state.feedback_state)
+        """Note what is believed, with how sure it is."""
+        controller = self._controller
+        if isinstance(controller, LandingController):
+            spread, values = controller.deviations(state), controller.estimates(state)
+        else:
+            own = controller.estimator_state(state)
+            coulomb, viscous = own[self._estimator.values_at].tolist()
+            values = {"coulomb_friction": coulomb, "viscous_friction": viscous}
+            # In the order of the estimator's names, which has viscous friction first
+            known = np.sqrt(np.diag(self._estimator.covariance(own))).tolist()
+            by_name = dict(zip(self._estimator.parameter_names("linear"), known, strict=True))
+            spread = {name: by_name[name] for name in values}
+        self.values.append({name: values[name] for name in spread})
+        self.deviations.append(spread)
 
     def end_move(self, state: Any) -> None:
         """Ask how far positioning has come, at the end of a move."""
@@ -193,8 +189,6 @@ def _judged(
     task, n, motion = scenario.task, scenario.task.samples, run.motion
     swing = _swings(run, scenario.axis.arm())
     goals = np.append(np.repeat(task.goals, n), task.goals[-1])
-    times = np.array(recorder.times)
-    values, deviations = np.array(recorder.values), np.array(recorder.deviations)
     arm = ArmRun(
         target=goals,
         position=motion.position,
@@ -202,11 +196,6 @@ def _judged(
         measured_position=run.log.measured_position,
         measured_load_position=_load(run.log.measured_load_position),
         resting=motion.stuck,
-        deviations={
-            "coulomb_friction": deviations[:, 0],
-            "viscous_friction": deviations[:, 1],
-        },
-        phases=_phases(run),
         series=_series(run, swing, scenario),
     )
     moves: list[PositioningMove] = []
@@ -240,10 +229,12 @@ def _judged(
         error=arm.error,
         measured_error=arm.measured_error,
         effort=motion.commanded_effort,
-        estimate_time=times,
-        estimates={"coulomb_friction": values[:, 0], "viscous_friction": values[:, 1]},
+        estimate_time=np.array(recorder.times),
+        estimates=by_name(recorder.values),
         moves=tuple(moves),
         arm=arm,
+        phases=landing_phases(run),
+        deviations=by_name(recorder.deviations),
     )
 
 
@@ -257,17 +248,6 @@ def _swings(run: ClosedLoopRun[Any], plant: FlexibleArm) -> Float[np.ndarray, " 
     motion, frequency = run.motion, sqrt(plant.stiffness / plant.mass_2)
     apart = _load(motion.load_position) - motion.position
     return np.hypot(apart, (_load(motion.load_velocity) - motion.velocity) / frequency)
-
-
-def _phases(run: ClosedLoopRun[Any]) -> tuple[ArmPhase, ...]:
-    state = run.controller_state
-    phases = state.phases if isinstance(state, LandingState) else ()
-    starts = [each.start for each in phases]
-    ends = [*starts[1:], float(run.motion.time[-1])][: len(starts)]
-    return tuple(
-        ArmPhase(name=each.name, start_time=each.start, end_time=end, reason=each.reason)
-        for each, end in zip(phases, ends, strict=True)
-    )
 
 
 def _series(
