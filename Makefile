@@ -27,6 +27,7 @@ docs: .venv/dev.stamp ## the documentation, with its figures made anew
 
 study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some twenty minutes)
 	$(BIN)/python docs/make_study.py
+	$(BIN)/python docs/make_estimators.py
 	$(BIN)/python docs/make_pid_tuning.py
 	$(BIN)/python docs/make_controller_study.py
 

@@ -301,6 +301,33 @@ def decays() -> str:
     )
 
 
+def instruments() -> str:
+    """Test how noise in the rows biases least squares, the inertia being sought."""
+    motion = moved(VISCOUS)
+    truth = {"mass": MASS, **TRUTH}
+    rows: list[list[str]] = []
+    for noise in track((1e-5, 3e-5, 1e-4), "instruments"):
+        logs = [seen(motion, 100.0 * noise, seed, measured=False) for seed in range(RUNS)]
+        for one in (IdimLeastSquares(offset=False), IdimInstrumentalVariables(offset=False)):
+            made = [one.regression(log) for log in logs]
+            solved = [np.linalg.lstsq(each.regressors, each.target, rcond=None)[0] for each in made]
+            order = [made[0].names.index(name) for name in truth]
+            errors = np.array(solved)[:, order] / np.array(list(truth.values())) - 1.0
+            score = Score(
+                errors=dict(zip(truth, errors.T, strict=True)),
+                covered=None,
+                lost=0.0,
+                trusted=0.0,
+                milliseconds=0.0,
+            )
+            rows.append([f"{noise:g}", TITLES[one.name], *(score.cell(name) for name in truth)])
+    return (
+        f"The solutions of the rows, whether the estimate trusts them or not; {RUNS} runs each, "
+        "position only, every 1 ms.\n\n"
+        + table(["noise [m]", "estimator", "m [%]", "$f_c$ [%]", "$c$ [%]"], rows)
+    )
+
+
 def side_by_side() -> str:
     """Compare all on the same logs, the mass being known."""
     motion = moved(VISCOUS)
@@ -358,7 +385,13 @@ def write(page: str, title: str, text: str) -> str:
 
 def main() -> None:
     """Make all tables."""
-    parts = {"observers": observers, "kalman": kalman, "decays": decays, "together": side_by_side}
+    parts = {
+        "observers": observers,
+        "kalman": kalman,
+        "decays": decays,
+        "instruments": instruments,
+        "together": side_by_side,
+    }
     page = PAGE.read_text(encoding="utf-8")
     for title, make in parts.items():
         page = write(page, title, make())

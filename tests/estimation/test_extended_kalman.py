@@ -1,10 +1,13 @@
 """The extended Kalman filter: its motion and derivatives, coverage, and where it fails."""
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy import signal
 
 from stickslip.estimation import ExtendedKalmanFilter
 from stickslip.estimation.ekf_kernels import predicted
@@ -157,6 +160,26 @@ def test_a_disturbing_force_is_found_and_widens_the_intervals() -> None:
         std = found.parameters[name].std
         assert std is not None
         assert abs(found.value(name) - true) < STANDARD_ERRORS * std
+
+
+def test_intervals_cover_under_a_slow_disturbing_force() -> None:
+    runs, coefficient, deviation = 40, 0.98, 0.1
+    plant = SingleMass(mass=MASS, friction=LAW)
+    effort = swings(20.0)
+    sensors = Sensors(position_noise=1e-5, velocity_noise=1e-3)
+    inside = 0
+    for seed in range(runs):
+        rng = np.random.default_rng(seed)
+        steps = deviation * np.sqrt(1.0 - coefficient**2) * rng.normal(size=effort.size)
+        force = signal.lfilter([1.0], [1.0, -coefficient], steps)
+        seen = sensors.measure(simulate(plant, effort + force, sampling_time=T), rng)
+        log = replace(seen, effort=np.append(effort, effort[-1]))
+        found = ExtendedKalmanFilter(inertia=MASS, offset=True).fit(log)
+        for name, true in TRUTH.items():
+            ci95 = found.parameters[name].ci95
+            assert ci95 is not None
+            inside += ci95[0] <= true <= ci95[1]
+    assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
 
 
 def test_steps_and_runs_are_the_same() -> None:

@@ -19,7 +19,7 @@ from stickslip.estimation.force_observer import Kernel, State
 from stickslip.estimation.kinematics import slow_speed
 from stickslip.estimation.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.noise_compensation import sensor_noise_of
-from stickslip.estimation.point_estimate import estimate_of
+from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
 from stickslip.estimation.recursion import SAMPLING_TIME, VALUES
 from stickslip.estimation.report_rows import check_fits
 from stickslip.estimation.resampling import resampled
@@ -260,7 +260,11 @@ class ExtendedKalmanFilter:
         return P[2 : 2 + p, 2 : 2 + p].copy()
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Return what the filter ends at, with the intervals that it believes in.
+        """Return what the filter ends at, with intervals.
+
+        They are the filter's own, unless a disturbing force had to be found. The filter takes that
+        for white; a slow one makes its intervals too narrow, and so they are then no narrower than
+        those of least squares on the same log, which allow for correlation.
 
         Raises
         ------
@@ -277,6 +281,7 @@ class ExtendedKalmanFilter:
         rows = LeastSquaresObserver(inertia=self.inertia, offset=self.offset)
         regression = rows.regression(log, quiet=True)
         covariance = self.covariance(state)
+        deviations = np.sqrt(np.maximum(np.diag(covariance), 0.0))
         notes = (
             f"sensor noise {settled.position_noise:.3g} {log.unit('position')}"
             + (f" and {settled.velocity_noise:.3g} {log.unit('velocity')}" if measured else ""),
@@ -285,6 +290,9 @@ class ExtendedKalmanFilter:
         if settled.force_noise:
             force = f"{settled.force_noise:.3g} {log.unit('effort')}"
             notes = (*notes, f"a disturbing force, white from sample to sample, of {force}")
+            widened = np.maximum(deviations, _half_widths(rows.fit(log)) / NORMAL_95)
+            scale = widened / deviations
+            deviations, covariance = widened, covariance * np.outer(scale, scale)
         options = {field.name: getattr(settled, field.name) for field in fields(settled)}
         options |= {
             name: dict(options[name]) for name in ("drift", "initial_values", "initial_deviations")
@@ -294,7 +302,7 @@ class ExtendedKalmanFilter:
             state[VALUES : VALUES + len(self._names)].tolist(),
             estimator=self.name,
             provenance=provenance_of(log, {"estimator": self.name, **options}),
-            deviations=np.sqrt(np.maximum(np.diag(covariance), 0.0)).tolist(),
+            deviations=deviations.tolist(),
             covariance=covariance,
             notes=(*changes, *notes),
         )
@@ -358,6 +366,15 @@ class ExtendedKalmanFilter:
             rest_force=chosen(self.rest_force, effort),
             initial_deviations={name: given.get(name, spreads[name]) for name in self._names},
         )
+
+
+def _half_widths(estimate: FrictionEstimate) -> Float[np.ndarray, " p"]:
+    """Return half of each 95 % interval [SI]; 0 where there is none."""
+    widths = [
+        0.0 if p.ci95 is None else 0.5 * (p.ci95[1] - p.ci95[0])
+        for p in estimate.parameters.values()
+    ]
+    return np.array(widths)
 
 
 def _resume(state: State, start: State) -> None:

@@ -20,6 +20,7 @@ from jaxtyping import Float
 from scipy import optimize, signal
 
 from stickslip.estimation.kinematics import noise_level
+from stickslip.estimation.point_estimate import NORMAL_95
 from stickslip.estimation.sensor_noise import position_noise
 from stickslip.estimation.settings import check_given
 from stickslip.estimation.solution import provenance_of
@@ -48,7 +49,6 @@ _LEAST_SIDE = 6  # samples on either side
 _PROMINENCE = 0.02  # least height of a swing over the range of the decay
 _CLEAR = 20.0  # the same in standard deviations of the position
 _ROUNDING = 1e-9  # of an extreme, over the range
-_NORMAL_95 = 1.959963984540054
 _SAME = 1e-9  # efforts that differ by less than this part of the largest one are equal
 
 
@@ -251,7 +251,7 @@ class FreeDecayEstimator:
         for name, value, std in zip(
             self.parameter_names(log.kind), values.tolist(), stds.tolist(), strict=True
         ):
-            reach = _NORMAL_95 * std
+            reach = NORMAL_95 * std
             parameters[name] = ParameterEstimate(
                 name=name,
                 value=value,

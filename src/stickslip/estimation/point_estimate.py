@@ -19,25 +19,15 @@ from stickslip.records import (
     ParameterEstimate,
     Provenance,
     Status,
-    Verdict,
     unit_of,
 )
 
-__all__ = ["NO_INTERVAL", "estimate_of", "verdicts_from"]
+__all__ = ["NORMAL_95", "NO_INTERVAL", "estimate_of"]
 
 NO_INTERVAL = "the method gives no interval"
 
-
-def verdicts_from(regression: Regression) -> tuple[Verdict, ...]:
-    """Return what the rows say about each of their parameters.
-
-    Parameters
-    ----------
-    regression
-        The rows that a method sees, whatever it makes of them.
-    """
-    found = determined(regression.regressors, regression.regressor_noise)
-    return verdicts_of(regression, found)
+NORMAL_95 = 1.959963984540054
+"""Half of a 95 % interval over the standard deviation [-], of a normal distribution."""
 
 
 def estimate_of(
@@ -48,7 +38,6 @@ def estimate_of(
     provenance: Provenance,
     deviations: Sequence[float] | None = None,
     covariance: Float[np.ndarray, "p p"] | None = None,
-    quantile: float = 1.959963984540054,
     notes: Sequence[str] = (),
 ) -> FrictionEstimate:
     """Return an estimate whose values come from elsewhere than least squares on the rows.
@@ -65,19 +54,18 @@ def estimate_of(
         Name of the method, and where its rows come from.
     deviations, covariance
         Standard deviations and covariance of the values [SI], if the method has them.
-    quantile
-        Half of a 95 % interval over the standard deviation [-].
     notes
         What a user should know beyond the notes of the rows.
     """
     regressors, target = regression.regressors, regression.target
-    verdicts = verdicts_from(regression)
+    found = determined(regressors, regression.regressor_noise)
+    verdicts = verdicts_of(regression, found)
     parameters: dict[str, ParameterEstimate] = {}
     for k, (name, verdict) in enumerate(zip(regression.names, verdicts, strict=True)):
         known = verdict.identifiable
         value = float(values[k])
         std = None if deviations is None or not known else float(deviations[k])
-        half = 0.0 if std is None else quantile * std
+        half = 0.0 if std is None else NORMAL_95 * std
         parameters[name] = ParameterEstimate(
             name=name,
             value=value if known else None,
