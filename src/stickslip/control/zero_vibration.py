@@ -12,7 +12,7 @@ from stickslip.compiled import compiled
 from stickslip.control.friction_compensation import compensating_effort
 from stickslip.control.pd import PD, pd_effort
 from stickslip.control.reference import PointToPoint, Reference, reference_at
-from stickslip.plants import FlexibleArm
+from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, SensorSample, positive, quantity_field
 
 __all__ = ["ZeroVibrationController"]
@@ -146,6 +146,7 @@ class ZeroVibrationController:
                     f"{name} must be a {kind.__name__}, it is a {type(part).__name__}",
                     remedy=f"give {kind.__name__}(...)",
                 )
+        check_affine(self.arm)
 
     @property
     def delay(self) -> float:

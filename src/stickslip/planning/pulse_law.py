@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from stickslip.planning import pulse_kernels
-from stickslip.plants import SingleMass
+from stickslip.plants import SingleMass, check_affine
 from stickslip.records import AxisKind, InputError, non_negative, positive, quantity_field, unit_of
 
 __all__ = ["PulseLaw"]
@@ -92,11 +92,12 @@ class PulseLaw:
         Raises
         ------
         InputError
-            If the direction is neither 1 nor -1, or the offset is so strong that a mass moving in
-            this direction never stops by itself.
+            If the direction is neither 1 nor -1, the friction is not a `CoulombViscousFriction`, or
+            the offset is so strong that a mass moving in this direction never stops by itself.
         """
         if direction not in (1, -1):
             raise InputError(f"the direction is {direction!r}", remedy="give 1 or -1")
+        check_affine(plant)
         friction = plant.friction if direction > 0 else plant.friction.mirrored()
         coulomb = friction.coulomb_friction_positive + friction.offset
         if not coulomb > 0:

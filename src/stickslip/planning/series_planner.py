@@ -12,7 +12,7 @@ from stickslip.planning.series_refusal import refusal
 from stickslip.planning.series_rest import with_rest
 from stickslip.planning.series_robust import least_worst_residual
 from stickslip.planning.series_search import Solution, landed
-from stickslip.plants import FlexibleArm
+from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
 
 __all__ = ["PulseSeriesPlanner"]
@@ -93,6 +93,7 @@ class PulseSeriesPlanner:
     rest_on_the_way: bool = False
 
     def __post_init__(self) -> None:
+        check_affine(self.arm)
         kind = self.arm.kind
         for name, unit in (("sampling_time", "s"), ("effort_limit", unit_of("effort", kind))):
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))

@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.plants import Plant, SingleMass
+from stickslip.plants import Plant, SingleMass, check_affine
 from stickslip.simulation.models import EVENT_BUDGET
 from stickslip.simulation.motion import SimulatedMotion, make_arrays_read_only
 from stickslip.simulation.sensitivity_kernel import (
@@ -71,6 +71,7 @@ class MotionSensitivity:
 
 def sensitivity_names(plant: Plant) -> tuple[str, ...]:
     """Return the names of the parameters that a plant's motion is derived by, in order."""
+    check_affine(plant)
     rigid = isinstance(plant, SingleMass)
     structure = ("mass",) if rigid else ("mass_1", "mass_2", "stiffness")
     return (*structure, *_VISCOUS, *_FRICTION, *_INITIAL[: 2 if rigid else 4])
