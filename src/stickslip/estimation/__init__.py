@@ -12,9 +12,12 @@ from stickslip.estimation.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.liao_chien import LiaoChienObserver
 from stickslip.estimation.maximum_likelihood import (
     CramerRaoBound,
+    DesignedInput,
+    InputLimits,
     LikelihoodMaximum,
     MaximumLikelihoodEstimator,
     cramer_rao_bound,
+    design_input,
 )
 from stickslip.estimation.noise_compensation import (
     SensorNoise,
@@ -38,6 +41,7 @@ from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserve
 __all__ = [
     "CramerRaoBound",
     "DecayingExtremes",
+    "DesignedInput",
     "EnergyEstimator",
     "ExtendedKalmanFilter",
     "FreeDecayEstimator",
@@ -45,6 +49,7 @@ __all__ = [
     "GradientEstimator",
     "IdimInstrumentalVariables",
     "IdimLeastSquares",
+    "InputLimits",
     "LeastSquaresObserver",
     "LiaoChienObserver",
     "LikelihoodMaximum",
@@ -60,6 +65,7 @@ __all__ = [
     "absolute_mean",
     "absolute_mean_polynomial",
     "cramer_rao_bound",
+    "design_input",
     "double_absolute_mean",
     "double_absolute_mean_polynomial",
     "examine",

@@ -55,7 +55,7 @@ class MotionSensitivity:
         Derivative of position and velocity of the (first) mass by each parameter [unit of the
         quantity per unit of the parameter], shape (n+1, p).
     load_position, load_velocity
-        The same of the second mass of a flexible arm, or None.
+        The same of the second mass of a flexible arm [as above], or None.
     """
 
     motion: SimulatedMotion

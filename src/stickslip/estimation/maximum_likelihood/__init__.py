@@ -5,10 +5,18 @@ from stickslip.estimation.maximum_likelihood.estimator import (
     LikelihoodMaximum,
     MaximumLikelihoodEstimator,
 )
+from stickslip.estimation.maximum_likelihood.input_design import (
+    DesignedInput,
+    InputLimits,
+    design_input,
+)
 
 __all__ = [
     "CramerRaoBound",
+    "DesignedInput",
+    "InputLimits",
     "LikelihoodMaximum",
     "MaximumLikelihoodEstimator",
     "cramer_rao_bound",
+    "design_input",
 ]

@@ -46,7 +46,8 @@ class CramerRaoBound:
         Fisher information with the first state unknown [1/(unit of one times that of the other)],
         shape (p, p).
     covariance
-        Its inverse, shape (p, p); infinite for what the scenario does not determine.
+        Its inverse [unit of one times that of the other], shape (p, p); infinite for what the
+        scenario does not determine.
     units
         By name.
     """

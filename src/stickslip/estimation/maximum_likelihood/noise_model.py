@@ -105,7 +105,7 @@ def likeliest_noise(
 
     rho = 0.0
     if coloured and total > 0.0:
-        grid = np.tanh(np.linspace(-4.0, 4.0, _FIRST_LOOK)) * LARGEST_CORRELATION
+        grid = np.tanh(np.linspace(-4.0, 4.0, _FIRST_LOOK)) / np.tanh(4.0) * LARGEST_CORRELATION
         best = int(np.argmin([cost(float(value)) for value in grid]))
         low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
         for _ in range(_GOLDEN_STEPS):

@@ -17,9 +17,9 @@ local maximum of the likelihood is between it and the best."""
 
 _LEAST_PIECE = 100  # samples
 
-_UNEXPLAINED = 1.5
-"""Times that the errors over a whole stretch exceed those over pieces of it where the search has
-ended elsewhere than at the best, or the model is wrong."""
+_UNEXPLAINED = 3.0
+"""Times that the errors over a whole stretch exceed those over pieces of it where the search may
+have ended elsewhere than at the best, or the model is wrong."""
 
 _SPREAD = (0.7, 1.4)  # of friction, in the starts that are then tried
 _TRIED = 12  # steps of a search that is not the last

@@ -1,0 +1,97 @@
+"""Inputs designed for identification: within the limits, and better than what one would try."""
+
+import numpy as np
+import pytest
+
+from stickslip.estimation import (
+    InputLimits,
+    MaximumLikelihoodEstimator,
+    cramer_rao_bound,
+    design_input,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.records import InputError
+from stickslip.simulation import Sensors, simulate
+
+STAGE = SingleMass(
+    mass=95.0,
+    friction=CoulombViscousFriction.symmetric(
+        coulomb_friction=20.0, viscous_friction=200.0, offset=-3.0
+    ),
+)
+SENSORS = Sensors(position_noise=1e-5, velocity="none")
+LIMITS = InputLimits(effort=120.0, speed=0.3, travel=0.1)
+SAMPLING_TIME = 0.005
+DURATION = 4.0
+
+BEYOND = 5.0
+"""Standard deviations from the truth that one estimate in a million exceeds."""
+
+
+def within(effort: np.ndarray) -> bool:
+    motion = simulate(STAGE, effort, sampling_time=SAMPLING_TIME)
+    way = np.max(np.abs(motion.position - motion.position[0]))
+    return bool(
+        np.max(np.abs(effort)) <= LIMITS.effort
+        and np.max(np.abs(motion.velocity)) <= LIMITS.speed
+        and way <= LIMITS.travel
+    )
+
+
+def determined(effort: np.ndarray) -> float:
+    bound = cramer_rao_bound(STAGE, effort, sampling_time=SAMPLING_TIME, sensors=SENSORS)
+    return float(np.linalg.slogdet(bound.information)[1])
+
+
+def test_a_designed_input_keeps_the_limits_and_beats_every_sine() -> None:
+    designed = design_input(
+        STAGE,
+        duration=DURATION,
+        sampling_time=SAMPLING_TIME,
+        sensors=SENSORS,
+        limits=LIMITS,
+        generator=np.random.default_rng(1),
+    )
+    assert within(designed.effort)
+    time = SAMPLING_TIME * np.arange(designed.effort.size)
+    sines = [
+        amplitude * np.sin(2.0 * np.pi * frequency * time)
+        for frequency in (0.5, 1.0, 2.0, 4.0)
+        for amplitude in np.linspace(30.0, LIMITS.effort, 10)
+    ]
+    allowed = [determined(sine) for sine in sines if within(sine)]
+    assert len(allowed) > 5
+    assert determined(designed.effort) > max(allowed) + 2.0  # e: a third of the ellipsoid's volume
+    motion = simulate(STAGE, designed.effort, sampling_time=SAMPLING_TIME)
+    log = SENSORS.measure(motion, np.random.default_rng(2))
+    estimate = MaximumLikelihoodEstimator(noise="white").fit(log)
+    truth = {"mass": 95.0, "viscous_friction": 200.0, "coulomb_friction": 20.0, "offset": -3.0}
+    for name, value in truth.items():
+        assert abs(estimate.value(name) - value) < BEYOND * designed.bound.std[name]
+
+
+def test_what_cannot_be_told_is_refused() -> None:
+    with pytest.raises(InputError, match="no input within the limits"):
+        design_input(
+            STAGE,
+            duration=1.0,
+            sampling_time=SAMPLING_TIME,
+            sensors=SENSORS,
+            limits=InputLimits(effort=10.0),  # half of the Coulomb friction
+            generator=np.random.default_rng(1),
+        )
+    with pytest.raises(InputError, match="the input has 10 samples"):
+        design_input(
+            STAGE,
+            duration=0.05,
+            sampling_time=SAMPLING_TIME,
+            sensors=SENSORS,
+            limits=LIMITS,
+            generator=np.random.default_rng(1),
+        )
+
+
+def test_limits_are_positive() -> None:
+    with pytest.raises(InputError, match="travel limit is -1"):
+        InputLimits(effort=1.0, travel=-1.0)
