@@ -163,7 +163,7 @@ def test_a_disturbing_force_is_found_and_widens_the_intervals() -> None:
 
 
 def test_intervals_cover_under_a_slow_disturbing_force() -> None:
-    runs, coefficient, deviation = 40, 0.98, 0.1
+    runs, coefficient, deviation = 25, 0.98, 0.1
     plant = SingleMass(mass=MASS, friction=LAW)
     effort = swings(20.0)
     sensors = Sensors(position_noise=1e-5, velocity_noise=1e-3)

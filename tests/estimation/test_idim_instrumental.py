@@ -8,6 +8,7 @@ import pytest
 import scipy.io
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
+from stickslip.estimation.regression import Regression
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, InputError, Status
@@ -32,14 +33,20 @@ def log_of(noise: float, seed: int) -> AxisLog:
     return sensors.measure(motion, np.random.default_rng(seed))
 
 
-def solutions(estimator: IdimInstrumentalVariables | IdimLeastSquares) -> np.ndarray:
-    """Return relative errors of the least-squares solution of the estimator's rows, run by run."""
-    found: list[np.ndarray] = []
-    for seed in range(RUNS):
-        rows = estimator.regression(log_of(NOISE, seed))
-        values = np.linalg.lstsq(rows.regressors, rows.target, rcond=None)[0]
-        found.append(values / np.array([TRUTH[name] for name in rows.names]) - 1.0)
-    return np.array(found)
+def solution(rows: Regression) -> np.ndarray:
+    """Return the relative errors of the least-squares solution of some rows."""
+    values = np.linalg.lstsq(rows.regressors, rows.target, rcond=None)[0]
+    return values / np.array([TRUTH[name] for name in rows.names]) - 1.0
+
+
+@pytest.fixture(scope="module")
+def logs() -> list[AxisLog]:
+    return [log_of(NOISE, seed) for seed in range(RUNS)]
+
+
+@pytest.fixture(scope="module")
+def instrumental(logs: list[AxisLog]) -> list[Regression]:
+    return [IdimInstrumentalVariables().regression(log) for log in logs]
 
 
 def test_without_noise_it_is_right_up_to_what_filters_smear() -> None:
@@ -48,8 +55,11 @@ def test_without_noise_it_is_right_up_to_what_filters_smear() -> None:
         assert found.value(name) == pytest.approx(true, rel=SMEARED)
 
 
-def test_unbiased_where_least_squares_is_biased() -> None:
-    free, biased = solutions(IdimInstrumentalVariables()), solutions(IdimLeastSquares())
+def test_unbiased_where_least_squares_is_biased(
+    logs: list[AxisLog], instrumental: list[Regression]
+) -> None:
+    free = np.array([solution(rows) for rows in instrumental])
+    biased = np.array([solution(IdimLeastSquares().regression(log)) for log in logs])
     chance = STANDARD_ERRORS * free.std(axis=0) / np.sqrt(RUNS)
     assert np.all(np.abs(free.mean(axis=0)) < chance + SMEARED)
     # Noise of the acceleration pulls the inertia to zero, and the friction follows
@@ -60,10 +70,10 @@ def test_unbiased_where_least_squares_is_biased() -> None:
     assert np.all(beyond[:3] > 2.0 * SMEARED)
 
 
-def test_intervals_cover() -> None:
+def test_intervals_cover(logs: list[AxisLog], instrumental: list[Regression]) -> None:
     inside = 0
-    for seed in range(RUNS):
-        found = IdimInstrumentalVariables().fit(log_of(NOISE, seed))
+    for log, rows in zip(logs, instrumental, strict=True):
+        found = IdimInstrumentalVariables().solution(log, rows)
         for name, true in TRUTH.items():
             ci95 = found.parameters[name].ci95
             assert ci95 is not None
