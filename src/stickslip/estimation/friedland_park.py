@@ -90,8 +90,8 @@ class FriedlandParkObserver(AdaptiveObserver):
     Attributes
     ----------
     exponent
-        mu in ``g(|v|) = rate * speed * (|v| / speed)^mu`` [-]. With 1 the error decays alike at every
-        speed; above 1, hardly at low speed; below 1, ever faster towards rest.
+        mu in ``g(|v|) = rate * speed * (|v| / speed)^mu`` [-]. With 1 the error decays alike at
+        every speed; above 1, hardly at low speed; below 1, ever faster towards rest.
 
     Examples
     --------
