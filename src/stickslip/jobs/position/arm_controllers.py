@@ -27,7 +27,11 @@ _KNOWN = "the axis, taken as known"
 _SURELY = 3.0
 """Standard deviations of a mean that the sensors are taken to be off by."""
 
+_BELIEVED = 0.02
+"""Standard deviation of masses and spring that are guessed, over the values, unless told."""
+
 _BODY = ("mass", "inertia", "load_mass", "load_inertia", "stiffness")
+_PARTS = ("mass", "load_mass", "stiffness")
 _LEARNT = ("coulomb_friction", "viscous_friction", "static_friction")
 
 
@@ -65,7 +69,7 @@ def choose_arm_controller(
     folder
         Where files that it names are looked for.
     learnt
-        By the run before, for first guesses of friction in place of those of the scenario.
+        By the run before, for first guesses in place of those of the scenario.
 
     Raises
     ------
@@ -76,13 +80,15 @@ def choose_arm_controller(
     _refuse_unused(guess, scenario.controller.method)
     try:
         if learnt is not None:
-            return _chosen(scenario, _beliefs_of(learnt, "the run before"))
+            return _chosen(scenario, _beliefs_of(learnt, "the run before"), learnt)
         if guess.learnt is None:
             return _chosen(scenario, beliefs_from(guess, kind, folder))
         path = folder / guess.learnt
-        beliefs = _beliefs_of(_learnt_from(path, kind), f"learnt {guess.learnt}")
+        learnt = _learnt_from(path, kind)
+        _refuse_beside(guess, learnt)
+        beliefs = _beliefs_of(learnt, f"learnt {guess.learnt}")
         try:
-            return _chosen(scenario, beliefs)
+            return _chosen(scenario, beliefs, learnt)
         except InputError as error:
             raise error if error.where else error.at(str(path)) from None
     except InputError as error:
@@ -94,7 +100,8 @@ def _refuse_unused(guess: GuessTable, method: str) -> None:
     given = [each.name for each in fields(guess) if getattr(guess, each.name) is not None]
     plain = {name: name.removesuffix("_positive").removesuffix("_negative") for name in given}
     for name in given:
-        if plain[name] not in (*_BODY, *_LEARNT, "offset", "estimate", "learnt"):
+        known = (*_BODY, *_LEARNT, "offset", "estimate", "learnt")
+        if plain[name] not in known and (name, method) != ("arm_uncertainty", "landing"):
             raise InputError(
                 f"{name} is given, and method {method} has no use for it",
                 where="[guess]",
@@ -106,6 +113,17 @@ def _refuse_unused(guess: GuessTable, method: str) -> None:
             f"learnt is given beside {', '.join(beside)}",
             where="[guess]",
             remedy="keep learnt, which holds the friction to go on from, or leave it out",
+        )
+
+
+def _refuse_beside(guess: GuessTable, learnt: LearntPulses) -> None:
+    """Refuse a guess of masses and spring beside what was learned of them."""
+    given = [name for name in (*_BODY, "arm_uncertainty") if getattr(guess, name) is not None]
+    if given and "mass" in learnt.values:
+        raise InputError(
+            f"learnt is given beside {', '.join(given)}, and holds masses and spring",
+            where="[guess]",
+            remedy="keep learnt, to go on from it, or leave it out",
         )
 
 
@@ -127,15 +145,16 @@ def _learnt_from(path: Path, kind: str) -> LearntPulses:
 
 
 def _beliefs_of(learnt: LearntPulses, source: str) -> Beliefs:
+    names = (*_LEARNT, *(_PARTS if "mass" in learnt.values else ()))
     return Beliefs(
         kind=learnt.kind,
-        values={name: (learnt.values[name], learnt.values[name]) for name in _LEARNT},
-        sources=dict.fromkeys(_LEARNT, source),
+        values={name: (learnt.values[name], learnt.values[name]) for name in names},
+        sources=dict.fromkeys(names, source),
         missing={},
     )
 
 
-def _chosen(scenario: Scenario, beliefs: Beliefs) -> ArmChoice:
+def _chosen(scenario: Scenario, beliefs: Beliefs, learnt: LearntPulses | None = None) -> ArmChoice:
     table, task, sensors, kind = (
         scenario.controller,
         scenario.task,
@@ -160,6 +179,11 @@ def _chosen(scenario: Scenario, beliefs: Beliefs) -> ArmChoice:
     if table.position_gain is not None and table.velocity_gain is not None:
         gains = PD(position_gain=table.position_gain, velocity_gain=table.velocity_gain)
         settings["pd"] = gains
+    uncertainty = _uncertainty(scenario.guess)
+    if table.method == "landing" and learnt is not None and "mass" in learnt.values:
+        settings["experience"] = learnt
+    elif table.method == "landing":
+        settings["arm_uncertainty"] = uncertainty
     if table.most_series is not None:
         settings["most_series"] = table.most_series
     if table.longest_wait is not None:
@@ -176,6 +200,11 @@ def _chosen(scenario: Scenario, beliefs: Beliefs) -> ArmChoice:
         **settings,
     )
     notes = _about(believed, beliefs)
+    if landing.arm_uncertainty > 0.0 and scenario.guess.arm_uncertainty is None:
+        notes += (
+            f"Masses and spring that are guessed are taken to be off by {_BELIEVED:.0%} or so, and "
+            "learned; arm_uncertainty in [guess] says other.",
+        )
     controller: LandingController | FeedbackController = landing
     if table.method == "feedback":
         controller = _feedback_of(landing, scenario)
@@ -193,14 +222,18 @@ def _believed(scenario: Scenario, beliefs: Beliefs) -> tuple[FlexibleArm, dict[s
     sources: dict[str, str] = {}
     parts: dict[str, float] = {}
     body, true = "mass" if kind == "linear" else "inertia", axis.arm()
-    for name, key, own, known in (
+    for name, key, guessed, known in (
         ("mass", body, guess.body(kind), true.mass_1),
         ("load_mass", f"load_{body}", guess.load(kind), true.mass_2),
         ("stiffness", "stiffness", guess.stiffness, true.stiffness),
     ):
-        sources[name] = _KNOWN if own is None else "the scenario"
+        value, sources[name] = known, _KNOWN
+        if "load_mass" in beliefs.values:  # learned, with the others
+            value, sources[name] = beliefs.value(name), beliefs.sources[name]
+        elif guessed is not None:
+            value, sources[name] = guessed, "the scenario"
         try:
-            parts[name] = positive(key, known if own is None else own, unit_of(name, kind))
+            parts[name] = positive(key, value, unit_of(name, kind))
         except InputError as error:
             raise error.at("[guess]") from None
     pairs = {
@@ -240,6 +273,13 @@ def _about(believed: dict[str, str], beliefs: Beliefs) -> tuple[str, ...]:
     if "coulomb_friction" not in beliefs.values:
         notes += ("No friction is guessed: the controller begins without any.",)
     return notes
+
+
+def _uncertainty(guess: GuessTable) -> float:
+    """Return how unsure the controller is of masses and spring."""
+    if guess.arm_uncertainty is not None:
+        return guess.arm_uncertainty
+    return _BELIEVED if any(getattr(guess, name) is not None for name in _BODY) else 0.0
 
 
 def _aim(scenario: Scenario, arm: FlexibleArm) -> float:

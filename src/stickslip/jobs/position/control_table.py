@@ -12,7 +12,7 @@ Method = Literal[
 ]
 
 OF_ARMS: tuple[Method, ...] = ("landing", "feedback")
-"""Methods for a flexible arm; all others are for a rigid axis."""
+"""Methods for a flexible arm; all others, and landing, are for a rigid axis."""
 
 CONTROLLERS: dict[Method, str] = {
     "exact": "pulses planned by the exact law of Coulomb and viscous friction",
@@ -22,7 +22,7 @@ CONTROLLERS: dict[Method, str] = {
     "pid": "PID control",
     "pid-dither": "PID control with dither",
     "pid-reset": "PID control with resets of the integral",
-    "landing": "feedback, then series of pulses that land both masses at rest",
+    "landing": "feedback, then pulses that end at rest on the target",
     "feedback": "PD control with a notch and compensation of friction",
 }
 """Every method, in words."""
@@ -30,6 +30,7 @@ CONTROLLERS: dict[Method, str] = {
 _PULSES = ("longest_width", "patience", "rest_samples")
 _ADAPTIVE = (*_PULSES, "gain", "forgetting", "initial_covariance")
 _FEEDBACK = ("position_gain", "velocity_gain", "filter_time")
+_OF_AN_ARM, _OF_A_MASS = ("most_series",), ("longest_width", "rest_samples")  # of a landing
 _INTEGRAL = (*_FEEDBACK, "integral_gain", "bandwidth", "dead_band")
 _USES: dict[Method, tuple[str, ...]] = {
     "exact": _PULSES,
@@ -39,8 +40,15 @@ _USES: dict[Method, tuple[str, ...]] = {
     "pid": _INTEGRAL,
     "pid-dither": (*_INTEGRAL, "dither_amplitude", "dither_frequency", "dither_shape"),
     "pid-reset": (*_INTEGRAL, "reset_law", "reset_speed", "reset_samples"),
-    "landing": ("position_gain", "velocity_gain", "most_series", "longest_wait"),
+    "landing": ("position_gain", "velocity_gain", "longest_wait", *_OF_AN_ARM, *_OF_A_MASS),
     "feedback": ("position_gain", "velocity_gain"),
+}
+# Methods of either kind of axis, with the settings for which they have no use on it
+_RIGID: dict[Method, tuple[str, ...]] = {
+    each: _OF_AN_ARM if each == "landing" else () for each in _USES if each != "feedback"
+}
+_FLEXIBLE: dict[Method, tuple[str, ...]] = {
+    each: _OF_A_MASS if each == "landing" else () for each in OF_ARMS
 }
 _NEEDS: dict[Method, tuple[str, ...]] = {
     "pid-dither": ("dither_amplitude", "dither_frequency"),
@@ -56,9 +64,9 @@ class ControllerTable:
     Attributes
     ----------
     method
-        ``"exact"``, ``"papwc"``, ``"pwc"``, ``"pd"``, ``"pid"``, ``"pid-dither"`` or
-        ``"pid-reset"``; of a flexible arm ``"landing"``, which is taken where none is given, or
-        ``"feedback"``.
+        ``"landing"``, which is taken where none is given; of a rigid axis also ``"exact"``,
+        ``"papwc"``, ``"pwc"``, ``"pd"``, ``"pid"``, ``"pid-dither"`` or ``"pid-reset"``; of a
+        flexible arm ``"feedback"``.
     effort_limit
         Largest magnitude of the effort [N or N m]; of ``"pwc"`` the effort of every pulse.
     longest_width
@@ -66,13 +74,14 @@ class ControllerTable:
     patience
         Pulses in vain after which a pulse controller stops.
     rest_samples
-        Samples over which a pulse controller judges whether the axis rests.
+        Samples over which a pulse controller, or the landing of a rigid axis, judges whether the
+        axis rests.
     gain, forgetting, initial_covariance
         Of ``"pwc"`` and ``"papwc"``: ``K_c`` [-], ``lambda`` [-], and what the recursion begins
         with [1/s^4, of ``"papwc"`` that of its gains].
     position_gain, integral_gain, velocity_gain
         Of PD and PID [N/m, N/(m s), N s/m; rotary N m/rad, N m/(rad s), N m s/rad]; the first and
-        the last of the feedback of an arm too.
+        the last of the feedback of a landing too.
     filter_time
         Of the differentiated position [s]; not given: the velocity is measured.
     bandwidth
@@ -85,9 +94,9 @@ class ControllerTable:
         Of ``"pid-reset"``: ``"coulomb"`` or ``"stribeck"``, the largest speed taken for rest
         [m/s or rad/s], and for how many samples.
     most_series
-        Of ``"landing"``: series of pulses for a target, after which it stops.
+        Of the landing of a flexible arm: series of pulses for a target, after which it stops.
     longest_wait
-        Of ``"landing"``: how long mass 1 may take to come to rest [s].
+        Of ``"landing"``: how long the driven mass may take to come to rest [s].
 
     Raises
     ------
@@ -125,10 +134,9 @@ class ControllerTable:
         method, uses = self.method, _USES[self.method]
         for name in self.given():
             if name not in uses:
+                others = _RIGID if method != "feedback" else _FLEXIBLE
                 users = [
-                    each
-                    for each, known in _USES.items()
-                    if name in known and (each in OF_ARMS) == (method in OF_ARMS)
+                    each for each in others if name in _USES[each] and name not in others[each]
                 ]
                 raise InputError(
                     f"{name} is given, and method {method} has no use for it",
@@ -149,6 +157,30 @@ class ControllerTable:
             if each.name not in never and (value := getattr(self, each.name)) is not None
         }
 
+    def check_axis(self, *, flexible: bool) -> None:
+        """Refuse settings of a landing that are of the other kind of axis.
+
+        Parameters
+        ----------
+        flexible
+            Whether the axis is a flexible arm.
+
+        Raises
+        ------
+        InputError
+            If there is one.
+        """
+        if self.method != "landing":
+            return
+        for name in (_FLEXIBLE if flexible else _RIGID)["landing"]:
+            if getattr(self, name) is not None:
+                axis = "a flexible arm" if flexible else "a rigid axis"
+                raise InputError(
+                    f"{name} is given, and method landing has no use for it on {axis}",
+                    where="[controller]",
+                    remedy="leave it out",
+                )
+
     @property
     def gains(self) -> dict[str, float]:
         """The gains that were given, and the time constant of the filter."""
@@ -157,7 +189,7 @@ class ControllerTable:
     def _check_gains(self) -> None:
         if self.method in OF_ARMS:
             if self.gains:
-                other = "give it beside the other gain, or neither, for gains that suit the arm"
+                other = "give it beside the other gain, or neither, for gains that suit the axis"
                 self._needed("position_gain", other)
                 self._needed("velocity_gain", other)
             return

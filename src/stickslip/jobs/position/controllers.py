@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.control import (
+    AxisLandingController,
     Dither,
     ExactPulseController,
     PIDController,
@@ -16,30 +17,21 @@ from stickslip.control import (
     ResetIntegral,
     RestDetection,
 )
+from stickslip.jobs.position.axis_landing import axis_landing, landing_again
 from stickslip.jobs.position.beliefs import Beliefs, beliefs_from, learnt_from
 from stickslip.jobs.position.refusals import friction_law, told_of
+from stickslip.jobs.position.resting import about_aim, about_rest, aim_of, rest_of
 from stickslip.jobs.position.scenario import Scenario
 from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable
 from stickslip.records import (
-    AxisKind,
     InputError,
-    count_of,
-    prefixed,
+    LearntPulses,
     unit_of,
 )
 
-__all__ = ["Chosen", "choose_controller"]
+__all__ = ["Chosen", "choose_controller", "gone_on"]
 
-Chosen = PulseController | PIDController
-
-_REST_SAMPLES = 10
-"""Samples over which a rest is judged where sensors are not ideal, unless the scenario says."""
-
-_SURELY = 3.0
-"""Standard deviations of a mean that the sensors are taken to be off by."""
-
-_CONTINUOUS = 1e-9
-"""Step of an encoder without steps, over the noise: too fine to matter."""
+Chosen = PulseController | AxisLandingController | PIDController
 
 _OF_TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
 """P(0) of PAPWC in the report times the squared product of its mass and its pulses' effort: the
@@ -51,6 +43,7 @@ _SURE = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
 _ADAPTIVE = ("mass", "coulomb_friction", "static_friction")
 _WANTED: dict[str, tuple[str, ...]] = {
     "exact": ("mass", *DIRECTIONAL, "offset", *_SURE),
+    "landing": ("mass", *DIRECTIONAL, "offset", "mass_uncertainty"),
     "papwc": _ADAPTIVE,
     "pwc": _ADAPTIVE,
 }
@@ -81,30 +74,56 @@ def choose_controller(
     wanted = _WANTED.get(table.method, () if table.bandwidth is None else ("mass",))
     _refuse_unused(guess, wanted, table.method)
     try:
-        if not scenario.pulsed:
+        if not scenario.waits:
             beliefs = beliefs_from(guess, kind, folder)
             return _feedback(scenario, beliefs), _sources(beliefs, wanted), ()
-        rest = _rest(scenario)
-        aim = _aim(scenario, rest)
-        notes = (_about(rest, kind), *_about_aim(aim, scenario))
+        rest = rest_of(scenario)
+        aim = aim_of(scenario, rest)
+        notes = (about_rest(rest, kind), *about_aim(aim, scenario))
         if guess.learnt is not None:
             path, source = folder / guess.learnt, f"learnt {guess.learnt}"
-            learnt, first = learnt_from(path), _pulses(scenario, _anything(scenario), rest, aim)
+            learnt, first = learnt_from(path), _learner(scenario, _anything(scenario), rest, aim)
             try:
-                resumed = first.resumed(learnt)
+                resumed: Any = gone_on(scenario, first, learnt)
             except InputError as error:
                 raise error.at(str(path)) from None
             return resumed, dict.fromkeys(resumed.estimates(resumed.init()), source), notes
         beliefs = beliefs_from(guess, kind, folder)
         _check_guess(beliefs, table.effort_limit)
-        if table.method == "exact":
-            notes += _about_uncertainties(beliefs, guess)
+        if table.method in {"exact", "landing"}:
+            notes += _about_uncertainties(beliefs, guess, wanted)
+        if table.method == "landing" and "coulomb_friction" not in beliefs.values:
+            notes += ("No friction is guessed: the controller begins without any.",)
         if table.method == "papwc" and table.initial_covariance is None:
             notes += _about_covariance(beliefs.value("mass") * table.effort_limit)
-        return _pulses(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
+        return _learner(scenario, beliefs, rest, aim), _sources(beliefs, wanted), notes
     except InputError as error:
         told = told_of(kind, error)
         raise told if told.where else told.at("[controller] and [guess]") from None
+
+
+def gone_on(
+    scenario: Scenario, controller: PulseController | AxisLandingController, learnt: LearntPulses
+) -> PulseController | AxisLandingController:
+    """Return a controller that goes on from what was learnt, otherwise as one of its task.
+
+    Parameters
+    ----------
+    scenario
+        The task.
+    controller
+        Of the task.
+    learnt
+        By an earlier run.
+
+    Raises
+    ------
+    InputError
+        If it cannot be gone on from.
+    """
+    if isinstance(controller, AxisLandingController):
+        return landing_again(scenario, controller, learnt)
+    return controller.resumed(learnt)
 
 
 def _refuse_unused(guess: GuessTable, wanted: tuple[str, ...], method: str) -> None:
@@ -141,86 +160,13 @@ def _sources(beliefs: Beliefs, wanted: tuple[str, ...]) -> dict[str, str]:
     return {name: beliefs.sources[name] for name in wanted if name in beliefs.sources}
 
 
-def _rest(scenario: Scenario) -> RestDetection:
-    """Return when the axis counts as resting, from what its sensors are known to do."""
-    sensors = scenario.sensors
-    seen = sensors.velocity == "measured"
-    ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
-    if ideal and seen and sensors.velocity_noise == 0.0:
-        return RestDetection(samples=_window(scenario, usual=1, least=1), spread=0.0, speed=0.0)
-    if ideal:
-        return RestDetection(samples=_window(scenario, usual=2, least=2), spread=0.0)
-    window = _window(scenario, usual=_REST_SAMPLES, least=2)
-    step = sensors.encoder_step or _CONTINUOUS * sensors.position_noise
-    rest = RestDetection.for_encoder(resolution=step, noise=sensors.position_noise, samples=window)
-    exact = seen and sensors.velocity_noise == 0.0
-    return replace(rest, speed=0.0) if exact else rest
-
-
-def _window(scenario: Scenario, *, usual: int, least: int) -> int:
-    """Return over how many samples a rest is judged; refuse too few, and more than fit a move."""
-    move, given = scenario.task.samples, scenario.controller.rest_samples
-    samples = usual if given is None else given
-    if samples < least:
-        raise InputError(
-            f"rest_samples is {samples}, it must be at least {least} with these sensors",
-            where="[controller]",
-            remedy=f"give {least} or more",
-        )
-    # A pulse waits for a rest, and its outcome for another
-    if 2 * samples >= move:
-        unless = " unless told" if given is None else ""
-        raise InputError(
-            f"rest_samples is {samples}{unless}, and a move of {move} samples has no room for a "
-            "rest before a pulse and one after it",
-            where="[controller]",
-            remedy="judge the rest over fewer samples, or lengthen the duration",
-        )
-    return samples
-
-
-def _about(rest: RestDetection, kind: AxisKind) -> str:
-    if rest.samples == 1:
-        return "The axis counts as resting in the sample in which its velocity is 0."
-    still = "" if rest.speed is None else " and no velocity is seen"
-    within = prefixed(rest.spread, unit_of("position", kind))
-    return (
-        f"The axis counts as resting when {count_of(rest.samples, 'position')} in a row lie within "
-        f"{within}{still}."
-    )
-
-
-def _aim(scenario: Scenario, rest: RestDetection) -> float:
-    """Return the tolerance less what a measured rest may be off by: the controller's own."""
-    sensors, tolerance = scenario.sensors, scenario.task.tolerance
-    noise = _SURELY * sensors.position_noise / sqrt(rest.samples)
-    off = 0.5 * sensors.encoder_step + noise
-    if tolerance <= off:
-        unit = unit_of("position", scenario.axis.kind)
-        raise InputError(
-            f"tolerance is {tolerance:g} {unit}, and over {count_of(rest.samples, 'sample')} the "
-            f"sensors tell a position to {off:.3g} {unit} only",
-            where="[task]",
-            remedy="widen the tolerance, take better sensors, or give more rest_samples",
-        )
-    return tolerance - off
-
-
-def _about_aim(aim: float, scenario: Scenario) -> tuple[str, ...]:
-    if aim == scenario.task.tolerance:
-        return ()
-    unit = unit_of("position", scenario.axis.kind)
-    return (
-        f"The controller aims at {prefixed(aim, unit)}: the tolerance less what the sensors may be "
-        "off by at rest.",
-    )
-
-
-def _about_uncertainties(beliefs: Beliefs, guess: GuessTable) -> tuple[str, ...]:
+def _about_uncertainties(
+    beliefs: Beliefs, guess: GuessTable, wanted: tuple[str, ...]
+) -> tuple[str, ...]:
     told = {
         name: value
         for name, value in beliefs.uncertainties().items()
-        if getattr(guess, name) is None
+        if getattr(guess, name) is None and name in wanted
     }
     if not told:
         return ()
@@ -269,6 +215,14 @@ def _anything(scenario: Scenario) -> Beliefs:
         sources={},
         missing={},
     )
+
+
+def _learner(
+    scenario: Scenario, beliefs: Beliefs, rest: RestDetection, aim: float
+) -> PulseController | AxisLandingController:
+    if scenario.controller.method == "landing":
+        return axis_landing(scenario, beliefs, rest, aim)
+    return _pulses(scenario, beliefs, rest, aim)
 
 
 def _pulses(

@@ -2,16 +2,22 @@
 
 from collections.abc import Callable, Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
-from jaxtyping import Float
 
 from stickslip import __version__
-from stickslip.control import ExactPulseController, PIDController, PulseController
+from stickslip.control import (
+    AxisLandingController,
+    ExactPulseController,
+    PIDController,
+    PulseController,
+)
 from stickslip.jobs.position.arm_run import run_arm
 from stickslip.jobs.position.control_table import CONTROLLERS
-from stickslip.jobs.position.controllers import Chosen, choose_controller
+from stickslip.jobs.position.controllers import Chosen, choose_controller, gone_on
 from stickslip.jobs.position.judging import ending, settling_time
+from stickslip.jobs.position.landing_notes import LandingNotes, landing_phases
 from stickslip.jobs.position.scenario import Scenario, ScenarioFile, read_scenario
 from stickslip.jobs.pulse_run import PulseNotes
 from stickslip.plants import SingleMass
@@ -28,8 +34,6 @@ from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 
 __all__ = ["position"]
 
-State = Float[np.ndarray, " s"]
-
 _TOLD = 200
 """Samples between two calls of the progress."""
 
@@ -43,22 +47,26 @@ class _Recorder:
     def __init__(
         self, controller: Chosen, scenario: Scenario, advance: Callable[[int], None]
     ) -> None:
-        self._controller = controller
-        self._step = controller.step
+        self._controller: Any = controller
+        self._step: Any = controller.step
         self._goals = scenario.task.goals
         self._samples = scenario.task.samples
         self._advance = advance
         self._k = 0
         self.sampling_time = controller.sampling_time
-        self.notes = PulseNotes(controller) if isinstance(controller, PulseController) else None
+        self.notes: PulseNotes | LandingNotes | None = None
+        if isinstance(controller, PulseController):
+            self.notes = PulseNotes(controller)
+        elif isinstance(controller, AxisLandingController):
+            self.notes = LandingNotes(controller, len(self._goals) * self._samples)
         self.outcomes: list[PositioningOutcome | None] = []
         self.reasons: list[str | None] = []
 
-    def init(self) -> State:
+    def init(self) -> Any:
         """Return the state before the first sample."""
         return self._controller.init()
 
-    def step(self, state: State, sample: SensorSample) -> tuple[State, float]:
+    def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Step the other controller, to the next target when it is time."""
         move, k = divmod(self._k, self._samples)
         if k == 0 and move > 0:
@@ -72,12 +80,12 @@ class _Recorder:
             self.notes.take(state, sample.time)
         return state, effort
 
-    def end_move(self, state: State) -> None:
+    def end_move(self, state: Any) -> None:
         """Ask how far positioning has come, at the end of a move."""
         controller = self._controller
-        pulsed = isinstance(controller, PulseController)
-        self.outcomes.append(controller.outcome(state) if pulsed else None)
-        tells = isinstance(controller, ExactPulseController)
+        ends = isinstance(controller, PulseController | AxisLandingController)
+        self.outcomes.append(controller.outcome(state) if ends else None)
+        tells = isinstance(controller, ExactPulseController | AxisLandingController)
         self.reasons.append(controller.why(state) if tells else None)
 
     def integrates(self, tolerance: float) -> bool:
@@ -153,11 +161,15 @@ def position(
             raise error.at(str(read.path)) from None
         recorder.end_move(run.controller_state)
         runs.append(_judged(number, run, recorder, asked))
-        if isinstance(controller, PulseController):
-            learnt = controller.learnt(run.controller_state)
+        if not isinstance(controller, PIDController):
+            try:
+                learnt = controller.learnt(run.controller_state)
+            except InputError as error:
+                notes += (f"Run {number} has learnt nothing: {error.what}.",)
+                continue
             if number < task.runs:
                 try:
-                    controller = controller.resumed(learnt)
+                    controller = gone_on(asked, controller, learnt)
                 except InputError as error:
                     notes += (
                         f"What run {number} has learnt cannot be gone on from ({error.what}); the "
@@ -191,14 +203,18 @@ def _position_arm(read: ScenarioFile, progress: Callable[[int, int], None] | Non
     except InputError as error:
         raise error if error.where and not error.where.startswith("[") else error.at(path) from None
     advance(every)
-    law = asked.axis.arm().friction
-    pairs = (
-        ("coulomb_friction", law.coulomb_friction_positive, law.coulomb_friction_negative),
-        ("viscous_friction", law.viscous_friction_positive, law.viscous_friction_negative),
-    )
+    arm = asked.axis.arm()
+    law = arm.friction
+    truth = {
+        "coulomb_friction": 0.5 * (law.coulomb_friction_positive + law.coulomb_friction_negative),
+        "viscous_friction": 0.5 * (law.viscous_friction_positive + law.viscous_friction_negative),
+        "mass": arm.mass_1,
+        "load_mass": arm.mass_2,
+        "stiffness": arm.stiffness,
+    }
     return _positioning(
         read,
-        truth={name: 0.5 * (forward + backward) for name, forward, backward in pairs},
+        truth={name: truth[name] for name in outcome.runs[0].estimates},
         believed=outcome.believed,
         runs=outcome.runs,
         limits={},
@@ -239,7 +255,7 @@ def _positioning(
 
 
 def _judged(
-    number: int, run: ClosedLoopRun[State], recorder: _Recorder, scenario: Scenario
+    number: int, run: ClosedLoopRun[Any], recorder: _Recorder, scenario: Scenario
 ) -> PositioningRun:
     """Return a run with its moves, each judged by the truth."""
     task, n = scenario.task, scenario.task.samples
@@ -286,6 +302,8 @@ def _judged(
         estimate_time=np.empty(0) if notes is None else notes.times,
         estimates={} if notes is None else notes.estimates,
         moves=tuple(moves),
+        phases=landing_phases(run),
+        deviations=notes.deviations if isinstance(notes, LandingNotes) else {},
     )
 
 
@@ -316,6 +334,7 @@ def _truth(plant: SingleMass, effort: float, estimates: Mapping[str, object]) ->
         "coulomb_friction": mean,
         "coulomb_friction_positive": forward,
         "coulomb_friction_negative": backward,
+        "viscous_friction": 0.5 * (law.viscous_friction_positive + law.viscous_friction_negative),
         "viscous_friction_positive": law.viscous_friction_positive,
         "viscous_friction_negative": law.viscous_friction_negative,
         "static_friction_positive": law.static_friction_positive + law.offset,

@@ -80,13 +80,20 @@ class Scenario:
                 remedy=f"use method {' or '.join(OF_ARMS)}, or leave load and stiffness out of "
                 "[axis]",
             )
-        if method in OF_ARMS and not flexible:
+        if method == "feedback" and not flexible:
             load = "load_mass" if self.axis.kind == "linear" else "load_inertia"
             raise InputError(
-                f"method {method}{' (or none)' if method == 'landing' else ''} is given, which "
-                "moves a flexible arm, and this axis is rigid",
+                "method feedback is given, which moves a flexible arm, and this axis is rigid",
                 where="[controller]",
-                remedy=f"use another method, such as exact, or give {load} and stiffness in [axis]",
+                remedy="use another method, such as landing or pd, or give "
+                f"{load} and stiffness in [axis]",
+            )
+        self.controller.check_axis(flexible=flexible)
+        if method == "landing" and not flexible and self.sensors.velocity == "none":
+            raise InputError(
+                "velocity is none, and the feedback of method landing needs it",
+                where="[sensors]",
+                remedy="measure the velocity, or use method exact",
             )
         if flexible and self.sensors.velocity == "none":
             raise InputError(

@@ -342,6 +342,9 @@ class GuessTable(_Body):
     mass_uncertainty, friction_uncertainty, asymmetry
         How sure it is: standard deviations of mass, of friction, and of what sets the directions
         apart, over the value given [-].
+    arm_uncertainty
+        How sure it is of masses and spring of a flexible arm: their standard deviation, over the
+        values given [-]; above 0 they are learned.
     estimate
         File written by ``stickslip identify --json``; what stands beside it comes before it.
     learnt
@@ -356,6 +359,7 @@ class GuessTable(_Body):
     mass_uncertainty: float | None = None
     friction_uncertainty: float | None = None
     asymmetry: float | None = None
+    arm_uncertainty: float | None = None
     estimate: str | None = None
     learnt: str | None = None
 
