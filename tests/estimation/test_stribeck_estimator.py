@@ -6,12 +6,18 @@ import numpy as np
 import pytest
 from numpy.random import default_rng
 
-from stickslip.estimation import EnergyEstimator, IdimLeastSquares, StribeckEstimator
+from stickslip.estimation import (
+    EnergyEstimator,
+    IdimLeastSquares,
+    RecursiveLeastSquares,
+    StribeckEstimator,
+)
 from stickslip.estimation.examine import examine
 from stickslip.friction import (
     CoulombViscousFriction,
     FrictionLaw,
     FrictionTerms,
+    LuGreFriction,
     StribeckEffect,
     StribeckFriction,
 )
@@ -150,8 +156,6 @@ def test_on_line(method, sensors, tolerance):
 
 
 def test_recursive_least_squares_take_the_same_regressors():
-    from stickslip.estimation import RecursiveLeastSquares
-
     law, terms = law_of(), FrictionTerms.asked(per_direction=False, offset=True, stribeck=EFFECT)
     velocity = default_rng(2).normal(0.0, 0.2, 500)
     rows = terms.force_columns(velocity, np.sign(velocity))
@@ -159,6 +163,28 @@ def test_recursive_least_squares_take_the_same_regressors():
     state = rls.init(initial_values=[0.0] * 4, initial_variance=1e8)
     _, history = rls.run(state, rows, law.friction(velocity) + law.offset)
     np.testing.assert_allclose(history[-1], [TRUTH[name] for name in terms.names], rtol=1e-6)
+
+
+def test_recursive_least_squares_find_the_stribeck_velocity_from_a_guess():
+    # The law linearised in all its parameters: the last column belongs to (f_s - f_c) (v_s - guess)
+    law, guess = law_of(), StribeckEffect(velocity=0.045)
+    terms = FrictionTerms.asked(per_direction=False, offset=True, stribeck=guess)
+    velocity = default_rng(2).normal(0.0, 0.1, 2000)
+    rows = terms.force_columns(velocity, np.sign(velocity))
+    rows = np.column_stack([rows, np.sign(velocity) * guess.slope(velocity)])
+    rls = RecursiveLeastSquares()
+    state = rls.init(initial_values=[0.0] * 5, initial_variance=1e8)
+    _, history = rls.run(state, rows, law.friction(velocity) + law.offset)
+    _, coulomb, static, _, change = history[-1]
+    found = guess.velocity + change / (static - coulomb)
+    assert found == pytest.approx(0.05, rel=0.01)  # of a guess 10 % off: the square is left
+
+
+def test_bristles_show_the_friction_of_sliding():
+    bristles = LuGreFriction(sliding=law_of(), bristle_stiffness=1e5, bristle_damping=300.0)
+    estimate = StribeckEstimator(method=METHODS["inertia sought"]).fit(log_of(bristles, NOISY))
+    for name, parameter in estimate.parameters.items():
+        assert parameter.value == pytest.approx(TRUTH[name], rel=0.05), name
 
 
 def test_a_report_draws_the_stribeck_curve():

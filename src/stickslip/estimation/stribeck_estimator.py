@@ -24,13 +24,16 @@ from stickslip.records import AxisLog, FrictionEstimate, InputError, ParameterEs
 
 __all__ = ["StribeckEstimator"]
 
-_COARSE, _FINE = 11, 7
+_COARSE, _FINE = 9, 7
 """Stribeck velocities that are compared at once, over the whole range and then around the best."""
 
 _APART = 0.05
 """Relative distance of the velocities that the slope is taken from."""
 
-_CONVERGED = 1e-5  # relative change of the Stribeck velocity
+_CONVERGED = 2e-3
+"""Relative change of the Stribeck velocity that the last linearisation may still find: it counts,
+and is right but for its square."""
+
 _ITERATIONS = 12
 _LARGEST_STEP = 1.5  # factor
 _WIDE = 1.0
