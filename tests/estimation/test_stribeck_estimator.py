@@ -4,6 +4,7 @@ import functools
 
 import numpy as np
 import pytest
+import scipy.io
 from numpy.random import default_rng
 
 from stickslip.estimation import (
@@ -126,6 +127,20 @@ def test_without_a_step_none_is_found(method):
         assert not estimate.parameters[name].identified
     assert estimate.value("coulomb_friction") == plain.value("coulomb_friction")
     assert any("no step from static" in note for note in estimate.diagnostics.notes)
+
+
+def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):
+    data = scipy.io.loadmat(benchmark_data("emps/DATA_EMPS.mat"))
+    log = AxisLog(
+        name="EMPS",
+        kind="linear",
+        time=data["t"].ravel(),
+        effort=data["vir"].ravel() * data["gtau"].item(),
+        measured_position=data["qm"].ravel(),
+    )
+    estimate = StribeckEstimator(method=EnergyEstimator(per_direction=True)).fit(log)
+    assert not estimate.parameters["stribeck_velocity"].identified
+    assert any(note.startswith("friction rises by") for note in estimate.diagnostics.notes)
 
 
 def test_an_axis_at_rest_tells_nothing():

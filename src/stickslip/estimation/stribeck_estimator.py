@@ -109,16 +109,23 @@ class StribeckEstimator:
         }
         provenance = provenance_of(log, options)
         low, high = self._range(plain)
-        best = None
-        if plain.target.size and low < high:
-            best = self._searched(log, low, high)
+        note = (
+            "no step from static to Coulomb friction stands out with a Stribeck velocity from "
+            f"{low:.3g} to {high:.3g} {log.unit('velocity')}"
+        )
+        best = self._searched(log, low, high) if plain.target.size and low < high else None
         if best is not None:
             velocity, regression = best
             found = solve(regression, estimator=self.name, provenance=provenance)
-            if _stands_out(found, velocity):
+            step = _step(found, velocity)
+            if step > 0:
                 return _shifted(found, velocity)
-        nothing = _without_step(plain, low, high)
-        return solve(nothing, estimator=self.name, provenance=provenance)
+            if step < 0:
+                note = (
+                    f"friction rises by {-step:.3g} {log.unit('effort')} as motion sets in, over "
+                    f"some {velocity:.3g} {log.unit('velocity')}, where static friction would fall"
+                )
+        return solve(_without_step(plain, note), estimator=self.name, provenance=provenance)
 
     def _range(self, plain: Regression) -> tuple[float, float]:
         if self.velocities is not None:
@@ -216,14 +223,15 @@ def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regr
     )
 
 
-def _stands_out(found: FrictionEstimate, velocity: float) -> bool:
-    """Return whether the log shows a step from static to Coulomb friction, and how wide it is."""
+def _step(found: FrictionEstimate, velocity: float) -> float:
+    """Return the step from Coulomb to static friction that stands out most; 0 if none does."""
     identified = [name for name, p in found.parameters.items() if p.identified]
     if "stribeck_velocity" not in identified:
-        return False
+        return 0.0
     change = found.parameters["stribeck_velocity"].ci95
     if change is None or 0.5 * (change[1] - change[0]) > _WIDE * velocity:
-        return False
+        return 0.0
+    steps = [0.0]
     for side in ("", "_positive", "_negative"):
         pair = [f"static_friction{side}", f"coulomb_friction{side}"]
         if not set(pair) <= set(identified):
@@ -233,9 +241,9 @@ def _stands_out(found: FrictionEstimate, velocity: float) -> bool:
         std = float(np.sqrt(max(block[0, 0] + block[1, 1] - 2.0 * block[0, 1], 0.0)))
         step = found.value(pair[0]) - found.value(pair[1])
         widest = max(found.parameters[name].quantile for name in pair)
-        if step > max(widest, t_quantile(np.inf)) * std:
-            return True
-    return False
+        if abs(step) > max(widest, t_quantile(np.inf)) * std:
+            steps.append(step)
+    return max(steps, key=abs)
 
 
 def _shifted(found: FrictionEstimate, velocity: float) -> FrictionEstimate:
@@ -253,17 +261,13 @@ def _shifted(found: FrictionEstimate, velocity: float) -> FrictionEstimate:
     return replace(found, parameters={**found.parameters, change.name: whole})
 
 
-def _without_step(plain: Regression, low: float, high: float) -> Regression:
-    """Return rows with columns of zeros for what the log does not show."""
+def _without_step(plain: Regression, note: str) -> Regression:
+    """Return rows with columns of zeros for what the log does not show, and why."""
     names = [f"static_friction{side}" for side in _sides(plain)] + ["stribeck_velocity"]
     return replace(
         plain,
         names=(*plain.names, *names),
         regressors=np.column_stack([plain.regressors, np.zeros((plain.target.size, len(names)))]),
         regressor_noise=np.concatenate([plain.regressor_noise, np.zeros(len(names))]),
-        notes=(
-            *plain.notes,
-            "no step from static to Coulomb friction stands out with a Stribeck velocity from "
-            f"{low:.3g} to {high:.3g} ({plain.kind} axis, SI)",
-        ),
+        notes=(*plain.notes, note),
     )
