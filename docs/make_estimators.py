@@ -24,7 +24,7 @@ from stickslip.estimation import (
     LiaoChienObserver,
     YazdizadehKhorasaniObserver,
 )
-from stickslip.estimation.force_observer import AdaptiveObserver
+from stickslip.estimation.adaptive_observer import AdaptiveObserver
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError

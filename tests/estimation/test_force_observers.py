@@ -6,7 +6,14 @@ import numpy as np
 import pytest
 from scipy import integrate
 
-from stickslip.control import OnlineFriction
+from stickslip.control import (
+    PD,
+    FeedbackController,
+    FrictionCompensation,
+    Move,
+    OnlineFriction,
+    PointToPoint,
+)
 from stickslip.estimation import (
     FriedlandParkObserver,
     GradientEstimator,
@@ -14,11 +21,11 @@ from stickslip.estimation import (
     LiaoChienObserver,
     YazdizadehKhorasaniObserver,
 )
-from stickslip.estimation.force_observer import AdaptiveObserver
+from stickslip.estimation.adaptive_observer import AdaptiveObserver
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status
-from stickslip.simulation import Sensors, SimulatedMotion, simulate
+from stickslip.simulation import Sensors, SimulatedMotion, simulate, simulate_closed_loop
 
 T = 0.001
 MASS = 1.3
@@ -400,3 +407,44 @@ def test_a_sample_that_is_not_finite_is_refused() -> None:
     observer = FriedlandParkObserver(inertia=1.0, speed=1.0)
     with pytest.raises(InputError, match="velocity of the sample is nan"):
         observer.step(observer.init(sampling_time=T), (0.0, 0.0, float("nan"), 0.0, 0.0))
+
+
+def test_liao_and_chiens_observer_compensates_in_the_loop() -> None:
+    plant = SingleMass(mass=MASS, friction=law(0.0))
+    learning = OnlineFriction.of(
+        LiaoChienObserver(inertia=MASS, rate=4.0, speed=1.0), sampling_time=T, needs_load=False
+    )
+    moves = (Move(target=1.0, duration=2.0), Move(target=0.0, duration=2.0)) * 2
+    errors: list[float] = []
+    for compensation in (None, FrictionCompensation(friction=learning)):
+        controller = FeedbackController(
+            sampling_time=T,
+            pd=PD(position_gain=20.0, velocity_gain=10.0),
+            compensation=compensation,
+            inertia=MASS,
+            effort_limit=20.0,
+            reference=PointToPoint(moves=moves),
+        )
+        run = simulate_closed_loop(
+            plant, controller, sampling_time=T, samples=8000, sensors=Sensors()
+        )
+        wanted = controller.reference.at(run.motion.time).position
+        errors.append(float(np.max(np.abs(run.motion.position - wanted)[4000:])))
+    assert errors[1] < 0.1 * errors[0]
+
+
+def test_an_axis_that_only_creeps_in_its_noise_tells_nothing() -> None:
+    time = np.arange(0.0, 2.0, T)
+    rng = np.random.default_rng(0)
+    log = AxisLog(
+        name="stuck",
+        kind="linear",
+        time=time,
+        effort=0.5 * np.sin(time),
+        measured_position=1e-6 * rng.normal(size=time.size),
+        measured_velocity=1e-3 * rng.normal(size=time.size),
+    )
+    for observer in (FriedlandParkObserver(inertia=MASS), LeastSquaresObserver(inertia=MASS)):
+        found = observer.fit(log)
+        assert found.status is Status.INSUFFICIENT_EXCITATION
+        assert not found.parameters["coulomb_friction"].identified

@@ -1,9 +1,10 @@
 """Estimators of friction from a log: one method a file, interchangeable."""
 
+from stickslip.estimation.decaying_extremes import DecayingExtremes
 from stickslip.estimation.energy import EnergyEstimator
 from stickslip.estimation.examine import examine
 from stickslip.estimation.extended_kalman import ExtendedKalmanFilter
-from stickslip.estimation.free_decay import DecayingExtremes, FreeDecayEstimator
+from stickslip.estimation.free_decay import FreeDecayEstimator
 from stickslip.estimation.friedland_park import FriedlandParkObserver
 from stickslip.estimation.gradient_estimator import GradientEstimator
 from stickslip.estimation.idim_instrumental import IdimInstrumentalVariables

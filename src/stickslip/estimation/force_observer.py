@@ -1,7 +1,7 @@
 """What observers of the friction force have in common: samples, rows, first states, and a fit."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, fields, replace
 from typing import Any
 
@@ -24,12 +24,11 @@ from stickslip.records import (
     AxisKind,
     AxisLog,
     FrictionEstimate,
-    InputError,
     non_negative,
     positive,
 )
 
-__all__ = ["AdaptiveObserver", "ForceObserver"]
+__all__ = ["ForceObserver", "Kernel", "Run", "State"]
 
 State = Float[np.ndarray, " s"]
 Kernel = Callable[[State, float, float, float, float, float], bool]
@@ -41,6 +40,7 @@ _LATE = 0.2  # last part of a log, in which an observer should have settled
 _SETTLED = 0.02  # relative
 _MEMORY = 2.0  # periods of the cutoff that the low-pass smears a jump over, on either side
 _QUIET = 0.1  # noise of the force over the rms effort
+_LEAST_ROWS = 3  # a parameter
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -255,9 +255,11 @@ class ForceObserver(ABC):
         if quiet and effort > 0:
             jump = np.sqrt(2.0) * speed_noise * (self.inertia or 0.0) / T
             size = max(size, int(np.ceil(jump / (_QUIET * effort))))
-        blocks = [self._rows(part, one, size) for part, one in zip(parts, samples, strict=True)]
-        rows = np.concatenate(blocks)
         names = self.parameter_names(log.kind)
+        rows = self._rows_of(parts, samples, size)
+        if len(rows) < _LEAST_ROWS * len(names):  # no motion lasts so long
+            size = self._block(T)
+            rows = self._rows_of(parts, samples, size)
         in_columns = dict.fromkeys(_FRICTION, 0.0)
         in_columns["viscous_friction"] = speed_noise / np.sqrt(size)
         difference = speed_noise * np.sqrt(2.0) / (size * T)
@@ -286,6 +288,14 @@ class ForceObserver(ABC):
         T = part.sampling_time
         low_pass = self._low_pass(T)
         return position_noise(part.measured_position) * low_pass.noise_gain(T, derivatives=1)
+
+    def _rows_of(
+        self, parts: Sequence[AxisLog], samples: Sequence[Float[np.ndarray, "_ 5"]], size: int
+    ) -> Float[np.ndarray, "m c"]:
+        """Return the rows of all stretches."""
+        return np.concatenate(
+            [self._rows(part, one, size) for part, one in zip(parts, samples, strict=True)]
+        )
 
     def _rows(
         self, part: AxisLog, samples: Float[np.ndarray, "n 5"], size: int
@@ -389,75 +399,3 @@ def _unrest(names: tuple[str, ...], history: Float[np.ndarray, "n p"]) -> tuple[
         f"{names[k].replace('_', ' ')} moved by {100 * moved[k]:.2g} % in the last fifth of the "
         "log",
     )
-
-
-@dataclass(frozen=True, kw_only=True)
-class AdaptiveObserver(ForceObserver):
-    """An observer whose error decays at a rate that is chosen.
-
-    Attributes
-    ----------
-    inertia
-        Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
-    viscous
-        Whether viscous friction is estimated beside Coulomb friction.
-    rate
-        At which the error of the Coulomb friction decays at the typical speed [1/s]. With viscous
-        friction beside it, a rate far beyond that at which the speed varies makes both slower to
-        converge: the observer then follows the sum of the moment.
-    speed
-        Typical speed of the axis [m/s or rad/s], to which the gains refer; None takes the rms speed
-        of the log, and cannot be used on line.
-    """
-
-    inertia: float
-    viscous: bool = False
-    rate: float = 3.0
-    speed: float | None = None
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        positive("rate", self.rate, "1/s")
-        check_given(self, positive, {"speed": "m/s or rad/s"})
-
-    @property
-    def _estimated(self) -> tuple[str, ...]:
-        return (
-            *(("viscous_friction",) if self.viscous else ()),
-            "coulomb_friction",
-            *(("offset",) if self.offset else ()),
-        )
-
-    def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-
-        Raises
-        ------
-        InputError
-            If it is not positive, or the typical speed is not given.
-        """
-        if self.speed is None:
-            raise InputError(
-                "the typical speed is not given, and a first state needs it",
-                remedy="give speed [m/s or rad/s], or use fit",
-            )
-        s = super().init(sampling_time=sampling_time)
-        s[at.SPEED] = self.speed
-        s[at.GAINS + 1] = self.rate
-        if self.viscous:
-            s[at.GAINS] = self.rate / self.speed**2
-        if self.offset:
-            s[at.GAINS + 2] = self.rate
-        return s
-
-    def _settled(self, log: AxisLog) -> ForceObserver:
-        speed = self.speed
-        if speed is None:
-            parts = [self._samples(part)[:, 2] for part in log.segments()]
-            speed = float(np.sqrt(np.mean(np.concatenate(parts) ** 2)))
-        return ForceObserver._settled(replace(self, speed=speed), log)

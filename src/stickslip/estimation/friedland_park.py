@@ -20,6 +20,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.adaptive_observer import AdaptiveObserver
 from stickslip.estimation.force_balance import (
     FORCE,
     LAST_VELOCITY,
@@ -29,7 +30,7 @@ from stickslip.estimation.force_balance import (
     finite,
     follow,
 )
-from stickslip.estimation.force_observer import AdaptiveObserver, Kernel, Run, State
+from stickslip.estimation.force_observer import Kernel, Run, State
 from stickslip.estimation.recursion import VALUES
 from stickslip.records import positive
 

@@ -186,5 +186,5 @@ class LeastSquaresObserver(ForceObserver):
             plain,
             target=weight * plain.target,
             regressors=weight[:, None] * plain.regressors,
-            effect=plain.effect * float(np.sqrt(np.mean(weight**2))),
+            effect=plain.effect * float(np.linalg.norm(weight)) / max(weight.size, 1) ** 0.5,
         )

@@ -24,6 +24,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.adaptive_observer import AdaptiveObserver
 from stickslip.estimation.force_balance import (
     FORCE,
     GAINS,
@@ -34,7 +35,7 @@ from stickslip.estimation.force_balance import (
     balance,
     finite,
 )
-from stickslip.estimation.force_observer import AdaptiveObserver, Kernel, Run, State
+from stickslip.estimation.force_observer import Kernel, Run, State
 from stickslip.estimation.recursion import ROW, SAMPLING_TIME, VALUES
 from stickslip.records import positive
 

@@ -91,7 +91,9 @@ def estimate_of(
             relative_residual=relative,
             cross_validation_residual=None,
             condition_number=condition_number(regressors),
-            residual_autocorrelation=float(autocorrelation(residual, 1)[1]),
+            residual_autocorrelation=float(autocorrelation(residual, 1)[1])
+            if residual.size
+            else 0.0,
             effective_samples=float(max(residual.size, 1)),
             classical_std={},
             samples=regression.samples,
