@@ -61,12 +61,42 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ["[axis]", "load_inertia", "linear", "load_mass [kg]"],
     ),
     "a rigid axis": (
-        [("load_mass = 1.0\nstiffness = 1.0\n", "")],
-        ["[controller]", "method landing", "rigid", "exact", "load_mass and stiffness"],
+        [("load_mass = 1.0\nstiffness = 1.0\n", ""), ('"landing"', '"feedback"')],
+        ["[controller]", "method feedback", "rigid", "landing or pd", "load_mass and stiffness"],
     ),
-    "a rigid axis without a method": (
+    "a rigid axis whose mass is not guessed": (
         [("load_mass = 1.0\nstiffness = 1.0\n", ""), ('method = "landing"\n', "")],
-        ["[controller]", "(or none)", "rigid", "use another method"],
+        ["[guess]", "mass is missing", "in kg"],
+    ),
+    "series of a rigid axis": (
+        [("load_mass = 1.0\nstiffness = 1.0\n", ""), ("[guess]", "most_series = 3\n[guess]")],
+        ["[controller]", "most_series", "landing", "a rigid axis"],
+    ),
+    "a rigid axis without a velocity": (
+        [
+            ("load_mass = 1.0\nstiffness = 1.0\n", ""),
+            (CONTROLLER, "[sensors]\nvelocity = 'none'\n[controller]"),
+        ],
+        ["[sensors]", "velocity is none", "landing", "exact"],
+    ),
+    "an uncertain spring of a rigid axis": (
+        [
+            ("load_mass = 1.0\nstiffness = 1.0\n", ""),
+            (GUESS, f"{GUESS}\nmass = 1.0\narm_uncertainty = 0.02"),
+        ],
+        ["[guess]", "arm_uncertainty", "landing", "no use"],
+    ),
+    "a width of a series": (
+        [("[guess]", "longest_width = 0.1\n[guess]")],
+        ["[controller]", "longest_width", "landing", "a flexible arm"],
+    ),
+    "an uncertain arm under feedback": (
+        [('"landing"', '"feedback"'), (GUESS, "arm_uncertainty = 0.02")],
+        ["[guess]", "arm_uncertainty", "feedback", "no use"],
+    ),
+    "a negative uncertainty": (
+        [(GUESS, "arm_uncertainty = -0.02")],
+        ["[guess]", "arm_uncertainty is -0.02"],
     ),
     "unknown key": ([("stiffness =", "stifness =")], ["[axis]", "'stifness'", "'stiffness'"]),
     "effort below the breakaway": (
@@ -175,6 +205,23 @@ def test_a_bad_file_of_what_was_learnt_is_refused(case: str, run: Run, tmp_path:
     refused(run, written(tmp_path, [(GUESS, 'learnt = "learnt.json"')]), words)
 
 
+def test_what_was_learnt_of_masses_stands_alone(run: Run, tmp_path: Path) -> None:
+    parts = (("mass", 1.0, "kg"), ("load_mass", 1.0, "kg"), ("stiffness", 1.0, "N/m"))
+    values = LEARNT["values"] | {  # type: ignore[operator]
+        name: {"value": value, "unit": unit} for name, value, unit in parts
+    }
+    wide = [[1e-4 * (i == j) for j in range(5)] for i in range(5)]
+    for covariance, guess, words in (
+        (wide, "learnt = 'learnt.json'\nstiffness = 1.1", ["beside stiffness", "keep learnt"]),
+        (LEARNT["covariance"], "learnt = 'learnt.json'", ["learnt.json, covariance", "5 by 5"]),
+    ):
+        learnt = LEARNT | {"values": values, "covariance": covariance}
+        (tmp_path / "learnt.json").write_text(json.dumps(learnt))
+        line = run("position", written(tmp_path, [(GUESS, guess)])).line()
+        for word in words:
+            assert word in line, line
+
+
 def test_a_rigid_axis_refuses_what_an_arm_has_learnt(run: Run, tmp_path: Path) -> None:
     (tmp_path / "learnt.json").write_text(json.dumps(LEARNT))
     changes = [
@@ -244,7 +291,7 @@ def test_a_feedback_alone_is_not_there(run: Run, tmp_path: Path) -> None:
     assert outcome.code == 1
     document = json.loads(outcome.out)
     assert document["ending"] in {"stuck", "swinging", "under_way"}
-    assert document["runs"][0]["arm"]["phases"] == []
+    assert document["runs"][0]["phases"] == []
     assert document["runs"][0]["estimates"]["coulomb_friction"][0] == 0.15
     assert document["believed"]["coulomb_friction"] == "learnt learnt.json"
     assert "series" not in outcome.err

@@ -24,7 +24,7 @@ from stickslip.records import (
 
 __all__ = ["AxisLandingController"]
 
-_PATIENCE = 1000.0  # samples
+_PATIENCE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
 _SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
 _LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 
@@ -49,7 +49,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
     Attributes
     ----------
     sampling_time, target, tolerance, effort_limit, estimator, velocity_noise, pd, patience
-        As of `Supervisor`; the patience is 1000 samples by the rule.
+        As of `Supervisor`; the patience is 100 samples by the rule.
     position_noise
         Standard deviation of a sampled position, its rounding to encoder steps included; 0 for
         none.
@@ -105,7 +105,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
     @property
     def longest_wait(self) -> float:
-        """The patience, or 1000 samples [s]."""
+        """The patience, or 100 samples [s]."""
         return _PATIENCE * self.sampling_time if self.patience is None else self.patience
 
     @property
