@@ -15,6 +15,7 @@ from stickslip.records import (
     AxisKind,
     Ending,
     InputError,
+    LandingPhase,
     LearntPulses,
     Positioning,
     PositioningMove,
@@ -251,6 +252,31 @@ def test_a_controller_without_pulses_has_no_section_of_them(tmp_path: Path) -> N
     assert set(page.plots()) == {"motion-1"}
     links = [given["href"] for tag, given in page.tags if tag == "a"]
     assert links == ["#motion", "#scenario"]
+
+
+def test_a_landing_shows_its_phases_and_its_estimates_over_time(tmp_path: Path) -> None:
+    run = make_run(1, samples=400)
+    end = float(run.time[-1])
+    phases = (
+        LandingPhase(name="feedback", start_time=0.0, end_time=0.4, reason="the target is <new>"),
+        LandingPhase(name="pulses", start_time=0.4, end_time=0.8, reason="the mass rests"),
+        LandingPhase(name="done", start_time=0.8, end_time=end, reason="within the tolerance"),
+    )
+    deviations = {"mass": np.full(run.estimate_time.size, 2.0)}
+    landed = replace(run, phases=phases, deviations=deviations)
+    page = page_of(replace(make(landed), method="landing"), tmp_path)
+    for words in ("the target is <new>", "Why it began", "Shaded are the phases", "over time"):
+        assert words in page.text, words
+    motion = page.plots()["motion-1"]["layout"]
+    assert [shape["x0"] for shape in motion["shapes"]] == [0.0, 0.4, 0.8]
+    assert [note["text"] for note in motion["annotations"]] == ["1", "2", "3"]
+    mass = page.plots()["estimate-mass"]
+    named = {trace["name"]: trace for trace in mass["data"]}
+    assert named["estimate"]["x"] == pytest.approx(run.estimate_time.tolist())
+    assert "95 % interval" in named
+    # What is only known within limits is not drawn, pulses are listed as ever
+    assert "estimate-static-friction-positive" not in page.plots()
+    assert "pulse-pairs" in page.plots()
 
 
 def test_a_run_without_a_known_pulse_can_be_shown(tmp_path: Path) -> None:

@@ -1,0 +1,217 @@
+"""Landings from a scenario: of a rigid axis, and of an arm whose masses and spring are learned."""
+
+import json
+from collections.abc import Callable
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from stickslip.jobs import position, write_json
+from stickslip.records import Ending, InputError, Positioning
+
+AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
+TASK = "targets = [0.3, 0.1]\ntolerance = 1e-5\nduration = 4.0\nsampling_time = 0.01"
+GUESS = "mass = 150.0\ncoulomb_friction = 50.0\nviscous_friction = 350.0"
+ARM = (
+    "mass = 1.0\nload_mass = 1.0\nstiffness = 1.0\ncoulomb_friction = 0.15\n"
+    "viscous_friction = 0.1\nstatic_friction = 0.18"
+)
+ARM_TASK = "target = 1.0\ntolerance = 1e-5\nduration = 44.0\nsampling_time = 0.02"
+WRONG = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1"
+
+LEARNT = 1e-4  # of friction along a way with stops in the middle of samples; 1e-5 is seen
+OF_AN_ARM = 1e-4  # of masses and spring after a landing within 1e-5 of the way
+
+Run = Callable[..., Positioning]
+
+
+@pytest.fixture(scope="module")
+def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
+    folder = tmp_path_factory.mktemp("landings")
+
+    def run_scenario(
+        settings: str = "",
+        *,
+        axis: str = AXIS,
+        task: str = TASK,
+        guess: str = GUESS,
+        sensors: str = "",
+        limit: float = 400.0,
+        learnt: Positioning | None = None,
+    ) -> Positioning:
+        if learnt is not None:
+            assert learnt.learnt is not None
+            write_json(learnt.learnt.to_dict(), folder / "learnt.json")
+            guess = f"{guess}\nlearnt = 'learnt.json'"
+        path = folder / "a_landing.toml"
+        path.write_text(
+            f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
+            f"[controller]\neffort_limit = {limit}\n{settings}\n"
+        )
+        return position(path)
+
+    return run_scenario
+
+
+@pytest.fixture(scope="module")
+def landed(run: Run) -> Positioning:
+    return run()
+
+
+def test_a_rigid_axis_lands_by_default(landed: Positioning) -> None:
+    assert landed.method == "landing"
+    assert landed.ending is Ending.REACHED
+    (each,) = landed.runs
+    assert each.arm is None
+    assert [phase.name for phase in each.phases] == ["feedback", "pulses", "done"] * 2
+    for before, after in pairwise(each.phases):
+        assert after.start_time == before.end_time
+    assert each.phases[-1].end_time == each.time[-1]
+    # Feedback goes the way; no pulse is left more than a hundredth of it
+    assert each.pulses
+    for move in each.moves:
+        for pulse in move.pulses:
+            assert move.start_time <= pulse.time < move.end_time
+            assert abs(pulse.predicted_displacement) < 0.01
+
+
+def test_its_estimates_go_along_with_how_sure_they_are(landed: Positioning) -> None:
+    (each,) = landed.runs
+    for name in ("coulomb_friction", "viscous_friction"):
+        assert each.estimates[name][0] == pytest.approx(0.5 * landed.truth[name])
+        assert each.estimates[name][-1] == pytest.approx(landed.truth[name], rel=LEARNT)
+        assert each.deviations[name].shape == each.estimate_time.shape
+    assert set(landed.truth) >= set(each.estimates) - {"mass"}
+    assert set(landed.limits) == {"static_friction_positive", "static_friction_negative"}
+    document = landed.to_dict()
+    assert json.dumps(document["runs"][0]["phases"])
+    assert document["runs"][0]["phases"][1]["name"] == "pulses"
+
+
+def test_it_goes_on_from_what_it_or_exact_pulses_have_learnt(landed: Positioning, run: Run) -> None:
+    assert landed.learnt is not None
+    assert landed.learnt.method == "exact"
+    again = run(guess="", learnt=landed)
+    assert again.ending is Ending.REACHED
+    assert again.believed["mass"] == "learnt learnt.json"
+    first = again.runs[0].estimates
+    assert first["coulomb_friction_positive"][0] == pytest.approx(
+        landed.learnt.values["coulomb_friction_positive"]
+    )
+    exact = run('method = "exact"', guess="", learnt=landed)
+    assert exact.ending is Ending.REACHED
+    back = run(guess="", learnt=exact)
+    assert back.ending is Ending.REACHED
+
+
+def test_the_next_run_begins_with_what_was_learnt(run: Run) -> None:
+    first, second = run(task=f"{TASK}\nruns = 2").runs
+    for name in ("coulomb_friction_positive", "mass"):
+        assert second.estimates[name][0] == pytest.approx(first.estimates[name][-1])
+    assert second.moves[-1].ending is Ending.REACHED
+
+
+def test_without_a_guess_of_friction_it_says_so(run: Run) -> None:
+    result = run(guess="mass = 150.0")
+    assert result.ending is Ending.REACHED
+    assert any("No friction is guessed" in note for note in result.notes)
+
+
+def test_gravity_and_an_encoder_are_no_obstacle(run: Run) -> None:
+    axis = AXIS.replace("coulomb_friction = 100.0", "coulomb_friction = 100.0\noffset = 20.0")
+    result = run(
+        "rest_samples = 12\nlongest_width = 0.1\nposition_gain = 2e4\nvelocity_gain = 3e3",
+        axis=axis,
+        sensors="encoder_step = 1e-6\nposition_noise = 1e-6\nvelocity_noise = 1e-4",
+    )
+    assert result.ending is Ending.REACHED
+    assert any("12 positions in a row" in note for note in result.notes)
+
+
+def test_a_task_too_short_ends_under_way(run: Run) -> None:
+    result = run(task="target = 0.3\ntolerance = 1e-5\nduration = 0.1\nsampling_time = 0.01")
+    assert result.ending is Ending.UNDER_WAY
+
+
+def test_a_rotary_axis_has_inertias(run: Run) -> None:
+    kind = 'kind = "rotary"\n'
+    result = run(
+        axis=kind + AXIS.replace("mass", "inertia"), guess=GUESS.replace("mass", "inertia")
+    )
+    assert result.ending is Ending.REACHED
+    assert result.scenario["guess"]["inertia"] == (150.0, "kg m^2")
+
+
+@pytest.mark.parametrize(
+    ("settings", "guess", "words"),
+    [
+        ("most_series = 3", GUESS, "most_series"),
+        ("", "coulomb_friction = 50.0", "mass is missing"),
+        ("", f"{GUESS}\narm_uncertainty = 0.02", "arm_uncertainty"),
+        ("", GUESS.replace("50.0", "500.0"), "by the first guess it takes 500 N"),
+        ("position_gain = 1e4", GUESS, "velocity_gain is missing"),
+    ],
+)
+def test_what_cannot_be_is_refused(run: Run, settings: str, guess: str, words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        run(settings, guess=guess)
+
+
+@pytest.fixture(scope="module")
+def believed_wrong(run: Run) -> Positioning:
+    """An arm whose masses and spring are guessed, and not as they are."""
+    return run(axis=ARM, task=ARM_TASK, guess=WRONG, limit=1.0)
+
+
+def test_guessed_masses_and_spring_are_learned(believed_wrong: Positioning) -> None:
+    assert believed_wrong.ending is Ending.REACHED
+    (each,) = believed_wrong.runs
+    assert any("off by 2% or so" in note for note in believed_wrong.notes)
+    for name, guessed in (("mass", 1.02), ("load_mass", 0.99), ("stiffness", 1.01)):
+        assert each.estimates[name][0] == pytest.approx(guessed)
+        assert each.deviations[name][0] == pytest.approx(0.02 * guessed)
+        assert each.estimates[name][-1] == pytest.approx(1.0, rel=OF_AN_ARM)
+        assert each.deviations[name][-1] < OF_AN_ARM
+    assert believed_wrong.learnt is not None
+    assert believed_wrong.learnt.covariance.shape == (5, 5)
+
+
+def test_learned_masses_and_spring_are_gone_on_from(believed_wrong: Positioning, run: Run) -> None:
+    result = run(axis=ARM, task=ARM_TASK, guess="", limit=1.0, learnt=believed_wrong)
+    assert result.ending is Ending.REACHED
+    assert result.believed["stiffness"] == "learnt learnt.json"
+    assert believed_wrong.learnt is not None
+    for name in ("mass", "load_mass", "stiffness", "coulomb_friction"):
+        first = float(result.runs[0].estimates[name][0])
+        assert first == pytest.approx(believed_wrong.learnt.values[name])
+    arm, before = result.runs[0].arm, believed_wrong.runs[0].arm
+    assert arm is not None
+    assert before is not None
+    assert len(arm.series) < len(before.series)
+
+
+def test_sure_masses_are_not_learned(run: Run) -> None:
+    task = ARM_TASK.replace("44.0", "1.0")
+    result = run(axis=ARM, task=task, guess=f"{WRONG}\narm_uncertainty = 0.0", limit=1.0)
+    assert set(result.runs[0].estimates) == {"coulomb_friction", "viscous_friction"}
+    told = run(axis=ARM, task=task, guess="arm_uncertainty = 0.05", limit=1.0)
+    assert told.runs[0].deviations["stiffness"][0] == pytest.approx(0.05)
+    assert not any("off by 2% or so" in note for note in told.notes)
+    assert told.runs[0].estimates["mass"][0] == 1.0
+
+
+def test_files_of_friction_alone_are_read_as_before(run: Run) -> None:
+    task = ARM_TASK.replace("44.0", "10.0")
+    friction = run(axis=ARM, task=task, guess="coulomb_friction = 0.1", limit=1.0)
+    assert friction.learnt is not None
+    assert friction.learnt.covariance.shape == (2, 2)
+    guess = "stiffness = 1.01\narm_uncertainty = 0.01"
+    result = run(
+        axis=ARM, task=task.replace("10.0", "1.0"), guess=guess, limit=1.0, learnt=friction
+    )
+    first = result.runs[0].estimates
+    assert first["stiffness"][0] == 1.01
+    np.testing.assert_allclose(
+        first["coulomb_friction"][0], friction.learnt.values["coulomb_friction"]
+    )
