@@ -38,6 +38,7 @@ class FlexibleArm(Generic[Law_co]):
 
     Examples
     --------
+    >>> from stickslip.friction import CoulombViscousFriction
     >>> law = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
     >>> FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law).kind
     'linear'

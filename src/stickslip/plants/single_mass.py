@@ -35,6 +35,7 @@ class SingleMass(Generic[Law_co]):
 
     Examples
     --------
+    >>> from stickslip.friction import CoulombViscousFriction
     >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=700.0)
     >>> SingleMass(mass=150.0, friction=law).mass
     150.0
