@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
+from stickslip.cli.log_arguments import KnownAxis, LogReading
 from stickslip.cli.tables import print_identification
 from stickslip.cli.terminal import console_on, reader_may_leave, working
 
@@ -21,12 +22,8 @@ EXAMPLES = """Examples:
   stickslip identify log.csv --position "motor / 32" --effort "0.35 * amps"
   stickslip identify arm.csv --mass 1.2 --load-mass 0.8 --stiffness 450"""
 
-_READING = Group("Reading the log", sort_key=1)
-_KNOWN = Group("What is known", sort_key=2)
 _WANTED = Group("What to estimate, and how", sort_key=3)
 _OUTPUT = Group("Output", sort_key=4)
-
-_Column = Annotated[str | None, Parameter(group=_READING, allow_leading_hyphen=True)]
 
 
 def identify(
@@ -39,71 +36,8 @@ def identify(
     ],
     /,
     *,
-    schema: Annotated[
-        Path | None,
-        Parameter(group=_READING, help="TOML file that says which column is what, in which unit."),
-    ] = None,
-    axis: Annotated[
-        str | None, Parameter(group=_READING, help="Which axis, if the schema has several.")
-    ] = None,
-    kind: Annotated[
-        Literal["linear", "rotary"] | None,
-        Parameter(group=_READING, help="Linear (m, N, kg) or rotary (rad, N m, kg m²) axis."),
-    ] = None,
-    time: Annotated[
-        _Column, Parameter(help='Column of the time stamps, or an expression such as "us / 1e6".')
-    ] = None,
-    position: Annotated[_Column, Parameter(help="Column or expression of the position.")] = None,
-    velocity: Annotated[
-        _Column, Parameter(help="Column or expression of the velocity, if it was measured.")
-    ] = None,
-    effort: Annotated[
-        _Column,
-        Parameter(help='Column or expression of the force or torque, such as "35.15 * vir".'),
-    ] = None,
-    load_position: Annotated[
-        _Column, Parameter(help="Position of the second mass of a flexible arm.")
-    ] = None,
-    load_velocity: Annotated[
-        _Column, Parameter(help="Velocity of the second mass of a flexible arm.")
-    ] = None,
-    sampling_time: Annotated[
-        float | None,
-        Parameter(group=_READING, help="Sampling time in s, of a log without time stamps."),
-    ] = None,
-    unit: Annotated[
-        list[str] | None,
-        Parameter(
-            group=_READING,
-            negative="",
-            help="Unit of a channel, as in --unit position=mm; may be repeated.",
-        ),
-    ] = None,
-    inertia: Annotated[
-        float | None,
-        Parameter(
-            name=("--inertia", "--mass"),
-            group=_KNOWN,
-            help="Moving inertia in kg m² or mass in kg, of a flexible arm that of the driven "
-            "side; estimated if not given.",
-        ),
-    ] = None,
-    load_inertia: Annotated[
-        float | None,
-        Parameter(
-            name=("--load-inertia", "--load-mass"),
-            group=_KNOWN,
-            help="Inertia in kg m² or mass in kg of a flexible arm's load side; not given: a rigid "
-            "axis.",
-        ),
-    ] = None,
-    stiffness: Annotated[
-        float | None,
-        Parameter(
-            group=_KNOWN,
-            help="Stiffness of a flexible arm's spring in N/m or N m/rad, with --load-inertia.",
-        ),
-    ] = None,
+    reading: LogReading | None = None,
+    known: KnownAxis | None = None,
     estimator: Annotated[
         Literal["energy", "idim-ls"],
         Parameter(
@@ -171,9 +105,8 @@ def identify(
     from stickslip.outputs import check_output
     from stickslip.records import InputError
 
-    inputs = [log, *([] if schema is None else [schema])]
-    if log.is_dir():
-        inputs += log.iterdir()
+    reading, known = reading or LogReading(), known or KnownAxis()
+    inputs = reading.inputs(log)
     json_file = None if json in {None, "-"} else Path(str(json))
     if json_file is not None and report is not None and json_file.resolve() == report.resolve():
         raise InputError(
@@ -183,29 +116,19 @@ def identify(
         check_output(json_file, inputs=inputs, what="--json")
     if report is not None:
         check_output(report, inputs=inputs, what="--report")
-    units = _units(unit or [])
+    reading.units()  # refused before anything is loaded
     with working(f"identifying {log.name}"):
-        from stickslip.jobs import AxisSchema, identify, write_json, write_report
+        from stickslip.jobs import identify, write_json, write_report
 
         found = identify(
             log,
-            schema=schema,
-            axis=axis,
-            columns=AxisSchema(
-                kind=kind,
-                time=time,
-                position=position,
-                velocity=velocity,
-                effort=effort,
-                load_position=load_position,
-                load_velocity=load_velocity,
-                sampling_time=sampling_time,
-                units=units,
-            ),
+            schema=reading.schema,
+            axis=reading.axis,
+            columns=reading.columns(),
             estimator=estimator,
-            inertia=inertia,
-            load_inertia=load_inertia,
-            stiffness=stiffness,
+            inertia=known.inertia,
+            load_inertia=known.load_inertia,
+            stiffness=known.stiffness,
             per_direction=per_direction,
             offset=offset,
             cutoff=cutoff,
@@ -219,22 +142,6 @@ def identify(
             write_json(found.estimate.to_dict(), json_file)
     _print(found, to_stdout=json == "-", files=[("JSON", json_file), ("Report", report)])
     return 0 if found.estimate.status.trusted else 1
-
-
-def _units(stated: list[str]) -> dict[str, str]:
-    """Return units by channel from ``channel=unit`` words."""
-    from stickslip.records import InputError
-
-    units: dict[str, str] = {}
-    for word in stated:
-        channel, sign, unit = word.partition("=")
-        if not (channel and sign and unit):
-            raise InputError(
-                f"--unit {word} is not understood",
-                remedy="write channel=unit, as in --unit position=mm",
-            )
-        units[channel.strip().replace("-", "_")] = unit.strip()
-    return units
 
 
 def _print(
