@@ -90,7 +90,7 @@ def choose_arm_controller(
         try:
             return _chosen(scenario, beliefs, learnt)
         except InputError as error:
-            raise error if error.where else error.at(str(path)) from None
+            raise error if error.where.startswith("[") else error.at(str(path)) from None
     except InputError as error:
         told = told_of(kind, error)
         raise told if told.where else told.at("[controller] and [guess]") from None
