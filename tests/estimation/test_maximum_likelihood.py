@@ -118,7 +118,7 @@ def test_a_correlated_sensor_error_is_whitened() -> None:
 @pytest.mark.parametrize("delay", [0, 1, 2])
 def test_the_delay_of_the_effort_is_found(delay: int) -> None:
     generator = np.random.default_rng(4)
-    effort = multisine(generator)
+    effort = multisine(generator, 2500)
     late = np.concatenate((np.zeros(delay), effort[: effort.size - delay]))
     motion = simulate(servo(), late, sampling_time=SAMPLING_TIME)
     seen = ENCODER.measure(motion)
@@ -129,9 +129,10 @@ def test_the_delay_of_the_effort_is_found(delay: int) -> None:
         effort=np.append(effort, effort[-1]),
         measured_position=seen.measured_position,
     )
-    estimator = MaximumLikelihoodEstimator(largest_delay=3)
-    assert estimator.maximum(log).delay == delay
-    check_truth(estimator, log, TRUTH)
+    estimate = MaximumLikelihoodEstimator(largest_delay=2).fit(log)
+    told = f"the effort acts {delay} sample{'' if delay == 1 else 's'} late (likeliest of 0 to 2)"
+    assert told in estimate.diagnostics.notes
+    assert estimate.value("inertia") == pytest.approx(INERTIA, rel=1e-3)
 
 
 def test_an_axis_that_rests_on_a_count_gives_one_reading() -> None:
@@ -152,8 +153,8 @@ def test_an_axis_that_rests_on_a_count_gives_one_reading() -> None:
 
 def test_static_friction_of_a_rigid_axis_is_between_what_held_and_what_freed_it() -> None:
     generator = np.random.default_rng(6)
-    time = np.arange(8000) * SAMPLING_TIME
-    effort = 1.2 * np.sin(2 * np.pi * 0.7 * time) * (0.5 + 0.5 * time / time[-1])
+    time = np.arange(4000) * SAMPLING_TIME
+    effort = 1.2 * np.sin(2 * np.pi * 1.1 * time) * (0.5 + 0.5 * time / time[-1])
     sensors = Sensors(position_noise=1e-4, velocity_noise=1e-2)
     log = logged(servo(static_friction=0.65), effort, sensors, generator)
     estimate = MaximumLikelihoodEstimator(static_friction=True).fit(log)
@@ -173,7 +174,7 @@ ARM = FlexibleArm(mass_1=1.0, mass_2=0.8, stiffness=30.0, friction=ARM_FRICTION)
 
 def arm_log(sensors: Sensors, seed: int) -> AxisLog:
     generator = np.random.default_rng(seed)
-    effort = np.repeat(generator.uniform(-0.6, 0.6, 40), 50)
+    effort = np.repeat(generator.uniform(-0.6, 0.6, 24), 50)
     motion = simulate(ARM, effort, sampling_time=0.01)
     return sensors.measure(motion, generator)
 

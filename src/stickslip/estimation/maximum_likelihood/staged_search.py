@@ -17,7 +17,7 @@ local maximum of the likelihood is between it and the best."""
 
 _LEAST_PIECE = 100  # samples
 
-_UNEXPLAINED = 3.0
+_UNEXPLAINED = 1.2
 """Times that the errors over a whole stretch exceed those over pieces of it where the search may
 have ended elsewhere than at the best, or the model is wrong."""
 

@@ -25,12 +25,14 @@ from stickslip.records import (
 
 __all__ = ["StaticRange", "with_static_friction"]
 
-_RATIOS = tuple(1.0 + 0.1 * k for k in range(16))
+_RATIOS = tuple(1.0 + 0.1 * k for k in range(1, 13))
 """Of static to Coulomb friction that are looked at first."""
-_QUICK = 6  # steps of the search at each
-_MOST_LEVELS = 60
-_ZOOMS = 5
+_QUICK = 4  # steps of the search at each
+_MOST_LEVELS = 60  # looked at in a round
+_ROUNDS = 8
+_MARGIN = 3  # levels on both sides of those not unlikely, that the next round looks between
 _UNLIKELY = 0.5 * 3.841458820694124  # half of the 95 % quantile of chi-square, one degree
+_SAME = 1e-9  # difference of costs that is rounding
 _NORMAL_95 = 1.959963984540054
 
 
@@ -113,7 +115,7 @@ def with_static_friction(
     sides = ("_positive", "_negative") if per_direction else ("",)
     known = dict(parameters.known)
     best, best_known = maximum, known
-    for ratio in _RATIOS[1:]:
+    for ratio in _RATIOS:
         trial = known | {
             f"static_friction{side}": ratio
             * max(parameters.value(f"coulomb_friction{end}", maximum.values) for end in ends)
@@ -140,11 +142,15 @@ def with_static_friction(
     for side, ends in _ends(sides):
         name = f"static_friction{side}"
         levels = _levels(windows, parameters, best.values, ends, best_known[name])
-        for _ in range(_ZOOMS):
+        ranges[name] = None
+        for _ in range(_ROUNDS if levels.size > 1 else 0):
             looked = _thinned(levels)
-            value, ranges[name] = _profile(
+            value, first, last = _profile(
                 windows, parameters, best, best_known, name, looked, coloured=coloured
             )
+            if ranges[name] is None and (first, last) == (0, looked.size - 1):
+                break  # whatever it is, the log does not show it
+            ranges[name] = float(looked[first]), float(looked[last])
             best_known = best_known | {name: value}
             best = search(
                 windows,
@@ -153,12 +159,13 @@ def with_static_friction(
                 coloured=coloured,
                 states=best.states,
             )
-            allowed = ranges[name]
-            if looked.size == levels.size or allowed is None:
+            if looked.size == levels.size:
                 break
-            around = looked[1] - looked[0], looked[-1] - looked[-2]
-            near = (levels >= allowed[0] - around[0]) & (levels <= allowed[1] + around[1])
-            levels = levels[near]
+            low, high = (
+                looked[max(first - _MARGIN, 0)],
+                looked[min(last + _MARGIN, looked.size - 1)],
+            )
+            levels = levels[(levels >= low) & (levels <= high)]
     return replace(parameters, known=best_known), best, StaticRange(ranges=ranges)
 
 
@@ -201,10 +208,8 @@ def _profile(
     levels: Float[np.ndarray, " m"],
     *,
     coloured: bool,
-) -> tuple[float, tuple[float, float] | None]:
-    """Return the likeliest static friction and the range of those not unlikely."""
-    if levels.size < 2:
-        return known[name], None
+) -> tuple[float, int, int]:
+    """Return the likeliest static friction, and the levels that enclose those not unlikely."""
     middles = 0.5 * (levels[1:] + levels[:-1])
     costs = np.array(
         [
@@ -220,7 +225,6 @@ def _profile(
         ]
     )
     allowed = np.flatnonzero(costs <= np.min(costs) + _UNLIKELY)
-    low, high = float(levels[allowed[0]]), float(levels[allowed[-1] + 1])
-    likeliest = np.flatnonzero(costs <= np.min(costs) + 1e-9)
+    likeliest = np.flatnonzero(costs <= np.min(costs) + _SAME)
     value = 0.5 * float(levels[likeliest[0]] + levels[likeliest[-1] + 1])
-    return value, None if allowed.size == middles.size else (low, high)
+    return value, int(allowed[0]), int(allowed[-1]) + 1
