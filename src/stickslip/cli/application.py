@@ -8,6 +8,8 @@ from collections.abc import Callable, Sequence
 from cyclopts import App, CycloptsError
 
 from stickslip import __version__
+from stickslip.cli.compare import EXAMPLES as COMPARE_EXAMPLES
+from stickslip.cli.compare import compare
 from stickslip.cli.data import data
 from stickslip.cli.demo import demo
 from stickslip.cli.identify import EXAMPLES, identify
@@ -40,6 +42,7 @@ def _help(command: Callable[..., int]) -> str:
 
 
 app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
+app.command(compare, help=_help(compare), help_epilogue=COMPARE_EXAMPLES)
 app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)
 app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
 app.command(

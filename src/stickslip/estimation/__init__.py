@@ -35,6 +35,7 @@ from stickslip.estimation.noise_compensation import (
     viscous_regressor_bias,
 )
 from stickslip.estimation.recursive_least_squares import RecursiveLeastSquares
+from stickslip.estimation.replay import replay, unexplained_effort
 from stickslip.estimation.report_estimator import ReportEstimator
 from stickslip.estimation.stribeck_estimator import StribeckEstimator
 from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
@@ -72,6 +73,8 @@ __all__ = [
     "examine",
     "kinetic_energy_bias",
     "potential_energy_bias",
+    "replay",
     "sensor_noise_of",
+    "unexplained_effort",
     "viscous_regressor_bias",
 ]

@@ -1,5 +1,6 @@
 """What a person asks for: identify a log, position an axis, see a demonstration, find data."""
 
+from stickslip.jobs.compare import ESTIMATORS, Wanted, compare_log, compare_scenario
 from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
@@ -11,13 +12,17 @@ from stickslip.jobs.reproduce import (
     reproduce_part_b,
 )
 from stickslip.logs import AxisSchema, find_benchmark
-from stickslip.report import write_positioning_page, write_report
+from stickslip.report import write_comparison_page, write_positioning_page, write_report
 
 __all__ = [
+    "ESTIMATORS",
     "AxisSchema",
     "Demonstration",
     "Reproduced",
     "ScenarioFile",
+    "Wanted",
+    "compare_log",
+    "compare_scenario",
     "demonstrate",
     "find_benchmark",
     "identify",
@@ -27,6 +32,7 @@ __all__ = [
     "reproduce_conjunction",
     "reproduce_part_a",
     "reproduce_part_b",
+    "write_comparison_page",
     "write_json",
     "write_positioning_page",
     "write_report",

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Literal
 
-from stickslip.logs import AxisSchema, LogSchema, read_log, read_schema
+from stickslip.jobs.reading import log_at
+from stickslip.logs import AxisSchema, LogSchema
 from stickslip.records import AxisLog, Identification, InputError, positive, unit_of
 
 __all__ = ["identify"]
@@ -96,7 +97,7 @@ def identify(
     # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
     # file's name should not wait for them.
     if not isinstance(log, AxisLog):
-        log = _read(log, schema, axis, columns)
+        log = log_at(log, schema, axis, columns)
     body = "mass" if log.kind == "linear" else "inertia"
     known = ((body, body, inertia), (f"load {body}", body, load_inertia))
     for what, quantity, value in (*known, ("stiffness", "stiffness", stiffness)):
@@ -169,16 +170,3 @@ def _refuse(unused: Mapping[str, object], method: str, *, instead: str) -> None:
                 f"{what} {value} is given, and {method} has no use for it",
                 remedy=f"leave it out, or {instead}",
             )
-
-
-def _read(
-    path: Path | str,
-    schema: Path | str | LogSchema | None,
-    axis: str | int | None,
-    columns: AxisSchema | None,
-) -> AxisLog:
-    if columns is None or columns == AxisSchema():
-        return read_log(path, schema, axis)
-    if not isinstance(schema, LogSchema):
-        schema = LogSchema() if schema is None else read_schema(schema)
-    return read_log(path, schema.overridden(axis, columns))

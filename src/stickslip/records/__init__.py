@@ -3,6 +3,13 @@
 from stickslip.records.arm_positioning import ArmRun, ArmSeries, LandingPhase, LandingPhaseName
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
+from stickslip.records.comparison import (
+    ComparedEstimator,
+    EstimatorComparison,
+    EstimatorScore,
+    EstimatorStudy,
+    ParameterScore,
+)
 from stickslip.records.conjunction_reproduction import (
     ConjunctionReproduction,
     FrictionErrorEffect,
@@ -99,6 +106,7 @@ __all__ = [
     "AxisLog",
     "CarriedRuns",
     "Claim",
+    "ComparedEstimator",
     "ConjunctionReproduction",
     "ControllerScore",
     "Curve",
@@ -108,6 +116,9 @@ __all__ = [
     "EnergyBalance",
     "EnergyReproduction",
     "EstimateEvolution",
+    "EstimatorComparison",
+    "EstimatorScore",
+    "EstimatorStudy",
     "EventBudgetError",
     "FiveRuns",
     "FrictionCurve",
@@ -123,6 +134,7 @@ __all__ = [
     "MissingExtraError",
     "Panel",
     "ParameterEstimate",
+    "ParameterScore",
     "Positioning",
     "PositioningMove",
     "PositioningOutcome",

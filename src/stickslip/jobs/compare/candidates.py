@@ -1,0 +1,372 @@
+"""The estimators that are compared, each made for what is known of an axis and wanted of it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    StickslipError,
+    positive,
+    unit_of,
+)
+
+__all__ = [
+    "ESTIMATORS",
+    "Estimator",
+    "Fitted",
+    "Wanted",
+    "check_wanted",
+    "fitted",
+    "inertia_of",
+    "made",
+]
+
+
+class Estimator(Protocol):
+    """What every estimator offers."""
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Estimate the parameters from a whole log."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class Wanted:
+    """What is known of an axis, and what is to be estimated.
+
+    Attributes
+    ----------
+    inertia
+        Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
+        it.
+    load_inertia, stiffness
+        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
+    per_direction
+        Whether each direction gets its own Coulomb and viscous friction.
+    offset
+        Whether a constant offset is estimated; None does unless ``per_direction``.
+    only
+        Names of the estimators to compare; empty for every one.
+    """
+
+    inertia: float | None = None
+    load_inertia: float | None = None
+    stiffness: float | None = None
+    per_direction: bool = False
+    offset: bool | None = None
+    only: tuple[str, ...] = ()
+
+    @property
+    def has_offset(self) -> bool:
+        """Whether a constant offset is estimated."""
+        return not self.per_direction if self.offset is None else self.offset
+
+    @property
+    def flexible(self) -> bool:
+        """Whether the axis is a flexible arm."""
+        return self.load_inertia is not None or self.stiffness is not None
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The estimators to compare, in their order."""
+        return tuple(name for name in ESTIMATORS if not self.only or name in self.only)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fitted:
+    """What came of a fit: an estimate, or why there is none.
+
+    Attributes
+    ----------
+    estimate, why_not
+        One of them.
+    assumed_inertia
+        Mass or inertia that the estimator was given, though it was not known [kg or kg m^2].
+    """
+
+    estimate: FrictionEstimate | None = None
+    why_not: str = ""
+    assumed_inertia: float | None = None
+
+
+_Make = Callable[[Wanted, float | None, AxisKind], Estimator]
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Kind:
+    """How an estimator is made, from what is wanted, a mass to rely on, and the kind of axis.
+
+    Attributes
+    ----------
+    make
+        The estimator.
+    needs_inertia
+        Whether it estimates no mass.
+    rigid, symmetric
+        Whether it is for rigid axes only, and for friction that is alike in both directions.
+    """
+
+    make: _Make
+    needs_inertia: bool = False
+    rigid: bool = False
+    symmetric: bool = False
+
+
+def _energy(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import EnergyEstimator
+
+    return EnergyEstimator(
+        inertia=wanted.inertia,
+        load_inertia=wanted.load_inertia,
+        stiffness=wanted.stiffness,
+        per_direction=wanted.per_direction,
+        offset=wanted.offset,
+    )
+
+
+def _stribeck(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import EnergyEstimator, StribeckEstimator
+
+    method = EnergyEstimator(
+        inertia=wanted.inertia,
+        load_inertia=wanted.load_inertia,
+        stiffness=wanted.stiffness,
+        per_direction=wanted.per_direction,
+        offset=wanted.offset,
+    )
+    return StribeckEstimator(method=method)
+
+
+def _likelihood(wanted: Wanted, inertia: float | None, kind: AxisKind) -> Estimator:
+    from stickslip.estimation import MaximumLikelihoodEstimator
+
+    guess = None
+    if wanted.flexible and wanted.inertia is None:
+        # It has no first guess of its own for an arm
+        if inertia is None:
+            raise InputError(
+                "it needs a first guess of the first mass of an arm, and the energy estimator "
+                "found none",
+                remedy="give the mass",
+            )
+        guess = {"mass" if kind == "linear" else "inertia": inertia}
+    return MaximumLikelihoodEstimator(
+        inertia=wanted.inertia,
+        load_inertia=wanted.load_inertia,
+        stiffness=wanted.stiffness,
+        per_direction=wanted.per_direction,
+        offset=wanted.offset,
+        initial_values=guess,
+    )
+
+
+def _idim(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import IdimLeastSquares
+
+    return IdimLeastSquares(
+        inertia=wanted.inertia, per_direction=wanted.per_direction, offset=wanted.offset
+    )
+
+
+def _idim_iv(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import IdimInstrumentalVariables
+
+    return IdimInstrumentalVariables(
+        inertia=wanted.inertia, per_direction=wanted.per_direction, offset=wanted.offset
+    )
+
+
+def _rls(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import LeastSquaresObserver
+
+    return LeastSquaresObserver(
+        inertia=wanted.inertia, stiffness=wanted.stiffness, offset=wanted.has_offset
+    )
+
+
+def _kalman(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import ExtendedKalmanFilter
+
+    return ExtendedKalmanFilter(inertia=_given(inertia), offset=wanted.has_offset)
+
+
+def _report(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import ReportEstimator
+
+    return ReportEstimator(
+        inertia=_given(inertia), load_inertia=wanted.load_inertia, stiffness=wanted.stiffness
+    )
+
+
+def _friedland(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import FriedlandParkObserver
+
+    return FriedlandParkObserver(
+        inertia=_given(inertia),
+        stiffness=wanted.stiffness,
+        offset=wanted.has_offset,
+        viscous=True,
+    )
+
+
+def _yazdizadeh(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import YazdizadehKhorasaniObserver
+
+    return YazdizadehKhorasaniObserver(
+        inertia=_given(inertia),
+        stiffness=wanted.stiffness,
+        offset=wanted.has_offset,
+        viscous=True,
+    )
+
+
+def _liao(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import LiaoChienObserver
+
+    return LiaoChienObserver(
+        inertia=_given(inertia),
+        stiffness=wanted.stiffness,
+        offset=wanted.has_offset,
+        viscous=True,
+    )
+
+
+def _gradient(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import GradientEstimator
+
+    return GradientEstimator(
+        inertia=_given(inertia), stiffness=wanted.stiffness, offset=wanted.has_offset
+    )
+
+
+def _decay(_wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import FreeDecayEstimator
+
+    return FreeDecayEstimator(inertia=_given(inertia))
+
+
+def _given(inertia: float | None) -> float:
+    if inertia is None:
+        raise InputError(
+            "it needs the mass or inertia, which is not given, and which the energy estimator "
+            "could not identify",
+            remedy="give it",
+        )
+    return inertia
+
+
+_KINDS: Mapping[str, _Kind] = {
+    "energy": _Kind(make=_energy),
+    "maximum-likelihood": _Kind(make=_likelihood),
+    "idim-ls": _Kind(make=_idim, rigid=True),
+    "idim-iv": _Kind(make=_idim_iv, rigid=True),
+    "stribeck-energy": _Kind(make=_stribeck),
+    "ekf": _Kind(make=_kalman, needs_inertia=True, rigid=True, symmetric=True),
+    "rls": _Kind(make=_rls, symmetric=True),
+    "friedland-park": _Kind(make=_friedland, needs_inertia=True, symmetric=True),
+    "yazdizadeh-khorasani": _Kind(make=_yazdizadeh, needs_inertia=True, symmetric=True),
+    "liao-chien": _Kind(make=_liao, needs_inertia=True, symmetric=True),
+    "gradient": _Kind(make=_gradient, needs_inertia=True, symmetric=True),
+    "report": _Kind(make=_report, needs_inertia=True, symmetric=True),
+    "free-decay": _Kind(make=_decay, needs_inertia=True, rigid=True, symmetric=True),
+}
+
+ESTIMATORS: tuple[str, ...] = tuple(_KINDS)
+"""Names of the estimators that can be compared."""
+
+
+def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
+    """Refuse what cannot be known of an axis, or be wanted of it.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range, an arm is half described, an offset is asked for beside
+        friction per direction, or an estimator's name is unknown.
+    """
+    body = "mass" if kind == "linear" else "inertia"
+    known = ((body, wanted.inertia), (f"load {body}", wanted.load_inertia))
+    for what, value in known:
+        if value is not None:
+            positive(what, value, unit_of(body, kind))
+    if wanted.stiffness is not None:
+        positive("stiffness", wanted.stiffness, unit_of("stiffness", kind))
+    for name in wanted.only:
+        if name not in ESTIMATORS:
+            raise InputError(
+                f"{name!r} is not an estimator", remedy=f"use one of {', '.join(ESTIMATORS)}"
+            )
+    _energy(wanted, None, kind)  # which refuses half an arm, and an offset per direction
+
+
+def made(name: str, wanted: Wanted, energy_inertia: float | None, kind: AxisKind) -> Estimator:
+    """Return an estimator.
+
+    Parameters
+    ----------
+    name
+        One of `ESTIMATORS`.
+    wanted
+        What is known and wanted.
+    energy_inertia
+        Mass or inertia that the energy estimator found [kg or kg m^2], for those that estimate
+        none.
+    kind
+        ``"linear"`` or ``"rotary"``.
+
+    Raises
+    ------
+    InputError
+        If it is not for such an axis, or needs a mass that nobody knows.
+    """
+    which = _KINDS[name]
+    if which.rigid and wanted.flexible:
+        raise InputError("it is for rigid axes, and this is a flexible arm", remedy="")
+    if which.symmetric and wanted.per_direction:
+        raise InputError("it takes friction as alike in both directions", remedy="")
+    return which.make(wanted, energy_inertia if wanted.inertia is None else wanted.inertia, kind)
+
+
+def fitted(name: str, wanted: Wanted, energy_inertia: float | None, log: AxisLog) -> Fitted:
+    """Return what an estimator makes of a log, or why it does not apply to it.
+
+    Parameters
+    ----------
+    name, wanted, energy_inertia
+        As `made` takes them.
+    log
+        The measurement.
+    """
+    assumes = _KINDS[name].needs_inertia and wanted.inertia is None
+    try:
+        estimate = made(name, wanted, energy_inertia, log.kind).fit(log)
+    except StickslipError as error:
+        return Fitted(why_not=_reason(error, log.name))
+    return Fitted(estimate=estimate, assumed_inertia=energy_inertia if assumes else None)
+
+
+def _reason(error: StickslipError, log: str) -> str:
+    """Return why an estimator does not apply; which log is meant is clear."""
+    text = error.what if isinstance(error, InputError) else str(error)
+    return text.removeprefix(f"{log}: ")
+
+
+def inertia_of(estimate: FrictionEstimate | None) -> float | None:
+    """Return the mass or inertia that an estimate holds [kg or kg m^2]; None if none that can be.
+
+    Parameters
+    ----------
+    estimate
+        Of the energy estimator; None if it does not apply.
+    """
+    held: Sequence[float | None] = (
+        []
+        if estimate is None
+        else [p.value for name, p in estimate.parameters.items() if name in {"mass", "inertia"}]
+    )
+    value = held[0] if held else None
+    return value if value is not None and value > 0 else None

@@ -1,0 +1,140 @@
+"""Every estimator on one log."""
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+from stickslip import __version__
+from stickslip.jobs.compare.candidates import (
+    Fitted,
+    Wanted,
+    check_wanted,
+    fitted,
+    inertia_of,
+)
+from stickslip.jobs.reading import log_at
+from stickslip.logs import AxisSchema, LogSchema
+from stickslip.records import AxisLog, ComparedEstimator, EstimatorComparison, StickslipError
+
+__all__ = ["compare_log", "timed"]
+
+
+def compare_log(
+    log: AxisLog | Path | str,
+    *,
+    schema: Path | str | LogSchema | None = None,
+    axis: str | int | None = None,
+    columns: AxisSchema | None = None,
+    wanted: Wanted | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> EstimatorComparison:
+    """Let every estimator identify the friction of an axis from one log.
+
+    One that does not apply says why. One that estimates no mass or inertia gets that of the energy
+    estimator if none is given.
+
+    Parameters
+    ----------
+    log
+        A log, or the path of one.
+    schema, axis
+        How to read it, if it is a path (see `stickslip.logs.read_log`).
+    columns
+        What single columns are, in place of what the schema says of them.
+    wanted
+        What is known of the axis, and what to estimate; None for a rigid axis of which nothing is
+        known.
+    progress
+        Called after each estimator with how many are done, of how many.
+
+    Returns
+    -------
+    What each found, how long it took, and how well it explains the log.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read, or what is known of the axis cannot be.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stickslip.records import AxisLog
+    >>> time = np.arange(0, 10, 0.002)
+    >>> velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    >>> acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    >>> position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
+    >>> log = AxisLog(name="stage", kind="linear", time=time, effort=effort,
+    ...               measured_position=position)
+    >>> compared = compare_log(log, wanted=Wanted(only=("energy", "idim-ls"))).compared
+    >>> [each.name for each in compared]
+    ['energy', 'idim-ls']
+    """
+    if not isinstance(log, AxisLog):
+        log = log_at(log, schema, axis, columns)
+    wanted = wanted or Wanted()
+    check_wanted(wanted, log.kind)
+    energy = fitted("energy", wanted, None, log)
+    inertia = inertia_of(energy.estimate)
+    compared: list[ComparedEstimator] = []
+    for done, name in enumerate(wanted.names):
+        if progress is not None:
+            progress(done, len(wanted.names))
+        found, seconds = timed(name, wanted, inertia, log)
+        compared.append(_judged(log, wanted, name, found, seconds))
+    return EstimatorComparison(log=log, compared=tuple(compared), stickslip_version=__version__)
+
+
+def timed(
+    name: str, wanted: Wanted, energy_inertia: float | None, log: AxisLog
+) -> tuple[Fitted, float]:
+    """Return what an estimator makes of a log, and the time of its fit over the samples [s].
+
+    The second of two fits counts, as the first also loads compiled code.
+
+    Parameters
+    ----------
+    name, wanted, energy_inertia, log
+        As `fitted` takes them.
+    """
+    found = fitted(name, wanted, energy_inertia, log)
+    if found.estimate is None:
+        return found, 0.0
+    begun = time.perf_counter()
+    found = fitted(name, wanted, energy_inertia, log)
+    return found, (time.perf_counter() - begun) / len(log)
+
+
+def _judged(
+    log: AxisLog, wanted: Wanted, name: str, found: Fitted, seconds: float
+) -> ComparedEstimator:
+    """Return an estimate with how well it explains the log."""
+    from stickslip.estimation import replay, unexplained_effort
+
+    estimate = found.estimate
+    if estimate is None:
+        return ComparedEstimator(name=name, why_not=found.why_not)
+    inertia = wanted.inertia if found.assumed_inertia is None else found.assumed_inertia
+    left = resimulation = None
+    try:
+        if not wanted.flexible:
+            left = unexplained_effort(log, estimate, inertia=inertia)
+        resimulation = replay(
+            log,
+            estimate,
+            inertia=inertia,
+            load_inertia=wanted.load_inertia,
+            stiffness=wanted.stiffness,
+        )
+    except StickslipError:
+        # Too short for the filters, or a motion that cannot be simulated: not told
+        pass
+    return ComparedEstimator(
+        name=name,
+        estimate=estimate,
+        seconds_per_sample=seconds,
+        unexplained_effort=left,
+        resimulation=resimulation,
+        assumed_inertia=found.assumed_inertia,
+    )

@@ -1,0 +1,263 @@
+"""Every estimator over many runs of a simulated scenario, whose truth is known."""
+
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip import __version__
+from stickslip.jobs.compare.candidates import (
+    Fitted,
+    Wanted,
+    check_wanted,
+    fitted,
+    inertia_of,
+)
+from stickslip.jobs.compare.log import timed
+from stickslip.jobs.compare.scenario import StudyFile, check_runs, read_study
+from stickslip.jobs.reproduce.parallel import in_parallel
+from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.records import (
+    AxisLog,
+    EstimatorScore,
+    EstimatorStudy,
+    InputError,
+    ParameterScore,
+)
+from stickslip.simulation import simulate
+
+__all__ = ["compare_scenario"]
+
+_Run = dict[str, Fitted]
+
+
+def compare_scenario(
+    scenario: StudyFile | Path | str,
+    *,
+    runs: int | None = None,
+    wanted: Wanted | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> EstimatorStudy:
+    """Let every estimator identify a simulated axis many times, and compare with the truth.
+
+    Parameters
+    ----------
+    scenario
+        The TOML file (see the guide on comparing estimators), or what `read_study` read from it.
+    runs
+        How many; None for as many as the scenario says.
+    wanted
+        What the estimators know of the axis, and what to estimate; None for nothing known. Load
+        and spring of a flexible arm are known.
+    progress
+        Called after each run with how many are done, of how many.
+
+    Returns
+    -------
+    Bias, root mean square error, that over the Cramer-Rao bound, and coverage of the intervals, for
+    every estimator and parameter.
+
+    Raises
+    ------
+    InputError
+        If the scenario cannot be used, or what is known of the axis cannot be.
+    """
+    read = scenario if isinstance(scenario, StudyFile) else read_study(scenario)
+    asked, known = read.scenario, wanted or Wanted()
+    count = asked.runs if runs is None else runs
+    check_runs(count)
+    plant = asked.axis.plant()
+    if isinstance(plant, FlexibleArm):
+        known = replace(known, load_inertia=plant.mass_2, stiffness=plant.stiffness)
+    check_wanted(known, plant.kind)
+    effort, step = asked.input.sampled(read.path.parent)
+    generators = np.random.default_rng(asked.sensors.seed).spawn(count)
+
+    def measured(k: int) -> AxisLog:
+        return _measured(read, plant, effort, step, generators[k])
+
+    first = measured(0)
+    inertia = inertia_of(fitted("energy", known, None, first).estimate)
+    opening = {name: timed(name, known, inertia, first) for name in known.names}
+    done = 1
+
+    def advance() -> None:
+        nonlocal done
+        done += 1
+        if progress is not None:
+            progress(done, count)
+
+    found = [
+        {name: one for name, (one, _) in opening.items()},
+        *in_parallel(
+            [lambda k=k: _fitted_all(known, measured(k)) for k in range(1, count)],
+            workers=os.cpu_count() or 1,
+            advance=advance,
+        ),
+    ]
+    truth = _truth(plant, known)
+    bound, notes = _bound(read, plant, known, effort, step)
+    return EstimatorStudy(
+        name=read.name,
+        kind=plant.kind,
+        runs=count,
+        samples=len(first),
+        scenario=read.tables(),
+        truth=truth,
+        bound=bound,
+        scores=tuple(
+            _score(name, [run[name] for run in found], opening[name][1], truth, bound)
+            for name in known.names
+        ),
+        notes=notes,
+        file=read.path.name,
+        sha256=read.sha256,
+        stickslip_version=__version__,
+    )
+
+
+def _measured(
+    read: StudyFile,
+    plant: Plant,
+    effort: Float[np.ndarray, " n"],
+    step: float,
+    generator: np.random.Generator,
+) -> AxisLog:
+    """Return the log of one run: disturbed, started anywhere within an encoder step, measured."""
+    asked = read.scenario
+    sensors = asked.sensors.sensors()
+    acting = effort + _disturbance(
+        effort.size,
+        asked.input.disturbance,
+        asked.input.disturbance_correlation,
+        generator,
+    )
+    start = float(generator.uniform(0.0, sensors.encoder_step)) if sensors.encoder_step else 0.0
+    state = (start, 0.0) if isinstance(plant, SingleMass) else (start, 0.0, start, 0.0)
+    motion = simulate(plant, acting, sampling_time=step, initial_state=state)
+    log = sensors.measure(motion, generator, name=read.name)
+    commanded = log.effort.copy()
+    commanded[: effort.size] = effort
+    return replace(log, effort=commanded)
+
+
+def _disturbance(
+    samples: int, deviation: float, correlation: float, generator: np.random.Generator
+) -> Float[np.ndarray, " n"]:
+    """Return a first-order autoregression of a given standard deviation."""
+    from scipy.signal import lfilter
+
+    white = generator.standard_normal(samples)
+    white[1:] *= np.sqrt(1.0 - correlation**2)
+    return deviation * np.asarray(lfilter([1.0], [1.0, -correlation], white))
+
+
+def _fitted_all(wanted: Wanted, log: AxisLog) -> _Run:
+    energy = fitted("energy", wanted, None, log)
+    inertia = inertia_of(energy.estimate)
+    return {
+        name: energy if name == "energy" else fitted(name, wanted, inertia, log)
+        for name in wanted.names
+    }
+
+
+def _truth(plant: Plant, wanted: Wanted) -> dict[str, float]:
+    """Return the truth by the names of parameters; of both directions together, their mean."""
+    body = "mass" if plant.kind == "linear" else "inertia"
+    law = plant.friction
+    truth = {body: plant.mass if isinstance(plant, SingleMass) else plant.mass_1}
+    for name in ("coulomb_friction", "viscous_friction", "static_friction"):
+        sides = [float(getattr(law, f"{name}_{side}")) for side in ("positive", "negative")]
+        truth[name] = 0.5 * (sides[0] + sides[1])
+        truth[f"{name}_positive"], truth[f"{name}_negative"] = sides
+    truth["offset"] = law.offset
+    if wanted.per_direction:  # an offset is then part of the Coulomb friction
+        truth["coulomb_friction_positive"] += law.offset
+        truth["coulomb_friction_negative"] -= law.offset
+    elif wanted.has_offset:  # and what sets the directions apart is part of the offset
+        apart = truth["coulomb_friction_positive"] - truth["coulomb_friction_negative"]
+        truth["offset"] += 0.5 * apart
+    return truth
+
+
+def _bound(
+    read: StudyFile,
+    plant: Plant,
+    wanted: Wanted,
+    effort: Float[np.ndarray, " n"],
+    step: float,
+) -> tuple[dict[str, float], tuple[str, ...]]:
+    """Return the Cramer-Rao bound by parameter, and what there is to say of it."""
+    from stickslip.estimation import EnergyEstimator, cramer_rao_bound
+
+    terms = EnergyEstimator(
+        inertia=None, per_direction=wanted.per_direction, offset=wanted.offset
+    ).terms
+    body = "mass" if plant.kind == "linear" else "inertia"
+    sought = (*(() if wanted.inertia is not None else (body,)), *terms.names)
+    if read.scenario.input.disturbance:
+        return {}, (
+            "no Cramér-Rao bound: it is for a known effort, and a force disturbs the axis here",
+        )
+    try:
+        bound = cramer_rao_bound(
+            plant,
+            effort,
+            sampling_time=step,
+            sensors=read.scenario.sensors.sensors(),
+            sought=sought,
+        )
+    except InputError as error:
+        return {}, (f"no Cramér-Rao bound: {error.what}",)
+    return bound.std, (
+        "the Cramér-Rao bound is for unbiased estimators that seek the same parameters: "
+        "others are not compared with it",
+    )
+
+
+def _score(
+    name: str,
+    found: Sequence[Fitted],
+    seconds: float,
+    truth: dict[str, float],
+    bound: dict[str, float],
+) -> EstimatorScore:
+    """Return how near an estimator comes."""
+    estimates = [each.estimate for each in found if each.estimate is not None]
+    if not estimates:
+        return EstimatorScore(name=name, why_not=found[0].why_not)
+    assumes = any(each.assumed_inertia is not None for each in found)
+    sought = {key for each in estimates for key, p in each.parameters.items() if p.identified}
+    bounded = sought | ({"mass", "inertia"} & set(bound) if assumes else set()) == set(bound)
+    scores: dict[str, ParameterScore] = {}
+    for key in estimates[0].parameters:
+        if key not in truth:
+            continue
+        held = [each.parameters[key] for each in estimates]
+        values = np.array([p.value for p in held if p.value is not None])
+        if not values.size:
+            continue
+        error = values - truth[key]
+        ends = [p.ci95 for p in held if p.ci95 is not None]
+        inside = [low <= truth[key] <= high for low, high in ends]
+        rmse = float(np.sqrt(np.mean(error**2)))
+        least = bound.get(key, 0.0) if bounded else 0.0
+        scores[key] = ParameterScore(
+            name=key,
+            truth=truth[key],
+            bias=float(np.mean(error)),
+            rmse=rmse,
+            runs=int(values.size),
+            bound_ratio=rmse / least if 0.0 < least < np.inf else None,
+            coverage=float(np.mean(inside)) if inside else None,
+        )
+    return EstimatorScore(
+        name=name,
+        trusted=sum(each.status.trusted for each in estimates) / len(found),
+        seconds_per_sample=seconds,
+        assumes_inertia=assumes,
+        scores=scores,
+    )

@@ -1,0 +1,329 @@
+"""Estimators side by side: on one log, or over many runs of one simulated scenario."""
+
+import math
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from types import MappingProxyType
+from typing import Any
+
+from stickslip.records.axis_log import AxisLog
+from stickslip.records.estimate import PARAMETER_NAMES, FrictionEstimate
+from stickslip.records.identification import Resimulation
+from stickslip.records.positioning import ScenarioTables
+from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+
+__all__ = [
+    "ComparedEstimator",
+    "EstimatorComparison",
+    "EstimatorScore",
+    "EstimatorStudy",
+    "ParameterScore",
+]
+
+_SCHEMA = 1
+
+_LOG_LEGEND = {
+    "why_not": "why an estimator does not apply to this log; empty if it does",
+    "seconds_per_sample": "time of a whole fit over the samples of the log, the second of two, "
+    "as the first also loads compiled code",
+    "unexplained_effort": "norm of effort less inertia force and friction over norm of the effort, "
+    "both smoothed and decimated as for idim-ls, and alike for every estimator; null of an arm",
+    "position_fit": "1 - norm(measured - simulated) / norm(measured - mean) of the position, when "
+    "the identified axis is driven by the logged effort and starts anew twenty times",
+    "assumed_inertia": "mass or inertia that it was given, though it was not known: that "
+    "of the energy estimator on the same log; null if it needed none",
+}
+
+_STUDY_LEGEND = {
+    "runs": "runs that gave a value; others were refused or left it undetermined",
+    "bias": "mean of the estimates less the truth",
+    "rmse": "root mean square of the estimates less the truth",
+    "bound_ratio": "rmse over the Cramer-Rao bound; null where the bound does not apply",
+    "coverage": "share of the runs whose 95 % interval holds the truth; null without intervals",
+    "trusted": "share of the runs whose status is ok",
+    "seconds_per_sample": _LOG_LEGEND["seconds_per_sample"] + "; of the first run",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ComparedEstimator:
+    """What one estimator makes of a log.
+
+    Attributes
+    ----------
+    name
+        Of the estimator.
+    estimate
+        What it found; None if it does not apply to the log.
+    why_not
+        One sentence: why it does not apply; empty if it does.
+    seconds_per_sample
+        Time of a fit over the samples of the log [s]; None if it does not apply.
+    unexplained_effort
+        Norm of effort less inertia force and friction over norm of the effort [-]; None where it
+        cannot be told.
+    resimulation
+        The identified axis under the logged effort; None where it cannot be simulated.
+    assumed_inertia
+        Mass or inertia that it was given, though it was not known [kg or kg m^2]: that of the
+        energy estimator; None if it needed none.
+    """
+
+    name: str
+    estimate: FrictionEstimate | None = None
+    why_not: str = ""
+    seconds_per_sample: float | None = None
+    unexplained_effort: float | None = None
+    resimulation: Resimulation | None = None
+    assumed_inertia: float | None = quantity_field("inertia", default=None)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain JSON types."""
+        return {
+            "name": self.name,
+            "applies": self.estimate is not None,
+            "why_not": self.why_not,
+            "seconds_per_sample": self.seconds_per_sample,
+            "unexplained_effort": self.unexplained_effort,
+            "position_fit": None if self.resimulation is None else self.resimulation.fit,
+            "assumed_inertia": self.assumed_inertia,
+            "estimate": None if self.estimate is None else self.estimate.to_dict(),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorComparison:
+    """Estimators side by side on one log.
+
+    Attributes
+    ----------
+    log
+        The measurement.
+    compared
+        One an estimator.
+    stickslip_version
+        Version of this package.
+    """
+
+    log: AxisLog
+    compared: tuple[ComparedEstimator, ...]
+    stickslip_version: str
+
+    @property
+    def applied(self) -> tuple[ComparedEstimator, ...]:
+        """Those that apply to the log."""
+        return tuple(each for each in self.compared if each.estimate is not None)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of every parameter that an estimator has a value for, in a common order."""
+        return _in_order(
+            name
+            for each in self.applied
+            if each.estimate is not None
+            for name, parameter in each.estimate.parameters.items()
+            if parameter.identified
+        )
+
+    @property
+    def trusted(self) -> bool:
+        """Whether at least one estimate can be trusted."""
+        return any(
+            each.estimate is not None and each.estimate.status.trusted for each in self.compared
+        )
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the comparison as plain JSON types (schema 1)."""
+        log, source = self.log, self.log.source
+        return {
+            "schema": _SCHEMA,
+            "comparison": "log",
+            "kind": log.kind,
+            "legend": dict(_LOG_LEGEND),
+            "log": {
+                "name": log.name,
+                "samples": len(log),
+                "sampling_time": log.sampling_time,
+                "duration": float(log.time[-1] - log.time[0]),
+            },
+            "estimators": [each.to_dict() for each in self.compared],
+            "provenance": {
+                "stickslip_version": self.stickslip_version,
+                "files": [] if source is None else list(source.files),
+                "input_sha256": "" if source is None else source.sha256,
+                "assumptions": [] if source is None else list(source.assumptions),
+            },
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class ParameterScore:
+    """How near to the truth an estimator comes in one parameter, over many runs.
+
+    Attributes
+    ----------
+    name
+        One of `PARAMETER_NAMES`.
+    truth, bias, rmse
+        True value, mean error and root mean square error [SI].
+    runs
+        Runs that gave a value.
+    bound_ratio
+        ``rmse`` over the Cramer-Rao bound [-]; None where the bound does not apply.
+    coverage
+        Share of the runs whose 95 % interval holds the truth [-]; None without intervals.
+    """
+
+    name: str
+    truth: float
+    bias: float
+    rmse: float
+    runs: int
+    bound_ratio: float | None
+    coverage: float | None
+
+    def to_dict(self, kind: AxisKind) -> dict[str, Any]:
+        """Return it as plain JSON types, with its unit on such an axis."""
+        return {
+            "truth": self.truth,
+            "bias": self.bias,
+            "rmse": self.rmse,
+            "runs": self.runs,
+            "bound_ratio": self.bound_ratio,
+            "coverage": self.coverage,
+            "unit": unit_of(self.name, kind),
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorScore:
+    """How near to the truth an estimator comes over many runs.
+
+    Attributes
+    ----------
+    name
+        Of the estimator.
+    why_not
+        One sentence: why it applied to no run; empty if it did.
+    trusted
+        Share of the runs whose status is ok [-].
+    seconds_per_sample
+        Time of a fit over the samples of the log [s]; None if it does not apply.
+    assumes_inertia
+        Whether it was given the mass or inertia that the energy estimator found.
+    scores
+        By parameter name.
+    """
+
+    name: str
+    why_not: str = ""
+    trusted: float = 0.0
+    seconds_per_sample: float | None = None
+    assumes_inertia: bool = False
+    scores: Mapping[str, ParameterScore] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "scores", MappingProxyType(dict(self.scores)))
+
+    def to_dict(self, kind: AxisKind) -> dict[str, Any]:
+        """Return it as plain JSON types."""
+        return {
+            "name": self.name,
+            "applies": not self.why_not,
+            "why_not": self.why_not,
+            "trusted": self.trusted,
+            "seconds_per_sample": self.seconds_per_sample,
+            "assumes_inertia": self.assumes_inertia,
+            "parameters": {name: score.to_dict(kind) for name, score in self.scores.items()},
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorStudy:
+    """Estimators side by side over many runs of one simulated scenario.
+
+    Attributes
+    ----------
+    name, kind
+        Of the scenario, and of its axis.
+    runs, samples
+        How many runs, and samples of each.
+    scenario
+        What the scenario says, by table and key, with units.
+    truth
+        By parameter name [SI].
+    bound
+        Cramer-Rao bound by parameter name, as a standard deviation [SI]; empty where it does not
+        apply.
+    scores
+        One an estimator.
+    notes
+        Anything else a user should know, one sentence each.
+    file, sha256, stickslip_version
+        The scenario file, its hash, and the version of this package that ran it.
+    """
+
+    name: str
+    kind: AxisKind
+    runs: int
+    samples: int
+    scenario: ScenarioTables
+    truth: Mapping[str, float]
+    bound: Mapping[str, float]
+    scores: tuple[EstimatorScore, ...]
+    notes: tuple[str, ...]
+    file: str
+    sha256: str
+    stickslip_version: str
+
+    def __post_init__(self) -> None:
+        for name in ("truth", "bound"):
+            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+        tables = {name: MappingProxyType(dict(table)) for name, table in self.scenario.items()}
+        object.__setattr__(self, "scenario", MappingProxyType(tables))
+
+    @property
+    def applied(self) -> tuple[EstimatorScore, ...]:
+        """Those that apply to the scenario."""
+        return tuple(each for each in self.scores if not each.why_not)
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of every parameter that an estimator has a value for, in a common order."""
+        return _in_order(name for each in self.applied for name in each.scores)
+
+    @property
+    def trusted(self) -> bool:
+        """Whether at least one estimator can be trusted in a run."""
+        return any(each.trusted > 0 for each in self.applied)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the study as plain JSON types (schema 1)."""
+        return {
+            "schema": _SCHEMA,
+            "comparison": "scenario",
+            "name": self.name,
+            "kind": self.kind,
+            "runs": self.runs,
+            "samples": self.samples,
+            "legend": dict(_STUDY_LEGEND),
+            "scenario": {
+                table: {key: {"value": value, "unit": unit} for key, (value, unit) in keys.items()}
+                for table, keys in self.scenario.items()
+            },
+            "truth": dict(self.truth),
+            "bound": {n: None if math.isinf(std) else std for n, std in self.bound.items()},
+            "estimators": [each.to_dict(self.kind) for each in self.scores],
+            "notes": list(self.notes),
+            "provenance": {
+                "stickslip_version": self.stickslip_version,
+                "file": self.file,
+                "input_sha256": self.sha256,
+            },
+        }
+
+
+def _in_order(names: Iterable[str]) -> tuple[str, ...]:
+    """Return names once each, in the order of `PARAMETER_NAMES`."""
+    there = set(names)
+    return tuple(name for name in PARAMETER_NAMES if name in there)
