@@ -19,7 +19,9 @@ _LEAST_PIECE = 100  # samples
 
 _UNEXPLAINED = 1.2
 """Times that the errors over a whole stretch exceed those over pieces of it where the search may
-have ended elsewhere than at the best, or the model is wrong."""
+have ended elsewhere than at the best."""
+
+_TOLD = 1.5  # the same where a user is told that something adds up
 
 _SPREAD = (0.7, 1.4)  # of friction, in the starts that are then tried
 _TRIED = 12  # steps of a search that is not the last
@@ -42,6 +44,9 @@ def staged_search(
     coloured: bool,
 ) -> tuple[list[Window], Maximum, tuple[str, ...]]:
     """Return the likeliest parameters, over short pieces first, then over what is asked for.
+
+    Errors are taken as white until the last search: a correlation near one forgives a wrong guess
+    whatever adds up slowly, and keeps the search near it.
 
     Parameters
     ----------
@@ -83,37 +88,26 @@ def staged_search(
             cut(pieces),
             parameters,
             values,
-            coloured=coloured,
+            coloured=False,
             most_steps=_TRIED,
             small_gain=_ROUGH,
         )
         values = found.values
         short = found if short is None else short
     windows = cut(last)
-    maximum = search(windows, parameters, values, coloured=coloured)
-    for elsewhere in _stuck(parameters, maximum.values):
-        other = search(windows, parameters, elsewhere, coloured=coloured)
-        maximum = min(maximum, other, key=lambda found: found.cost)
-    if short is None or _growth(maximum, short) <= _UNEXPLAINED:
-        return windows, maximum, ()
-    best = min(
-        (
-            search(
-                windows,
-                parameters,
-                elsewhere,
-                coloured=coloured,
-                most_steps=_TRIED,
-                small_gain=_ROUGH,
-            )
-            for elsewhere in (start, *_starts(parameters, short.values))
-        ),
-        key=lambda found: found.cost,
-    )
-    if best.cost < maximum.cost:
-        maximum = search(windows, parameters, best.values, coloured=coloured, states=best.states)
-    growth = _growth(maximum, short)
-    if growth <= _UNEXPLAINED:
+    white = search(windows, parameters, values, coloured=False)
+    for elsewhere in _stuck(parameters, white.values):
+        other = search(windows, parameters, elsewhere, coloured=False)
+        white = min(white, other, key=lambda found: found.cost)
+    if short is not None and _growth(white, short) > _UNEXPLAINED:
+        white = _from_elsewhere(windows, parameters, white, [start, *_starts(parameters, values)])
+    maximum = white
+    if coloured:
+        begun = [white.values] if short is None else [white.values, values]
+        found = [search(windows, parameters, at, coloured=True) for at in begun]
+        maximum = min(found, key=lambda found: found.cost)
+    growth = 1.0 if short is None else _growth(white, short)
+    if growth <= _TOLD:
         return windows, maximum, ()
     return (
         windows,
@@ -124,6 +118,25 @@ def staged_search(
             "friction, adds up; a horizon keeps it from doing so",
         ),
     )
+
+
+def _from_elsewhere(
+    windows: list[Window],
+    parameters: AxisParameters,
+    found: Maximum,
+    starts: list[Float[np.ndarray, " p"]],
+) -> Maximum:
+    """Return the better of a maximum and the best that other starts lead to."""
+    best = min(
+        (
+            search(windows, parameters, at, coloured=False, most_steps=_TRIED, small_gain=_ROUGH)
+            for at in starts
+        ),
+        key=lambda other: other.cost,
+    )
+    if best.cost >= found.cost:
+        return found
+    return search(windows, parameters, best.values, coloured=False, states=best.states)
 
 
 def _growth(whole: Maximum, pieces: Maximum) -> float:
