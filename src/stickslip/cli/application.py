@@ -12,6 +12,8 @@ from stickslip.cli.compare import EXAMPLES as COMPARE_EXAMPLES
 from stickslip.cli.compare import compare
 from stickslip.cli.data import data
 from stickslip.cli.demo import demo
+from stickslip.cli.excite import EXAMPLES as EXCITE_EXAMPLES
+from stickslip.cli.excite import excite
 from stickslip.cli.identify import EXAMPLES, identify
 from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
 from stickslip.cli.position import position
@@ -43,6 +45,7 @@ def _help(command: Callable[..., int]) -> str:
 
 app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
 app.command(compare, help=_help(compare), help_epilogue=COMPARE_EXAMPLES)
+app.command(excite, help=_help(excite), help_epilogue=EXCITE_EXAMPLES)
 app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)
 app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
 app.command(

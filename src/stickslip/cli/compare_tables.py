@@ -111,7 +111,7 @@ def _of_parameter(found: "EstimatorStudy", name: str) -> "Table":
     from rich import box
     from rich.table import Table
 
-    from stickslip.records import parameter_label, unit_of, unit_text
+    from stickslip.records import parameter_label, ratio_text, unit_of, unit_text
 
     truth = found.truth.get(name, 0.0)
     unit = unit_text(unit_of(name, found.kind))
@@ -135,7 +135,7 @@ def _of_parameter(found: "EstimatorStudy", name: str) -> "Table":
             each.name,
             f"{score.bias * size:+.3g}",
             f"{score.rmse * size:.3g}",
-            "-" if score.bound_ratio is None else f"{score.bound_ratio:.3g}",
+            "-" if score.bound_ratio is None else ratio_text(score.bound_ratio),
             "-" if score.coverage is None else f"{score.coverage:.1%}",
             str(score.runs),
         )

@@ -2,6 +2,8 @@
 
 from stickslip.jobs.compare import ESTIMATORS, Wanted, compare_log, compare_scenario
 from stickslip.jobs.demo import Demonstration, demonstrate
+from stickslip.jobs.effort_file import write_effort
+from stickslip.jobs.excite import excite
 from stickslip.jobs.identify import identify
 from stickslip.jobs.json_file import json_text, write_json
 from stickslip.jobs.position import ScenarioFile, position, read_scenario
@@ -24,6 +26,7 @@ __all__ = [
     "compare_log",
     "compare_scenario",
     "demonstrate",
+    "excite",
     "find_benchmark",
     "identify",
     "json_text",
@@ -33,6 +36,7 @@ __all__ = [
     "reproduce_part_a",
     "reproduce_part_b",
     "write_comparison_page",
+    "write_effort",
     "write_json",
     "write_positioning_page",
     "write_report",

@@ -33,6 +33,7 @@ from stickslip.records.estimate import (
     Status,
     Verdict,
 )
+from stickslip.records.excitation import Excitation, ExpectedParameter
 from stickslip.records.identification import (
     EnergyBalance,
     EstimateEvolution,
@@ -89,6 +90,7 @@ from stickslip.records.wording import (
     parameter_label,
     prefixed,
     prefixed_unit,
+    ratio_text,
     rounded,
     rounded_interval,
     share_text,
@@ -120,6 +122,8 @@ __all__ = [
     "EstimatorScore",
     "EstimatorStudy",
     "EventBudgetError",
+    "Excitation",
+    "ExpectedParameter",
     "FiveRuns",
     "FrictionCurve",
     "FrictionErrorEffect",
@@ -173,6 +177,7 @@ __all__ = [
     "prefixed_unit",
     "quantity_field",
     "quantity_name",
+    "ratio_text",
     "rounded",
     "rounded_interval",
     "share_text",

@@ -13,6 +13,7 @@ __all__ = [
     "parameter_label",
     "prefixed",
     "prefixed_unit",
+    "ratio_text",
     "rounded",
     "rounded_interval",
     "share_text",
@@ -108,6 +109,22 @@ def share_text(share: float) -> str:
     ('0.0024 %', '0 %')
     """
     return f"{100 * share:.2g} %"
+
+
+def ratio_text(ratio: float) -> str:
+    """Return a ratio with three digits, or all before the point.
+
+    Parameters
+    ----------
+    ratio
+        [-]
+
+    Examples
+    --------
+    >>> ratio_text(1.0234), ratio_text(1234.5)
+    ('1.02', '1234')
+    """
+    return f"{ratio:.3g}" if abs(ratio) < 1000 else f"{ratio:.0f}"
 
 
 def unit_text(unit: str) -> str:

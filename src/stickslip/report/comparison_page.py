@@ -14,6 +14,7 @@ from stickslip.records import (
     in_words,
     parameter_label,
     prefixed,
+    ratio_text,
     rounded,
     share_text,
     unit_of,
@@ -269,7 +270,7 @@ def _score_cells(each: EstimatorScore, name: str, size: float) -> list[str]:
     cells = [
         f"{score.bias * size:+.3g}",
         f"{score.rmse * size:.3g}",
-        "–" if score.bound_ratio is None else f"{score.bound_ratio:.3g}",
+        "–" if score.bound_ratio is None else ratio_text(score.bound_ratio),
         "–" if score.coverage is None else f"{score.coverage:.1%}",
         str(score.runs),
         f"{each.trusted:.0%}",

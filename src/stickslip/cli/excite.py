@@ -1,0 +1,215 @@
+"""``stickslip excite``: an effort to identify an axis with, as telling as its limits allow."""
+
+import sys
+import textwrap
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Literal
+
+from cyclopts import Group, Parameter
+
+from stickslip.cli.arguments import whole_number
+from stickslip.cli.terminal import console_on, reader_may_leave, working
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+    from stickslip.records import Excitation
+
+__all__ = ["EXAMPLES", "excite"]
+
+EXAMPLES = """Examples:
+  stickslip excite --mass 95 --coulomb-friction 20 --viscous-friction 200 --effort-limit 120 --travel-limit 0.1 --duration 10 --sampling-time 0.001 --encoder-step 1e-6 --out input.csv
+  stickslip excite --estimate stage.json --effort-limit 10 --speed-limit 0.3 --travel-limit 0.2 --duration 5 --sampling-time 0.002 --position-noise 1e-5 --out input.csv"""  # noqa: E501 - a command is one line
+
+_AXIS = Group("What is believed of the axis", sort_key=1)
+_LIMITS = Group("What it allows", sort_key=2)
+_SENSORS = Group("What will measure it", sort_key=3)
+_OUTPUT = Group("The effort", sort_key=4)
+
+
+def excite(
+    *,
+    estimate: Annotated[
+        Path | None,
+        Parameter(
+            group=_AXIS,
+            help="File that stickslip identify --json wrote; what is given beside it comes first.",
+        ),
+    ] = None,
+    kind: Annotated[
+        Literal["linear", "rotary"] | None,
+        Parameter(group=_AXIS, help="Not said: that of the estimate, or linear."),
+    ] = None,
+    inertia: Annotated[
+        float | None,
+        Parameter(
+            name=("--inertia", "--mass"),
+            group=_AXIS,
+            help="Moving inertia in kg m² or mass in kg, of a flexible arm of the driven side.",
+        ),
+    ] = None,
+    coulomb_friction: Annotated[
+        float | None, Parameter(group=_AXIS, help="In N or N m; a rough guess will do.")
+    ] = None,
+    viscous_friction: Annotated[
+        float | None, Parameter(group=_AXIS, help="In N s/m or N m s/rad; a rough guess will do.")
+    ] = None,
+    static_friction: Annotated[
+        float | None,
+        Parameter(group=_AXIS, help="In N or N m; not said: that of the Coulomb friction."),
+    ] = None,
+    offset: Annotated[
+        float | None, Parameter(group=_AXIS, help="Constant effort lost, such as to gravity.")
+    ] = None,
+    load_inertia: Annotated[
+        float | None,
+        Parameter(
+            name=("--load-inertia", "--load-mass"),
+            group=_AXIS,
+            help="Inertia in kg m² or mass in kg of a flexible arm's load side.",
+        ),
+    ] = None,
+    stiffness: Annotated[
+        float | None,
+        Parameter(group=_AXIS, help="Of a flexible arm's spring, in N/m or N m/rad."),
+    ] = None,
+    effort_limit: Annotated[float, Parameter(group=_LIMITS, help="Largest effort, in N or N m.")],
+    speed_limit: Annotated[
+        float | None, Parameter(group=_LIMITS, help="Largest speed, in m/s or rad/s.")
+    ] = None,
+    travel_limit: Annotated[
+        float | None,
+        Parameter(group=_LIMITS, help="Largest distance from where it begins, in m or rad."),
+    ] = None,
+    position_noise: Annotated[
+        float, Parameter(group=_SENSORS, help="Standard deviation of the positions, in m or rad.")
+    ] = 0.0,
+    encoder_step: Annotated[
+        float, Parameter(group=_SENSORS, help="Step of the encoder, in m or rad.")
+    ] = 0.0,
+    velocity_noise: Annotated[
+        float | None,
+        Parameter(
+            group=_SENSORS,
+            help="Standard deviation of measured velocities, in m/s or rad/s; not said: none is "
+            "measured.",
+        ),
+    ] = None,
+    duration: Annotated[float, Parameter(group=_OUTPUT, help="In s.")],
+    sampling_time: Annotated[
+        float, Parameter(group=_OUTPUT, help="In s; the effort is held over each sample.")
+    ],
+    seed: Annotated[
+        int,
+        Parameter(
+            group=_OUTPUT,
+            converter=whole_number,
+            help="Of the inputs that the search begins with.",
+        ),
+    ] = 1,
+    out: Annotated[Path, Parameter(group=_OUTPUT, help="CSV file for the drive: time and effort.")],
+    json: Annotated[
+        str | None,
+        Parameter(
+            group=_OUTPUT,
+            allow_leading_hyphen=True,
+            help="Write effort and intervals as JSON to this file; - is standard output.",
+        ),
+    ] = None,
+) -> int:
+    """Design an effort to identify an axis with, as telling as its limits allow.
+
+    The Fisher information about mass, friction and offset is made as large as limits of effort,
+    speed and travel allow (D-optimal), for an axis as it is believed to be, that begins at rest.
+    Prints the intervals to expect at best. The axis must be free to move by the travel limit both
+    ways, and a little more, as it is only believed to be so.
+    """
+    from stickslip.outputs import check_output
+    from stickslip.records import InputError
+
+    json_file = None if json in {None, "-"} else Path(str(json))
+    if json_file is not None and json_file.resolve() == out.resolve():
+        raise InputError(
+            "--json and --out name the same file", where=str(out), remedy="name two files"
+        )
+    inputs = [] if estimate is None else [estimate]
+    check_output(out, inputs=inputs, what="--out")
+    if json_file is not None:
+        check_output(json_file, inputs=inputs, what="--json")
+    with working("designing the effort"):
+        from stickslip.jobs import excite, write_effort, write_json
+
+        given = {
+            "inertia": inertia,
+            "load_inertia": load_inertia,
+            "stiffness": stiffness,
+            "coulomb_friction": coulomb_friction,
+            "viscous_friction": viscous_friction,
+            "static_friction": static_friction,
+            "offset": offset,
+        }
+        designed = excite(
+            {name: value for name, value in given.items() if value is not None},
+            kind=kind,
+            estimate=estimate,
+            duration=duration,
+            sampling_time=sampling_time,
+            effort_limit=effort_limit,
+            speed_limit=speed_limit,
+            travel_limit=travel_limit,
+            position_noise=position_noise,
+            encoder_step=encoder_step,
+            velocity_noise=velocity_noise,
+            seed=seed,
+        )
+        write_effort(designed.effort, designed.sampling_time, out, kind=designed.kind)
+        if json_file is not None:
+            write_json(designed.to_dict(), json_file)
+    if json == "-":
+        from stickslip.jobs import json_text
+
+        with reader_may_leave():
+            sys.stdout.write(json_text(designed.to_dict()))
+    console = console_on("error" if json == "-" else "output")
+    with reader_may_leave():
+        _print(console, designed)
+        for what, path in (("Effort", out), ("JSON", json_file)):
+            if path is not None:
+                console.print(f"{what}: {path}", soft_wrap=True)
+    return 0
+
+
+def _print(console: "Console", designed: "Excitation") -> None:
+    from rich import box
+    from rich.table import Table
+
+    from stickslip.records import parameter_label, prefixed, share_text, unit_of, unit_text
+
+    kind = designed.kind
+    console.print(
+        f"{designed.effort.size} samples over {prefixed(designed.duration, 's')}; as believed, the "
+        f"axis moves up to {prefixed(designed.largest_travel, unit_of('position', kind))} away "
+        f"from where it begins, at up to "
+        f"{prefixed(designed.largest_speed, unit_of('velocity', kind))}.",
+        soft_wrap=True,
+    )
+    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
+    table.add_column("parameter", no_wrap=True)
+    for head in ("believed", "± at best (95 %)", "of it"):
+        table.add_column(head, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for name, each in designed.expected.items():
+        share = "-" if each.believed == 0 else share_text(each.half_width / abs(each.believed))
+        table.add_row(
+            parameter_label(name),
+            f"{each.believed:.5g}",
+            f"{each.half_width:.2g}",
+            share,
+            unit_text(unit_of(name, kind)),
+        )
+    console.print(table)
+    words = (
+        "At best, for an axis as believed and a known effort: friction that changes, or a force "
+        "that disturbs the axis, widens the intervals."
+    )
+    console.print(textwrap.fill(words, console.width), style="dim", soft_wrap=True)
