@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Protocol, runtime_checkable
 
 from stickslip.records import (
     AxisKind,
@@ -26,6 +26,7 @@ __all__ = [
 ]
 
 
+@runtime_checkable
 class Estimator(Protocol):
     """What every estimator offers."""
 
