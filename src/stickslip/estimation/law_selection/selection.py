@@ -164,7 +164,7 @@ def select_friction_law(
 ) -> LawSelection:
     """Choose the simplest law that foretells moves it has not seen as well as the best one.
 
-    A fold is one kind of move with all its repetitions (`kinds_of` tells them apart by where they
+    A fold is one kind of move with all its repetitions (told apart by where they
     begin and end), so that the law has to hold at other speeds and places than it was fitted to.
     Rests and what is between two moves is always fitted. The squared errors of two laws are
     compared fold by fold: what makes a move hard for both does not count. Of the laws whose excess
