@@ -7,11 +7,13 @@ import numpy as np
 import pytest
 
 from stickslip.control import LandingController, LandingState
+from stickslip.control.landing.series import next_series
+from stickslip.control.landing.swing import Swing
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError, PositioningOutcome, SensorSample
-from stickslip.simulation import Sensors, simulate_closed_loop
+from stickslip.simulation import PlantStepper, Sensors, simulate_closed_loop
 
 T, LIMIT = 0.02, 2.0
 ARM = FlexibleArm(
@@ -22,6 +24,7 @@ ARM = FlexibleArm(
 )
 UNKNOWN = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
 BOUND = 1e-5  # of a move of 1 m
+IN_SERIES = 17.3  # s; the first series lasts from 15.3 to 19.4
 LANDING = 40.0  # s; a landing takes 30
 POSITION_NOISE, VELOCITY_NOISE = 1e-4, 1e-3
 SEEDS = 5
@@ -145,6 +148,92 @@ def test_a_new_target_on_the_way_and_after_the_end() -> None:
     learnt = landing.learnt(state)
     assert learnt.method == "landing"
     assert learnt.values == landing.estimates(state)
+
+
+def legs(
+    landing: LandingController, *ends: tuple[FlexibleArm, float, float]
+) -> tuple[LandingState, np.ndarray, list[tuple[float, float]]]:
+    """Move arms one after the other, each to a target until a time; return where mass 1 was."""
+    state, places, left_by = landing.init(), [], []
+    x, k = (0.0, 0.0, 0.0, 0.0), 0
+    for arm, target, end in ends:
+        stepper = PlantStepper(arm, sampling_time=T)
+        true = stepper.init(x)
+        state = landing.retargeted(state, target)
+        while k * T < end:
+            state, effort = landing.step(state, SensorSample(k * T, *x))
+            true, (x1, v1, x2, v2) = stepper.step(true, effort)
+            x, k = (x1, v1, x2, v2), k + 1
+            places.append(x1)
+        left_by.append((abs(x[0] - target), float(np.hypot(x[2] - x[0], x[3] - x[1]))))
+    return state, np.array(places), left_by
+
+
+def test_nothing_is_learned_of_a_series_that_a_new_target_cut_short() -> None:
+    wrong = replace(ARM, mass_1=1.02, mass_2=0.98, stiffness=1.02, friction=UNKNOWN)
+    landing = controller(arm=wrong, arm_uncertainty=0.02)
+    state, places, (_, last) = legs(landing, (ARM, 1.0, IN_SERIES), (ARM, -0.5, 60.0))
+    assert [phase.name for phase in state.phases][2:4] == ["series", "feedback"]
+    assert state.flights[0].final_position is None
+    assert all(flight.final_position is not None for flight in state.flights[1:])
+    assert max(last) <= BOUND
+    assert np.abs(places).max() < 1.5  # with what is no series learned, it went 10 m away
+
+
+@pytest.mark.parametrize("uncertainty", [0.0, 0.02])
+@pytest.mark.parametrize("coulomb", [0.12, 0.18])
+def test_friction_that_changes_between_targets_is_followed(
+    coulomb: float, uncertainty: float
+) -> None:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=coulomb, viscous_friction=0.1)
+    other = replace(ARM, friction=law)
+    landing = controller(arm_uncertainty=uncertainty)
+    state, _, left_by = legs(landing, (ARM, 1.0, 40.0), (other, 0.0, 90.0))
+    assert np.max(left_by) <= BOUND
+    assert state.series_since_target <= 4
+    assert landing.estimates(state)["coulomb_friction"] == pytest.approx(coulomb, rel=1e-4)
+
+
+def test_a_series_is_broken_off_when_samples_are_missed() -> None:
+    landing = controller()
+    state, k = landing.init(), 0
+    while not state.phases or state.phase.name != "series":
+        state, _ = landing.step(state, SensorSample(k * T, 0.8, 0.0, 0.8, 0.0))
+        k += 1
+    state, effort = landing.step(state, SensorSample(k * T, 0.8, 0.0, 0.8, 0.0))
+    assert effort != 0.0
+    state, effort = landing.step(state, SensorSample((k + 2) * T, 0.8, 0.0, 0.8, 0.0))
+    assert effort == 0.0
+    assert (state.phase.name, state.phase.reason) == ("resting", "samples were missed")
+    assert state.track == ()
+
+
+def test_it_stops_when_mass_1_does_not_come_to_rest() -> None:
+    landing = controller(patience=1.0)
+    state, effort = landing.init(), 1.0
+    for k in range(1000):
+        sample = SensorSample(k * T, 0.8 + 1e-3 * (-1.0) ** k, 0.0, 0.8, 0.0)
+        state, effort = landing.step(state, sample)
+    assert landing.why(state) == "mass 1 does not come to rest"
+    assert effort == 0.0
+
+
+def test_an_estimate_that_no_arm_could_have_is_a_reason_to_stop() -> None:
+    swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=1.0)
+    pulled = replace(ARM, friction=replace(UNKNOWN, offset=0.3, static_friction_positive=0.4,
+                                           static_friction_negative=0.4))  # fmt: skip
+    why = next_series(
+        pulled,
+        swing,
+        1.0,
+        coulomb_friction=0.1,
+        viscous_friction=0.0,
+        static_friction=0.13,
+        sampling_time=T,
+        effort_limit=LIMIT,
+    )
+    assert isinstance(why, str)
+    assert "offset" in why
 
 
 def test_a_sample_with_a_gap_changes_nothing() -> None:

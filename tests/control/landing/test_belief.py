@@ -22,6 +22,7 @@ UNCERTAINTY = 0.02
 POSITION_NOISE, VELOCITY_NOISE = 1e-4, 1e-3
 # A fit of numbers with 1e-8 of the way as their error, through half a dozen digits of conditioning
 EXACT = 1e-7
+CHANGED = 1e-6  # as exact, with a first belief that holds against it
 TRIALS = 40
 SURELY = 1e-5  # of one run in 100 000 a statistic of as many trials is beyond its bound
 
@@ -38,11 +39,13 @@ def flown(
     force: np.ndarray | None = None,
     generator: np.random.Generator | None = None,
     way: float = 1.0,
+    arm: FlexibleArm = ARM,
+    expected: np.ndarray | None = None,
 ) -> FlightLog:
     """Return the log of a series on the true arm; the swing at its begin is told as it was."""
     force = effort() if force is None else force
     begin = tuple(way * each for each in start)
-    motion = simulate(ARM, way * force, sampling_time=T, initial_state=begin)
+    motion = simulate(arm, way * force, sampling_time=T, initial_state=begin)
     assert motion.load_position is not None
     assert motion.load_velocity is not None
     seen = np.column_stack(
@@ -55,6 +58,7 @@ def flown(
     return FlightLog(
         start=begin,  # type: ignore[arg-type]
         effort=way * force,
+        expected_velocity=motion.velocity if expected is None else expected,
         seen=seen,
         sampling_time=T,
         position_noise=POSITION_NOISE * noisy,
@@ -126,6 +130,43 @@ def test_a_mass_that_sticks_on_the_way_tells_as_much_as_it_slipped() -> None:
     assert 100 <= flight.slipping() < SAMPLES
     after = belief().after(flight)
     np.testing.assert_allclose(found(after), TRUTH, rtol=EXACT)
+
+
+def test_a_mass_that_breaks_away_late_teaches_nothing() -> None:
+    sticky = replace(ARM, friction=replace(LAW, static_friction_positive=0.5))
+    expected = simulate(ARM, effort(), sampling_time=T).velocity
+    start = (0.0, 0.0, 0.0, 0.0)
+    late = flown(arm=sticky, start=start, expected=expected)
+    assert late.late
+    before = belief()
+    assert before.after(late) is before
+    assert not flown(start=start, expected=expected).late
+    noisy = flown(start=start, expected=expected, generator=np.random.default_rng(2))
+    assert not noisy.late
+
+
+def test_an_arm_that_was_pushed_teaches_nothing() -> None:
+    flight = flown()
+    pushed = flight.seen.copy()
+    pushed[90:, 0] += 0.3 * T * np.arange(pushed.shape[0] - 90)
+    pushed[90:, 1] += 0.3
+    before = belief()
+    assert before.after(replace(flight, seen=pushed)) is before
+
+
+def test_friction_that_has_changed_is_found_by_the_next_series() -> None:
+    once = belief().after(flown())
+    changed = CoulombViscousFriction.symmetric(coulomb_friction=0.18, viscous_friction=0.07)
+    after = once.later().after(flown(arm=replace(ARM, friction=changed)))
+    wanted = np.array([*TRUTH[:3], 0.18, 0.07])
+    np.testing.assert_allclose(found(after), wanted, rtol=CHANGED)
+
+
+def test_a_belief_that_is_too_sure_can_still_be_corrected() -> None:
+    sure = ArmBelief(arm=ARM, covariance=np.zeros((5, 5)))
+    for _ in range(3):
+        sure = sure.after(flown())
+        assert np.linalg.eigvalsh(sure.covariance)[0] > 0.0
 
 
 def test_a_friction_that_is_not_known_is_said_to_be_so() -> None:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 from math import exp, log
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseSeries, forward_motion
@@ -28,11 +28,13 @@ LEARNT = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_frictio
 _BODY, _FRICTION, _BEGIN = slice(0, 3), slice(3, 5), slice(5, 7)
 _CARRIED = 6.0  # by which what the feedback finds of friction is more wrong than masses and spring
 _UNKNOWN = 1.0  # standard deviation of the logarithm of a friction that is not known at all
-_SINCE = 0.05  # by which friction may have changed since an earlier run [-]
+_SINCE = 0.05  # by which friction may have changed since an earlier run or target [-]
+_WALK = np.array([1e-6] * 3 + [1e-4] * 2)  # by which each may change from series to series [-]
 _LEAST_VISCOUS = 1e-3  # of m1 times the frequency of mass 2: stands for none, it has a logarithm
 _LEAST_SAMPLES = 8  # of slipping: fewer tell too little
 _CERTAIN = 4.0  # standard deviations of a measured velocity
 _ROUNDING = 1e-8  # of the way: sensors without noise
+_UNLIKE = (5.0, 0.02)  # deviations, or of the way: farther on average, something else moved it too
 _CONVERGED = 1e-12
 
 
@@ -46,6 +48,8 @@ class FlightLog:
         State at its begin, as fitted while mass 1 rested.
     effort
         Of each sample, shape (n,).
+    expected_velocity
+        Of mass 1 as planned, likewise at its begin and after each sample, shape (n+1,).
     seen
         Position and velocity of mass 1, then of mass 2, at its begin and after each sample, shape
         (n+1, 4).
@@ -57,6 +61,7 @@ class FlightLog:
 
     start: tuple[float, float, float, float]
     effort: Float[np.ndarray, " n"]
+    expected_velocity: Float[np.ndarray, " n+1"]
     seen: Float[np.ndarray, "n+1 4"]
     sampling_time: float
     position_noise: float
@@ -87,6 +92,7 @@ class FlightLog:
         return cls(
             start=(place, 0.0, load, float(planned.load_velocity[0])),
             effort=planned.effort,
+            expected_velocity=planned.velocity,
             seen=np.array(track)[:, 1:],
             sampling_time=sampling_time,
             position_noise=position_noise,
@@ -98,9 +104,22 @@ class FlightLog:
         """1.0 or -1.0, as mass 1 has moved."""
         return 1.0 if self.seen[-1, 0] > self.start[0] else -1.0
 
+    @property
+    def _fast(self) -> Bool[np.ndarray, " n"]:
+        """Whether mass 1 surely moves on, after each sample."""
+        return self.direction * self.seen[1:, 1] > _CERTAIN * self.velocity_noise
+
+    @property
+    def late(self) -> bool:
+        """Whether mass 1 still stuck when it should have moved: its static friction is higher."""
+        fast = self._fast
+        stuck = int(np.argmax(fast)) if fast.any() else fast.size
+        expected = self.direction * self.expected_velocity[1 : stuck + 1]
+        return bool((expected > 2.0 * _CERTAIN * self.velocity_noise).any())
+
     def slipping(self) -> int:
         """Return for how many samples mass 1 has slipped, from the begin on, without a stop."""
-        fast = self.direction * self.seen[1:, 1] > _CERTAIN * self.velocity_noise
+        fast = self._fast
         if not fast.any():
             return 0
         slow = ~fast[int(np.argmax(fast)) :]
@@ -167,8 +186,6 @@ class ArmBelief:
         learnt
             By a landing.
         """
-        P = learnt.covariance.copy()
-        P[_FRICTION, _FRICTION] += _SINCE**2 * np.eye(2)
         m1, m2, ks, fc, c = (learnt.values[name] for name in LEARNT)
         law = CoulombViscousFriction.symmetric(
             coulomb_friction=fc,
@@ -177,7 +194,13 @@ class ArmBelief:
             offset=arm.friction.offset,
         )
         body = replace(arm, mass_1=m1, mass_2=m2, stiffness=ks, friction=law)
-        return cls(arm=body, covariance=P)
+        return cls(arm=body, covariance=learnt.covariance).later()
+
+    def later(self) -> "ArmBelief":
+        """Return the belief some time later: friction may have changed."""
+        P = self.covariance.copy()
+        P[_FRICTION, _FRICTION] += _SINCE**2 * np.eye(2)
+        return replace(self, covariance=P)
 
     @property
     def values(self) -> dict[str, float]:
@@ -199,6 +222,8 @@ class ArmBelief:
         While mass 1 slips, the motion is that of a linear system; the parameters, and the state of
         mass 2 at the begin, are those that explain the measured motion best, beside what was
         believed before (an iterated extended Kalman filter, the whole series as one observation).
+        A motion that none explain, as of an arm that was pushed, and one that began late teach
+        nothing.
 
         Parameters
         ----------
@@ -206,7 +231,7 @@ class ArmBelief:
             As it was seen.
         """
         n = flight.slipping()
-        if n < _LEAST_SAMPLES:
+        if n < _LEAST_SAMPLES or flight.late:
             return self
         arm, law = self.arm, self.arm.friction
         frequency = (arm.stiffness / arm.mass_2) ** 0.5
@@ -228,7 +253,7 @@ class ArmBelief:
         swing = float(np.hypot(flight.start[2] - flight.start[0], flight.start[3] / frequency))
         loose = swing * float(np.sqrt(np.diag(self.covariance)[_BODY].max())) + of_position
         prior = np.zeros((7, 7))
-        prior[:5, :5] = self.covariance
+        prior[:5, :5] = self.covariance + np.diag(_WALK**2)
         prior[5, 5], prior[6, 6] = loose**2, (loose * frequency) ** 2
         whiten = np.linalg.inv(np.linalg.cholesky(prior))
         scale = np.array([1.0] * 5 + [way, way * frequency])
@@ -243,6 +268,10 @@ class ArmBelief:
         found = least_squares(
             residual, first, jac="3-point", x_scale=scale, ftol=_CONVERGED, xtol=_CONVERGED
         )
+        measured_part = found.fun[: measured.size]
+        deviations, share = _UNLIKE
+        if np.sqrt(np.mean(measured_part**2)) > max(deviations, share * way / of_position):
+            return self
         jacobian = np.asarray(found.jac)
         spread = np.linalg.inv(jacobian.T @ jacobian)[:5, :5]
         spread = spread * max(1.0, 2.0 * float(found.cost) / measured.size)

@@ -55,9 +55,9 @@ class Flight:
     coulomb_friction, viscous_friction
         With which it was planned [N or N m, N s/m or N m s/rad].
     final_position
-        Where mass 1 came to rest; None as long as it has not.
+        Where mass 1 came to rest; None as long as it has not, or if the series was cut short.
     final_swing
-        Amplitude of mass 2 about that place; None as long as it is not known.
+        Amplitude of mass 2 about that place; None likewise.
     """
 
     start: float = quantity_field("time")
@@ -174,7 +174,8 @@ class LandingState(SupervisorState):
     sent
         Samples of the present series that have been sent.
     track
-        The samples of the last series, the one at its begin first.
+        The samples of the last series, the one at its begin first; none once it has been judged, or
+        if there is nothing to learn from it.
     static_ratio
         Static over Coulomb friction as it is believed to be [-].
     belief
@@ -187,6 +188,13 @@ class LandingState(SupervisorState):
     static_ratio: float
     belief: ArmBelief | None = None
 
+    @property
+    def series_since_target(self) -> int:
+        """How many series have begun since the last feedback phase."""
+        names = [phase.name for phase in self.phases]
+        since = len(names) - 1 - names[::-1].index("feedback")
+        return names[since:].count("series")
+
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLandingState(SupervisorState):
@@ -198,7 +206,10 @@ class AxisLandingState(SupervisorState):
         The controller of the pulses; None before the first of them.
     pulse_state
         Its state [as of the controller].
+    still_since
+        When the phase of pulses began, or since when there is no effort in it [s].
     """
 
     pulses: ExactPulseController | None = None
     pulse_state: Float[np.ndarray, " p"] = field(default_factory=lambda: np.empty(0))
+    still_since: float = quantity_field("time", default=0.0)
