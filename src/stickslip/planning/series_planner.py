@@ -255,6 +255,12 @@ class PulseSeriesPlanner:
                 f"rounding errors leave {error:g} of {move.way:g} to go, at a least speed of "
                 f"{slowest:g}; give fewer pulses, or an effort limit nearer to what the move needs"
             )
+        peak = float(np.abs(effort).max())
+        if peak > self.effort_limit:
+            raise StickslipError(
+                f"rounding errors ask for an effort of {peak:.9g}, above the limit of "
+                f"{self.effort_limit:g}; give fewer pulses"
+            )
         width = self.pulse_width
         samples = states[:: programme.steps_per_pulse // self.pulse_samples] * direction
         return PulseSeries(

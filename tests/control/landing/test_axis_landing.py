@@ -221,6 +221,17 @@ def test_a_mass_that_does_not_come_to_rest_is_left_to_the_pulses() -> None:
     assert "did not come to rest" in state.phases[1].reason
 
 
+def test_pulses_do_not_wait_for_ever() -> None:
+    landing = controller(patience=0.5)
+    state, effort = landing.init(), 1.0
+    for k in range(900):  # a velocity that is never 0 is no rest
+        place = 0.3 + 1e-3 * (-1.0) ** k
+        state, effort = landing.step(state, SensorSample(k * T, place, 0.1, np.nan, np.nan))
+    assert landing.why(state) == "the mass does not come to rest"
+    assert state.phase.start - state.phases[-2].start == pytest.approx(10.0 * 0.5)
+    assert effort == 0.0
+
+
 def test_it_stops_where_no_pulse_can_help_and_says_why() -> None:
     landing = controller()
     state = landing.init()

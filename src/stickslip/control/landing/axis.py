@@ -25,6 +25,7 @@ from stickslip.records import (
 __all__ = ["AxisLandingController"]
 
 _PATIENCE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
+_COASTING = 10.0  # times the patience that it may take to come to rest after a pulse
 _SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
 _LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 
@@ -42,7 +43,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
     pulses
         Of `ExactPulseController`, that begins with the friction estimated in the feedback phase, or
         with what it has learned on the way to an earlier target. It is *done* within the tolerance,
-        and *stopped* when no pulse can help.
+        and *stopped* when no pulse can help, or when the mass has not come to rest in ten times the
+        patience.
     done, stopped
         No effort. A new target begins with feedback.
 
@@ -163,7 +165,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         else:
             learnt = state.pulses.learnt(state.pulse_state)
             pulses = replace(state.pulses, target=state.target).resumed(learnt)
-        state = replace(state, pulses=pulses, pulse_state=pulses.init())
+        state = replace(state, pulses=pulses, pulse_state=pulses.init(), still_since=sample.time)
         return self._enter(state, sample, "pulses", reason)
 
     def _first_pulses(self, state: AxisLandingState) -> ExactPulseController:
@@ -212,13 +214,16 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         if state.phase.name != "pulses" or pulses is None:
             return state, 0.0
         memory, effort = pulses.step(state.pulse_state, sample)
-        state = replace(state, pulse_state=memory)
+        still = state.still_since if effort == 0.0 else sample.time
+        state = replace(state, pulse_state=memory, still_since=still)
         outcome = pulses.outcome(memory)
         if outcome is PositioningOutcome.REACHED:
             state = self._enter(state, sample, "done", "the mass is within the tolerance")
         elif outcome is PositioningOutcome.STOPPED:
             why = pulses.why(memory) or "the pulses have ended"
             state = self._enter(state, sample, "stopped", why)
+        elif sample.time - still >= _COASTING * self.longest_wait:
+            state = self._enter(state, sample, "stopped", "the mass does not come to rest")
         return state, effort
 
     def estimates(self, state: AxisLandingState) -> dict[str, float]:

@@ -6,7 +6,7 @@ from stickslip.control.landing.swing import Swing
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
-from stickslip.records import StickslipError
+from stickslip.records import InputError, StickslipError
 
 __all__ = ["next_series"]
 
@@ -50,29 +50,32 @@ def next_series(
     effort_limit
         [N or N m].
     """
-    friction = CoulombViscousFriction.symmetric(
-        coulomb_friction=coulomb_friction,
-        viscous_friction=viscous_friction,
-        static_friction=static_friction,
-        offset=arm.friction.offset,
-    )
-    planner = PulseSeriesPlanner(
-        arm=replace(arm, friction=friction),
-        sampling_time=sampling_time,
-        effort_limit=effort_limit,
-        excess=_EXCESS,
-        impulse_gap=_GAP,
-        rest_on_the_way=True,
-    )
     error, amplitude = target - swing.position, swing.amplitude
     way = 1.0 if error > 0.0 else -1.0
-    alone = PulseLaw(
-        mass=arm.mass_1,
-        coulomb_friction=coulomb_friction,
-        viscous_friction=viscous_friction,
-        static_friction=static_friction,
-        kind=arm.kind,
-    )
+    try:
+        friction = CoulombViscousFriction.symmetric(
+            coulomb_friction=coulomb_friction,
+            viscous_friction=viscous_friction,
+            static_friction=static_friction,
+            offset=arm.friction.offset,
+        )
+        planner = PulseSeriesPlanner(
+            arm=replace(arm, friction=friction),
+            sampling_time=sampling_time,
+            effort_limit=effort_limit,
+            excess=_EXCESS,
+            impulse_gap=_GAP,
+            rest_on_the_way=True,
+        )
+        alone = PulseLaw(
+            mass=arm.mass_1,
+            coulomb_friction=coulomb_friction,
+            viscous_friction=viscous_friction,
+            static_friction=static_friction,
+            kind=arm.kind,
+        )
+    except InputError as refusal:  # what is estimated may be no arm that could rest
+        return str(refusal)
     least = max(
         abs(error) + amplitude, _SMALLEST * float(alone.smallest_displacement(sampling_time))
     )
