@@ -1,0 +1,212 @@
+"""``stickslip compare``: what it prints and writes, and how it refuses what cannot be."""
+
+import json
+from pathlib import Path
+
+import pytest
+from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
+
+from stickslip.jobs import ESTIMATORS
+
+CLOSE = 0.03  # relative; the log has 1 % noise and a velocity that is differentiated from positions
+
+FEW = ("--only", "energy", "--only", "idim-ls", "--only", "rls", "--only", "free-decay")
+
+SCENARIO = """
+runs = 3
+[axis]
+mass = 1.5
+coulomb_friction = 2.0
+viscous_friction = 3.0
+offset = 0.2
+[input]
+amplitudes = [4.0, 3.0]
+frequencies = [0.5, 1.3]
+duration = 2.0
+sampling_time = 0.004
+[sensors]
+position_noise = 1e-4
+velocity_noise = 0.01
+"""
+
+BAD: dict[str, tuple[str, str, list[str]]] = {
+    "not TOML": ("[axis]", "[axis", ["not TOML"]),
+    "unknown key": ("amplitudes", "amplitude", ["[input]", "'amplitude'", "'amplitudes'"]),
+    "no table": ("[input]", "[axis.input]", ["'input'"]),
+    "no friction": ("coulomb_friction = 2.0\n", "", ["[axis]", "coulomb_friction is missing"]),
+    "no frequency": ("frequencies = [0.5, 1.3]\n", "", ["[input]", "frequencies is missing"]),
+    "other numbers": ("[0.5, 1.3]", "[0.5]", ["2 amplitudes and 1 frequencies"]),
+    "too fast": ("[0.5, 1.3]", "[0.5, 130.0]", ["130 Hz", "at most 125 Hz"]),
+    "too short": ("duration = 2.0", "duration = 0.2", ["0.2 s", "100 to"]),
+    "nothing random": (
+        "position_noise = 1e-4\nvelocity_noise = 0.01",
+        "",
+        ["nothing is random", "position_noise"],
+    ),
+    "one run": ("runs = 3", "runs = 1", ["runs is 1", "at least 2"]),
+    "file and sines": ("duration = 2.0", 'file = "input.csv"', ["amplitudes and file"]),
+    "correlation": (
+        "duration = 2.0",
+        "duration = 2.0\ndisturbance_correlation = 1.0",
+        ["disturbance_correlation is 1", "0.98"],
+    ),
+}
+
+
+@pytest.fixture
+def scenario(tmp_path: Path) -> Path:
+    path = tmp_path / "noisy.toml"
+    path.write_text(SCENARIO)
+    return path
+
+
+def test_every_estimator_is_there_with_its_values_or_its_reason(run: Run, good_log: Path) -> None:
+    outcome = run("compare", good_log, "--json", "-")
+    assert outcome.code == 0, outcome.err
+    document = json.loads(outcome.out)
+    assert (document["schema"], document["comparison"], document["kind"]) == (1, "log", "linear")
+    estimators = {each["name"]: each for each in document["estimators"]}
+    assert tuple(estimators) == ESTIMATORS
+    for name in ESTIMATORS:
+        each = estimators[name]
+        assert name in outcome.err
+        assert each["applies"] == (each["estimate"] is not None) == (each["why_not"] == "")
+        if each["applies"]:
+            assert each["seconds_per_sample"] > 0
+            assert each["estimate"]["schema"] == 1
+    assert "extremes" in estimators["free-decay"]["why_not"]
+    energy = estimators["energy"]["estimate"]["parameters"]
+    truth = {"mass": MASS, "coulomb_friction": COULOMB, "viscous_friction": VISCOUS}
+    for name, value in truth.items():
+        assert energy[name]["value"] == pytest.approx(value, rel=CLOSE), name
+    assert energy["offset"]["value"] == pytest.approx(OFFSET, abs=CLOSE)
+    # Observers estimate no mass: they get the one that the energy estimator found
+    given = estimators["ekf"]
+    assert given["assumed_inertia"] == energy["mass"]["value"]
+    assert given["estimate"]["provenance"]["options"]["inertia"] == energy["mass"]["value"]
+    assert estimators["energy"]["unexplained_effort"] < CLOSE
+    assert estimators["energy"]["position_fit"] > 1 - CLOSE
+
+
+def test_tables_and_files_are_written_whole(run: Run, good_log: Path) -> None:
+    json_file, page = good_log.with_suffix(".json"), good_log.with_suffix(".html")
+    outcome = run("compare", good_log, *FEW, "--json", json_file, "--report", page)
+    assert outcome.code == 0, outcome.err
+    for words in ("Coulomb", "±", "Does not apply", "free-decay: ", f"Report: {page}"):
+        assert words in outcome.out
+    assert "ekf" not in outcome.out
+    names = [each["name"] for each in json.loads(json_file.read_text())["estimators"]]
+    assert names == ["energy", "idim-ls", "rls", "free-decay"]
+    assert sorted(good_log.parent.iterdir()) == sorted([good_log, json_file, page])
+
+
+def test_a_known_mass_and_friction_for_each_direction(run: Run, good_log: Path) -> None:
+    arguments = ["--mass", MASS, "--per-direction", "--json", "-", *FEW, "--only", "ekf"]
+    found = {
+        e["name"]: e for e in json.loads(run("compare", good_log, *arguments).out)["estimators"]
+    }
+    assert set(found["energy"]["estimate"]["parameters"]) == {
+        f"{name}_{side}"
+        for name in ("coulomb_friction", "viscous_friction")
+        for side in ("positive", "negative")
+    }
+    assert "both directions" in found["ekf"]["why_not"]
+    assert found["idim-ls"]["position_fit"] > 1 - CLOSE
+    assert all(each["assumed_inertia"] is None for each in found.values())
+
+
+def test_a_log_that_tells_nothing_ends_with_1(run: Run, tmp_path: Path) -> None:
+    columns = table()
+    log = tmp_path / "one_way.csv"
+    log.write_text(
+        csv_text(
+            {
+                "time [s]": columns["time [s]"],
+                "position [m]": 0.1 * columns["time [s]"],
+                "force [N]": columns["force [N]"] * 0 + 1.9,
+            }
+        )
+    )
+    outcome = run("compare", log, "--only", "energy")
+    assert outcome.code == 1
+    assert "None of the estimates can be trusted" in outcome.out
+
+
+def test_a_scenario_is_scored_by_its_truth(run: Run, scenario: Path) -> None:
+    page = scenario.with_suffix(".html")
+    outcome = run("compare", scenario, *FEW, "--json", "-", "--report", page)
+    assert outcome.code == 0, outcome.err
+    document = json.loads(outcome.out)
+    assert (document["comparison"], document["runs"], document["samples"]) == ("scenario", 3, 501)
+    assert document["truth"]["mass"] == 1.5
+    assert document["scenario"]["input"]["frequencies"] == {"value": [0.5, 1.3], "unit": "Hz"}
+    mass = document["estimators"][0]["parameters"]["mass"]
+    assert mass["runs"] == 3
+    assert mass["rmse"] >= abs(mass["bias"])
+    assert mass["bound_ratio"] == pytest.approx(mass["rmse"] / document["bound"]["mass"])
+    assert "over the bound" in outcome.err
+    assert page.exists()
+
+
+def test_runs_of_the_command_line_come_first(run: Run, scenario: Path) -> None:
+    outcome = run("compare", scenario, "--runs", 2, "--only", "idim-ls", "--json", "-")
+    assert json.loads(outcome.out)["runs"] == 2
+
+
+@pytest.mark.parametrize("case", BAD)
+def test_a_bad_scenario_is_refused_in_one_line(case: str, run: Run, scenario: Path) -> None:
+    old, new, words = BAD[case]
+    assert old in SCENARIO
+    scenario.write_text(SCENARIO.replace(old, new))
+    outcome = run("compare", scenario)
+    assert outcome.code == 2
+    line = outcome.line()
+    assert str(scenario) in line
+    for word in words:
+        assert word in line
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["--position", "nothing"], ["'nothing'"]),
+        (["--only", "magic"], ["'magic'", "energy"]),
+        (["--runs", "3"], ["--runs 3", "scenario"]),
+        (["--mass", "-1"], ["mass", "-1"]),
+        (["--load-mass", "1"], ["load", "stiffness"]),
+        (["--per-direction", "--offset"], ["offset", "direction"]),
+        (["--unit", "position"], ["--unit position", "position=mm"]),
+    ],
+)
+def test_a_bad_option_is_refused_in_one_line(
+    arguments: list[str], words: list[str], run: Run, good_log: Path
+) -> None:
+    outcome = run("compare", good_log, *arguments)
+    assert outcome.code == 2
+    for word in words:
+        assert word in outcome.line()
+
+
+def test_what_has_no_use_or_no_place_is_refused(run: Run, scenario: Path, tmp_path: Path) -> None:
+    assert "log" in run("compare", scenario, "--position", "x").line()
+    assert "no such" in run("compare", tmp_path / "no.csv").line()
+    assert "no such" in run("compare", tmp_path / "no.toml").line()
+    assert "overwrite" in run("compare", scenario, "--json", scenario).line()
+    same = tmp_path / "same"
+    assert "same file" in run("compare", scenario, "--json", same, "--report", same).line()
+
+
+@pytest.mark.parametrize("job", ["compare_log", "compare_scenario"])
+def test_an_interruption_ends_with_one_line_and_no_file(
+    job: str, run: Run, good_log: Path, scenario: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(*_: object, **__: object) -> None:
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(f"stickslip.jobs.{job}", interrupt)
+    before = sorted(good_log.parent.iterdir())
+    source = scenario if job == "compare_scenario" else good_log
+    outcome = run("compare", source, "--json", good_log.with_suffix(".json"))
+    assert outcome.code == 130
+    assert "interrupted" in outcome.line()
+    assert sorted(good_log.parent.iterdir()) == before
