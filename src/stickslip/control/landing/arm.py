@@ -23,6 +23,7 @@ __all__ = ["LandingController"]
 _MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
 _LATE = 80  # samples at rest before a plan: an estimator that smooths has seen all by then
 _REST = 0.4  # half swings at rest before a plan: a sine is known by then
+_GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
 _LEFT = 0.2  # of the way is left to the series: more than mass 2 usually swings
 _KEPT = 2.0  # half swings kept in the window
 _PATIENCE = 40.0  # half swings
@@ -40,7 +41,7 @@ class LandingController(ArmLearning):
         short of the target. Ends when mass 1 rests after the reference, or when patience is out.
     resting
         No effort. Ends when mass 1 has rested for 0.4 of a half swing of mass 2, and for 80 samples
-        at least. The swing is then fitted: both within the tolerance, it is *done*; otherwise a
+        at least (after six half swings, for 8 samples). The swing is then fitted: both within the tolerance, it is *done*; otherwise a
         *series* is planned. It is *stopped* when there is none, after ``most_series``, or when
         mass 1 does not come to rest.
     series
@@ -212,7 +213,7 @@ class LandingController(ArmLearning):
                 state, name, reason = replace(state, track=()), "resting", "samples were missed"
             elif state.sent == flight.planned.effort.size:
                 name, reason = "resting", "the last pulse was sent"
-        elif name == "resting" and not self._settled(state):
+        elif name == "resting" and not self._settled(state, sample.time - phase.start):
             if sample.time - phase.start >= self.longest_wait + _LATE * self.sampling_time:
                 name, reason = "stopped", "mass 1 does not come to rest"
         elif name == "resting":
@@ -259,9 +260,14 @@ class LandingController(ArmLearning):
         )
         return replace(state, flights=(*state.flights, flight), sent=0, track=(sample,))
 
-    def _settled(self, state: LandingState) -> bool:
-        """Return whether mass 1 has rested long enough for the swing to be known."""
-        return state.window.count >= max(ceil(_REST * self.half_swing / self.sampling_time), _LATE)
+    def _settled(self, state: LandingState, waited: float) -> bool:
+        """Return whether mass 1 has rested long enough for the swing to be known.
+
+        Where the spring pulls about as hard as static friction holds, mass 1 gives way a little in
+        every swing, for very long. After some of them a brief rest has to do.
+        """
+        rest = max(ceil(_REST * self.half_swing / self.sampling_time), _LATE)
+        return state.window.count >= (rest if waited < _GIVES * self.half_swing else _BRIEF)
 
     def _swing(self, state: LandingState) -> Swing:
         return Swing.seen(
