@@ -41,9 +41,9 @@ class LandingController(ArmLearning):
         short of the target. Ends when mass 1 rests after the reference, or when patience is out.
     resting
         No effort. Ends when mass 1 has rested for 0.4 of a half swing of mass 2, and for 80 samples
-        at least (after six half swings, for 8 samples). The swing is then fitted: both within the tolerance, it is *done*; otherwise a
-        *series* is planned. It is *stopped* when there is none, after ``most_series``, or when
-        mass 1 does not come to rest.
+        at least (after six half swings, for 8 samples). The swing is then fitted: both within the
+        tolerance, it is *done*; otherwise a *series* is planned. It is *stopped* when there is
+        none, after ``most_series``, or when mass 1 does not come to rest.
     series
         Pulses planned from the estimates. Ends with the last pulse, or when samples are missed, as
         then the rest of it comes too late: resting again.
@@ -200,7 +200,7 @@ class LandingController(ArmLearning):
         self, state: LandingState, sample: SensorSample, reason: str
     ) -> LandingState:
         # Of a series that a new target has cut short nothing is learned
-        return self._enter(replace(state, track=()), sample, "resting", reason)
+        return self._enter(replace(state, track=(), lesson=None), sample, "resting", reason)
 
     def _decided(self, state: LandingState, sample: SensorSample) -> LandingState:
         """Return the state, in the phase that is due: every transition but those of feedback."""
