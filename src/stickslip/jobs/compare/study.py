@@ -29,7 +29,7 @@ from stickslip.records import (
 )
 from stickslip.simulation import simulate
 
-__all__ = ["compare_scenario"]
+__all__ = ["compare_scenario", "disturbance"]
 
 _Run = dict[str, Fitted]
 
@@ -129,7 +129,7 @@ def _measured(
     """Return the log of one run: disturbed, started anywhere within an encoder step, measured."""
     asked = read.scenario
     sensors = asked.sensors.sensors()
-    acting = effort + _disturbance(
+    acting = effort + disturbance(
         effort.size,
         asked.input.disturbance,
         asked.input.disturbance_correlation,
@@ -144,10 +144,22 @@ def _measured(
     return replace(log, effort=commanded)
 
 
-def _disturbance(
+def disturbance(
     samples: int, deviation: float, correlation: float, generator: np.random.Generator
 ) -> Float[np.ndarray, " n"]:
-    """Return a first-order autoregression of a given standard deviation."""
+    """Return a first-order autoregression.
+
+    Parameters
+    ----------
+    samples
+        How many.
+    deviation
+        Its standard deviation [N or N m].
+    correlation
+        From sample to sample [-].
+    generator
+        Where it comes from.
+    """
     from scipy.signal import lfilter
 
     white = generator.standard_normal(samples)

@@ -1,0 +1,71 @@
+"""Any estimate held against its log: the effort it leaves, and the motion it makes."""
+
+import numpy as np
+import pytest
+
+from stickslip.estimation import (
+    EnergyEstimator,
+    ExtendedKalmanFilter,
+    IdimLeastSquares,
+    replay,
+    unexplained_effort,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.records import AxisLog
+from stickslip.simulation import Sensors, simulate
+
+SAME = 1e-9  # relative; the same residual, once as the solver has it
+EXACT_FIT = 0.999
+LEFT = 0.05
+"""Of the effort: low-pass and decimation smear the reversals of friction."""
+
+
+@pytest.fixture(scope="module")
+def log() -> AxisLog:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=3.0, offset=0.3)
+    time = 0.002 * np.arange(5000)
+    effort = 5.0 * np.sin(3.0 * time) + 3.0 * np.sin(7.1 * time)
+    motion = simulate(SingleMass(mass=1.5, friction=law), effort, sampling_time=0.002)
+    return Sensors(position_noise=1e-6, velocity="none").measure(motion, np.random.default_rng(4))
+
+
+@pytest.mark.parametrize("per_direction", [False, True])
+def test_what_idim_leaves_is_its_own_residual(log: AxisLog, per_direction: bool) -> None:
+    estimate = IdimLeastSquares(per_direction=per_direction).fit(log)
+    left = unexplained_effort(log, estimate)
+    assert left == pytest.approx(estimate.diagnostics.relative_residual, rel=SAME)
+    others = EnergyEstimator(per_direction=per_direction).fit(log)
+    assert left <= (unexplained_effort(log, others) or 0.0) < LEFT  # least squares is least
+
+
+def test_the_identified_axis_moves_as_the_true_one(log: AxisLog) -> None:
+    again = replay(log, EnergyEstimator().fit(log))
+    assert again is not None
+    assert again.fit > EXACT_FIT
+
+
+def test_a_mass_that_the_estimate_does_not_hold_is_needed(log: AxisLog) -> None:
+    estimate = ExtendedKalmanFilter(inertia=1.5, offset=True).fit(log)
+    assert replay(log, estimate) is None
+    assert unexplained_effort(log, estimate) is None
+    again = replay(log, estimate, inertia=1.5)
+    assert again is not None
+    assert again.fit > EXACT_FIT
+    wrong = replay(log, estimate, inertia=3.0)
+    assert wrong is not None
+    assert wrong.fit < again.fit
+    assert (unexplained_effort(log, estimate, inertia=1.5) or 1.0) < LEFT
+
+
+def test_what_is_not_identified_cannot_be_replayed(log: AxisLog) -> None:
+    still = AxisLog(
+        name="one way",
+        kind="linear",
+        time=log.time,
+        effort=np.full(len(log), 5.0),
+        measured_position=0.1 * log.time,
+    )
+    estimate = EnergyEstimator().fit(still)
+    assert replay(still, estimate) is None
+    assert unexplained_effort(still, estimate) is None

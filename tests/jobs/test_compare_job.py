@@ -1,0 +1,149 @@
+"""Estimators side by side: arms, scenarios by direction, disturbances, and files of efforts."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.jobs import Wanted, compare_log, compare_scenario, write_effort
+from stickslip.jobs.compare.scenario import read_study
+from stickslip.jobs.compare.study import disturbance
+from stickslip.jobs.effort_file import read_effort
+from stickslip.plants import FlexibleArm
+from stickslip.records import InputError
+from stickslip.simulation import Sensors, simulate
+
+EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "comparisons").glob("*.toml"))
+
+CLOSE = 0.05  # relative, of a short log with little noise
+NINE_DIGITS = 1e-8  # relative, of what is written
+FIVE_SIGMA = 5.0
+
+ASYMMETRIC = """
+[axis]
+mass = 1.5
+coulomb_friction_positive = 2.0
+coulomb_friction_negative = 1.6
+viscous_friction = 3.0
+offset = 0.1
+[input]
+amplitudes = [4.0, 3.0]
+frequencies = [0.5, 1.3]
+duration = 4.0
+sampling_time = 0.004
+[sensors]
+position_noise = 1e-5
+velocity_noise = 1e-3
+"""
+
+
+def test_an_arm_is_for_those_that_know_its_load() -> None:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.05)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    time = 0.01 * np.arange(4000)
+    effort = 0.4 * np.sin(0.9 * time) + 0.3 * np.sin(2.3 * time)
+    sensors = Sensors(position_noise=1e-5, velocity_noise=1e-4)
+    log = sensors.measure(simulate(arm, effort, sampling_time=0.01), np.random.default_rng(1))
+    only = ("energy", "idim-ls", "ekf", "gradient")
+    found = compare_log(log, wanted=Wanted(load_inertia=1.0, stiffness=1.0, only=only)).compared
+    energy, idim, kalman, gradient = found
+    assert energy.estimate is not None
+    assert energy.estimate.value("mass") == pytest.approx(1.0, rel=CLOSE)
+    assert energy.unexplained_effort is None
+    assert energy.resimulation is not None
+    assert energy.resimulation.fit > 1 - CLOSE
+    assert "flexible arm" in idim.why_not
+    assert "flexible arm" in kalman.why_not
+    assert gradient.assumed_inertia == energy.estimate.value("mass")
+
+
+def test_directions_apart_have_the_offset_in_them(tmp_path: Path) -> None:
+    path = tmp_path / "asymmetric.toml"
+    path.write_text(ASYMMETRIC)
+    wanted = Wanted(per_direction=True, only=("energy", "maximum-likelihood"))
+    study = compare_scenario(path, runs=3, wanted=wanted)
+    assert study.truth["coulomb_friction_positive"] == pytest.approx(2.1)
+    assert study.truth["coulomb_friction_negative"] == pytest.approx(1.5)
+    for each in study.applied:
+        for name in ("coulomb_friction_positive", "coulomb_friction_negative", "mass"):
+            score = each.scores[name]
+            assert abs(score.bias) < CLOSE * score.truth, (each.name, name)
+    both = compare_scenario(path, runs=2, wanted=Wanted(only=("energy",)))
+    assert both.truth["coulomb_friction"] == pytest.approx(1.8)
+    assert both.truth["offset"] == pytest.approx(0.3)
+    assert both.applied[0].scores["offset"].bias == pytest.approx(0.0, abs=CLOSE)
+
+
+def test_runs_are_the_same_every_time_and_differ_from_each_other(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text(ASYMMETRIC)
+    wanted = Wanted(only=("idim-ls",))
+    one, again = (compare_scenario(path, runs=3, wanted=wanted) for _ in range(2))
+    score = one.applied[0].scores["mass"]
+    assert again.applied[0].scores["mass"] == score
+    assert score.rmse > abs(score.bias)
+
+
+def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text(ASYMMETRIC.replace("[sensors]", "disturbance = 0.1\n[sensors]"))
+    calls: list[tuple[int, int]] = []
+    study = compare_scenario(
+        path,
+        runs=3,
+        wanted=Wanted(only=("energy",)),
+        progress=lambda done, every: calls.append((done, every)),
+    )
+    assert dict(study.bound) == {}
+    assert "no Cramér-Rao bound" in study.notes[0]
+    assert all(score.bound_ratio is None for score in study.applied[0].scores.values())
+    assert calls[-1] == (3, 3)
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9])
+def test_a_disturbance_is_as_large_and_as_slow_as_asked(correlation: float) -> None:
+    force = disturbance(200_000, 0.3, correlation, np.random.default_rng(3))
+    # Samples that a correlated mean square is worth, and the standard error of each of the two
+    worth = force.size * (1 - correlation**2) / (1 + correlation**2)
+    error = FIVE_SIGMA / np.sqrt(worth)
+    assert np.std(force) == pytest.approx(0.3, rel=error)
+    assert np.corrcoef(force[1:], force[:-1])[0, 1] == pytest.approx(correlation, abs=error)
+    assert np.std(force[:100]) > 0.1  # it begins at its full size
+
+
+@pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
+def test_every_example_can_be_read(path: Path) -> None:
+    read = read_study(path)
+    effort, step = read.scenario.input.sampled(path.parent)
+    assert effort.size * step == pytest.approx(read.scenario.input.duration)
+    assert read.tables()["input"]["frequencies"][1] == "Hz"
+
+
+def test_an_effort_is_read_as_it_was_written(tmp_path: Path) -> None:
+    path = tmp_path / "effort.csv"
+    effort = np.random.default_rng(2).normal(size=300)
+    write_effort(effort, 0.002, path, kind="rotary")
+    assert path.read_text().startswith("time [s],effort [N m]\n0,")
+    back, step = read_effort(path)
+    assert step == pytest.approx(0.002)
+    assert np.allclose(back, effort, rtol=NINE_DIGITS)
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("time,effort\n0,a\n", "not numbers"),
+        ("time,effort\n0,1\n", "no two"),
+        ("time,effort\n0,1\n1,nan\n", "no two"),
+        ("time,effort\n0,1\n1,2\n3,2\n", "evenly"),
+        ("", "no two"),
+    ],
+)
+def test_what_is_no_effort_is_refused(text: str, words: str, tmp_path: Path) -> None:
+    path = tmp_path / "effort.csv"
+    path.write_text(text)
+    with pytest.raises(InputError, match=words):
+        read_effort(path)
+    with pytest.raises(InputError, match="no such file"):
+        read_effort(tmp_path / "none.csv")
