@@ -194,6 +194,26 @@ def test_friction_that_changes_between_targets_is_followed(
     assert landing.estimates(state)["coulomb_friction"] == pytest.approx(coulomb, rel=1e-4)
 
 
+def test_an_arm_that_was_pushed_at_rest_lands_again() -> None:
+    """The running estimate takes the push for friction; what series teach puts that right."""
+    landing = controller()
+    state, _, _ = legs(landing, (ARM, 1.0, 35.0))
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    stepper = PlantStepper(ARM, sampling_time=T)
+    true = stepper.init((1.0, 0.5, 1.0, 0.0))
+    x = (1.0, 0.5, 1.0, 0.0)
+    for k in range(round(35.0 / T), round(100.0 / T)):
+        if k == round(40.0 / T):
+            assert landing.estimates(state)["viscous_friction"] != pytest.approx(0.1, rel=0.01)
+            state = landing.retargeted(state, 0.0)
+        state, effort = landing.step(state, SensorSample(k * T, *x))
+        true, (x1, v1, x2, v2) = stepper.step(true, effort)
+        x = (x1, v1, x2, v2)
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert max(abs(x[0]), float(np.hypot(x[2] - x[0], x[3]))) <= BOUND
+    assert landing.estimates(state)["viscous_friction"] == pytest.approx(0.1, rel=1e-3)
+
+
 def test_a_series_is_broken_off_when_samples_are_missed() -> None:
     landing = controller()
     state, k = landing.init(), 0

@@ -17,6 +17,7 @@ __all__ = ["ArmLearning"]
 _STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
 _LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 _DOUBTS = 2  # series with what runs along that have not landed it: that is not right then
+_BY_NOISE = 10.0  # standard deviations of a position: noise does not explain a larger miss
 _DOUBT = 0.02  # by which masses and spring may be wrong, where nothing was said
 
 
@@ -85,11 +86,18 @@ class ArmLearning(Supervisor[LandingState]):
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
             state = replace(state, static_ratio=_STATIC_STEP * state.static_ratio)
+        lesson = state.lesson
+        if lesson is None or flight.slipping() > lesson.slipping():
+            lesson = flight
+        state = replace(state, lesson=lesson)
         flown, missed = state.series_since_target, self._off(state, swing) > self.tolerance
-        if stayed or not (self._learns(state) or (missed and flown >= _DOUBTS)):
+        learns = self._learns(state)
+        if stayed or not (learns or (missed and flown >= _DOUBTS)):
             return state
         belief = self._belief(state)
-        return replace(state, belief=(belief.later() if flown == 1 else belief).after(flight))
+        belief = belief.later() if flown == 1 else belief
+        # What begins to learn late has had its lesson: later series are too short to tell much
+        return replace(state, belief=belief.after(flight if learns else lesson))
 
     def _belief(self, state: LandingState) -> ArmBelief:
         """Return what is believed of the arm, before it was learned by the estimator."""
