@@ -52,7 +52,8 @@ def landing_scores(reproduction: "ConjunctionReproduction") -> "Table":
     scores = reproduction.landing_scores
     table = table_of(
         f"Controllers on {scores[0].arms} random arms, {scores[0].moves} moves; medians, over the "
-        "move and the shortest time",
+        "move and the shortest time. Landed: both masses stay within a bound that the page gives; "
+        "it is wider with noise",
         ("sensors and knowledge", "controller"),
         ("landed", "mass 1 off", "swing", "time", "series"),
     )

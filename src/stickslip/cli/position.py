@@ -210,7 +210,7 @@ def _estimates(result: "Positioning") -> "Table":
     for name, values in result.runs[0].estimates.items():
         truth, limits = result.truth.get(name), result.limits.get(name)
         table.add_row(
-            parameter_label(name),
+            parameter_label(name, result.kind),
             f"{values[0]:.4g}",
             f"{last[name][-1]:.4g}" if limits is None else between_text(*limits),
             "-" if truth is None else f"{truth:.4g}",

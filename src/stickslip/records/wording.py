@@ -40,18 +40,22 @@ _NAMES = re.compile(
 )
 
 
-def parameter_label(name: str) -> str:
-    """Return the field's term for a parameter.
+def parameter_label(name: str, kind: AxisKind = "linear") -> str:
+    """Return the field's term for a parameter; a mass of a rotary axis is an inertia.
 
     Examples
     --------
     >>> parameter_label("coulomb_friction_positive")
     'Coulomb friction, forward'
+    >>> parameter_label("load_mass", "rotary")
+    'Load inertia'
     """
     for suffix, words in _DIRECTIONS.items():
         if name.endswith(suffix):
-            return parameter_label(name.removesuffix(suffix)) + words
+            return parameter_label(name.removesuffix(suffix), kind) + words
     term = QUANTITIES[name].name.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    if kind == "rotary":
+        term = term.replace("mass", "inertia")
     return term[0].upper() + term[1:]
 
 

@@ -179,7 +179,7 @@ def _controls(run: PositioningRun, end: float) -> str:
     strips = "".join(
         f'<button type="button" data-start="{each.start_time:.9g}" title="{each.word}" '
         f'aria-label="to phase {k}, {each.word}" style="flex:{part:.4g};background:'
-        f'{PHASE_COLOURS[each.name]}">{k}</button>'
+        f'{PHASE_COLOURS[each.name]}"><span>{k}</span></button>'
         for k, each in enumerate(run.phases, start=1)
         for part in [max(0.0, min(each.end_time, end) - each.start_time)]
     )

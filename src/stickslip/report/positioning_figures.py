@@ -371,7 +371,7 @@ def estimate_plots(positioning: Positioning) -> list[Plot]:
             Plot(
                 anchor=f"estimate-{name.replace('_', '-')}",
                 alternative=(
-                    f"{parameter_label(name)} as estimated after each pulse, from "
+                    f"{parameter_label(name, kind)} as estimated after each pulse, from "
                     f"{values[0]:.4g} to {values[-1]:.4g} {unit}"
                     + ("." if true_value is None else f"; the truth is {true_value:.4g}.")
                 ),
@@ -383,7 +383,7 @@ def estimate_plots(positioning: Positioning) -> list[Plot]:
                     shapes=starts([each.size for each in own], first=-0.5),
                 ),
                 height=250,
-                heading=parameter_label(name),
+                heading=parameter_label(name, kind),
             )
         )
     return plots

@@ -271,11 +271,12 @@ def beliefs(positioning: Positioning) -> str:
             f'<td class="{style}" data-label="{label}">{value}</td>'
             for label, style, value in cells
         )
-        label = f'{parameter_label(name)} <span class="symbol">{symbol(name)}</span>'
+        term = parameter_label(name, positioning.kind)
+        label = f'{term} <span class="symbol">{symbol(name)}</span>'
         rows.append(f'<tr><th scope="row">{label}</th>{body}</tr>\n')
     heads = heading_row(["Estimate", "Unit", "At first", "In the end", "Truth", "Error in the end"])
     sources = "".join(
-        f"<li>{parameter_label(name)}: {html.escape(source)}</li>"
+        f"<li>{parameter_label(name, positioning.kind)}: {html.escape(source)}</li>"
         for name, source in positioning.believed.items()
     )
     counted = (
@@ -284,6 +285,12 @@ def beliefs(positioning: Positioning) -> str:
         if positioning.counts_offset
         else ""
     )
+    if "coulomb_friction" in first and "coulomb_friction_positive" in first:
+        counted += (
+            "<p>Coulomb and viscous friction without a direction are those of the estimator that "
+            "runs along, from the whole way; mass and friction of each direction are those of the "
+            "pulses, which are too short and slow to tell much of viscous friction.</p>\n"
+        )
     if positioning.limits:
         counted += (
             "<p>Static friction shows itself only to pulses near it: it is known to lie between "

@@ -92,14 +92,14 @@ def _estimate_plot(
     return Plot(
         anchor=f"estimate-{name.replace('_', '-')}",
         alternative=(
-            f"{parameter_label(name)} as estimated over time, from {values[0]:.4g} to "
-            f"{values[-1]:.4g} {unit}{said}"
+            f"{parameter_label(name, positioning.kind)} as estimated over time, from "
+            f"{values[0]:.4g} to {values[-1]:.4g} {unit}{said}"
         ),
         caption="",
         traces=traces,
         layout=layout(x=axis("time <i>t</i> [s]", range=[0.0, end]), y=rows, shapes=shapes),
         height=360,
-        heading=parameter_label(name),
+        heading=parameter_label(name, positioning.kind),
     )
 
 

@@ -6,7 +6,14 @@ from math import ceil, pi, sqrt
 from pathlib import Path
 from typing import Any
 
-from stickslip.control import PD, FeedbackController, LandingController, Move, PointToPoint
+from stickslip.control import (
+    PD,
+    FeedbackController,
+    LandingController,
+    Move,
+    PointToPoint,
+    scaled_notch,
+)
 from stickslip.estimation import EnergyEstimator
 from stickslip.jobs.position.beliefs import Beliefs, beliefs_from, learnt_from
 from stickslip.jobs.position.refusals import friction_law, told_of
@@ -162,6 +169,7 @@ def _chosen(scenario: Scenario, beliefs: Beliefs, learnt: LearntPulses | None = 
         scenario.axis.kind,
     )
     arm, believed = _believed(scenario, beliefs)
+    _refuse_slow(task.sampling_time, arm)
     values = {
         name: beliefs.value(name)
         for name in ("coulomb_friction", "viscous_friction")
@@ -200,6 +208,11 @@ def _chosen(scenario: Scenario, beliefs: Beliefs, learnt: LearntPulses | None = 
         **settings,
     )
     notes = _about(believed, beliefs)
+    if scenario.axis.offset and "offset" not in beliefs.values:
+        notes += (
+            "The axis has an offset, which is not learned of an arm, and none is guessed: the "
+            "controller takes it for none. Give offset in [guess].",
+        )
     if landing.arm_uncertainty > 0.0 and scenario.guess.arm_uncertainty is None:
         notes += (
             f"Masses and spring that are guessed are taken to be off by {_BELIEVED:.0%} or so, and "
@@ -261,6 +274,18 @@ def _believed(scenario: Scenario, beliefs: Beliefs) -> tuple[FlexibleArm, dict[s
     )
     names = (*_LEARNT, "offset")
     return arm, sources | {n: beliefs.sources[n] for n in names if n in beliefs.sources}
+
+
+def _refuse_slow(sampling_time: float, arm: FlexibleArm) -> None:
+    """Refuse samples too far apart for the notch at the resonance of the arm."""
+    longest = pi / scaled_notch(arm).angular_frequency
+    if sampling_time >= longest:
+        raise InputError(
+            f"sampling_time is {sampling_time:g} s, and the two masses swing against each other so "
+            f"fast that it must be below {longest:.3g} s",
+            where="[task]",
+            remedy="sample faster, ten times as fast as that if you can",
+        )
 
 
 def _about(believed: dict[str, str], beliefs: Beliefs) -> tuple[str, ...]:
