@@ -52,7 +52,7 @@ class Excitation:
     largest_speed, largest_travel
         That the axis reaches if it is as believed.
     options
-        What was asked for, by name, with units.
+        What was asked for, by name: value [unit beside it] and unit.
     stickslip_version
         Version of this package.
     """
