@@ -209,3 +209,17 @@ def test_an_arm_that_swings_is_not_stuck() -> None:
     assert arm_ending(hunting, hunting, 1e-3, None) is Ending.HUNTING
     assert arm_ending(hunting, hunting, 1e-3, moving) is Ending.UNDER_WAY
     assert arm_ending(swings, driven, 1e-3, moving) is Ending.UNDER_WAY
+
+
+def test_samples_too_far_apart_for_the_swing_are_refused(run: Run) -> None:
+    with pytest.raises(InputError, match=r"sampling_time is 2\.5 s.*must be below") as refused:
+        run(task=TASK.replace("0.02", "2.5"))
+    assert "[task]" in refused.value.where
+
+
+def test_an_offset_that_is_not_guessed_is_told(run: Run) -> None:
+    short = TASK.replace("36.0", "0.4")
+    axis = AXIS + "\noffset = 0.02"
+    assert any("Give offset in [guess]" in note for note in run(axis=axis, task=short).notes)
+    told = run(axis=axis, task=short, guess="offset = 0.02")
+    assert not any("offset" in note for note in told.notes)
