@@ -14,7 +14,7 @@ __all__ = ["print_comparison"]
 
 def print_comparison(console: "Console", found: "EstimatorComparison | EstimatorStudy") -> None:
     """Print what was compared, a row for each estimator, and why others do not apply."""
-    from stickslip.records import EstimatorComparison, in_words
+    from stickslip.records import EstimatorComparison, in_words, unit_text
 
     if isinstance(found, EstimatorComparison):
         log = found.log
@@ -39,7 +39,7 @@ def print_comparison(console: "Console", found: "EstimatorComparison | Estimator
         if assumed:
             notes = [
                 f"* with the {'mass' if found.log.kind == 'linear' else 'inertia'} of the energy "
-                f"estimator, {assumed[0].assumed_inertia:.6g} {found.log.unit('mass')}"
+                f"estimator, {assumed[0].assumed_inertia:.6g} {unit_text(found.log.unit('mass'))}"
             ]
             _listed(console, notes, bullet="")
     else:
