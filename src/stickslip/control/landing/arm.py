@@ -200,7 +200,7 @@ class LandingController(ArmLearning):
         self, state: LandingState, sample: SensorSample, reason: str
     ) -> LandingState:
         # Of a series that a new target has cut short nothing is learned
-        return self._enter(replace(state, track=(), lesson=None), sample, "resting", reason)
+        return self._enter(replace(state, track=()), sample, "resting", reason)
 
     def _decided(self, state: LandingState, sample: SensorSample) -> LandingState:
         """Return the state, in the phase that is due: every transition but those of feedback."""

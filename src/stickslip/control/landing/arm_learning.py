@@ -9,6 +9,7 @@ from stickslip.control.landing.belief import LEARNT, ArmBelief, FlightLog, check
 from stickslip.control.landing.state import LandingState
 from stickslip.control.landing.supervisor import FRICTION, Supervisor
 from stickslip.control.landing.swing import Swing
+from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import AxisKind, LearntPulses, non_negative
 
@@ -16,8 +17,7 @@ __all__ = ["ArmLearning"]
 
 _STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
 _LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
-_DOUBTS = 2  # series with what runs along that have not landed it: that is not right then
-_BY_NOISE = 10.0  # standard deviations of a position: noise does not explain a larger miss
+_BY_NOISE = (10.0, 0.05)  # deviations of a position, of the way: noise explains no larger miss
 _DOUBT = 0.02  # by which masses and spring may be wrong, where nothing was said
 
 
@@ -86,18 +86,21 @@ class ArmLearning(Supervisor[LandingState]):
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
             state = replace(state, static_ratio=_STATIC_STEP * state.static_ratio)
-        lesson = state.lesson
-        if lesson is None or flight.slipping() > lesson.slipping():
-            lesson = flight
-        state = replace(state, lesson=lesson)
-        flown, missed = state.series_since_target, self._off(state, swing) > self.tolerance
-        learns = self._learns(state)
-        if stayed or not (learns or (missed and flown >= _DOUBTS)):
+        missed = max(abs(swing.position - last.planned.target), swing.amplitude)
+        doubtful = missed > max(self.tolerance, self._by_noise(last.planned))
+        if stayed or not (self._learns(state) or doubtful):
             return state
         belief = self._belief(state)
-        belief = belief.later() if flown == 1 else belief
-        # What begins to learn late has had its lesson: later series are too short to tell much
-        return replace(state, belief=belief.after(flight if learns else lesson))
+        belief = belief.later() if state.series_since_target == 1 else belief
+        return replace(state, belief=belief.after(flight))
+
+    def _by_noise(self, planned: PulseSeries) -> float:
+        """Return how far a series may miss by what noise does to its start and to friction."""
+        if self.position_noise == 0.0:
+            return 0.0
+        deviations, share = _BY_NOISE
+        way = abs(planned.target - float(planned.position[0]))
+        return max(deviations * self.position_noise, share * way)
 
     def _belief(self, state: LandingState) -> ArmBelief:
         """Return what is believed of the arm, before it was learned by the estimator."""

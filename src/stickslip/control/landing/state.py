@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from stickslip.control.exact_pulse import ExactPulseController
 from stickslip.control.feedback import FeedbackController
-from stickslip.control.landing.belief import ArmBelief, FlightLog
+from stickslip.control.landing.belief import ArmBelief
 from stickslip.planning import PulseSeries
 from stickslip.records import LandingPhaseName, SensorSample, quantity_field
 
@@ -176,8 +176,6 @@ class LandingState(SupervisorState):
     track
         The samples of the last series, the one at its begin first; none once it has been judged, or
         if there is nothing to learn from it.
-    lesson
-        The series since the target in which mass 1 has slipped longest, if any has been judged.
     static_ratio
         Static over Coulomb friction as it is believed to be [-].
     belief
@@ -187,7 +185,6 @@ class LandingState(SupervisorState):
     flights: tuple[Flight, ...] = ()
     sent: int = 0
     track: tuple[SensorSample, ...] = ()
-    lesson: FlightLog | None = None
     static_ratio: float
     belief: ArmBelief | None = None
 
