@@ -1,6 +1,6 @@
 """Make docs/theory/landing.md, landings on random arms: ``python docs/make_landing_study.py``.
 
-A thousand arms, each moved by every controller in every case, take about ten minutes on sixteen
+A thousand arms, each moved by every controller in every case, take about half an hour on two
 processors. ``--arms N`` takes another number of them, ``--workers N`` of processes.
 """
 
