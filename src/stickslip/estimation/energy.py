@@ -25,7 +25,8 @@ from stickslip.estimation.settings import (
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.estimation.velocity_delay import without_wrong_velocity
-from stickslip.estimation.work_balance import work_regression
+from stickslip.estimation.work_balance import reconstructed, work_regression
+from stickslip.estimation.work_layout import SEEN
 from stickslip.estimation.work_online import first_work_state, work_covariance
 from stickslip.estimation.work_recursion import work_run, work_step
 from stickslip.friction import FrictionTerms, StribeckEffect
@@ -67,8 +68,9 @@ class EnergyEstimator:
         Moving mass or inertia if it is known [kg or kg m^2], of a flexible arm that of the driven
         side; None estimates it.
     load_inertia, stiffness
-        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis. The log must then
-        hold the position of the load.
+        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis. With the inertia
+        known the log need not hold the load: its motion is then reconstructed from that of the
+        driven mass, wherever it began. With the inertia sought it must hold its position.
     per_direction
         Whether Coulomb and viscous friction are estimated for each direction apart.
     offset
@@ -205,8 +207,8 @@ class EnergyEstimator:
         Raises
         ------
         InputError
-            If the log is too short, lacks the load of a flexible arm, or nothing moves or pushes
-            in it.
+            If the log is too short, nothing moves or pushes in it, or it lacks the load of a
+            flexible arm whose inertia is sought.
         """
         return self.solution(log, self.regression(log))
 
@@ -262,8 +264,9 @@ class EnergyEstimator:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
         settled, log, _ = self._settled(log)
         T = log.sampling_time
-        parts = [part for part in log.segments() if len(part) >= settled._least_samples(T)]
         low_pass = settled._low_pass(T)
+        long = [part for part in log.segments() if len(part) >= settled._least_samples(T)]
+        parts = reconstructed(long, self.model, low_pass)
         noise = noise_of_longest(parts, low_pass)
         return [(energy_levels(part, self.model, low_pass, noise, T), part) for part in parts]
 
@@ -286,7 +289,7 @@ class EnergyEstimator:
         return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
 
     def init(
-        self, *, sampling_time: float, velocity_measured: bool = True
+        self, *, sampling_time: float, velocity_measured: bool = True, load_measured: bool = True
     ) -> Float[np.ndarray, " s"]:
         """Return the state of the recursion before the first sample.
 
@@ -299,6 +302,16 @@ class EnergyEstimator:
             read then, whatever stands in the place of a velocity. A state made for measured
             velocities takes samples whose velocities are all 0 without an error and learns nothing
             from them, ever.
+        load_measured
+            Whether the samples hold the motion of the load of a flexible arm. Without it give
+            False: whatever stands in its place is not read, and the load is reconstructed from the
+            motion of the driven mass, wherever it begins.
+
+        Raises
+        ------
+        InputError
+            If the sampling time is not positive, or the load is not measured and the inertia is
+            sought.
         """
         T = positive("sampling time", sampling_time, "s")
         if self.inertia is not None:
@@ -307,6 +320,7 @@ class EnergyEstimator:
                 inertia=self.inertia,
                 sampling_time=T,
                 velocity_measured=velocity_measured,
+                load_measured=load_measured,
                 forgetting_factor=self.forgetting_factor,
                 initial_values=self._first_guesses(),
                 initial_variance=self.initial_variance,
@@ -314,6 +328,8 @@ class EnergyEstimator:
                 position_noise=self.position_noise,
                 velocity_noise=self.velocity_noise,
             )
+        if self.load_inertia is not None and not load_measured:
+            raise _load_needed()
         return first_state(
             model=self.model,
             sampling_time=T,
@@ -407,7 +423,10 @@ class EnergyEstimator:
             state was made for.
         """
         run = energy_run if self.inertia is None else work_run
-        return run(state, samples_of(state, log))
+        load = self.load_inertia is not None and (
+            self.inertia is None or bool(state[SEEN + 2] > 0.0)
+        )
+        return run(state, samples_of(state, log, load=load))
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return P of the recursion, in the order of `parameter_names`.
@@ -426,3 +445,10 @@ class EnergyEstimator:
         return [
             mass if name in {"mass", "inertia"} else guesses.get(name, 0.0) for name in self._names
         ]
+
+
+def _load_needed() -> InputError:
+    return InputError(
+        "the load of the arm is not measured, and its inertia is sought",
+        remedy="give the inertia of the driven side: the load is then reconstructed",
+    )

@@ -189,7 +189,8 @@ def load_position(log: AxisLog) -> Float[np.ndarray, " n"]:
         raise InputError(
             "the log holds no position of the load, which a flexible arm needs",
             where=log.name,
-            remedy="map the load's position, or leave out load inertia and stiffness",
+            remedy="map the load's position, leave out load inertia and stiffness, or give the "
+            "energy estimator the inertia of the driven side too: it then reconstructs the load",
         )
     return log.measured_load_position
 

@@ -133,8 +133,19 @@ def _not_a_sample(sample: Any) -> InputError:
     )
 
 
-def samples_of(state: Float[np.ndarray, " s"], log: AxisLog) -> Float[np.ndarray, "n 5"]:
+def samples_of(
+    state: Float[np.ndarray, " s"], log: AxisLog, *, load: bool
+) -> Float[np.ndarray, "n 5"]:
     """Return the samples of a log without gaps, in the form that a kernel takes.
+
+    Parameters
+    ----------
+    state
+        That the samples are for.
+    log
+        Without gaps.
+    load
+        Whether the state was made for measurements of the load.
 
     Raises
     ------
@@ -164,7 +175,7 @@ def samples_of(state: Float[np.ndarray, " s"], log: AxisLog) -> Float[np.ndarray
             where=log.name,
             remedy="make the state with init(velocity_measured=False)",
         )
-    if state[recursion.STIFFNESS] > 0.0:
+    if load:
         load_position(log)
         if log.measured_load_velocity is None and not derived:
             raise InputError(

@@ -58,8 +58,8 @@ def examine(
     Returns
     -------
     The estimate with friction curve, energy balance, evolution, residuals and re-simulation. They
-    are left out where a parameter is not identified, the inertia is not positive, or the load of a
-    flexible arm is not measured.
+    are left out where a parameter is not identified or the inertia is not positive. The load of a
+    flexible arm that is not measured is shown as reconstructed from the driven mass.
 
     Raises
     ------
@@ -71,10 +71,7 @@ def examine(
     identified = all(p.identified for p in estimate.parameters.values())
     values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
     inertia = values.get("mass", values.get("inertia", estimator.inertia or 0.0))
-    unseen = isinstance(estimator, MaximumLikelihoodEstimator) and (
-        bool(estimator.flexible) and log.measured_load_position is None
-    )
-    if not identified or inertia <= 0 or unseen:
+    if not identified or inertia <= 0:
         return Identification(log=log, estimate=estimate, truth=truth)
     balance = _balance_of(estimator, inertia, values)
     plant = identified_plant(estimate, balance)

@@ -5,7 +5,7 @@ The known inertia ties position, velocity and force together; the friction may g
 their noise as can be without knowing the friction.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -14,7 +14,7 @@ from scipy.optimize import minimize_scalar
 
 from stickslip.compiled import compiled
 
-__all__ = ["FreeMotion", "free_motion", "roaming", "walk_covariance"]
+__all__ = ["FreeMotion", "free_motion", "likeliest_rate", "roaming", "walk_covariance"]
 
 _DECADES = (-7.0, 5.0)  # of the friction's rate of change, around that of the net force
 _GRID = 9
@@ -237,15 +237,29 @@ def roaming(
     runs = [_Run.of(*stretch, inertia, sampling_time, noise) for stretch in stretches]
     typical = sum(run.force_squared for run in runs) / sum(run.duration for run in runs) ** 2
 
-    def cost(decades: float) -> float:
-        return sum(run.cost(typical * 10.0**decades) for run in runs)
+    return likeliest_rate(typical, lambda rate: sum(run.cost(rate) for run in runs))
+
+
+def likeliest_rate(typical: float, cost: Callable[[float], float]) -> float:
+    """Return the rate at which a cost is least, some decades around a typical one.
+
+    Parameters
+    ----------
+    typical
+        Mean squared net force over the time [N^2/s or (N m)^2/s].
+    cost
+        Twice the negative log likelihood at a rate.
+    """
+
+    def at(decades: float) -> float:
+        return cost(typical * 10.0**decades)
 
     low, high = _DECADES
     grid = np.linspace(low, high, _GRID)
-    best = float(grid[int(np.argmin([cost(float(decades)) for decades in grid]))])
+    best = float(grid[int(np.argmin([at(float(decades)) for decades in grid]))])
     step = float(grid[1] - grid[0])
     found = minimize_scalar(
-        cost,
+        at,
         bounds=(max(best - step, low), min(best + step, high)),
         method="bounded",
         options={"xatol": 0.1},

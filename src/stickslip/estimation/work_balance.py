@@ -9,28 +9,35 @@ no harm, as the effort is known. The measured motion decides only where friction
 """
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.energy_levels import AxisModel, load_position
+from stickslip.estimation.free_arm import ArmMotion, ArmSensors, arm_motions
 from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming
 from stickslip.estimation.innovations import HeldAxis, whiten
 from stickslip.estimation.kinematics import REST_SPEED, LowPass
 from stickslip.estimation.observation import MotionNoise, motion_noise
 from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.unseen_load import (
+    LEAST_NOISE,
+    ROUNDING,
+    arms_of,
+    lengths_of_runs,
+    load_seen,
+    said_of_load,
+)
 from stickslip.records import AxisLog
 
-__all__ = ["work_regression"]
+__all__ = ["reconstructed", "work_regression"]
 
 CERTAIN = 5.0
 """Standard deviations of the smoothed velocity beyond which its sign is certain."""
 
-_ROUNDING = 1e-7  # of the largest value: noise that a log without any is taken to have
-_LEAST_NOISE = 1e-150  # of a signal that is zero throughout
 _AROUND = 6  # samples around a count of the encoder that show its noise
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
 _GRID = 9
@@ -82,7 +89,8 @@ def work_regression(
 
     Friction enters where the direction of the smoothed motion is certain; elsewhere, at reversals
     and rests, it is any force of the size that friction has. How much of a disturbing force there
-    is besides is found by maximum likelihood.
+    is besides is found by maximum likelihood. A load whose position is not measured is one more
+    thing that the filter finds, from where it pulls the driven mass; where it began is not assumed.
 
     Parameters
     ----------
@@ -96,11 +104,6 @@ def work_regression(
         Of the whole log.
     notes
         What was done to the log before.
-
-    Raises
-    ------
-    InputError
-        If the model has a load and the log does not hold its position.
     """
     T = parts[0].sampling_time
     inertia = 0.0 if model.inertia is None else model.inertia
@@ -111,17 +114,26 @@ def work_regression(
         sampling_time=T,
     )
     noise = _sensor_noise(parts, model, low_pass)
-    motions = _motions(parts, model, inertia, noise)
+    arms = arms_of(parts, model, noise)
+    motions = _arm_motions(arms, model, T) if arms else _motions(parts, model, inertia, noise)
     size = _size(parts, motions)
     # What friction can stop within a sample may turn within it, whatever the noise
     slowest = size * T / inertia
     stretches = [
-        _stretch(part, model, motion, noise, slowest)
-        for part, motion in zip(parts, motions, strict=True)
+        _stretch(part, model, motion, shown, slowest)
+        for part, motion, shown in zip(
+            parts, motions, _shown(parts, model, noise, arms), strict=True
+        )
     ]
     # While the axis crosses the speeds at which its direction is uncertain, friction is one force
     spread = float(np.median(np.concatenate([motion.velocity_spread for motion in motions])))
     crossing = max(CERTAIN * spread * inertia / (size * T), 1.0)
+    if arms:
+        # A load that is not measured is told from its spring's force. A mass that sticks must not
+        # tell that there is none: the friction that holds it is as large, and one over the rest
+        doubts = [np.maximum(crossing, lengths_of_runs(s.unknown)) * s.unknown for s in stretches]
+    else:
+        doubts = [crossing * s.unknown for s in stretches]
 
     def rows(decades: float, *, effort: bool = False) -> tuple[Float[np.ndarray, "r c"], float]:
         # What the effort alone would do comes last, as one more force, if asked for
@@ -135,11 +147,11 @@ def work_regression(
                 s.channels,
                 np.column_stack([s.friction, s.part.effort]) if effort else s.friction,
                 np.pad(s.slope, ((0, 0), (0, 1))) if effort else s.slope,
-                size**2 * (crossing * s.unknown + 10.0**decades),
+                size**2 * (doubt + 10.0**decades),
                 s.first,
                 T,
             )
-            for s in stretches
+            for s, doubt in zip(stretches, doubts, strict=True)
         ]
         return np.concatenate([white for white, _ in made]), sum(logs for _, logs in made)
 
@@ -175,6 +187,7 @@ def work_regression(
             f"a disturbing force, white from sample to sample, is taken to have "
             f"{size * 10.0 ** (0.5 * likeliest):.2g} {parts[0].unit('effort')} rms "
             "(maximum likelihood)",
+            *said_of_load(parts[0], motions),
             *notes,
         ),
     )
@@ -201,7 +214,7 @@ def _sensor_noise(
     """Return the noise on the driven mass and, if there is one, on the load."""
     T = parts[0].sampling_time
     masses = [_joined([(part.measured_position, part.measured_velocity) for part in parts])]
-    if model.load_inertia is not None:
+    if load_seen(parts, model):
         masses.append(
             _joined([(load_position(part), part.measured_load_velocity) for part in parts])
         )
@@ -236,8 +249,8 @@ def _floored(
 ) -> SensorNoise:
     fastest = 0.0 if v is None else float(np.max(np.abs(v)))
     return SensorNoise(
-        position=max(noise.position, _ROUNDING * float(np.ptp(x)), _LEAST_NOISE),
-        velocity=max(noise.velocity, _ROUNDING * fastest, _LEAST_NOISE),
+        position=max(noise.position, ROUNDING * float(np.ptp(x)), LEAST_NOISE),
+        velocity=max(noise.velocity, ROUNDING * fastest, LEAST_NOISE),
     )
 
 
@@ -262,19 +275,66 @@ def _force_but_friction(part: AxisLog, model: AxisModel) -> Float[np.ndarray, " 
     return part.effort - np.append(0.5 * (spring[1:] + spring[:-1]), spring[-1])
 
 
-def _stretch(
-    part: AxisLog,
-    model: AxisModel,
-    motion: FreeMotion,
-    noise: Sequence[SensorNoise],
-    slowest: float,
-) -> _Stretch:
-    """Return the friction regressors of a stretch, and what its sensors show.
+def _arm_motions(
+    arms: Sequence[ArmSensors], model: AxisModel, sampling_time: float
+) -> list[ArmMotion]:
+    return arm_motions(
+        arms,
+        inertia=model.inertia or 0.0,
+        load_inertia=model.load_inertia or 0.0,
+        stiffness=model.stiffness or 0.0,
+        sampling_time=sampling_time,
+        direction=lambda motion: (~_clear(motion, 0.0)).astype(np.float64),
+    )
 
-    Near a turn or a rest, no direction is certain below the slowest speed; elsewhere, below that
-    and the speed of a rest.
+
+def reconstructed(parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> list[AxisLog]:
+    """Return stretches with the motion of a load that was not measured, found by the smoother.
+
+    Stretches of a rigid axis, of an arm whose load is measured and of one whose inertia is sought
+    are returned as they are.
+
+    Parameters
+    ----------
+    parts
+        Stretches of a log without gaps.
+    model
+        What is known of the axis.
+    low_pass
+        By which the noise of the sensors is told from motion.
     """
-    T = part.sampling_time
+    if model.inertia is None or model.load_inertia is None or load_seen(parts, model):
+        return list(parts)
+    arms = arms_of(parts, model, _sensor_noise(parts, model, low_pass))
+    return [
+        replace(
+            part,
+            measured_load_position=motion.load_position,
+            measured_load_velocity=motion.load_velocity,
+        )
+        for part, motion in zip(
+            parts, _arm_motions(arms, model, parts[0].sampling_time), strict=True
+        )
+    ]
+
+
+Shown = tuple[Float[np.ndarray, "n m"], Float[np.ndarray, "m 2"], Float[np.ndarray, " s"]]
+"""What the sensors show, their channels, and the variance of the first state."""
+
+
+def _shown(
+    parts: Sequence[AxisLog],
+    model: AxisModel,
+    noise: Sequence[SensorNoise],
+    arms: Sequence[ArmSensors],
+) -> list[Shown]:
+    if arms:
+        return [(arm.measured, arm.channels, arm.first) for arm in arms]
+    return [_shown_by_all(part, model, noise) for part in parts]
+
+
+def _shown_by_all(part: AxisLog, model: AxisModel, noise: Sequence[SensorNoise]) -> Shown:
+    """Return what the sensors show where the position of every mass is measured."""
     masses = [(part.measured_position, part.measured_velocity)]
     if model.load_inertia is not None:
         masses.append((load_position(part), part.measured_load_velocity))
@@ -287,16 +347,19 @@ def _stretch(
         if v is not None:
             measured.append(v)
             channels.append((2.0 * k + 1.0, of.velocity**2))
-        fastest = float(np.max(np.abs(np.diff(x)))) / T
+        fastest = float(np.max(np.abs(np.diff(x)))) / part.sampling_time
         first += [of.position**2, fastest**2 if v is None else of.velocity**2]
+    return np.column_stack(measured), np.array(channels), np.array(first)
+
+
+def _stretch(
+    part: AxisLog, model: AxisModel, motion: FreeMotion, shown: Shown, slowest: float
+) -> _Stretch:
+    """Return the friction regressors of a stretch, and what its sensors show."""
+    T = part.sampling_time
+    measured, channels, first = shown
     velocity = motion.velocity
-    clear = np.abs(velocity) > CERTAIN * motion.velocity_spread
-    # Where friction jumps within a sample, the smoothed velocity rings for a few of them
-    turning = np.convolve(~clear, np.ones(2 * _RINGING + 1), mode="same") > 0
-    clear &= ~(turning & (np.abs(velocity) < slowest))
-    # And a real axis gives way before it slips
-    least = REST_SPEED * float(np.max(np.abs(velocity)))
-    clear &= np.abs(velocity) >= min(slowest, least)
+    clear = _clear(motion, slowest)
     certain = clear[1:] & clear[:-1] & (velocity[1:] * velocity[:-1] > 0)
     mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
     direction = np.sign(velocity[1:])
@@ -307,17 +370,34 @@ def _stretch(
     last = ((0, 1), (0, 0))  # the last effort is held over no sample of the log
     return _Stretch(
         part=part,
-        measured=np.column_stack(measured),
-        channels=np.array(channels),
-        first=np.array(first),
+        measured=measured,
+        channels=channels,
+        first=first,
         friction=np.pad(held * certain[:, None], last),
         slope=np.pad(rise * certain[:, None], last),
         unknown=np.append(~certain, True).astype(np.float64),
     )
 
 
+def _clear(motion: FreeMotion, slowest: float) -> Bool[np.ndarray, " n"]:
+    """Return where the direction of friction is certain.
+
+    Near a turn or a rest, no direction is certain below the slowest speed; elsewhere, below that
+    and the speed of a rest.
+    """
+    velocity = motion.velocity
+    clear = np.abs(velocity) > CERTAIN * motion.velocity_spread
+    # Where friction jumps within a sample, the smoothed velocity rings for a few of them
+    turning = np.convolve(~clear, np.ones(2 * _RINGING + 1), mode="same") > 0
+    clear &= ~(turning & (np.abs(velocity) < slowest))
+    # And a real axis gives way before it slips
+    least = REST_SPEED * float(np.max(np.abs(velocity)))
+    clear &= np.abs(velocity) >= min(slowest, least)
+    return clear
+
+
 def _size(parts: Sequence[AxisLog], motions: Sequence[FreeMotion]) -> float:
     """Return the root mean square of the friction [N or N m], above what rounding leaves."""
     friction = np.concatenate([motion.friction for motion in motions])
     effort = np.concatenate([part.effort for part in parts])
-    return float(np.sqrt(np.mean(friction**2) + _ROUNDING**2 * np.mean(effort**2)))
+    return float(np.sqrt(np.mean(friction**2) + ROUNDING**2 * np.mean(effort**2)))

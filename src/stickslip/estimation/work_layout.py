@@ -44,6 +44,7 @@ __all__ = [
     "TALLIED",
     "TAPS",
     "TURNS",
+    "UNCERTAIN",
     "WIDTH",
 ]
 
@@ -71,8 +72,9 @@ CHANNELS = 4  # position and velocity of the driven mass, then of the load
     ROWS,  # number of them
     KEPT_EFFORT,  # of the sample that has just left the ring
     KEPT_STRETCH,  # and of its spring
+    UNCERTAIN,  # samples in a row, up to now, in which the direction of friction was uncertain
     SEEN,  # which channels are measured
-) = range(VALUES + 4, VALUES + 4 + 18)
+) = range(VALUES + 4, VALUES + 4 + 19)
 NOISE = SEEN + CHANNELS  # variances
 GUESS = NOISE + CHANNELS  # guessed variances
 GUESSED = GUESS + CHANNELS  # samples that the guess counts for

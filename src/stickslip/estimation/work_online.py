@@ -24,6 +24,7 @@ def first_work_state(
     inertia: float,
     sampling_time: float,
     velocity_measured: bool,
+    load_measured: bool,
     forgetting_factor: float,
     initial_values: Sequence[float],
     initial_variance: float | None,
@@ -43,6 +44,8 @@ def first_work_state(
         [s].
     velocity_measured
         Whether the samples hold velocities.
+    load_measured
+        Whether they hold the load of a flexible arm.
     forgetting_factor
         In (0, 1], of a sample [-].
     initial_values
@@ -55,7 +58,7 @@ def first_work_state(
     position_noise, velocity_noise
         Guesses of the standard deviations [m or rad, m/s or rad/s].
     """
-    load = model.load_inertia is not None
+    load = model.load_inertia is not None and load_measured
     seen = np.array([True, velocity_measured, load, load and velocity_measured])
     p = len(initial_values)
     s = np.zeros(at.STATE_SIZE)

@@ -12,6 +12,7 @@ from stickslip.compiled import compiled
 from stickslip.estimation.recursion import (
     COUNT,
     FORGETTING,
+    LOAD_INERTIA,
     PARAMETERS,
     PER_DIRECTION,
     ROW,
@@ -51,6 +52,7 @@ from stickslip.estimation.work_layout import (
     SPREAD_OF_VELOCITY,
     TALLIED,
     TURNS,
+    UNCERTAIN,
     WIDTH,
 )
 from stickslip.estimation.work_motion import (
@@ -66,6 +68,9 @@ __all__ = ["work_run", "work_step"]
 
 CERTAIN = 5.0
 """Standard deviations of the smoothed velocity beyond which its sign is certain."""
+
+_LARGER = 100.0
+"""How many times what the samples show the variance of a load's first stretch is."""
 
 _TRUST = 7e-4
 """Of friction's root mean square: no model is trusted beyond that."""
@@ -178,6 +183,12 @@ def _regress(s: Float[np.ndarray, " s"], at: int, certain: bool) -> None:
 
 
 @compiled(inline=True)
+def _load_unseen(s: Float[np.ndarray, " s"]) -> bool:
+    """Return whether there is a load that is not measured."""
+    return s[STIFFNESS] > 0.0 and s[SEEN + 2] == 0.0
+
+
+@compiled(inline=True)
 def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
     """Take the sample that ends at the oldest one in the ring into the estimate.
 
@@ -207,7 +218,13 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
     unknown = max(s[DISTURBANCE] * s[DISTURBANCE], _TRUST * _TRUST * s[FRICTION])
     if direction == 0.0:
         crossing = spread * m / (np.sqrt(s[FRICTION]) * T)
+        s[UNCERTAIN] += 1.0
+        if _load_unseen(s):
+            # What holds a mass that sticks is as large as the spring's force, one sample as another
+            crossing = max(crossing, s[UNCERTAIN])
         unknown += s[FRICTION] * max(crossing, 1.0)
+    else:
+        s[UNCERTAIN] = 0.0
     _propagate(s, u0, unknown)
     for j in range(int(s[PARAMETERS])):
         z = RESPONSES + 4 * (j + 1)
@@ -218,7 +235,10 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
 
 @compiled(inline=True)
 def _begin(s: Float[np.ndarray, " s"], oldest: int, last: int, velocity: float) -> None:
-    """Begin the second filter with the oldest sample in the ring."""
+    """Begin the second filter with the oldest sample in the ring.
+
+    A load that is not measured begins anywhere, as fast as it likes.
+    """
     T = s[SAMPLING_TIME]
     for c in range(CHANNELS):
         s[RESPONSES + c] = s[oldest + 1 + c]
@@ -229,6 +249,13 @@ def _begin(s: Float[np.ndarray, " s"], oldest: int, last: int, velocity: float) 
             s[COVARIANCE + 5 * c] = (
                 over * over + velocity * velocity + (CERTAIN * s[SPREAD_OF_VELOCITY]) ** 2
             )
+    if _load_unseen(s):
+        way = s[last + 1] - s[oldest + 1]
+        stretch = (s[NET] + s[FREE + 2] * s[FREE + 2]) / s[STIFFNESS] ** 2 + way * way
+        s[RESPONSES + 3] = 0.0
+        s[COVARIANCE + 10] = _LARGER * stretch
+        swing = s[STIFFNESS] / s[LOAD_INERTIA] * stretch
+        s[COVARIANCE + 15] = _LARGER * (swing + (way / (LAG * T)) ** 2)
 
 
 @compiled(inline=True)
@@ -248,6 +275,8 @@ def _advance(
     n = int(s[COUNT])
     slot = n % DEPTH
     at = RING + WIDTH * slot
+    if _load_unseen(s):
+        x2, v2 = x, v  # the first filter has the spring's force in the free one
     s[at], s[at + 1], s[at + 2], s[at + 3], s[at + 4] = u, x, v, x2, v2
     for c in range(CHANNELS):
         if s[SEEN + c] > 0.0:
