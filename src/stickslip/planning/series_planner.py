@@ -177,6 +177,11 @@ class PulseSeriesPlanner:
 
     def _direction(self, state: tuple[float, float, float, float], target: float) -> int:
         names = ("position", "velocity", "load_position", "load_velocity", "target")
+        if len(state) != len(names) - 1:
+            raise InputError(
+                f"the state has {len(state)} values, it must have 4",
+                remedy="give (position, velocity, load_position, load_velocity)",
+            )
         for name, value in zip(names, (*state, target), strict=True):
             if not math.isfinite(value):
                 raise InputError(

@@ -221,9 +221,9 @@ def _new_series(series: SeriesEvidence) -> Claim:
         measured=f"each at least {min(falls):.3g} times less; after {count} series "
         f"{last / MOVE:.1e} of the move. With a belief that stays too large, "
         f"{_percent(kept / MOVE)} are left after as many",
-        why="Each series is a motion of its own, from which friction is learned. Without that a "
-        "new series repeats the error of the old one: what wrong friction leaves depends on the "
-        "duration, not on the way.",
+        why="Each series is a motion of its own, from which friction is learned. Without that, "
+        "and with a friction lower than believed, a new series repeats the error of the old one: "
+        "what wrong friction leaves depends on the duration, not on the way.",
         numbers={"least_fall": min(falls), "last_m": last, "last_without_learning_m": kept},
     )
 
