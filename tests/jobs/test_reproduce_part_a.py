@@ -7,6 +7,7 @@ import tracemalloc
 from collections.abc import Callable
 from dataclasses import fields
 from pathlib import Path
+from time import sleep
 
 import numpy as np
 import pytest
@@ -325,6 +326,7 @@ def test_work_that_is_interrupted_begins_nothing_more() -> None:
         begun.append(number)
         if number > 0:
             gate.wait(10.0)
+            sleep(0.01)  # so that a thousand take longer than to stop them
 
     def interrupt() -> None:
         gate.set()

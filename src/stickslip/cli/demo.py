@@ -55,7 +55,7 @@ def demo(
 
 def _print_landing(console: "Console", landing: "Positioning") -> None:
     """Print how the arm has landed."""
-    from stickslip.records import count_of, prefixed
+    from stickslip.records import prefixed
 
     run, move = landing.runs[-1], landing.last
     console.print(
@@ -70,7 +70,7 @@ def _print_landing(console: "Console", landing: "Positioning") -> None:
         console.print(textwrap.fill(words, console.width), style="bold red")
         return
     arm = run.arm
-    fired = "" if arm is None else f", by {count_of(len(arm.series), 'series').removesuffix('s')}"
+    fired = "" if arm is None else f", by {len(arm.series)} series"
     swing = "" if move.swing is None else f", mass 2 swings by {prefixed(move.swing, 'm')}"
     settled = "" if move.settling_time is None else f" after {prefixed(move.settling_time, 's')}"
     words = (

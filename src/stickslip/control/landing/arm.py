@@ -23,6 +23,7 @@ __all__ = ["LandingController"]
 _MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
 _LATE = 80  # samples at rest before a plan: an estimator that smooths has seen all by then
 _REST = 0.4  # half swings at rest before a plan: a sine is known by then
+_FINE = 0.01  # of the way left: a wider band of noise hides motion that matters
 _GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
 _LEFT = 0.2  # of the way is left to the series: more than mass 2 usually swings
 _KEPT = 2.0  # half swings kept in the window
@@ -40,10 +41,11 @@ class LandingController(ArmLearning):
         PD, notch and compensation of friction by the running estimate, along a smooth reference to
         short of the target. Ends when mass 1 rests after the reference, or when patience is out.
     resting
-        No effort. Ends when mass 1 has rested for 0.4 of a half swing of mass 2, and for 80 samples
-        at least (after six half swings, for 8 samples). The swing is then fitted: both within the
-        tolerance, it is *done*; otherwise a *series* is planned. It is *stopped* when there is
-        none, after ``most_series``, or when mass 1 does not come to rest.
+        No effort. Ends when mass 1 has rested for 0.4 of a half swing of mass 2 (a whole one where
+        noise is not far below the way left), and for 80 samples at least (after six half swings,
+        for 8 samples). The swing is then fitted: both within the tolerance, it is *done*;
+        otherwise a *series* is planned. It is *stopped* when there is none, after ``most_series``,
+        or when mass 1 does not come to rest.
     series
         Pulses planned from the estimates. Ends with the last pulse, or when samples are missed, as
         then the rest of it comes too late: resting again.
@@ -263,10 +265,14 @@ class LandingController(ArmLearning):
     def _settled(self, state: LandingState, waited: float) -> bool:
         """Return whether mass 1 has rested long enough for the swing to be known.
 
-        Where the spring pulls about as hard as static friction holds, mass 1 gives way a little in
-        every swing, for very long. After some of them a brief rest has to do.
+        Near the target, or with much noise, it takes half a swing: the band in which noise lets a
+        rest be seen then hides slow motion. Where the spring pulls about as hard as static friction
+        holds, mass 1 gives way a little in every swing, for very long: after some of them a brief
+        rest has to do.
         """
-        rest = max(ceil(_REST * self.half_swing / self.sampling_time), _LATE)
+        left = abs(state.target - 0.5 * (state.window.low + state.window.high))
+        share = _REST if self._band <= _FINE * left else 1.0
+        rest = max(ceil(share * self.half_swing / self.sampling_time), _LATE)
         return state.window.count >= (rest if waited < _GIVES * self.half_swing else _BRIEF)
 
     def _swing(self, state: LandingState) -> Swing:
