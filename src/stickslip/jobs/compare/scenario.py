@@ -1,6 +1,5 @@
 """A scenario to compare estimators on, as a TOML file describes it."""
 
-import hashlib
 import math
 from dataclasses import dataclass, field, fields
 from pathlib import Path
@@ -10,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.jobs.effort_file import read_effort
-from stickslip.jobs.position.refusals import told_of
+from stickslip.jobs.position.axis_file import read_axis_file
 from stickslip.jobs.position.tables import AxisTable, SensorsTable
 from stickslip.records import (
     InputError,
@@ -19,7 +18,6 @@ from stickslip.records import (
     positive,
     quantity_field,
 )
-from stickslip.toml_records import read_toml, record_from
 
 __all__ = ["InputTable", "StudyFile", "StudyScenario", "read_study"]
 
@@ -251,18 +249,7 @@ def read_study(path: Path | str) -> StudyFile:
         that cannot be.
     """
     path = Path(path)
-    document = read_toml(path, what="scenario", line="mass = 150.0")
-    try:
-        scenario = record_from(
-            StudyScenario,
-            document,
-            where=str(path),
-            remedy="see examples/comparisons and the guide on comparing estimators",
-        )
-    except InputError as error:
-        axis = document.get("axis")
-        kind = axis.get("kind", "linear") if isinstance(axis, dict) else "linear"
-        raise told_of(kind, error) from None
-    return StudyFile(
-        scenario=scenario, path=path, sha256=hashlib.sha256(path.read_bytes()).hexdigest()
+    scenario, sha256 = read_axis_file(
+        path, StudyScenario, remedy="see examples/comparisons and the guide on comparing estimators"
     )
+    return StudyFile(scenario=scenario, path=path, sha256=sha256)

@@ -1,16 +1,14 @@
 """A positioning task as a TOML file describes it."""
 
-import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any, ClassVar
 
+from stickslip.jobs.position.axis_file import read_axis_file
 from stickslip.jobs.position.control_table import OF_ARMS, ControllerTable
-from stickslip.jobs.position.refusals import told_of
 from stickslip.jobs.position.tables import AxisTable, GuessTable, SensorsTable, TaskTable
 from stickslip.records import AxisKind, InputError, ScenarioTables, unit_of
-from stickslip.toml_records import read_toml, record_from
 
 __all__ = ["Scenario", "ScenarioFile", "read_scenario"]
 
@@ -240,19 +238,7 @@ def read_scenario(path: Path | str) -> ScenarioFile:
         that cannot be.
     """
     path = Path(path)
-    document = read_toml(path, what="scenario", line="mass = 150.0")
-    try:
-        scenario = record_from(
-            Scenario,
-            document,
-            where=str(path),
-            remedy="see examples/scenarios and the guide on positioning",
-        )
-    except InputError as error:
-        # Tables are read one by one, and know not which kind of axis they are for
-        axis = document.get("axis")
-        kind = axis.get("kind", "linear") if isinstance(axis, dict) else "linear"
-        raise told_of(kind, error) from None
-    return ScenarioFile(
-        scenario=scenario, path=path, sha256=hashlib.sha256(path.read_bytes()).hexdigest()
+    scenario, sha256 = read_axis_file(
+        path, Scenario, remedy="see examples/scenarios and the guide on positioning"
     )
+    return ScenarioFile(scenario=scenario, path=path, sha256=sha256)
