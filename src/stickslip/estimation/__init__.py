@@ -50,8 +50,8 @@ from stickslip.estimation.noise_compensation import (
     viscous_regressor_bias,
 )
 from stickslip.estimation.recursive_least_squares import RecursiveLeastSquares
-from stickslip.estimation.replay import replay, unexplained_effort
 from stickslip.estimation.report_estimator import ReportEstimator
+from stickslip.estimation.resimulation import replay, unexplained_effort
 from stickslip.estimation.stribeck_estimator import StribeckEstimator
 from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
 

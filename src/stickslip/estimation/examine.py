@@ -1,11 +1,12 @@
 """Everything a report of an identification draws."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy import EnergyEstimator
+from stickslip.estimation.energy_levels import EnergyLevels
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.intervals import autocorrelation
 from stickslip.estimation.kinematics import LowPass, central_difference, default_cutoff, noise_level
@@ -27,6 +28,9 @@ __all__ = ["examine"]
 
 Examined = EnergyEstimator | IdimLeastSquares | MaximumLikelihoodEstimator | ReportEstimator
 """Estimators that make a regression of a log."""
+
+Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
+"""As `EnergyEstimator.levels` returns them."""
 
 _EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
 _CURVE_POINTS = 100
@@ -74,16 +78,16 @@ def examine(
     if not identified or inertia <= 0:
         return Identification(log=log, estimate=estimate, truth=truth)
     balance = _balance_of(estimator, inertia, values)
-    plant = identified_plant(estimate, balance)
+    stretches = balance.levels(log)
     return Identification(
         log=log,
         estimate=estimate,
         truth=truth,
-        curve=_curve(log, estimate, balance),
-        energy=_energy(log, values, balance),
+        curve=_curve(log, estimate, balance, stretches),
+        energy=_energy(values, balance, stretches),
         evolution=_evolution(regression, estimate),
         residuals=_residuals(regression, values),
-        resimulation=resimulate(log, plant, balance),
+        resimulation=resimulate(identified_plant(estimate, balance), stretches),
     )
 
 
@@ -121,7 +125,9 @@ def _balance_of(
     )
 
 
-def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -> FrictionCurve:
+def _curve(
+    log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator, stretches: Stretches
+) -> FrictionCurve:
     """Return effort less inertia and spring force against velocity, and the fitted law."""
     T = log.sampling_time
     names = balance.terms.names
@@ -129,7 +135,7 @@ def _curve(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator) -
     low_pass = _cloud_filter(log, estimate, balance)
     velocities: list[Float[np.ndarray, " n"]] = []
     frictions: list[Float[np.ndarray, " n"]] = []
-    for levels, part in balance.levels(log):
+    for levels, part in stretches:
         measured = part.measured_velocity
         if measured is None:
             velocity = central_difference(low_pass.apply(part.measured_position, T), T)
@@ -189,12 +195,14 @@ def _cloud_filter(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstim
         cutoff *= 0.5
 
 
-def _energy(log: AxisLog, values: Mapping[str, float], balance: EnergyEstimator) -> EnergyBalance:
+def _energy(
+    values: Mapping[str, float], balance: EnergyEstimator, stretches: Stretches
+) -> EnergyBalance:
     """Return the energies over time; each stretch goes on where the one before ended."""
     coefficients = np.array([values[name] for name in balance.terms.names])
     columns: list[Float[np.ndarray, "5 n"]] = []
     reached = 0.0
-    for levels, part in balance.levels(log):
+    for levels, part in stretches:
         explained = reached + levels.regressors @ coefficients
         # The level of the measured energy is a constant of its own in every stretch
         measured = levels.dissipated - float(np.mean(levels.dissipated - explained))

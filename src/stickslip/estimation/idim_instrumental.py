@@ -20,12 +20,12 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.identified_law import identified_law
 from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.kinematics import LowPass, central_difference
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.solution import provenance_of, solve
-from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
 from stickslip.simulation import PlantStepper
@@ -165,7 +165,7 @@ class IdimInstrumentalVariables:
                 where=log.name,
                 remedy="give the inertia, or record a motion that accelerates more",
             )
-        plant = SingleMass(mass=inertia, friction=_law(values), kind=log.kind)
+        plant = SingleMass(mass=inertia, friction=identified_law(values), kind=log.kind)
         stepper = PlantStepper(plant, sampling_time=T)
         omega = 2.0 * np.pi * self.feedback
         stiff, damping = inertia * omega**2, 2.0 * inertia * omega
@@ -211,23 +211,6 @@ def _smooth(
     low_pass = LowPass(order=2, cutoff=min(cutoff, 0.1 / T))
     x = low_pass.apply(part.measured_position, T)
     return x, central_difference(x, T)
-
-
-def _law(values: Mapping[str, float]) -> CoulombViscousFriction:
-    """Return the friction law with these values; a negative one counts as zero."""
-
-    def side(term: str, which: str) -> float:
-        return max(values.get(f"{term}_{which}", values.get(term, 0.0)), 0.0)
-
-    return CoulombViscousFriction(
-        coulomb_friction_positive=side("coulomb_friction", "positive"),
-        coulomb_friction_negative=side("coulomb_friction", "negative"),
-        static_friction_positive=side("coulomb_friction", "positive"),
-        static_friction_negative=side("coulomb_friction", "negative"),
-        viscous_friction_positive=side("viscous_friction", "positive"),
-        viscous_friction_negative=side("viscous_friction", "negative"),
-        offset=values.get("offset", 0.0),
-    )
 
 
 def _common(
