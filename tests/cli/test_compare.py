@@ -45,6 +45,16 @@ BAD: dict[str, tuple[str, str, list[str]]] = {
     ),
     "one run": ("runs = 3", "runs = 1", ["runs is 1", "at least 2"]),
     "file and sines": ("duration = 2.0", 'file = "input.csv"', ["amplitudes and file"]),
+    "late by half a sample": (
+        "duration = 2.0",
+        "duration = 2.0\neffort_delay = 0.5",
+        ["[input]", "effort_delay"],
+    ),
+    "early": (
+        "duration = 2.0",
+        "duration = 2.0\neffort_delay = -1",
+        ["[input]", "effort_delay is -1 sample", "at least 0"],
+    ),
     "correlation": (
         "duration = 2.0",
         "duration = 2.0\ndisturbance_correlation = 1.0",
@@ -153,6 +163,21 @@ def test_runs_of_the_command_line_come_first(run: Run, scenario: Path) -> None:
     assert json.loads(outcome.out)["runs"] == 2
 
 
+def test_a_late_effort_is_found_and_told(run: Run, scenario: Path) -> None:
+    scenario.write_text(SCENARIO.replace("[sensors]", "effort_delay = 1\n[sensors]"))
+    page = scenario.with_suffix(".html")
+    chosen = ["--only", "maximum-likelihood", "--only", "energy", "--report", page]
+    outcome = run("compare", scenario, *chosen, "--largest-delay", 2)
+    assert outcome.code == 0, outcome.err
+    _, found = outcome.out.split("delay found")
+    last = {line.split()[0]: line.split()[-1] for line in found.splitlines() if line.strip()}
+    assert last["maximum-likelihood"] == "100.0%"
+    assert last["energy"] == "-"
+    assert "Delay found" in page.read_text()
+    not_sought = run("compare", scenario, "--only", "energy")
+    assert "delay found" not in not_sought.out
+
+
 @pytest.mark.parametrize("case", BAD)
 def test_a_bad_scenario_is_refused_in_one_line(case: str, run: Run, scenario: Path) -> None:
     old, new, words = BAD[case]
@@ -175,6 +200,8 @@ def test_a_bad_scenario_is_refused_in_one_line(case: str, run: Run, scenario: Pa
         (["--mass", "-1"], ["mass", "-1"]),
         (["--load-mass", "1"], ["load", "stiffness"]),
         (["--per-direction", "--offset"], ["offset", "direction"]),
+        (["--largest-delay", "-1"], ["largest_delay is -1 sample", "0 or more"]),
+        (["--largest-delay", "1.5"], ["--largest-delay", "not a whole number"]),
         (["--unit", "position"], ["--unit position", "position=mm"]),
     ],
 )

@@ -1,5 +1,6 @@
 """Estimators side by side: arms, scenarios by direction, disturbances, and files of efforts."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +9,7 @@ import pytest
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import Wanted, compare_log, compare_scenario, write_effort
 from stickslip.jobs.compare.scenario import read_study
-from stickslip.jobs.compare.study import disturbance
+from stickslip.jobs.compare.study import disturbance, measured_log
 from stickslip.jobs.effort_file import read_effort
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError
@@ -99,6 +100,38 @@ def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
     assert "no Cramér-Rao bound" in study.notes[0]
     assert all(score.bound_ratio is None for score in study.applied[0].scores.values())
     assert calls[-1] == (3, 3)
+
+
+def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
+    plain, late = tmp_path / "plain.toml", tmp_path / "late.toml"
+    effort = 4.0 * np.sin(0.02 * np.arange(1000)) + 3.0 * np.sin(0.05 * np.arange(1000))
+    write_effort(effort, 0.004, tmp_path / "sent.csv", kind="linear")
+    write_effort(np.append([0.0, 0.0], effort[:-2]), 0.004, tmp_path / "acts.csv", kind="linear")
+    head, rest = ASYMMETRIC.split("amplitudes")
+    tail = rest[rest.index("[sensors]") :]
+    plain.write_text(f'{head}file = "acts.csv"\n{tail}')
+    late.write_text(f'{head}file = "sent.csv"\neffort_delay = 2\n{tail}')
+    sent, acts = (read_study(path) for path in (late, plain))
+    logs = [
+        measured_log(read, *read.scenario.input.sampled(tmp_path), np.random.default_rng(1))
+        for read in (sent, acts)
+    ]
+    assert np.array_equal(logs[0].measured_position, logs[1].measured_position)
+    assert np.allclose(logs[0].effort[:-1], effort, rtol=NINE_DIGITS)
+    assert sent.tables()["input"]["effort_delay"] == (2, "samples")
+
+    wanted = Wanted(largest_delay=3, only=("energy", "maximum-likelihood"))
+    study = compare_scenario(late, runs=2, wanted=wanted)
+    energy, likelihood = study.applied
+    assert energy.delay_found is None
+    assert likelihood.delay_found == 1.0
+    assert likelihood.to_dict("linear")["delay_found"] == 1.0
+    for name, score in likelihood.scores.items():
+        assert abs(score.bias) < CLOSE * score.truth, name
+    # The bound is that of the effort that acts, whose delay is a whole number and found for sure
+    assert dict(study.bound) == dict(compare_scenario(plain, runs=2, wanted=wanted).bound)
+    missed = compare_scenario(late, runs=2, wanted=replace(wanted, largest_delay=1)).applied[1]
+    assert missed.delay_found == 0.0
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9])

@@ -59,6 +59,15 @@ def compare(
             help="Compare this estimator only; may be repeated. Not said: every one.",
         ),
     ] = None,
+    largest_delay: Annotated[
+        int,
+        Parameter(
+            group=_WANTED,
+            converter=whole_number,
+            help="Let maximum-likelihood find by how many samples the effort acts late, from 0 to "
+            "so many.",
+        ),
+    ] = 0,
     runs: Annotated[
         int | None,
         Parameter(
@@ -129,6 +138,7 @@ def compare(
             stiffness=known.stiffness,
             per_direction=per_direction,
             offset=offset,
+            largest_delay=largest_delay,
             only=tuple(only or ()),
         )
         found: EstimatorComparison | EstimatorStudy

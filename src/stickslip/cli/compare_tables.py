@@ -136,7 +136,7 @@ def _of_parameter(found: "EstimatorStudy", name: str) -> "Table":
             f"{score.bias * size:+.3g}",
             f"{score.rmse * size:.3g}",
             "-" if score.bound_ratio is None else ratio_text(score.bound_ratio),
-            "-" if score.coverage is None else f"{score.coverage:.1%}",
+            _share(score.coverage),
             str(score.runs),
         )
     return table
@@ -152,11 +152,19 @@ def _of_study(found: "EstimatorStudy") -> "Table":
     table.add_column("estimator", no_wrap=True, min_width=22)
     table.add_column("status ok", justify="right")
     table.add_column("a sample", justify="right")
+    delays = any(each.delay_found is not None for each in found.applied)
+    if delays:
+        table.add_column("delay found", justify="right")
     for each in found.applied:
         seconds = each.seconds_per_sample
         table.add_row(
             each.name,
             f"{each.trusted:.0%}",
             "-" if seconds is None else prefixed(seconds, "s"),
+            *([_share(each.delay_found)] if delays else []),
         )
     return table
+
+
+def _share(value: float | None) -> str:
+    return "-" if value is None else f"{value:.1%}"

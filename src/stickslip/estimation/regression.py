@@ -124,6 +124,8 @@ class Regression:
         determined [-]; less than its default only where no filter has touched the motion.
     resolution
         Share of the target that the rows resolve [-].
+    effort_delay
+        Samples that the effort was found to act late; None where none was looked for.
     """
 
     kind: AxisKind
@@ -140,6 +142,7 @@ class Regression:
     biased: bool = False
     smallest_singular_ratio: float = SMALLEST_SINGULAR_RATIO
     resolution: float = RESOLUTION
+    effort_delay: int | None = None
 
     @property
     def scale(self) -> float:

@@ -141,6 +141,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
             samples=regression.samples,
             verdicts=tuple(verdicts),
             notes=regression.notes,
+            effort_delay=regression.effort_delay,
         ),
         provenance=provenance,
     )

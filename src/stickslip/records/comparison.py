@@ -41,6 +41,8 @@ _STUDY_LEGEND = {
     "bound_ratio": "rmse over the Cramer-Rao bound; null where the bound does not apply",
     "coverage": "share of the runs whose 95 % interval holds the truth; null without intervals",
     "trusted": "share of the runs whose status is ok",
+    "delay_found": "share of the runs in which the delay of the effort was found; null where none "
+    "was looked for",
     "seconds_per_sample": _LOG_LEGEND["seconds_per_sample"] + "; of the first run",
 }
 
@@ -211,6 +213,9 @@ class EstimatorScore:
         Time of a fit over the samples of the log [s]; None if it does not apply.
     assumes_inertia
         Whether it was given the mass or inertia that the energy estimator found.
+    delay_found
+        Share of the runs in which the delay of the effort was found [-]; None where none was looked
+        for.
     scores
         By parameter name.
     """
@@ -220,6 +225,7 @@ class EstimatorScore:
     trusted: float = 0.0
     seconds_per_sample: float | None = None
     assumes_inertia: bool = False
+    delay_found: float | None = None
     scores: Mapping[str, ParameterScore] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -234,6 +240,7 @@ class EstimatorScore:
             "trusted": self.trusted,
             "seconds_per_sample": self.seconds_per_sample,
             "assumes_inertia": self.assumes_inertia,
+            "delay_found": self.delay_found,
             "parameters": {name: score.to_dict(kind) for name, score in self.scores.items()},
         }
 

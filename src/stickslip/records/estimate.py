@@ -178,6 +178,8 @@ class Diagnostics:
         One a parameter.
     notes
         Anything else a user should know, one sentence each.
+    effort_delay
+        Samples that the effort was found to act late; None where none was looked for.
     """
 
     relative_residual: float
@@ -189,6 +191,7 @@ class Diagnostics:
     samples: int
     verdicts: tuple[Verdict, ...]
     notes: tuple[str, ...] = ()
+    effort_delay: int | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "classical_std", MappingProxyType(dict(self.classical_std)))
@@ -208,6 +211,7 @@ class Diagnostics:
                 for v in self.verdicts
             ],
             "notes": list(self.notes),
+            "effort_delay": self.effort_delay,
         }
 
 

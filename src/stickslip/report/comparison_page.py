@@ -237,6 +237,7 @@ def _cells(found: EstimatorComparison, each: ComparedEstimator) -> list[str]:
 
 def _scores(study: EstimatorStudy) -> str:
     parts: list[str] = []
+    delays = any(each.delay_found is not None for each in study.applied)
     for name in study.parameters:
         truth, unit = study.truth.get(name, 0.0), unit_text(unit_of(name, study.kind))
         size, in_unit = (100.0 / abs(truth), "%") if truth else (1.0, unit)
@@ -251,9 +252,10 @@ def _scores(study: EstimatorStudy) -> str:
             "Runs",
             "Status ok",
             "A sample",
+            *(["Delay found"] if delays else []),
         ]
         body = "".join(
-            row(each.name, _score_cells(each, name, size))
+            row(each.name, _score_cells(each, name, size, delays=delays))
             for each in study.applied
             if name in each.scores
         )
@@ -264,7 +266,7 @@ def _scores(study: EstimatorStudy) -> str:
     return "".join(parts)
 
 
-def _score_cells(each: EstimatorScore, name: str, size: float) -> list[str]:
+def _score_cells(each: EstimatorScore, name: str, size: float, *, delays: bool) -> list[str]:
     score = each.scores[name]
     seconds = each.seconds_per_sample
     cells = [
@@ -276,6 +278,8 @@ def _score_cells(each: EstimatorScore, name: str, size: float) -> list[str]:
         f"{each.trusted:.0%}",
         "–" if seconds is None else prefixed(seconds, "s"),
     ]
+    if delays:
+        cells.append("–" if each.delay_found is None else f"{each.delay_found:.1%}")
     return [cell.replace("-", "−").replace(" ", "\u00a0") for cell in cells]
 
 

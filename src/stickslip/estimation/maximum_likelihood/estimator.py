@@ -293,7 +293,7 @@ class MaximumLikelihoodEstimator:
         return estimate if static is None else static.added_to(estimate)
 
     def _rows(self, found: _Found) -> Regression:
-        return rows_at(
+        rows = rows_at(
             found.windows,
             found.parameters,
             found.maximum,
@@ -301,6 +301,7 @@ class MaximumLikelihoodEstimator:
             samples=len(found.log),
             notes=found.notes,
         )
+        return replace(rows, effort_delay=found.delay if self.largest_delay else None)
 
     def _found(self, log: AxisLog) -> _Found:
         """Search the likeliest parameters, and the likeliest delay."""

@@ -10,6 +10,7 @@ from stickslip.records import (
     FrictionEstimate,
     InputError,
     StickslipError,
+    count_of,
     positive,
     unit_of,
 )
@@ -50,6 +51,9 @@ class Wanted:
         Whether each direction gets its own Coulomb and viscous friction.
     offset
         Whether a constant offset is estimated; None does unless ``per_direction``.
+    largest_delay
+        Delays of the effort of 0 to so many samples are tried by maximum likelihood, the only one
+        that finds any.
     only
         Names of the estimators to compare; empty for every one.
     """
@@ -59,6 +63,7 @@ class Wanted:
     stiffness: float | None = None
     per_direction: bool = False
     offset: bool | None = None
+    largest_delay: int = 0
     only: tuple[str, ...] = ()
 
     @property
@@ -161,6 +166,7 @@ def _likelihood(wanted: Wanted, inertia: float | None, kind: AxisKind) -> Estima
         stiffness=wanted.stiffness,
         per_direction=wanted.per_direction,
         offset=wanted.offset,
+        largest_delay=wanted.largest_delay,
         initial_values=guess,
     )
 
@@ -301,6 +307,11 @@ def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
             raise InputError(
                 f"{name!r} is not an estimator", remedy=f"use one of {', '.join(ESTIMATORS)}"
             )
+    if wanted.largest_delay < 0:
+        raise InputError(
+            f"largest_delay is {count_of(wanted.largest_delay, 'sample')}",
+            remedy="give 0 or more whole samples",
+        )
     _energy(wanted, None, kind)  # which refuses half an arm, and an offset per direction
 
 

@@ -14,6 +14,7 @@ from stickslip.jobs.position.tables import AxisTable, SensorsTable
 from stickslip.records import (
     InputError,
     ScenarioTables,
+    count_of,
     non_negative,
     positive,
     quantity_field,
@@ -26,6 +27,11 @@ _MOST_SAMPLES = 5_000_000
 
 _LEAST_SAMPLES = 100
 _MOST_RUNS = 100_000
+
+_LARGEST_DELAY = _LEAST_SAMPLES // 2
+"""Of the effort, in samples: even the shortest run has as many in which it acts."""
+
+_UNITS = {"frequencies": "Hz", "effort_delay": "samples"}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -45,6 +51,8 @@ class InputTable:
         Of a run [s]; of a file all of it.
     sampling_time
         [s]; a file has its own.
+    effort_delay
+        Samples that the effort acts later than it is logged.
     disturbance
         Standard deviation of a force that acts beside the effort and is not logged [N or N m].
     disturbance_correlation
@@ -61,6 +69,7 @@ class InputTable:
     file: str | None = None
     duration: float | None = quantity_field("time", default=None)
     sampling_time: float | None = quantity_field("sampling_time", default=None)
+    effort_delay: int = 0
     disturbance: float = quantity_field("effort", default=0.0)
     disturbance_correlation: float = 0.0
 
@@ -68,6 +77,12 @@ class InputTable:
 
     def __post_init__(self) -> None:
         non_negative("disturbance", self.disturbance, "N or N m")
+        if not 0 <= self.effort_delay <= _LARGEST_DELAY:
+            raise InputError(
+                f"effort_delay is {count_of(self.effort_delay, 'sample')}, it must be at least 0 "
+                f"and at most {_LARGEST_DELAY}",
+                remedy="give the delay of a drive in whole samples, such as 1 or 2",
+            )
         if not 0.0 <= self.disturbance_correlation < 1.0:
             raise InputError(
                 f"disturbance_correlation is {self.disturbance_correlation:g}, it must be at least "
@@ -145,6 +160,16 @@ class InputTable:
             )
         ]
         return np.sum(sines, axis=0), step
+
+    def acting(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Return what acts of an effort: the same, late, and nothing before.
+
+        Parameters
+        ----------
+        effort
+            As it is sent and logged [N or N m].
+        """
+        return np.concatenate((np.zeros(self.effort_delay), effort))[: effort.size]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,9 +251,9 @@ class StudyFile:
             for each in fields(table):
                 value, quantity = getattr(table, each.name), each.metadata.get("quantity")
                 if value is not None:
-                    unit = "" if quantity is None else quantity.unit(kind)
-                    if each.name == "frequencies":
-                        unit = "Hz"
+                    unit = _UNITS.get(each.name, "")
+                    if quantity is not None:
+                        unit = quantity.unit(kind)
                     plain = list(value) if isinstance(value, tuple) else value
                     tables[name][each.name] = (plain, unit)
         return tables

@@ -29,7 +29,7 @@ from stickslip.records import (
 )
 from stickslip.simulation import simulate
 
-__all__ = ["compare_scenario", "disturbance"]
+__all__ = ["compare_scenario", "disturbance", "measured_log"]
 
 _Run = dict[str, Fitted]
 
@@ -77,7 +77,7 @@ def compare_scenario(
     generators = np.random.default_rng(asked.sensors.seed).spawn(count)
 
     def measured(k: int) -> AxisLog:
-        return _measured(read, plant, effort, step, generators[k])
+        return measured_log(read, effort, step, generators[k])
 
     first = measured(0)
     inertia = inertia_of(fitted("energy", known, None, first).estimate)
@@ -109,7 +109,14 @@ def compare_scenario(
         truth=truth,
         bound=bound,
         scores=tuple(
-            _score(name, [run[name] for run in found], opening[name][1], truth, bound)
+            _score(
+                name,
+                [run[name] for run in found],
+                opening[name][1],
+                truth,
+                bound,
+                delay=asked.input.effort_delay,
+            )
             for name in known.names
         ),
         notes=notes,
@@ -119,17 +126,26 @@ def compare_scenario(
     )
 
 
-def _measured(
+def measured_log(
     read: StudyFile,
-    plant: Plant,
     effort: Float[np.ndarray, " n"],
     step: float,
     generator: np.random.Generator,
 ) -> AxisLog:
-    """Return the log of one run: disturbed, started anywhere within an encoder step, measured."""
+    """Return the log of one run: disturbed, started anywhere within an encoder step, measured.
+
+    Parameters
+    ----------
+    read
+        The scenario.
+    effort, step
+        What is sent [N or N m], and its sampling time [s].
+    generator
+        Where all that is random comes from.
+    """
     asked = read.scenario
-    sensors = asked.sensors.sensors()
-    acting = effort + disturbance(
+    plant, sensors = asked.axis.plant(), asked.sensors.sensors()
+    acting = asked.input.acting(effort) + disturbance(
         effort.size,
         asked.input.disturbance,
         asked.input.disturbance_correlation,
@@ -140,7 +156,7 @@ def _measured(
     motion = simulate(plant, acting, sampling_time=step, initial_state=state)
     log = sensors.measure(motion, generator, name=read.name)
     commanded = log.effort.copy()
-    commanded[: effort.size] = effort
+    commanded[: effort.size], commanded[effort.size :] = effort, effort[-1]
     return replace(log, effort=commanded)
 
 
@@ -217,7 +233,7 @@ def _bound(
     try:
         bound = cramer_rao_bound(
             plant,
-            effort,
+            read.scenario.input.acting(effort),
             sampling_time=step,
             sensors=read.scenario.sensors.sensors(),
             sought=sought,
@@ -236,11 +252,15 @@ def _score(
     seconds: float,
     truth: dict[str, float],
     bound: dict[str, float],
+    *,
+    delay: int,
 ) -> EstimatorScore:
     """Return how near an estimator comes."""
     estimates = [each.estimate for each in found if each.estimate is not None]
     if not estimates:
         return EstimatorScore(name=name, why_not=found[0].why_not)
+    looked_for = [each.diagnostics.effort_delay for each in estimates]
+    delays = [each for each in looked_for if each is not None]
     assumes = any(each.assumed_inertia is not None for each in found)
     sought = {key for each in estimates for key, p in each.parameters.items() if p.identified}
     bounded = sought | ({"mass", "inertia"} & set(bound) if assumes else set()) == set(bound)
@@ -271,5 +291,6 @@ def _score(
         trusted=sum(each.status.trusted for each in estimates) / len(found),
         seconds_per_sample=seconds,
         assumes_inertia=assumes,
+        delay_found=sum(each == delay for each in delays) / len(found) if delays else None,
         scores=scores,
     )
