@@ -11,13 +11,8 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
-from stickslip.estimation.free_friction import (
-    FreeMotion,
-    _Run,
-    free_motion,
-    roaming,
-    walk_covariance,
-)
+from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming, shown_by_mass
+from stickslip.estimation.free_smoother import FreeAxis, walk_covariance
 
 ROUNDING = 1e-9  # relative: what the exponential of a matrix of mixed units loses
 SAME_ALGEBRA = 1e-8  # of the largest value: two ways to the same posterior, conditioned to 1e7
@@ -44,7 +39,7 @@ def van_loan(inertia: float, sampling_time: float) -> np.ndarray:
 def test_what_friction_adds_in_a_sample_is_the_integral(
     inertia: float, sampling_time: float
 ) -> None:
-    found = walk_covariance(inertia, sampling_time)
+    found = walk_covariance(inertia=inertia, sampling_time=sampling_time)
     scale = np.sqrt(np.outer(np.diag(found), np.diag(found)))
     np.testing.assert_allclose(
         found / scale, van_loan(inertia, sampling_time) / scale, atol=ROUNDING
@@ -54,7 +49,7 @@ def test_what_friction_adds_in_a_sample_is_the_integral(
 def test_what_friction_adds_in_a_sample_by_quadrature() -> None:
     inertia, T = 3.0, 0.07
     A, b = rate_matrix(inertia), np.array([0.0, 0.0, 1.0])
-    found = walk_covariance(inertia, T)
+    found = walk_covariance(inertia=inertia, sampling_time=T)
     for i in range(3):
         for j in range(3):
 
@@ -189,9 +184,11 @@ def test_the_cost_is_the_likelihood(with_velocity: bool, rate: float) -> None:
     whole = scipy.stats.Covariance.from_cholesky(np.linalg.cholesky(spread))
     log_density = scipy.stats.multivariate_normal(expected, whole).logpdf(measured)
     v = walk.velocity if with_velocity else None
-    run = _Run.of(walk.position, v, walk.force, walk.inertia, walk.sampling_time, walk.noise)
+    m, T = walk.inertia, walk.sampling_time
+    shown = shown_by_mass(walk.position, v, walk.force, m, T, walk.noise)
+    cost = FreeAxis.of(inertia=m, sampling_time=T).cost(shown, rate)
     twice = -2.0 * log_density - measured.size * np.log(2.0 * np.pi)
-    assert run.cost(rate) == pytest.approx(twice, rel=1e-8, abs=1e-6)
+    assert cost == pytest.approx(twice, rel=1e-8, abs=1e-6)
 
 
 @pytest.mark.parametrize("with_velocity", [True, False])

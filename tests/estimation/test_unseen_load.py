@@ -9,8 +9,8 @@ import scipy.stats
 
 from stickslip.estimation import EnergyEstimator, MaximumLikelihoodEstimator, examine
 from stickslip.estimation.energy_levels import AxisModel
-from stickslip.estimation.free_arm import ArmSensors, smoothed_arm, walk_of
-from stickslip.estimation.innovations import HeldAxis
+from stickslip.estimation.free_arm import ArmSensors, smoothed_arm
+from stickslip.estimation.free_smoother import FreeAxis, walk_covariance
 from stickslip.estimation.kinematics import LowPass, default_cutoff
 from stickslip.estimation.work_balance import reconstructed
 from stickslip.friction import CoulombViscousFriction
@@ -213,9 +213,29 @@ def test_maximum_likelihood_agrees_and_is_drawn() -> None:
         assert abs(found.estimate.value(name) - energy.value(name)) < FAR * ours
 
 
-def short_arm(n: int, step: float) -> tuple[ArmSensors, np.ndarray, np.ndarray]:
-    """A few arbitrary samples, and how the states go on from one to the next."""
-    m1, m2, k = 1.3, 0.7, 40.0
+def rate_matrix(inertia: float, load_inertia: float, stiffness: float) -> np.ndarray:
+    """Rates of both masses' position and velocity, and of the friction."""
+    F = np.zeros((5, 5))
+    F[0, 1] = F[2, 3] = 1.0
+    F[1, [0, 2, 4]] = np.array([-stiffness, stiffness, -1.0]) / inertia
+    F[3, [0, 2]] = np.array([stiffness, -stiffness]) / load_inertia
+    return F
+
+
+def van_loan(F: np.ndarray, step: float) -> np.ndarray:
+    """Integral of exp(F s) b b' exp(F' s), b the rate of the friction, by one exponential."""
+    both = np.zeros((10, 10))
+    both[:5, :5], both[5:, 5:] = -F, F.T
+    both[4, 9] = 1.0
+    over = scipy.linalg.expm(both * step)
+    return over[5:, 5:].T @ over[:5, 5:]
+
+
+SHORT = {"inertia": 1.3, "load_inertia": 0.7, "stiffness": 40.0}
+
+
+def test_the_smoother_is_the_posterior() -> None:
+    n, step, rate = 12, 0.02, 30.0
     generator = np.random.default_rng(3)
     log = AxisLog(
         name="short",
@@ -225,27 +245,16 @@ def short_arm(n: int, step: float) -> tuple[ArmSensors, np.ndarray, np.ndarray]:
         measured_position=1e-2 * generator.standard_normal(n),
         measured_velocity=1e-1 * generator.standard_normal(n),
     )
-    sensors = ArmSensors.of(
-        log,
-        inertia=m1,
-        load_inertia=m2,
-        stiffness=k,
-        noise=(1e-2, 1e-1),
-        load_velocity_noise=1.0,
-    )
-    axis = HeldAxis.of(inertia=m1, load_inertia=m2, stiffness=k, sampling_time=step)
-    A = np.eye(5)
-    A[:4, :4], A[:4, 4] = axis.transition, -axis.held
-    return sensors, A, np.append(axis.held, 0.0)
-
-
-def test_the_smoother_is_the_posterior() -> None:
-    n, step = 12, 0.02
-    sensors, A, B = short_arm(n, step)
-    Q = 30.0 * walk_of(1.3, 0.7, 40.0, step)
+    sensors = ArmSensors.of(log, **SHORT, noise=(1e-2, 1e-1), load_velocity_noise=1.0)
+    axis = FreeAxis.of(**SHORT, sampling_time=step)
     freedom = np.where(np.arange(n) % 4 == 0, 50.0, 1.0)
-    first = np.append(sensors.first, 2.0)
-    motion = smoothed_arm(sensors, A, B, Q, freedom, first)
+    motion = smoothed_arm(axis, sensors, rate, freedom)
+    # The rates of all states, friction the last; what the effort does is what friction undoes
+    over = scipy.linalg.expm(rate_matrix(**SHORT) * step)
+    push = np.append(-over[:4, 4], 0.0)
+    Q = rate * van_loan(rate_matrix(**SHORT), step)
+    duration = n * step
+    first = np.append(sensors.first, sensors.force_squared / duration + rate * duration)
     # All states at once: x = mean + G w, w the first state and what each sample adds
     mean, G = np.zeros((n, 5)), np.zeros((n, 5, 5 * n))
     mean[0, :2] = sensors.measured[0]
@@ -253,8 +262,8 @@ def test_the_smoother_is_the_posterior() -> None:
     W[:5, :5] = np.diag(first)
     G[0, :, :5] = np.eye(5)
     for k in range(1, n):
-        mean[k] = A @ mean[k - 1] + B * sensors.effort[k - 1]
-        G[k] = A @ G[k - 1]
+        mean[k] = over @ mean[k - 1] + push * log.effort[k - 1]
+        G[k] = over @ G[k - 1]
         at = slice(5 * k, 5 * k + 5)
         G[k, :, at] += np.eye(5)
         W[at, at] = freedom[k - 1] * Q
@@ -278,14 +287,6 @@ def test_the_smoother_is_the_posterior() -> None:
 
 
 def test_the_walk_is_van_loans_integral() -> None:
-    m1, m2, k, step = 1.3, 0.7, 40.0, 0.1
-    F = np.zeros((5, 5))
-    F[0, 1] = F[2, 3] = 1.0
-    F[1, 0], F[1, 2], F[1, 4] = -k / m1, k / m1, -1.0 / m1
-    F[3, 0], F[3, 2] = k / m2, -k / m2
-    both = np.zeros((10, 10))
-    both[:5, :5], both[5:, 5:] = -F, F.T
-    both[4, 9] = 1.0
-    over = scipy.linalg.expm(both * step)
-    expected = over[5:, 5:].T @ over[:5, 5:]
-    np.testing.assert_allclose(walk_of(m1, m2, k, step), expected, atol=1e-15, rtol=1e-6)
+    expected = van_loan(rate_matrix(**SHORT), 0.1)
+    found = walk_covariance(**SHORT, sampling_time=0.1)
+    np.testing.assert_allclose(found, expected, atol=1e-15, rtol=1e-6)
