@@ -150,6 +150,27 @@ def test_the_load_is_where_the_smoother_says() -> None:
     assert np.mean(np.abs(error) <= told) > 0.5
 
 
+def test_a_load_that_cannot_be_found_is_told() -> None:
+    """A load a thousand times as heavy hardly moves, and its spring does not say where it is."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.5)
+    arm = FlexibleArm(mass_1=1.0, mass_2=1e3, stiffness=50.0, friction=law)
+    time = np.arange(3000) * 1e-3
+    effort = 8.0 * np.sin(2.0 * time) + 6.0 * np.sin(5.1 * time)
+    log = seen(
+        simulate(arm, effort, sampling_time=1e-3), Sensors(position_noise=1e-5, velocity="none")
+    )
+    estimate = EnergyEstimator(inertia=1.0, load_inertia=1e3, stiffness=50.0).fit(log)
+    (note,) = [note for note in estimate.diagnostics.notes if "reconstructed" in note]
+    assert "no better than not knowing it" in note
+    assert "measure the load's position" in note
+    for name, true in (("coulomb_friction", 1.0), ("viscous_friction", 0.5)):
+        ci95 = estimate.parameters[name].ci95
+        assert ci95 is not None
+        assert ci95[0] <= true <= ci95[1]
+    known = [note for note in ARM.fit(seen(moved(), Sensors())).diagnostics.notes if "load" in note]
+    assert not any("no better" in note for note in known)
+
+
 def test_what_is_measured_or_rigid_is_left_as_it_is() -> None:
     log = Sensors().measure(moved(), np.random.default_rng(0))
     low_pass = LowPass(order=4, cutoff=default_cutoff(T))

@@ -81,14 +81,23 @@ def said_of_load(part: AxisLog, motions: Sequence[FreeMotion]) -> tuple[str, ...
     motions
         What was found of all; nothing is said unless they are those of such an arm.
     """
-    spreads = [motion.load_spread for motion in motions if isinstance(motion, ArmMotion)]
-    if not spreads:
+    arms = [motion for motion in motions if isinstance(motion, ArmMotion)]
+    if not arms:
         return ()
-    half = _WITHIN_95 * float(np.median(np.concatenate(spreads)))
-    return (
+    half = _WITHIN_95 * float(np.median(np.concatenate([arm.load_spread for arm in arms])))
+    unit = part.unit("position")
+    reconstructed = (
         "the position of the load is not measured: it is reconstructed from the motion of the "
-        f"driven mass, to +-{half:.2g} {part.unit('position')} (95 %) if both masses and the "
-        "stiffness are right",
+        f"driven mass, to +-{half:.2g} {unit} (95 %) if both masses and the stiffness are right"
+    )
+    way = float(np.sqrt(np.mean([np.var(arm.load_position) for arm in arms])))
+    if half < way:
+        return (reconstructed,)
+    return (
+        f"{reconstructed}; that is no better than not knowing it, as it moves by {way:.2g} {unit} "
+        "rms: friction is found without it, where an interval is given, but energies and the "
+        "simulated motion are not to be relied on; measure the load's position, or record a longer "
+        "motion that shakes the load",
     )
 
 
