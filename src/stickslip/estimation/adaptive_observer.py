@@ -49,32 +49,18 @@ class AdaptiveObserver(ForceObserver):
             *(("offset",) if self.offset else ()),
         )
 
-    def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-
-        Raises
-        ------
-        InputError
-            If it is not positive, or the typical speed is not given.
-        """
+    def _lay_settings(self, s: State) -> None:
         if self.speed is None:
             raise InputError(
                 "the typical speed is not given, and a first state needs it",
                 remedy="give speed [m/s or rad/s], or use fit",
             )
-        s = super().init(sampling_time=sampling_time)
         s[at.SPEED] = self.speed
         s[at.GAINS + 1] = self.rate
         if self.viscous:
             s[at.GAINS] = self.rate / self.speed**2
         if self.offset:
             s[at.GAINS + 2] = self.rate
-        return s
 
     def _settled(self, log: AxisLog) -> ForceObserver:
         speed = self.speed

@@ -103,11 +103,11 @@ def balance(s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float,
 
 @compiled(inline=True)
 def follow(s: Float[np.ndarray, " s"], y: float, rho: float) -> None:
-    """Follow the gradient flow theta' = rho Gamma r (y - r' theta) over a sample.
+    """Follow the gradient flow theta' = rho Gamma r (y - <r, theta>) over a sample.
 
     With the row r and the target y held, the flow moves along Gamma r only, and is solved exactly:
-    the error r' theta decays by exp(-rho g T), g = r' Gamma r. So the step is stable whatever the
-    gains, and theta~' Gamma^-1 theta~ never grows where y = r' theta.
+    the error y - <r, theta> decays by exp(-rho g T), g = <r, Gamma r>. So the step is stable
+    whatever the gains, and <theta~, Gamma^-1 theta~> never grows where y = <r, theta>.
     """
     g, e = 0.0, y
     for i in range(_FRICTION):

@@ -75,8 +75,8 @@ class ForceObserver(ABC):
     initial_values: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        positives = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
-        check_given(self, positive, positives)
+        units = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
+        check_given(self, positive, units)
         check_given(self, non_negative, {"dead_band": "m/s or rad/s"})
         known = (*(() if self.inertia is not None else ("mass", "inertia")), *_FRICTION)
         guesses = first_guesses(self.initial_values, known)
@@ -132,7 +132,7 @@ class ForceObserver(ABC):
         Raises
         ------
         InputError
-            If it is not positive.
+            If it is not positive, or a typical speed is needed and not given.
         """
         s = np.zeros(self._state_size)
         s[SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
@@ -140,15 +140,23 @@ class ForceObserver(ABC):
         s[at.DEAD_BAND] = self.dead_band or 0.0
         s[STIFFNESS] = self.stiffness or 0.0
         s[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
+        self._lay_settings(s)
         return s
+
+    @abstractmethod
+    def _lay_settings(self, s: State) -> None:
+        """Lay what is the method's own in a first state, in place."""
 
     @property
     def _state_size(self) -> int:
         return at.STATE_SIZE
 
+    @property
+    def _guesses(self) -> Mapping[str, float]:
+        return self.initial_values or {}
+
     def _first_guesses(self) -> list[float]:
-        guesses = self.initial_values or {}
-        return [guesses.get(name, 0.0) for name in _FRICTION]
+        return [self._guesses.get(name, 0.0) for name in _FRICTION]
 
     def step(
         self, state: State, sample: tuple[float, float, float, float, float]
@@ -179,8 +187,8 @@ class ForceObserver(ABC):
     @property
     def _places(self) -> list[int]:
         """Places in a state of what is estimated."""
-        mass = [VALUES] if self.inertia is None else []
-        return mass + [self._values_from + _FRICTION.index(name) for name in self._estimated]
+        friction = [self._values_from + _FRICTION.index(name) for name in self._estimated]
+        return [VALUES, *friction] if self.inertia is None else friction
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps; return the state and the estimates after each.
@@ -213,11 +221,10 @@ class ForceObserver(ABC):
         """
         check_excited(log)
         log, changes = resampled(log)
-        parts = list(log.segments())
         settled = self._settled(log)
         state = settled.init(sampling_time=log.sampling_time)
         histories: list[Float[np.ndarray, "n p"]] = []
-        for part in parts:
+        for part in log.segments():
             state[at.KNOWN] = 0.0
             state, history = settled.run(state, part)
             histories.append(history)
@@ -256,10 +263,10 @@ class ForceObserver(ABC):
             jump = np.sqrt(2.0) * speed_noise * (self.inertia or 0.0) / T
             size = max(size, int(np.ceil(jump / (_QUIET * effort))))
         names = self.parameter_names(log.kind)
-        rows = self._rows_of(parts, samples, size)
+        rows = self._rows(parts, samples, size)
         if len(rows) < _LEAST_ROWS * len(names):  # no motion lasts so long
             size = self._block(T)
-            rows = self._rows_of(parts, samples, size)
+            rows = self._rows(parts, samples, size)
         in_columns = dict.fromkeys(_FRICTION, 0.0)
         in_columns["viscous_friction"] = speed_noise / np.sqrt(size)
         difference = speed_noise * np.sqrt(2.0) / (size * T)
@@ -289,21 +296,17 @@ class ForceObserver(ABC):
         low_pass = self._low_pass(T)
         return position_noise(part.measured_position) * low_pass.noise_gain(T, derivatives=1)
 
-    def _rows_of(
+    def _rows(
         self, parts: Sequence[AxisLog], samples: Sequence[Float[np.ndarray, "_ 5"]], size: int
     ) -> Float[np.ndarray, "m c"]:
-        """Return the rows of all stretches."""
-        return np.concatenate(
-            [self._rows(part, one, size) for part, one in zip(parts, samples, strict=True)]
-        )
+        """Return time, target and row of all stretches, means over blocks of samples that tell."""
+        tables = [self._balance(part, one) for part, one in zip(parts, samples, strict=True)]
+        return np.concatenate([_block_means(*one, size) for one in tables])
 
-    def _rows(
-        self, part: AxisLog, samples: Float[np.ndarray, "n 5"], size: int
-    ) -> Float[np.ndarray, "m c"]:
-        """Return time, target and row, means over blocks of samples that tell.
-
-        As `force_balance.balance` has them.
-        """
+    def _balance(
+        self, part: AxisLog, samples: Float[np.ndarray, "n 5"]
+    ) -> tuple[Float[np.ndarray, "m c"], Bool[np.ndarray, " m"]]:
+        """Return time, target and row of each sample and whether it tells, as `balance` does."""
         T = part.sampling_time
         u, x, v, x2, v2 = samples.T
         stretch, rate = x - x2, v - v2
@@ -323,7 +326,7 @@ class ForceObserver(ABC):
         table = np.column_stack([part.time[1:], force, *mass, *sought])
         slower = np.minimum(np.abs(v[:-1]), np.abs(v[1:]))
         tells = (v[:-1] * v[1:] > 0.0) & (slower > (self.dead_band or 0.0))
-        return _block_means(table, tells, size)
+        return table, tells
 
     def _block(self, sampling_time: float) -> int:
         """Return how many samples a period of the cutoff frequency has."""
@@ -343,11 +346,7 @@ class ForceObserver(ABC):
 
     def _options(self) -> dict[str, Any]:
         options = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {
-            "estimator": self.name,
-            **options,
-            "initial_values": dict(self.initial_values or {}),
-        }
+        return {"estimator": self.name, **options, "initial_values": dict(self._guesses)}
 
     def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
         """Return effort, position, velocity, load position and load velocity, one row a sample.

@@ -7,11 +7,17 @@ forces, the Coulomb friction a is estimated by
     a^ = z - k |v|^mu,    z' = k mu |v|^(mu - 1) (w - a^ sign(v)) sign(v),
 
 so that the error e = a - a^ obeys e' = -k mu |v|^(mu - 1) e: it decays as long as the axis moves.
+With |v|' = v' sign(v) and the friction force f = w - v', the two equations are the one
+
+    a^' = g'(|v|) (f sign(v) - a^),    g(|v|) = k |v|^mu,
+
+and f is known of a whole sample from its momentum (`stickslip.estimation.force_balance`). So this
+is what is stepped; z, which in continuous time frees the observer from f, is not needed.
 
 The viscous extension is the form that B. Friedland (1997), "A nonlinear observer for estimating
 parameters in dynamic systems", Automatica 33(8), 1525-1530, gives to any parameters that enter
 linearly: with the row r = (v, sign(v)), a function phi(v) with phi' = -g'(|v|) Gamma r makes
-theta~' = -g' Gamma r r' theta~.
+theta~' = -g' Gamma r <r, theta~>.
 """
 
 from dataclasses import dataclass
@@ -39,7 +45,10 @@ __all__ = ["FriedlandParkObserver"]
 
 @compiled(inline=True)
 def _mean_slope(a: float, b: float, mu: float, scale: float) -> float:
-    """Return the mean of g' while the speed goes evenly from a to b, g = scale (|v|/scale)^mu."""
+    """Return the mean of g' / rate while the speed goes evenly from a to b.
+
+    It is (g(b) - g(a)) / (b - a) of g / rate = scale (|v| / scale)^mu.
+    """
     if mu == 1.0:
         return 1.0
     a, b = a / scale, b / scale
@@ -54,7 +63,7 @@ def friedland_park_step(
 ) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite.
 
-    With z = a^ + g(|v|), one step of z' over a sample, exact under a held force.
+    a^' = g' (f sign(v) - a^) over a sample, exact where f is held and the speed changes evenly.
     """
     if not finite(u, x, v, x2, v2):
         return False
@@ -125,14 +134,6 @@ class FriedlandParkObserver(AdaptiveObserver):
     def _run(self) -> Run:
         return friedland_park_run
 
-    def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-        """
-        s = super().init(sampling_time=sampling_time)
+    def _lay_settings(self, s: State) -> None:
+        super()._lay_settings(s)
         s[SHAPE] = self.exponent
-        return s

@@ -1,14 +1,14 @@
 """The gradient estimator of Slotine and Li.
 
 J.-J. E. Slotine and W. Li (1991), "Applied Nonlinear Control", section 8.7.2. With the prediction
-error e = y^ - y = r' theta^ - y of a model that is linear in its parameters, theta^ moves down the
-gradient of e^2:
+error e = y^ - y = <r, theta^> - y of a model that is linear in its parameters, theta^ moves down
+the gradient of e^2:
 
     theta^' = -P_0 r e.
 
 Row and force go through the same first-order filter 1 / (1 + s / lambda) first (section 8.7.1), so
 that no acceleration is needed. The error in the parameters never grows:
-V = theta~' P_0^-1 theta~ has V' = -2 e^2; it vanishes under persistent excitation only.
+V = <theta~, P_0^-1 theta~> has V' = -2 e^2; it vanishes under persistent excitation only.
 """
 
 from dataclasses import dataclass
@@ -27,7 +27,7 @@ from stickslip.estimation.force_balance import (
     follow,
 )
 from stickslip.estimation.force_observer import Kernel, Run, State
-from stickslip.estimation.recursion import ROW, VALUES
+from stickslip.estimation.recursion import ROW, SAMPLING_TIME, VALUES
 from stickslip.records import positive
 
 __all__ = ["GradientEstimator"]
@@ -108,14 +108,6 @@ class GradientEstimator(AdaptiveObserver):
     def _state_size(self) -> int:
         return _SIZE
 
-    def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-        """
-        s = super().init(sampling_time=sampling_time)
-        s[SHAPE] = -np.expm1(-self.bandwidth * sampling_time)
-        return s
+    def _lay_settings(self, s: State) -> None:
+        super()._lay_settings(s)
+        s[SHAPE] = -np.expm1(-self.bandwidth * s[SAMPLING_TIME])

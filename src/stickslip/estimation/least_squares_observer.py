@@ -18,6 +18,7 @@ from stickslip.estimation.recursion import (
     MOST_PARAMETERS,
     PARAMETERS,
     ROW,
+    SAMPLING_TIME,
     VALUES,
     covariance_in,
     lay_prior,
@@ -127,23 +128,14 @@ class LeastSquaresObserver(ForceObserver):
     def _state_size(self) -> int:
         return _SIZE
 
-    def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-        """
-        s = super().init(sampling_time=sampling_time)
+    def _lay_settings(self, s: State) -> None:
         names = self.parameter_names("linear")
-        guesses = self.initial_values or {}
+        guesses = self._guesses
         mass = guesses.get("mass", guesses.get("inertia", 0.0))
         s[PARAMETERS] = len(names)
         s[FORGETTING] = self.forgetting_factor
-        s[SHAPE] = self._block(sampling_time)
+        s[SHAPE] = self._block(float(s[SAMPLING_TIME]))
         lay_prior(s, [mass if name == "mass" else guesses.get(name, 0.0) for name in names], None)
-        return s
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P, in the order of `parameter_names`, for a force noise of 1 N (or N m) a row."""

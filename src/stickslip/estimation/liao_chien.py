@@ -2,15 +2,16 @@
 
 T.-L. Liao and T.-I. Chien (2000), "An exponentially stable adaptive friction compensator", IEEE
 Transactions on Automatic Control 45(5), 977-980. The observer of Yazdizadeh and Khorasani is joined
-to linear feedback of the tracking error E = (e, e') so that both errors vanish exponentially. With
-the composite Lyapunov function
+to linear feedback of the tracking error E = (e, e') so that both errors vanish exponentially. The
+text of the paper was not at hand; the Lyapunov function and the gains are ours. With <a, b> for the
+inner product, a dash for the rate of change, and theta~ = theta - theta^,
 
-    V = E' P E + theta~' Gamma^-1 theta~,    A' P + P A = -Q,    A = [[0, 1], [-k_p, -k_d]],
-    E' = A E - B r' theta~ / m,    B = (0, 1),
-    theta^' = Gamma r (r' theta~ - B' P E / m),
+    V = <E, P E> + <theta~, Gamma^-1 theta~>,    A^T P + P A = -Q,    A = [[0, 1], [-k_p, -k_d]],
+    E' = A E - B <r, theta~> / m,    B = (0, 1),
+    theta^' = Gamma r (<r, theta~> - <B, P E> / m),
 
-V' = -E' Q E - 2 (r' theta~)^2, which for Coulomb friction alone (r = sign(v), r' r = 1) bounds V by
-an exponential without any condition on the motion.
+V' = -<E, Q E> - 2 <r, theta~>^2, which for Coulomb friction alone (r = sign(v), <r, r> = 1) bounds
+V by an exponential as long as the axis moves, however it does.
 
 A log holds no reference. What is tracked here is the axis by its model: E is the measured motion
 less the one that the model makes under the effort, the believed friction and the feedback of E. Its
@@ -44,7 +45,7 @@ __all__ = ["LiaoChienObserver"]
 (
     _STIFFNESS,  # k_p
     _DAMPING,  # k_d
-    _CROSS,  # B' P E = _CROSS e + _SQUARE e'
+    _CROSS,  # <B, P E> = _CROSS e + _SQUARE e'
     _SQUARE,
     _MODEL_POSITION,
     _MODEL_VELOCITY,
@@ -59,9 +60,13 @@ def liao_chien_step(
 ) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite.
 
-    The equations of E and of q = r' theta~ are linear over a sample, and are stepped by the
-    implicit midpoint rule, under which a quadratic V never grows. Where the axis turned or rested
-    in the sample, friction is not known, and the model is set onto the axis.
+    The equations of E = (e, w) and of q = <r, theta~>,
+
+        e' = w,    w' = -k_p e - k_d w - q / m,    q' = -g (q - <B, P E> / m),    g = <r, Gamma r>,
+
+    are linear over a sample, and are stepped by the implicit midpoint rule, under which a quadratic
+    V never grows. Where the axis turned or rested in the sample, friction is not known, and the
+    model is set onto the axis.
     """
     if not finite(u, x, v, x2, v2):
         return False
@@ -167,18 +172,10 @@ class LiaoChienObserver(AdaptiveObserver):
     def _state_size(self) -> int:
         return _SIZE
 
-    def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-        """
-        s = super().init(sampling_time=sampling_time)
+    def _lay_settings(self, s: State) -> None:
+        super()._lay_settings(s)
         s[_STIFFNESS], s[_DAMPING] = self.bandwidth**2, 2.0 * self.bandwidth
         s[_CROSS], s[_SQUARE] = self.lyapunov[1]
-        return s
 
     def tracking_error(self, state: State) -> Float[np.ndarray, " 2"]:
         """Return E, the errors of the model's position and velocity [SI]."""

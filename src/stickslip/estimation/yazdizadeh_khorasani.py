@@ -4,11 +4,12 @@ A. Yazdizadeh and K. Khorasani (1996), "Adaptive friction compensation based on 
 scheme", Proceedings of the IEEE International Conference on Control Applications, 1060-1065. The
 structure is ``a^ = z - g(|v|)``, ``z' = g'(|v|) (w - a^ sign(v)) sign(v)``; with the Lyapunov
 function V = e^2 / 2 of the error, V' = -g'(|v|) e^2, so that any g with g' > 0 will do, without a
-lower bound on the speed. The choice here,
+lower bound on the speed. The text of the paper was not at hand; the choice of
 
     g(|v|) = rate * speed * log(1 + |v| / speed),    g' = rate / (1 + |v| / speed),
 
-is positive, bounded, and largest where the constraint of Friedland and Park was.
+is one of our own. Its slope is positive and bounded, and largest at rest, which Friedland and Park
+had to keep away from. As theirs, the observer is stepped as the flow of its error.
 """
 
 from dataclasses import dataclass
