@@ -154,7 +154,7 @@ def test_a_scenario_is_scored_by_its_truth(run: Run, scenario: Path) -> None:
     assert mass["runs"] == 3
     assert mass["rmse"] >= abs(mass["bias"])
     assert mass["bound_ratio"] == pytest.approx(mass["rmse"] / document["bound"]["mass"])
-    assert "over the bound" in outcome.err
+    assert "RMSE" in outcome.err
     assert page.exists()
 
 

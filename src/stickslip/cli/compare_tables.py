@@ -4,12 +4,18 @@ import textwrap
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from collections.abc import Mapping
+
     from rich.console import Console
     from rich.table import Table
+    from rich.text import Text
 
-    from stickslip.records import EstimatorComparison, EstimatorStudy
+    from stickslip.records import ComparedEstimator, EstimatorComparison, EstimatorStudy
 
 __all__ = ["print_comparison"]
+
+_WIDEST_NUMBER = 9  # characters of such as -0.000616, so that the tables stand in line
+_NO_LIMIT = 10_000  # characters; wider than any table
 
 
 def print_comparison(console: "Console", found: "EstimatorComparison | EstimatorStudy") -> None:
@@ -34,7 +40,8 @@ def print_comparison(console: "Console", found: "EstimatorComparison | Estimator
         left_out = {each.name: each.why_not for each in found.scores if each.why_not}
     console.print()
     if isinstance(found, EstimatorComparison):
-        console.print(_of_log(found))
+        for table in _of_log(found, console) if found.applied else []:
+            console.print(table)
         assumed = [each for each in found.compared if each.assumed_inertia is not None]
         if assumed:
             notes = [
@@ -42,10 +49,17 @@ def print_comparison(console: "Console", found: "EstimatorComparison | Estimator
                 f"estimator, {assumed[0].assumed_inertia:.6g} {unit_text(found.log.unit('mass'))}"
             ]
             _listed(console, notes, bullet="")
+        doubts = _doubts(found)
+        if doubts:
+            console.print("Not to be trusted:")
+            _listed(console, doubts)
     else:
         for name in found.parameters:
             console.print(_of_parameter(found, name))
         console.print(_of_study(found))
+        if any(each.assumes_inertia for each in found.applied):
+            body = "mass" if found.kind == "linear" else "inertia"
+            _listed(console, [f"* with the {body} that the energy estimator found in each run"], "")
         _listed(console, found.notes)
     if left_out:
         console.print("Does not apply:")
@@ -67,44 +81,96 @@ def _listed(console: "Console", sentences: tuple[str, ...] | list[str], bullet: 
         )
 
 
-def _of_log(found: "EstimatorComparison") -> "Table":
-    from rich import box
-    from rich.table import Table
+def _of_log(found: "EstimatorComparison", console: "Console") -> "list[Table]":
     from rich.text import Text
 
-    from stickslip.records import parameter_label, prefixed, rounded, share_text, unit_of, unit_text
+    from stickslip.records import parameter_label, prefixed, share_text, unit_of, unit_text
+
+    applied = [(each, each.estimate) for each in found.applied if each.estimate is not None]
+    columns: dict[str, list[Text]] = {}
+    for name in found.parameters:
+        words = parameter_label(name, found.log.kind).replace(" ", "\n")
+        unit = unit_text(unit_of(name, found.log.kind))
+        columns[f"{words}\n[{unit}]"] = [Text(_value(each, name)) for each, _ in applied]
+    lefts = [each.unexplained_effort for each, _ in applied]
+    if any(left is not None for left in lefts):
+        columns["effort\nleft"] = [
+            Text("-" if left is None else share_text(left)) for left in lefts
+        ]
+    columns["a\nsample"] = [
+        Text("-" if each.seconds_per_sample is None else prefixed(each.seconds_per_sample, "s"))
+        for each, _ in applied
+    ]
+    columns["status"] = [
+        Text(
+            estimate.status.value.replace("_", " "),
+            style="green" if estimate.status.trusted else "red",
+        )
+        for _, estimate in applied
+    ]
+    return _fitting(console, [each.name for each, _ in applied], columns)
+
+
+def _value(each: "ComparedEstimator", name: str) -> str:
+    """Return the cell of a parameter: its value with half of its 95 % interval."""
+    from stickslip.records import rounded
+
+    parameter = None if each.estimate is None else each.estimate.parameters.get(name)
+    if parameter is None or parameter.value is None:
+        given = name in {"mass", "inertia"} and each.assumed_inertia is not None
+        return "*" if given else "-"
+    if parameter.ci95 is None:
+        return f"{parameter.value:.4g}"
+    half = 0.5 * (parameter.ci95[1] - parameter.ci95[0])
+    return f"{rounded(parameter.value, half)} ± {half:.2g}"
+
+
+def _fitting(
+    console: "Console", names: list[str], columns: "Mapping[str, list[Text]]"
+) -> "list[Table]":
+    """Return the columns in as many tables as it takes that the console cuts none of them."""
+    from rich.measure import Measurement
+
+    tables: list[Table] = []
+    taken: dict[str, list[Text]] = {}
+    unbounded = console.options.update(max_width=_NO_LIMIT)
+    for head, cells in columns.items():
+        wider = _columns(names, {**taken, head: cells})
+        if taken and Measurement.get(console, unbounded, wider).maximum > console.width:
+            tables.append(_columns(names, taken))
+            taken = {}
+        taken[head] = cells
+    return [*tables, _columns(names, taken)]
+
+
+def _columns(names: list[str], columns: "Mapping[str, list[Text]]") -> "Table":
+    from rich import box
+    from rich.table import Table
 
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("estimator", no_wrap=True)
-    for name in found.parameters:
-        unit = unit_text(unit_of(name, found.log.kind))
-        words = parameter_label(name).replace(" ", "\n")
-        table.add_column(f"{words}\n[{unit}]", justify="right", no_wrap=True)
-    table.add_column("effort\nleft", justify="right")
-    table.add_column("a\nsample", justify="right", no_wrap=True)
-    table.add_column("status")
-    for each in found.applied:
-        estimate = each.estimate
-        if estimate is None:
-            continue
-        cells: list[str] = []
-        for name in found.parameters:
-            parameter = estimate.parameters.get(name)
-            if parameter is None or parameter.value is None:
-                given = name in {"mass", "inertia"} and each.assumed_inertia is not None
-                cells.append("*" if given else "-")
-            elif parameter.std is None or parameter.ci95 is None:
-                cells.append(f"{parameter.value:.4g}")
-            else:
-                half = 0.5 * (parameter.ci95[1] - parameter.ci95[0])
-                cells.append(f"{rounded(parameter.value, half)} ± {half:.2g}")
-        left, seconds = each.unexplained_effort, each.seconds_per_sample
-        cells.append("-" if left is None else share_text(left))
-        cells.append("-" if seconds is None else prefixed(seconds, "s"))
-        status = estimate.status
-        word = Text(status.value.replace("_", " "), style="green" if status.trusted else "red")
-        table.add_row(each.name, *cells, word)
+    for head in columns:
+        table.add_column(head, justify="left" if head == "status" else "right", no_wrap=True)
+    for index, name in enumerate(names):
+        table.add_row(name, *(cells[index] for cells in columns.values()))
     return table
+
+
+def _doubts(found: "EstimatorComparison") -> list[str]:
+    """Return why each estimate that is not to be trusted is not."""
+    from stickslip.records import in_words, parameter_label
+
+    doubts: list[str] = []
+    for each in found.applied:
+        if each.estimate is None or each.estimate.status.trusted:
+            continue
+        reasons = [
+            f"{parameter_label(verdict.parameter, found.log.kind)}: {in_words(verdict.reason)}"
+            for verdict in each.estimate.diagnostics.verdicts
+            if not verdict.identifiable
+        ]
+        doubts.append(f"{each.name}: {'; '.join(reasons) or each.estimate.status.text}")
+    return doubts
 
 
 def _of_parameter(found: "EstimatorStudy", name: str) -> "Table":
@@ -121,18 +187,20 @@ def _of_parameter(found: "EstimatorStudy", name: str) -> "Table":
     table = Table(
         box=box.SIMPLE_HEAD,
         pad_edge=False,
-        title=f"{parameter_label(name)}: {truth:.6g} {unit}{least}",
+        title=f"{parameter_label(name, found.kind)}: {truth:.6g} {unit}{least}",
         title_justify="left",
     )
     table.add_column("estimator", no_wrap=True, min_width=22)
-    for head in (f"bias [{in_unit}]", f"RMSE [{in_unit}]", "over the bound", "covered", "runs"):
-        table.add_column(head, justify="right", no_wrap=True, min_width=10)
+    for head in (f"bias\n[{in_unit}]", f"RMSE\n[{in_unit}]", "over the\nbound"):
+        table.add_column(head, justify="right", no_wrap=True, min_width=_WIDEST_NUMBER)
+    for head in ("covered", "runs"):
+        table.add_column(head, justify="right", no_wrap=True)
     for each in found.applied:
         score = each.scores.get(name)
         if score is None:
             continue
         table.add_row(
-            each.name,
+            f"{each.name} *" if each.assumes_inertia else each.name,
             f"{score.bias * size:+.3g}",
             f"{score.rmse * size:.3g}",
             "-" if score.bound_ratio is None else ratio_text(score.bound_ratio),

@@ -1,0 +1,73 @@
+"""Tables of estimators side by side: nothing of them is cut, however narrow the terminal is."""
+
+import io
+from pathlib import Path
+
+import pytest
+from rich.console import Console
+
+from stickslip.cli.compare_tables import print_comparison
+from stickslip.jobs import Wanted, compare_log, compare_scenario
+from stickslip.records import EstimatorComparison, EstimatorStudy
+
+SCENARIO = """
+runs = 2
+[axis]
+kind = "rotary"
+inertia = 1.5
+coulomb_friction = 2.0
+viscous_friction = 3.0
+[input]
+amplitudes = [4.0, 3.0]
+frequencies = [0.5, 1.3]
+duration = 2.0
+sampling_time = 0.004
+[sensors]
+position_noise = 1e-6
+velocity_noise = 1e-5
+"""
+NARROW = 72  # characters; below those of an ordinary terminal
+
+
+def printed(found: EstimatorComparison | EstimatorStudy, width: int) -> list[str]:
+    console = Console(file=io.StringIO(), width=width, markup=False, highlight=False)
+    print_comparison(console, found)
+    assert isinstance(console.file, io.StringIO)
+    return console.file.getvalue().splitlines()
+
+
+@pytest.mark.parametrize("width", [NARROW, 120])
+def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> None:
+    chosen = ("energy", "stribeck-energy", "yazdizadeh-khorasani")
+    found = compare_log(good_log, wanted=Wanted(only=chosen))
+    lines = printed(found, width)
+    assert max(len(line) for line in lines) <= width
+    assert "…" not in "".join(lines)
+    for each in found.applied:
+        assert each.estimate is not None
+        rows = [line for line in lines if line.startswith(f" {each.name} ")]
+        assert len(rows) == sum("estimator" in line.split() for line in lines[3:])
+        assert rows[-1].rstrip().endswith(each.estimate.status.value.replace("_", " "))
+        # All its values are told, however many tables hold them
+        told = sum(row.count(" ± ") for row in rows)
+        assert told == sum(value.std is not None for value in each.estimate.parameters.values())
+
+
+def test_an_estimate_that_is_not_to_be_trusted_says_why(good_log: Path) -> None:
+    found = compare_log(good_log, wanted=Wanted(only=("energy", "stribeck-energy")))
+    text = " ".join(" ".join(printed(found, 120)).split())
+    assert "Not to be trusted: - stribeck-energy: Static friction: the motion" in text
+    trusted = compare_log(good_log, wanted=Wanted(only=("energy",)))
+    assert not any("Not to be trusted" in line for line in printed(trusted, 120))
+
+
+def test_tables_of_a_scenario_fit_and_mark_what_takes_an_inertia(tmp_path: Path) -> None:
+    scenario = tmp_path / "quiet.toml"
+    scenario.write_text(SCENARIO)
+    found = compare_scenario(scenario, wanted=Wanted(only=("energy", "ekf")))
+    lines = printed(found, NARROW + 6)
+    assert "…" not in "".join(lines)
+    assert any(line.startswith(" ekf * ") for line in lines)
+    assert "  * with the inertia that the energy estimator found in each run" in lines
+    known = compare_scenario(scenario, wanted=Wanted(only=("energy", "ekf"), inertia=1.5))
+    assert not any("*" in line for line in printed(known, NARROW + 6))
