@@ -3,13 +3,15 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from stickslip import __version__
+from stickslip.jobs.position.axis_table import AxisTable
 from stickslip.jobs.position.beliefs import beliefs_from
 from stickslip.jobs.position.refusals import told_of
-from stickslip.jobs.position.tables import AxisTable, GuessTable
+from stickslip.jobs.position.tables import GuessTable
 from stickslip.records import AxisKind, Excitation, ExpectedParameter, InputError, positive, unit_of
 from stickslip.simulation import Sensors
 
@@ -92,7 +94,7 @@ def excite(
     file = None if estimate is None else Path(estimate)
     if kind is None:
         kind = "linear" if file is None else _kind_in(file)
-    values = {
+    values: dict[str, Any] = {
         name.replace("inertia", "mass") if kind == "linear" else name: value
         for name, value in believed.items()
     }

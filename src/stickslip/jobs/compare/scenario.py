@@ -10,7 +10,8 @@ from jaxtyping import Float
 
 from stickslip.jobs.effort_file import read_effort
 from stickslip.jobs.position.axis_file import read_axis_file
-from stickslip.jobs.position.tables import AxisTable, SensorsTable
+from stickslip.jobs.position.axis_table import AxisTable
+from stickslip.jobs.position.tables import SensorsTable
 from stickslip.records import (
     InputError,
     ScenarioTables,

@@ -18,6 +18,7 @@ from stickslip.jobs.compare.candidates import (
 )
 from stickslip.jobs.compare.log import timed
 from stickslip.jobs.compare.scenario import StudyFile, check_runs, read_study
+from stickslip.jobs.position.axis_table import LAWS, AxisTable
 from stickslip.jobs.reproduce.parallel import in_parallel
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import (
@@ -98,7 +99,7 @@ def compare_scenario(
             advance=advance,
         ),
     ]
-    truth = _truth(plant, known)
+    truth = _truth(asked.axis, known)
     bound, notes = _bound(read, plant, known, effort, step)
     return EstimatorStudy(
         name=read.name,
@@ -192,16 +193,18 @@ def _fitted_all(wanted: Wanted, log: AxisLog) -> _Run:
     }
 
 
-def _truth(plant: Plant, wanted: Wanted) -> dict[str, float]:
+def _truth(axis: AxisTable, wanted: Wanted) -> dict[str, float]:
     """Return the truth by the names of parameters; of both directions together, their mean."""
-    body = "mass" if plant.kind == "linear" else "inertia"
-    law = plant.friction
+    body = "mass" if axis.kind == "linear" else "inertia"
+    plant, law = axis.plant(), axis.friction()
     truth = {body: plant.mass if isinstance(plant, SingleMass) else plant.mass_1}
     for name in ("coulomb_friction", "viscous_friction", "static_friction"):
         sides = [float(getattr(law, f"{name}_{side}")) for side in ("positive", "negative")]
         truth[name] = 0.5 * (sides[0] + sides[1])
         truth[f"{name}_positive"], truth[f"{name}_negative"] = sides
     truth["offset"] = law.offset
+    if axis.stribeck_velocity is not None:
+        truth["stribeck_velocity"] = axis.stribeck_velocity
     if wanted.per_direction:  # an offset is then part of the Coulomb friction
         truth["coulomb_friction_positive"] += law.offset
         truth["coulomb_friction_negative"] -= law.offset
@@ -226,6 +229,14 @@ def _bound(
     ).terms
     body = "mass" if plant.kind == "linear" else "inertia"
     sought = (*(() if wanted.inertia is not None else (body,)), *terms.names)
+    law = read.scenario.axis.law
+    if law != "coulomb":
+        return {}, (
+            f"the axis is simulated with {LAWS[law]}, and estimators are scored by its friction in "
+            "steady motion: one that knows Coulomb and viscous friction only takes the rest for "
+            "these",
+            "no Cramér-Rao bound: it is for Coulomb and viscous friction",
+        )
     if read.scenario.input.disturbance:
         return {}, (
             "no Cramér-Rao bound: it is for a known effort, and a force disturbs the axis here",

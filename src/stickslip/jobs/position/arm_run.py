@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import LandingController, LandingState
+from stickslip.friction import FrictionLaw
 from stickslip.jobs.position.arm_controllers import ArmChoice, choose_arm_controller
 from stickslip.jobs.position.judging import arm_ending, settling_time
 from stickslip.jobs.position.landing_notes import NOTED, by_name, landing_phases
@@ -243,7 +244,7 @@ def _load(values: Float[np.ndarray, " n"] | None) -> Float[np.ndarray, " n"]:
     return np.empty(0) if values is None else values
 
 
-def _swings(run: ClosedLoopRun[Any], plant: FlexibleArm) -> Float[np.ndarray, " n"]:
+def _swings(run: ClosedLoopRun[Any], plant: FlexibleArm[FrictionLaw]) -> Float[np.ndarray, " n"]:
     """Return with which amplitude mass 2 would swing on at each sample, if mass 1 rested."""
     motion, frequency = run.motion, sqrt(plant.stiffness / plant.mass_2)
     apart = _load(motion.load_position) - motion.position

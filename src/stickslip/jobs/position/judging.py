@@ -20,7 +20,11 @@ _REST = 0.25
 
 
 def settling_time(
-    time: Float[np.ndarray, " n"], error: Float[np.ndarray, " n"], tolerance: float
+    time: Float[np.ndarray, " n"],
+    error: Float[np.ndarray, " n"],
+    tolerance: float,
+    *,
+    still: float = 0.0,
 ) -> float | None:
     """Return how long it took until the error was within the tolerance for good.
 
@@ -32,25 +36,32 @@ def settling_time(
         The true one [m or rad].
     tolerance
         [m or rad].
+    still
+        How far an axis that rests may move [m or rad].
 
     Returns
     -------
     Time from the first sample [s]; None if it is never so: if at the end the axis is outside, or
     moves and has only just come in.
     """
-    sample = _settled(error, tolerance)
+    sample = _settled(error, tolerance, still)
     return None if sample is None else float(time[sample] - time[0])
 
 
-def _settled(error: Float[np.ndarray, " n"], tolerance: float) -> int | None:
+def _settled(error: Float[np.ndarray, " n"], tolerance: float, still: float = 0.0) -> int | None:
     """Return the sample from which on the error is within the tolerance for good, if any."""
     outside = np.flatnonzero(np.abs(error) > tolerance)
     sample = int(outside[-1]) + 1 if outside.size else 0
     stays = error.size - sample
     if stays >= max(_LEAST_STAY, _STAY * error.size):
         return sample
-    rests = bool(np.all(error[-_LEAST_STAY:] == error[-1]))
+    rests = _rests(error[-_LEAST_STAY:], still)
     return sample if stays >= _LEAST_STAY and rests else None
+
+
+def _rests(error: Float[np.ndarray, " n"], still: float) -> bool:
+    """Return whether an axis moves no farther than one that rests."""
+    return bool(np.ptp(error) <= still)
 
 
 def ending(
@@ -59,6 +70,7 @@ def ending(
     outcome: PositioningOutcome | None,
     *,
     integrates: bool = False,
+    still: float = 0.0,
 ) -> Ending:
     """Return how a move ended.
 
@@ -73,11 +85,13 @@ def ending(
     integrates
         Whether the controller's effort grows for as long as the axis rests outside the tolerance,
         and so frees it in the end.
+    still
+        How far an axis that rests may move [m or rad].
     """
-    if _settled(error, tolerance) is not None:
+    if _settled(error, tolerance, still) is not None:
         return Ending.REACHED
     if hunts(error[error.size // 2 :], tolerance) or (
-        integrates and _sticks_and_slips(error, tolerance)
+        integrates and _sticks_and_slips(error, tolerance, still)
     ):
         return Ending.HUNTING
     if outcome is PositioningOutcome.STOPPED:
@@ -85,7 +99,7 @@ def ending(
     if outcome is PositioningOutcome.REACHED and abs(error[-1]) > tolerance:
         return Ending.MISJUDGED
     late = error[-max(2, int(_REST * error.size)) :]
-    return Ending.STUCK if np.all(late == late[-1]) and not integrates else Ending.UNDER_WAY
+    return Ending.STUCK if _rests(late, still) and not integrates else Ending.UNDER_WAY
 
 
 def arm_ending(
@@ -124,13 +138,13 @@ def arm_ending(
     return Ending.SWINGING if abs(late[-1]) <= tolerance else Ending.STUCK
 
 
-def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float) -> bool:
+def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float, still: float) -> bool:
     """Return whether an axis, once it was at its target, rested outside and turned round again.
 
     Its rests may last longer than what is left of the move.
     """
     there = np.flatnonzero(np.sign(error) != np.sign(error[0]))
     since = error[int(there[0]) - 1 :] if there.size else error[-1:]
-    held = (np.diff(since) == 0) & (np.abs(since[1:]) > tolerance)
+    held = (np.abs(np.diff(since)) * _LEAST_STAY <= still) & (np.abs(since[1:]) > tolerance)
     moves_on = np.flatnonzero(~np.concatenate(([False], held, [False])))
     return bool(np.max(np.diff(moves_on)) > _LEAST_STAY) and hunts(since, tolerance)

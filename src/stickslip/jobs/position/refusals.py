@@ -6,7 +6,7 @@ from typing import Any
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError, in_units_of
 
-__all__ = ["friction_law", "told_of"]
+__all__ = ["by_one_name", "friction_law", "told_of"]
 
 
 def told_of(kind: Any, error: InputError) -> InputError:
@@ -54,13 +54,27 @@ def friction_law(pairs: Mapping[str, tuple[float, float]], offset: float) -> Cou
             offset=offset,
         )
     except InputError as error:
-        what, remedy = error.what, error.remedy
-        for name, (forward, backward) in pairs.items():
-            if forward == backward:
-                what, remedy = (
-                    each.replace(f"{name}_positive", name).replace(f"{name}_negative", name)
-                    for each in (what, remedy)
-                )
-        if coulomb[0] == coulomb[1]:
-            what = what.replace(" of that direction", "")
-        raise InputError(what, where=error.where, remedy=remedy) from None
+        raise by_one_name(error, pairs) from None
+
+
+def by_one_name(error: InputError, pairs: Mapping[str, tuple[float, float]]) -> InputError:
+    """Return a refusal in which a friction that is alike in both directions has its one name.
+
+    Parameters
+    ----------
+    error
+        The refusal.
+    pairs
+        Each friction in the positive and in the negative direction.
+    """
+    what, remedy = error.what, error.remedy
+    for name, (forward, backward) in pairs.items():
+        if forward == backward:
+            what, remedy = (
+                each.replace(f"{name}_positive", name).replace(f"{name}_negative", name)
+                for each in (what, remedy)
+            )
+    coulomb = pairs.get("coulomb_friction")
+    if coulomb is not None and coulomb[0] == coulomb[1]:
+        what = what.replace(" of that direction", "")
+    return InputError(what, where=error.where, remedy=remedy)

@@ -35,14 +35,16 @@ def rest_of(scenario: Scenario) -> RestDetection:
     sensors = scenario.sensors
     seen = sensors.velocity == "measured"
     ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
-    if ideal and seen and sensors.velocity_noise == 0.0:
+    exact = seen and sensors.velocity_noise == 0.0 and not scenario.still
+    if ideal and exact:
         return RestDetection(samples=_window(scenario, usual=1, least=1), spread=0.0, speed=0.0)
     if ideal:
-        return RestDetection(samples=_window(scenario, usual=2, least=2), spread=0.0)
+        usual = _REST_SAMPLES if scenario.still else 2
+        window = _window(scenario, usual=usual, least=2)
+        return RestDetection(samples=window, spread=scenario.still)
     window = _window(scenario, usual=_REST_SAMPLES, least=2)
     step = sensors.encoder_step or _CONTINUOUS * sensors.position_noise
     rest = RestDetection.for_encoder(resolution=step, noise=sensors.position_noise, samples=window)
-    exact = seen and sensors.velocity_noise == 0.0
     return replace(rest, speed=0.0) if exact else rest
 
 
@@ -105,7 +107,7 @@ def aim_of(scenario: Scenario, rest: RestDetection) -> float:
     """
     sensors, tolerance = scenario.sensors, scenario.task.tolerance
     noise = _SURELY * sensors.position_noise / sqrt(rest.samples)
-    off = 0.5 * sensors.encoder_step + noise
+    off = 0.5 * (sensors.encoder_step + scenario.still) + noise
     if tolerance <= off:
         unit = unit_of("position", scenario.axis.kind)
         raise InputError(

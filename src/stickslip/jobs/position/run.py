@@ -14,13 +14,13 @@ from stickslip.control import (
     PulseController,
 )
 from stickslip.jobs.position.arm_run import run_arm
+from stickslip.jobs.position.axis_table import AxisTable
 from stickslip.jobs.position.control_table import CONTROLLERS
 from stickslip.jobs.position.controllers import Chosen, choose_controller, gone_on
 from stickslip.jobs.position.judging import ending, settling_time
 from stickslip.jobs.position.landing_notes import LandingNotes, landing_phases
 from stickslip.jobs.position.scenario import Scenario, ScenarioFile, read_scenario
 from stickslip.jobs.pulse_run import PulseNotes
-from stickslip.plants import SingleMass
 from stickslip.records import (
     InputError,
     LearntPulses,
@@ -179,7 +179,7 @@ def position(
         progress(every, every)
     return _positioning(
         read,
-        truth=_truth(asked.axis.rigid(), asked.controller.effort_limit, runs[0].estimates),
+        truth=_truth(asked.axis, asked.controller.effort_limit, runs[0].estimates),
         believed=believed,
         runs=tuple(runs),
         limits=_limits(learnt, asked.controller.effort_limit),
@@ -204,7 +204,7 @@ def _position_arm(read: ScenarioFile, progress: Callable[[int, int], None] | Non
         raise error if error.where and not error.where.startswith("[") else error.at(path) from None
     advance(every)
     arm = asked.axis.arm()
-    law = arm.friction
+    law = asked.axis.friction()
     truth = {
         "coulomb_friction": 0.5 * (law.coulomb_friction_positive + law.coulomb_friction_negative),
         "viscous_friction": 0.5 * (law.viscous_friction_positive + law.viscous_friction_negative),
@@ -247,7 +247,7 @@ def _positioning(
         runs=runs,
         limits=limits,
         learnt=learnt,
-        notes=notes,
+        notes=(*asked.axis.about_law(), *notes),
         file=read.path.name,
         sha256=read.sha256,
         stickslip_version=__version__,
@@ -278,12 +278,18 @@ def _judged(
                 start=float(motion.position[k * n]),
                 target=goal,
                 ending=ending(
-                    own, task.tolerance, outcome, integrates=recorder.integrates(task.tolerance)
+                    own,
+                    task.tolerance,
+                    outcome,
+                    integrates=recorder.integrates(task.tolerance),
+                    still=scenario.still,
                 ),
                 reason=reason,
                 late_errors=(float(np.min(own[n // 2 :])), float(np.max(own[n // 2 :]))),
                 final_error=float(own[-1]),
-                settling_time=settling_time(motion.time[there], own, task.tolerance),
+                settling_time=settling_time(
+                    motion.time[there], own, task.tolerance, still=scenario.still
+                ),
                 peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
                 pulses=tuple(
                     pulse
@@ -323,14 +329,14 @@ def _limits(
     return limits
 
 
-def _truth(plant: SingleMass, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
+def _truth(axis: AxisTable, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
     """Return what the estimates should be, as far as the axis has such a value."""
-    law = plant.friction
+    law, mass = axis.friction(), axis.rigid().mass
     forward = law.coulomb_friction_positive + law.offset
     backward = law.coulomb_friction_negative - law.offset
     mean = 0.5 * (forward + backward)
     every = {
-        "mass": plant.mass,
+        "mass": mass,
         "coulomb_friction": mean,
         "coulomb_friction_positive": forward,
         "coulomb_friction_negative": backward,
@@ -340,10 +346,10 @@ def _truth(plant: SingleMass, effort: float, estimates: Mapping[str, object]) ->
         "static_friction_positive": law.static_friction_positive + law.offset,
         "static_friction_negative": law.static_friction_negative - law.offset,
         "offset": law.offset,
-        "gain_2": 1.0 / (2.0 * plant.mass),
+        "gain_2": 1.0 / (2.0 * mass),
     }
     if mean > 0.0:
         # Eqs. 4 and 16
-        every["pulse_gain"] = effort * (effort - mean) / (2.0 * plant.mass * mean)
-        every["gain_1"] = 1.0 / (2.0 * plant.mass * mean)
+        every["pulse_gain"] = effort * (effort - mean) / (2.0 * mass * mean)
+        every["gain_1"] = 1.0 / (2.0 * mass * mean)
     return {name: value for name, value in every.items() if name in estimates}

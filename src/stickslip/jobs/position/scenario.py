@@ -6,11 +6,15 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 from stickslip.jobs.position.axis_file import read_axis_file
+from stickslip.jobs.position.axis_table import AxisTable
 from stickslip.jobs.position.control_table import OF_ARMS, ControllerTable
-from stickslip.jobs.position.tables import AxisTable, GuessTable, SensorsTable, TaskTable
+from stickslip.jobs.position.tables import GuessTable, SensorsTable, TaskTable
 from stickslip.records import AxisKind, InputError, ScenarioTables, unit_of
 
 __all__ = ["Scenario", "ScenarioFile", "read_scenario"]
+
+_STILL = 0.01
+"""Share of the tolerance: an axis on bristles that moves no farther rests."""
 
 _TABLES = ("axis", "task", "sensors", "controller", "guess")
 
@@ -78,6 +82,13 @@ class Scenario:
                 remedy=f"use method {' or '.join(OF_ARMS)}, or leave load and stiffness out of "
                 "[axis]",
             )
+        if flexible and self.axis.bristles:
+            raise InputError(
+                f"law {self.axis.law!r} is given for a flexible arm: on bristles its driven mass "
+                "follows the swing of the load, and neither lands nor rests",
+                where="[axis]",
+                remedy="use law 'stribeck' or 'coulomb', or leave load and stiffness out",
+            )
         if method == "feedback" and not flexible:
             load = "load_mass" if self.axis.kind == "linear" else "load_inertia"
             raise InputError(
@@ -102,9 +113,9 @@ class Scenario:
 
     def _check_effort(self) -> None:
         """Refuse a limit under which the axis cannot move both ways, or a rest that cannot be."""
-        plant, unit = self.axis.plant(), unit_of("effort", self.axis.kind)
-        offset, limit = plant.friction.offset, self.controller.effort_limit
-        forward, backward = plant.friction.breakaway()
+        law, unit = self.axis.friction(), unit_of("effort", self.axis.kind)
+        offset, limit = law.offset, self.controller.effort_limit
+        forward, backward = law.breakaway()
         for way, static, needed in (
             ("positive", forward, forward + offset),
             ("negative", backward, backward - offset),
@@ -124,7 +135,6 @@ class Scenario:
                     where="[axis]",
                     remedy="balance the offset" + self._other_method(),
                 )
-        law = plant.friction
         for way, coulomb, slowing in (
             ("positive", law.coulomb_friction_positive, law.coulomb_friction_positive + offset),
             ("negative", law.coulomb_friction_negative, law.coulomb_friction_negative - offset),
@@ -152,6 +162,11 @@ class Scenario:
     def waits(self) -> bool:
         """Whether the controller waits for the axis to rest, and learns."""
         return self.pulsed or self.controller.method == "landing"
+
+    @property
+    def still(self) -> float:
+        """How far an axis that rests may move [m or rad]: on bristles nothing rests quite."""
+        return _STILL * self.task.tolerance if self.axis.bristles else 0.0
 
     def tables(self) -> ScenarioTables:
         """Return what the scenario says, with units; what is not said is left out."""

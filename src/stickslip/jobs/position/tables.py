@@ -1,12 +1,9 @@
-"""Tables of a scenario: the axis, the task, the sensors, and what the controller believes."""
+"""Tables of a scenario: the task, the sensors, and what the controller believes."""
 
 import math
 from dataclasses import dataclass, fields
-from typing import Any, ClassVar, Literal, TypeVar
+from typing import Any, ClassVar, Literal
 
-from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.position.refusals import friction_law
-from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -17,7 +14,7 @@ from stickslip.records import (
 )
 from stickslip.simulation import Sensors
 
-__all__ = ["DIRECTIONAL", "AxisTable", "GuessTable", "SensorsTable", "TaskTable"]
+__all__ = ["DIRECTIONAL", "BodyTable", "GuessTable", "SensorsTable", "TaskTable"]
 
 DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
 """What can be given for both directions at once, or for each apart."""
@@ -28,13 +25,11 @@ _MOST_SAMPLES = 2_000_000
 _LEAST_SAMPLES = 10
 """Samples of a move: fewer have no room for a pulse and the rest after it."""
 
-Value = TypeVar("Value")
-
 _STRICT: Any = {"extra": "forbid"}
 
 
 @dataclass(frozen=True, kw_only=True)
-class _Body:
+class BodyTable:
     """Masses, spring and friction, all optional; each friction for both directions or for each."""
 
     mass: float | None = quantity_field("mass", default=None)
@@ -108,93 +103,6 @@ class _Body:
                 remedy=f"give its {of}{name} [{unit_of(name, kind)}]",
             )
         return getattr(self, of + name)
-
-
-@dataclass(frozen=True, kw_only=True)
-class AxisTable(_Body):
-    """``[axis]``: what is simulated, which the controller does not see.
-
-    With a load and a spring it is a flexible arm, whose first mass has the friction.
-
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``.
-
-    Raises
-    ------
-    InputError
-        If a quantity is missing, out of its range, or given twice.
-    """
-
-    kind: AxisKind = "linear"
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        self.plant()
-
-    @property
-    def flexible(self) -> bool:
-        """Whether it is a flexible arm."""
-        return self.load(self.kind) is not None or self.stiffness is not None
-
-    def arm(self) -> FlexibleArm:
-        """Return the flexible arm as it is simulated.
-
-        Raises
-        ------
-        InputError
-            If it is none, or a quantity is missing or out of its range.
-        """
-        kind, body = self.kind, "mass" if self.kind == "linear" else "inertia"
-        spring = _needed(self.stiffness, "stiffness", kind)
-        load = _needed(self.load(kind), f"load_{body}", kind)
-        own = _needed(self.body(kind), body, kind)
-        for name, value, unit in (
-            (body, own, unit_of("mass", kind)),
-            (f"load_{body}", load, unit_of("mass", kind)),
-            ("stiffness", spring, unit_of("stiffness", kind)),
-        ):
-            positive(name, value, unit)
-        return FlexibleArm(
-            mass_1=own, mass_2=load, stiffness=spring, friction=self._law(), kind=kind
-        )
-
-    def plant(self) -> SingleMass | FlexibleArm:
-        """Return the axis as it is simulated."""
-        return self.arm() if self.flexible else self.rigid()
-
-    def rigid(self) -> SingleMass:
-        """Return the rigid axis as it is simulated.
-
-        Raises
-        ------
-        InputError
-            If a quantity is missing or out of its range.
-        """
-        kind = self.kind
-        body = _needed(self.body(kind), "mass" if kind == "linear" else "inertia", kind)
-        return SingleMass(mass=body, friction=self._law(), kind=kind)
-
-    def _law(self) -> CoulombViscousFriction:
-        kind = self.kind
-        coulomb = _needed(self.sides("coulomb_friction"), "coulomb_friction", kind)
-        viscous = _needed(self.sides("viscous_friction"), "viscous_friction", kind)
-        pairs = {"coulomb_friction": coulomb, "viscous_friction": viscous}
-        if (static := self.sides("static_friction")) is not None:
-            pairs["static_friction"] = static
-        return friction_law(pairs, 0.0 if self.offset is None else self.offset)
-
-
-def _needed(value: Value | None, name: str, kind: AxisKind) -> Value:
-    """Return what was given; refuse that it was not."""
-    if value is None:
-        raise InputError(
-            f"{name} is missing",
-            remedy=f"give the {name.replace('_', ' ')} in "
-            + unit_of(name.removeprefix("load_"), kind),
-        )
-    return value
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -334,7 +242,7 @@ class SensorsTable:
 
 
 @dataclass(frozen=True, kw_only=True)
-class GuessTable(_Body):
+class GuessTable(BodyTable):
     """``[guess]``: what the controller believes at first.
 
     Attributes
