@@ -101,11 +101,9 @@ class FreeDecayEstimator:
         time, position, late, deviations = _extremes(part)
         extremes = DecayingExtremes(position=position, deviation=deviations)
         (q, shift), covariance, misfit = extremes.solve()
-        columns = np.column_stack([np.arange(time.size), np.ones(time.size)]) / late[:, None]
-        inverse = np.linalg.inv(columns.T @ columns)
-        half = float((inverse @ (columns.T @ (time / late)))[0])
+        half, variance = _half_period(time, late)
         full = np.zeros((3, 3))
-        full[:2, :2], full[2, 2] = covariance, inverse[0, 0]
+        full[:2, :2], full[2, 2] = covariance, variance
         values, jacobian = self._parameters(q, shift, half)
         spread = jacobian @ full @ jacobian.T
         return self._estimate(log, values, spread, misfit, extremes, half)
@@ -193,6 +191,20 @@ class FreeDecayEstimator:
         )
 
 
+def _half_period(
+    time: Float[np.ndarray, " n"], late: Float[np.ndarray, " n"]
+) -> tuple[float, float]:
+    """Return how far extremes are apart [s], and the variance of that.
+
+    Weighted least squares of a line, whose misfit widens the variance, if it is beyond 1.
+    """
+    columns = np.column_stack([np.arange(time.size), np.ones(time.size)]) / late[:, None]
+    inverse = np.linalg.inv(columns.T @ columns)
+    line = inverse @ (columns.T @ (time / late))
+    misfit = float(np.sum((time / late - columns @ line) ** 2)) / (time.size - 2)
+    return float(line[0]), float(inverse[0, 0]) * max(misfit, 1.0)
+
+
 def _free_part(log: AxisLog) -> AxisLog:
     """Return the last stretch of a log in which the effort is constant.
 
@@ -264,7 +276,13 @@ def _extremes(
     times, positions, late, off, variance = np.array(found).T
     # The sensor is the same at every extreme
     deviation = float(np.sqrt(np.mean(variance)))
-    late, deviations = deviation * late, deviation * off
+    deviations = deviation * off
+    # It turns as sharply as it swings wide. The sharpness that single windows show would give most
+    # weight to those whose noise looks like a sharp turn
+    swings = np.abs(np.diff(positions))
+    ends = np.maximum(1.5 * swings[[0, -1]] - 0.5 * swings[[1, -2]], 0.5 * swings[[0, -1]])
+    wide = np.concatenate([ends[:1], 0.5 * (swings[1:] + swings[:-1]), ends[1:]])
+    late = deviation * float(np.median(late * wide)) / wide
     least_late = _ROUNDING * float(np.median(np.diff(times)))
     return (
         times,
