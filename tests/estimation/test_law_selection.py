@@ -235,6 +235,9 @@ def test_a_law_from_an_estimate() -> None:
     assert FittedLaw.of(known, inertia=MASS).inertia == MASS
     with pytest.raises(InputError, match="holds no inertia"):
         FittedLaw.of(known)
+    one_way = log.part(*find_moves(log)[1])
+    with pytest.raises(InputError, match="holds no value for 'coulomb_friction'"):
+        FittedLaw.of(IdimLeastSquares().fit(one_way))
 
 
 def test_what_cannot_be_judged_is_refused() -> None:

@@ -62,8 +62,13 @@ class FittedLaw:
             With all parameters identified.
         inertia
             Moving mass or inertia, if it was given and not estimated [kg or kg m^2].
+
+        Raises
+        ------
+        InputError
+            If a parameter is not identified, or there is no inertia.
         """
-        values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
+        values = {name: estimate.value(name) for name in estimate.parameters}
         sided = "coulomb_friction_positive" in values
         mass = values.get("mass", values.get("inertia", inertia))
         if mass is None:
