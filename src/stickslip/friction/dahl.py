@@ -1,20 +1,18 @@
 """Friction as a spring that gives way: the solid friction of Dahl."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
-from numpy.typing import ArrayLike
 
+from stickslip.friction.bristles import BristleFriction
 from stickslip.friction.coulomb_viscous import CoulombViscousFriction
-from stickslip.friction.directional import check_magnitudes, check_sliding
-from stickslip.records import InputError, quantity_field
+from stickslip.records import InputError
 
 __all__ = ["DahlFriction"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class DahlFriction:
+class DahlFriction(BristleFriction):
     """Solid friction that depends on the way alone, with viscous friction beside it.
 
     The force F of the solid follows the way x as a stress follows a strain:
@@ -49,12 +47,10 @@ class DahlFriction:
     """
 
     sliding: CoulombViscousFriction
-    bristle_stiffness: float = quantity_field("stiffness")
     exponent: float = 1.0
 
     def __post_init__(self) -> None:
-        check_magnitudes(self, positive=("bristle_stiffness",))
-        check_sliding(self.sliding)
+        super().__post_init__()
         for side in ("positive", "negative"):
             static = getattr(self.sliding, f"static_friction_{side}")
             coulomb = getattr(self.sliding, f"coulomb_friction_{side}")
@@ -69,26 +65,3 @@ class DahlFriction:
                 f"the exponent is {self.exponent:g}, it must be at least 1 and finite",
                 remedy="leave it at 1",
             )
-
-    @property
-    def offset(self) -> float:
-        """Constant effort lost whatever the motion [N or N m]."""
-        return self.sliding.offset
-
-    def breakaway(self) -> tuple[float, float]:
-        """Return the magnitudes of effort beyond which a mass goes on, (positive, negative)."""
-        return self.sliding.breakaway()
-
-    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the friction force of steady motion [N or N m]; 0 where the velocity is 0.
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
-        return self.sliding.friction(velocity)
-
-    def mirrored(self) -> "DahlFriction":
-        """Return the law of the same axis with its direction counted the other way."""
-        return replace(self, sliding=self.sliding.mirrored())

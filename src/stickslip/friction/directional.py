@@ -7,7 +7,7 @@ import numpy as np
 
 from stickslip.records import InputError, Quantity, quantity_field
 
-__all__ = ["DirectionalFriction", "check_magnitudes", "check_sliding"]
+__all__ = ["DirectionalFriction", "check_magnitudes"]
 
 Law = TypeVar("Law", bound="DirectionalFriction")
 
@@ -108,24 +108,3 @@ class DirectionalFriction:
             viscous_friction_negative=self.viscous_friction_positive,
             offset=-self.offset,
         )
-
-
-def check_sliding(sliding: DirectionalFriction) -> None:
-    """Refuse a friction of steady motion under which bristles would bear nothing.
-
-    Parameters
-    ----------
-    sliding
-        What a law with bristles does in steady motion.
-
-    Raises
-    ------
-    InputError
-        If a Coulomb friction is 0.
-    """
-    for side in ("positive", "negative"):
-        if not getattr(sliding, f"coulomb_friction_{side}") > 0:
-            raise InputError(
-                f"coulomb_friction_{side} is 0 N or N m, it must be positive: bristles bear it",
-                remedy="give a Coulomb friction, or take a law without bristles",
-            )

@@ -1,12 +1,9 @@
 """Bristles that are truly elastic up to a limit: the elasto-plastic friction of Dupont et al."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import ArrayLike
-
-from stickslip.friction.directional import check_magnitudes, check_sliding
+from stickslip.friction.bristles import BristleFriction
+from stickslip.friction.directional import check_magnitudes
 from stickslip.friction.stribeck import StribeckFriction
 from stickslip.records import InputError, quantity_field
 
@@ -14,7 +11,7 @@ __all__ = ["ElastoPlasticFriction"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class ElastoPlasticFriction:
+class ElastoPlasticFriction(BristleFriction):
     """Bristles that slip only once they are bent beyond an elastic deflection.
 
     With the deflection z of the bristles (Dupont, Hayward, Armstrong and Altpeter 2002):
@@ -53,13 +50,12 @@ class ElastoPlasticFriction:
     """
 
     sliding: StribeckFriction
-    bristle_stiffness: float = quantity_field("stiffness")
     bristle_damping: float = quantity_field("viscous_friction")
     elastic_deflection: float = quantity_field("position")
 
     def __post_init__(self) -> None:
-        check_magnitudes(self, positive=("bristle_stiffness", "elastic_deflection"))
-        check_sliding(self.sliding)
+        super().__post_init__()
+        check_magnitudes(self, positive=("elastic_deflection",))
         weaker = min(self.sliding.coulomb_friction_positive, self.sliding.coulomb_friction_negative)
         limit = weaker / self.bristle_stiffness
         if self.elastic_deflection >= limit:
@@ -68,26 +64,3 @@ class ElastoPlasticFriction:
                 f"{limit:g} m or rad, by which the Coulomb friction bends the bristles",
                 remedy="give less, such as two thirds of that",
             )
-
-    @property
-    def offset(self) -> float:
-        """Constant effort lost whatever the motion [N or N m]."""
-        return self.sliding.offset
-
-    def breakaway(self) -> tuple[float, float]:
-        """Return the magnitudes of a slowly rising effort that free a resting mass."""
-        return self.sliding.breakaway()
-
-    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the friction force of steady motion [N or N m]; 0 where the velocity is 0.
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
-        return self.sliding.friction(velocity)
-
-    def mirrored(self) -> "ElastoPlasticFriction":
-        """Return the law of the same axis with its direction counted the other way."""
-        return replace(self, sliding=self.sliding.mirrored())

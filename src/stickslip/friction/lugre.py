@@ -1,12 +1,8 @@
 """Friction of bristles whose strength falls with speed: the model of Lund and Grenoble."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
-import numpy as np
-from jaxtyping import Float
-from numpy.typing import ArrayLike
-
-from stickslip.friction.directional import check_magnitudes, check_sliding
+from stickslip.friction.bristles import BristleFriction
 from stickslip.friction.stribeck import StribeckFriction
 from stickslip.records import quantity_field
 
@@ -14,7 +10,7 @@ __all__ = ["LuGreFriction"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class LuGreFriction:
+class LuGreFriction(BristleFriction):
     """Bristles that bend, slip and damp.
 
     With the mean deflection z of the bristles (Canudas de Wit, Olsson, Astrom and Lischinsky 1995):
@@ -49,17 +45,7 @@ class LuGreFriction:
     """
 
     sliding: StribeckFriction
-    bristle_stiffness: float = quantity_field("stiffness")
     bristle_damping: float = quantity_field("viscous_friction")
-
-    def __post_init__(self) -> None:
-        check_magnitudes(self, positive=("bristle_stiffness",))
-        check_sliding(self.sliding)
-
-    @property
-    def offset(self) -> float:
-        """Constant effort lost whatever the motion [N or N m]."""
-        return self.sliding.offset
 
     @property
     def passive(self) -> bool:
@@ -84,21 +70,3 @@ class LuGreFriction:
                 ),
             )
         )
-
-    def breakaway(self) -> tuple[float, float]:
-        """Return the magnitudes of a slowly rising effort that free a resting mass."""
-        return self.sliding.breakaway()
-
-    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the friction force of steady motion [N or N m]; 0 where the velocity is 0.
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
-        return self.sliding.friction(velocity)
-
-    def mirrored(self) -> "LuGreFriction":
-        """Return the law of the same axis with its direction counted the other way."""
-        return replace(self, sliding=self.sliding.mirrored())
