@@ -9,8 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy import signal
 
-from stickslip.estimation import ExtendedKalmanFilter
-from stickslip.estimation.ekf_kernels import predicted
+from stickslip.estimation import ExtendedKalmanFilter, cramer_rao_bound
+from stickslip.estimation import ekf_kernels as at
+from stickslip.estimation.ekf_motion import predicted
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, InputError, Status
@@ -22,6 +23,7 @@ TRUTH = {"viscous_friction": 1.0, "coulomb_friction": 1.0, "offset": 0.2}
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=1.0, offset=0.2)
 STANDARD_ERRORS = 4.0
 SLOPES = 1e-6  # central differences with steps of 1e-6
+LIMIT = 1.5  # of the Cramer-Rao bound, for the root mean square error
 FOUND = 1e-6  # relative: what the filter is sure of without noise
 
 
@@ -121,6 +123,106 @@ def test_intervals_cover_under_white_noise(measured: bool) -> None:
     assert inside / (3 * runs) > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs)
     bias = np.mean(errors, axis=0) / np.mean(deviations, axis=0)
     assert np.all(np.abs(bias) < STANDARD_ERRORS / np.sqrt(runs))
+
+
+def short_push() -> np.ndarray:
+    time = np.arange(0.0, 4.0, 2.0 * T)
+    return 4.0 * np.sin(np.pi * time) + 3.0 * np.sin(2.6 * np.pi * time)
+
+
+def short_plant(static_friction: float) -> SingleMass:
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=2.0, viscous_friction=3.0, offset=0.2, static_friction=static_friction
+    )
+    return SingleMass(mass=1.5, friction=law)
+
+
+SHORT_TRUTH = np.array([3.0, 2.0, 0.2])
+SHORT_SENSORS = Sensors(position_noise=1e-4, velocity_noise=0.01)
+
+
+def found_in_short_runs(
+    static_friction: float, runs: int, *, exact_events: bool = True
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return errors and 95 % half widths in many runs of 4 s, shape (runs, 3)."""
+    motion = simulate(short_plant(static_friction), short_push(), sampling_time=2.0 * T)
+    errors: list[np.ndarray] = []
+    widths: list[np.ndarray] = []
+    ekf = ExtendedKalmanFilter(inertia=1.5, offset=True, exact_events=exact_events)
+    for generator in np.random.default_rng(11).spawn(runs):
+        found = ekf.fit(SHORT_SENSORS.measure(motion, generator))
+        errors.append(np.array([found.value(name) for name in TRUTH]) - SHORT_TRUTH)
+        ends = [found.parameters[name].ci95 or (np.nan, np.nan) for name in TRUTH]
+        widths.append(np.array([0.5 * (high - low) for low, high in ends]))
+    return np.array(errors), np.array(widths)
+
+
+def test_it_comes_near_the_cramer_rao_bound() -> None:
+    runs = 100
+    errors, widths = found_in_short_runs(2.0, runs)
+    bound = cramer_rao_bound(
+        short_plant(2.0),
+        short_push(),
+        sampling_time=2.0 * T,
+        sensors=SHORT_SENSORS,
+        sought=tuple(TRUTH),
+    )
+    least = np.array([bound.std[name] for name in TRUTH])
+    # The relative standard error of a root mean square of normal errors is 1 / sqrt(2 runs)
+    ratio = np.sqrt(np.mean(errors**2, axis=0)) / least
+    assert np.all(ratio * (1.0 + STANDARD_ERRORS / np.sqrt(2.0 * runs)) < LIMIT)
+    assert np.all(np.abs(np.mean(errors, axis=0)) < STANDARD_ERRORS * least / np.sqrt(runs))
+    inside = np.mean(np.abs(errors) < widths, axis=0)
+    assert np.all(inside > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs))
+
+
+def test_what_stops_and_rests_tell_is_most_of_it() -> None:
+    sharp, _ = found_in_short_runs(2.0, 25)
+    careful, _ = found_in_short_runs(2.0, 25, exact_events=False)
+    assert np.all(np.std(careful, axis=0) > 2.0 * np.std(sharp, axis=0))
+
+
+@pytest.mark.parametrize("excess", [0.1, 0.3, 1.0])
+def test_higher_static_friction_is_noticed_and_then_learnt_nothing_from(excess: float) -> None:
+    runs = 20
+    errors, widths = found_in_short_runs(2.0 * (1.0 + excess), runs)
+    careful, _ = found_in_short_runs(2.0 * (1.0 + excess), runs, exact_events=False)
+    np.testing.assert_array_equal(errors, careful)
+    inside = np.mean(np.abs(errors) < widths, axis=0)
+    assert np.all(inside > 0.95 - STANDARD_ERRORS * np.sqrt(0.95 * 0.05 / runs))
+
+
+def test_the_sharp_filter_catches_up_with_what_was_kept() -> None:
+    motion = simulate(short_plant(2.0), short_push(), sampling_time=2.0 * T)
+    log = SHORT_SENSORS.measure(motion, np.random.default_rng(5))
+    v = log.measured_velocity
+    assert v is not None
+    ekf = ExtendedKalmanFilter(
+        inertia=1.5,
+        offset=True,
+        position_noise=1e-4,
+        velocity_noise=0.01,
+        rest_speed=0.03,
+        rest_force=4.0,
+        initial_deviations=dict.fromkeys(TRUTH, 5.0),
+    )
+    seen: dict[str, float] = {}
+    spreads: dict[str, np.ndarray] = {}
+    for title, memory in (("kept", 2048), ("too few", 100), ("none", 0)):
+        one = replace(ekf, memory=memory)
+        state = one.init(sampling_time=2.0 * T)
+        for k in range(len(log)):
+            sample = (float(log.effort[k]), float(log.measured_position[k]), float(v[k]), 0.0, 0.0)
+            state, _ = one.step(state, sample)
+            if state[at.STAGE] == at.TRUSTED:
+                seen.setdefault(title, k)
+        assert state[at.STAGE] == at.TRUSTED
+        spreads[title] = np.sqrt(np.diag(one.covariance(state)))
+    # It begins when enough is known, and goes through four kept samples while one comes in
+    assert seen["too few"] == seen["none"]
+    assert seen["kept"] == pytest.approx(seen["none"] * 4 / 3, abs=2)
+    np.testing.assert_array_equal(spreads["too few"], spreads["none"])
+    assert np.all(spreads["kept"] < 0.8 * spreads["none"])
 
 
 def test_the_plain_filter_takes_a_rest_for_an_equation_and_diverges() -> None:
@@ -230,6 +332,8 @@ def test_what_the_filter_needs_from_the_start_is_asked_for() -> None:
         ExtendedKalmanFilter(inertia=1.0).init(sampling_time=T)
     with pytest.raises(InputError, match="not estimated"):
         ExtendedKalmanFilter(inertia=1.0, initial_values={"offset": 1.0})
+    with pytest.raises(InputError, match="memory is -1"):
+        ExtendedKalmanFilter(inertia=1.0, memory=-1)
     with pytest.raises(InputError, match="drift of viscous_friction is -1"):
         ExtendedKalmanFilter(inertia=1.0, drift={"viscous_friction": -1.0})
 

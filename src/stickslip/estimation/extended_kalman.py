@@ -2,8 +2,9 @@
 
 R. G. Brown and P. Y. C. Hwang (1997), "Introduction to Random Signals and Applied Kalman
 Filtering", third edition; the filter that the report calls doubtful, as it rests on a linearised
-model. Here nothing is linearised but the spread: the mean is carried by the exact motion, through
-stops and break-aways, with its exact derivatives (see `stickslip.estimation.ekf_kernels`).
+model. Here nothing is linearised but the spread: the mean is carried by the exact motion with its
+exact derivatives, and through stops and breakaways too as soon as it is known when they are (see
+`stickslip.estimation.ekf_kernels`).
 """
 
 from collections.abc import Mapping
@@ -13,7 +14,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation import ekf_kernels as at
-from stickslip.estimation.ekf_kernels import ekf_run, ekf_step
+from stickslip.estimation.ekf_kernels import ekf_run, ekf_step, forget_motion
 from stickslip.estimation.energy_online import take_sample
 from stickslip.estimation.force_observer import Kernel, State
 from stickslip.estimation.kinematics import slow_speed
@@ -39,11 +40,9 @@ __all__ = ["ExtendedKalmanFilter"]
 
 _FRICTION = ("viscous_friction", "coulomb_friction", "offset")
 _ROUNDING = 1e-7  # noise that is taken for none, over the range of what is measured
-_RESOLUTION = 1e-15
-"""Variance that a parameter gains in a sample, over that of its first guess: without it, P loses
-its positive eigenvalues to rounding where the sensors are good."""
 _LEAST_DISTURBANCE = 1e-6  # of the rms effort
 _BISECTIONS = 12
+_CHANNELS = 3  # effort, position and velocity of each sample that is kept
 _INCONSISTENT = 1.5
 """Mean squared innovation over its variance beyond which the filter is too sure of itself."""
 
@@ -62,9 +61,9 @@ class ExtendedKalmanFilter:
         Standard deviations of the sensors' white noise [m or rad, m/s or rad/s]; None estimates
         them from the log that `fit` or `run` gets.
     rest_speed
-        Speed below which the axis may be at rest, and nothing is learnt [m/s or rad/s]; None takes
-        what the log suggests. 0 is the plain filter, which takes every sample as one of motion or
-        of rest according to its own belief.
+        Speed below which the axis may be at rest, and nothing is learnt while friction is not
+        known well [m/s or rad/s]; None takes what the log suggests. 0 is the plain filter, which
+        from the start takes every sample as one of motion or of rest according to its own belief.
     rest_force
         Standard deviation of the force that acts there [N or N m]; None takes the rms effort of the
         log.
@@ -79,6 +78,14 @@ class ExtendedKalmanFilter:
     initial_deviations
         Standard deviations of the first guesses by parameter name [SI]; where one is not named,
         `fit` takes what the largest effort and speed of the log allow.
+    exact_events
+        Whether stops, rests and breakaways are learnt from once friction is known so well that
+        their samples follow from it; not where a force disturbs. Friction at rest is then taken for
+        Coulomb friction, until the motion shows that it is more. False for an axis of which that
+        is known: what is a few per cent is seen late, and pulls the estimate until then.
+    memory
+        Number of the first samples that are kept, to go through their stops and rests again when
+        friction is known; if they are not enough, what those tell is lost.
 
     Raises
     ------
@@ -101,6 +108,8 @@ class ExtendedKalmanFilter:
     drift: Mapping[str, float] | None = None
     initial_values: Mapping[str, float] | None = None
     initial_deviations: Mapping[str, float] | None = None
+    exact_events: bool = True
+    memory: int = 2048
 
     def __post_init__(self) -> None:
         positive("inertia", self.inertia, "kg or kg m^2")
@@ -118,6 +127,10 @@ class ExtendedKalmanFilter:
                 for key, value in given.items():
                     non_negative(f"{name.replace('_', ' ')} of {key}", value, "SI")
             object.__setattr__(self, name, given)
+        if self.memory < 0 or self.memory != int(self.memory):
+            raise InputError(
+                f"memory is {self.memory}, it must be a number of samples", remedy="give 0 or more"
+            )
 
     @property
     def name(self) -> str:
@@ -169,25 +182,25 @@ class ExtendedKalmanFilter:
                 f"{', '.join(missing)} is not given, and the filter needs it from the start",
                 remedy="give them, or use fit",
             )
-        s = np.zeros(at.SIZE)
         T = positive("sampling time", sampling_time, "s")
+        s = np.zeros(at.MEMORY + _CHANNELS * self.memory)
         s[SAMPLING_TIME], s[at.MASS] = T, self.inertia
         s[at.FORCE_VARIANCE] = (self.force_noise or 0.0) ** 2
         s[at.POSITION_VARIANCE] = (self.position_noise or 0.0) ** 2
         s[at.VELOCITY_VARIANCE] = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
         s[at.REST_SPEED] = self.rest_speed or 0.0
         s[at.REST_VARIANCE] = (self.rest_force or 0.0) ** 2
+        sharpens = self.exact_events and self.rest_speed and not self.force_noise
+        s[at.STAGE] = at.LEARNING if sharpens else at.LEFT
+        variances = np.zeros(at.FRICTION)
         for k, name in enumerate(self._names):
-            s[VALUES + k] = (self.initial_values or {}).get(name, 0.0)
-            s[at.FIRST + k] = (spreads[name] or 0.0) ** 2
-            drift = (self.drift or {}).get(name, 0.0)
-            s[at.WALK + k] = T * drift**2 + _RESOLUTION * s[at.FIRST + k]
-        P = np.zeros((at.STATES, at.STATES))
-        P[0, 0] = s[at.POSITION_VARIANCE]
-        # Without a velocity sensor the axis starts at rest, give or take the noise of a sample
-        P[1, 1] = s[at.VELOCITY_VARIANCE] if velocity_measured else 2.0 * P[0, 0] / T**2
-        P[2:, 2:] = np.diag(s[at.FIRST : at.FIRST + at.FRICTION])
-        s[at.COVARIANCE :] = P.ravel()
+            s[VALUES + k] = s[at.CAREFUL + 2 + k] = (self.initial_values or {}).get(name, 0.0)
+            s[at.DRIFT + k] = T * (self.drift or {}).get(name, 0.0) ** 2
+            variances[k] = (spreads[name] or 0.0) ** 2
+        walk = slice(at.CAREFUL + at.WALK, at.CAREFUL + at.WALK + at.FRICTION)
+        s[walk] = s[at.DRIFT : at.DRIFT + at.FRICTION] + at.RESOLUTION * variances
+        _spread(s, at.CAREFUL)[2:, 2:] = np.diag(variances)
+        forget_motion(s)
         return s
 
     @property
@@ -255,9 +268,9 @@ class ExtendedKalmanFilter:
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return the covariance of the estimates, in the order of `parameter_names` [SI]."""
-        P = state[at.COVARIANCE :].reshape(at.STATES, at.STATES)
         p = len(self._names)
-        return P[2 : 2 + p, 2 : 2 + p].copy()
+        believed = at.SHARP if state[at.STAGE] == at.TRUSTED else at.CAREFUL
+        return _spread(state, believed)[2 : 2 + p, 2 : 2 + p].copy()
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Return what the filter ends at, with intervals.
@@ -311,10 +324,9 @@ class ExtendedKalmanFilter:
         """Return the state after a log, and the mean squared innovation over its variance [-]."""
         measured = log.measured_velocity is not None
         state = self.init(sampling_time=log.sampling_time, velocity_measured=measured)
-        start = state.copy()
         innovations: list[Float[np.ndarray, " n"]] = []
         for part in log.segments():
-            _resume(state, start)
+            forget_motion(state)
             state, _, squared = self.run(state, part)
             innovations.append(squared[1:])
         return state, float(np.mean(np.concatenate(innovations))) / (1 + measured)
@@ -377,10 +389,6 @@ def _half_widths(estimate: FrictionEstimate) -> Float[np.ndarray, " p"]:
     return np.array(widths)
 
 
-def _resume(state: State, start: State) -> None:
-    """Begin another stretch of a log, in place: friction as known, the motion anew."""
-    state[at.KNOWN] = 0.0
-    P = state[at.COVARIANCE :].reshape(at.STATES, at.STATES)
-    first = start[at.COVARIANCE :].reshape(at.STATES, at.STATES)
-    P[:2], P[:, :2] = 0.0, 0.0
-    P[:2, :2] = first[:2, :2]
+def _spread(state: State, filter_at: int) -> Float[np.ndarray, "5 5"]:
+    """Return P of one of the two filters, as a view."""
+    return state[filter_at + at.COVARIANCE : filter_at + at.WALK].reshape(at.STATES, at.STATES)
