@@ -2,8 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from typing import Any
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -18,7 +17,7 @@ from stickslip.estimation.regression import Regression, summarise_motion
 from stickslip.estimation.report_rows import check_fits, samples_of
 from stickslip.estimation.resampling import resampled
 from stickslip.estimation.sensor_noise import position_noise
-from stickslip.estimation.settings import check_given, first_guesses
+from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.solution import check_excited, provenance_of
 from stickslip.records import (
     AxisKind,
@@ -235,7 +234,7 @@ class ForceObserver(ABC):
             settled.regression(log),
             values.tolist(),
             estimator=self.name,
-            provenance=provenance_of(log, settled._options()),
+            provenance=provenance_of(log, options_of(settled)),
             notes=notes,
         )
 
@@ -343,10 +342,6 @@ class ForceObserver(ABC):
         parts = list(log.segments())
         largest = max(float(np.max(np.abs(self._samples(part)[:, 2]))) for part in parts)
         return replace(self, dead_band=slow_speed(largest, max(map(self._speed_noise, parts))))
-
-    def _options(self) -> dict[str, Any]:
-        options = {field.name: getattr(self, field.name) for field in fields(self)}
-        return {"estimator": self.name, **options, "initial_values": dict(self._guesses)}
 
     def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
         """Return effort, position, velocity, load position and load velocity, one row a sample.

@@ -14,7 +14,7 @@ from stickslip.estimation.decaying_extremes import LEAST_EXTREMES, DecayingExtre
 from stickslip.estimation.kinematics import noise_level
 from stickslip.estimation.point_estimate import NORMAL_95
 from stickslip.estimation.sensor_noise import position_noise
-from stickslip.estimation.settings import check_given
+from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.solution import provenance_of
 from stickslip.records import (
     AxisKind,
@@ -180,14 +180,7 @@ class FreeDecayEstimator:
                 verdicts=tuple(verdicts),
                 notes=(f"{count} extremes, one every {half:.4g} s",),
             ),
-            provenance=provenance_of(
-                log,
-                {
-                    "estimator": self.name,
-                    "inertia": self.inertia,
-                    "stiffness": self.stiffness,
-                },
-            ),
+            provenance=provenance_of(log, options_of(self)),
         )
 
 

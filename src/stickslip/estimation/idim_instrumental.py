@@ -15,7 +15,7 @@ apart.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -25,6 +25,7 @@ from stickslip.estimation.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.kinematics import LowPass, central_difference
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
+from stickslip.estimation.settings import options_of
 from stickslip.estimation.solution import provenance_of, solve
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
@@ -107,8 +108,7 @@ class IdimInstrumentalVariables:
 
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
-        options = {field.name: getattr(self, field.name) for field in fields(self)}
-        provenance = provenance_of(log, {"estimator": self.name, **options})
+        provenance = provenance_of(log, options_of(self))
         return solve(regression, estimator=self.name, provenance=provenance)
 
     def regression(self, log: AxisLog) -> Regression:

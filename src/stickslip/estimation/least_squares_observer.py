@@ -26,7 +26,7 @@ from stickslip.estimation.recursion import (
 )
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
-from stickslip.estimation.settings import check_forgetting_factor
+from stickslip.estimation.settings import check_forgetting_factor, options_of
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.records import AxisLog, FrictionEstimate
 
@@ -156,7 +156,7 @@ class LeastSquaresObserver(ForceObserver):
         return solve(
             replace(regression, notes=(*regression.notes, *changes)),
             estimator=self.name,
-            provenance=provenance_of(log, settled._options()),
+            provenance=provenance_of(log, options_of(settled)),
         )
 
     def regression(self, log: AxisLog, *, quiet: bool = False) -> Regression:

@@ -1,7 +1,7 @@
 """The report's estimator of Coulomb and viscous friction, whole (part A chapters 3 to 6)."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
 
@@ -37,18 +37,20 @@ from stickslip.estimation.settings import (
     check_forgetting_factor,
     check_given,
     first_guesses,
+    options_of,
 )
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.records import AxisLog, FrictionEstimate, InputError, non_negative, positive
 
 __all__ = ["ReportEstimator"]
 
+State = Float[np.ndarray, " s"]
+
 _FRICTION = ("coulomb_friction", "viscous_friction")
 _ERROR_TERMS = ("level_bias", "slope")
 _FRICTION_AT = slice(VALUES, VALUES + len(_FRICTION))
 _ALL_AT = slice(VALUES, VALUES + len(_FRICTION) + len(_ERROR_TERMS))
 _COMPENSATIONS = ("none", "printed", "settled")
-_SUMS = ("printed", "settled")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
 
 
@@ -144,7 +146,7 @@ class ReportEstimator:
         object.__setattr__(self, "initial_values", guesses)
 
     def _check_choices(self) -> None:
-        for name, known in (("sums", _SUMS), ("compensation", _COMPENSATIONS)):
+        for name, known in (("sums", ("printed", "settled")), ("compensation", _COMPENSATIONS)):
             if getattr(self, name) not in known:
                 raise InputError(
                     f"{name} is {getattr(self, name)!r}, there is no such one",
@@ -186,9 +188,7 @@ class ReportEstimator:
         return _FRICTION_AT
 
     @property
-    def kernel(
-        self,
-    ) -> Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]:
+    def kernel(self) -> Callable[[State, float, float, float, float, float], bool]:
         """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
 
         Effort [N or N m], position [m or rad] and velocity [m/s or rad/s] of the driven mass, then
@@ -198,7 +198,7 @@ class ReportEstimator:
         """
         return report_energy_step
 
-    def init(self, *, sampling_time: float) -> Float[np.ndarray, " s"]:
+    def init(self, *, sampling_time: float) -> State:
         """Return the state before the first sample.
 
         Parameters
@@ -215,8 +215,7 @@ class ReportEstimator:
         guesses = self.initial_values or {}
         s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self.parameter_names]
         s[at.SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
-        s[at.INERTIA] = self.inertia
-        s[at.LOAD_INERTIA] = self.load_inertia or 0.0
+        s[at.INERTIA], s[at.LOAD_INERTIA] = self.inertia, self.load_inertia or 0.0
         s[at.STIFFNESS] = self.stiffness or 0.0
         s[at.SETTLED_SUMS] = self.sums == "settled"
         s[at.COMPENSATION] = _COMPENSATIONS.index(self.compensation)
@@ -229,7 +228,7 @@ class ReportEstimator:
             self._let_know(s, noise)
         return s
 
-    def resume(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, " s"]:
+    def resume(self, state: State) -> State:
         """Return the state before another run: estimates and P as they are, all sums at zero.
 
         Parameters
@@ -242,8 +241,8 @@ class ReportEstimator:
         return after
 
     def step(
-        self, state: Float[np.ndarray, " s"], sample: tuple[float, float, float, float, float]
-    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " p"]]:
+        self, state: State, sample: tuple[float, float, float, float, float]
+    ) -> tuple[State, Float[np.ndarray, " p"]]:
         """Take one sample; return the new state and the estimates.
 
         Parameters
@@ -274,8 +273,8 @@ class ReportEstimator:
         return after, after[_ALL_AT if self.error_terms else _FRICTION_AT]
 
     def run(
-        self, state: Float[np.ndarray, " s"], log: AxisLog
-    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
+        self, state: State, log: AxisLog
+    ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
         """Take the samples of a log without gaps.
 
         Parameters
@@ -299,10 +298,10 @@ class ReportEstimator:
         check_fits(log, float(state[at.SAMPLING_TIME]))
         after = state.copy()
         if after[at.NOISE] < 0.0:
-            self._let_know(after, self._noise_of(log))
+            self._let_know(after, sensor_noise_of(log, cutoff=self.cutoff))
         return after, *report_energy_run(after, self._samples(log))
 
-    def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+    def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P (Eq. 4.7), whose scale is that of a level noise of 1 J."""
         return covariance_in(state)
 
@@ -320,13 +319,8 @@ class ReportEstimator:
 
     def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate from rows that `regression` made of this log."""
-        options = {field.name: getattr(self, field.name) for field in fields(self)}
-        options |= {"initial_values": dict(self.initial_values or {})}
-        return solve(
-            regression,
-            estimator=self.name,
-            provenance=provenance_of(log, {"estimator": self.name, "variant": "report", **options}),
-        )
+        provenance = provenance_of(log, {"variant": "report", **options_of(self)})
+        return solve(regression, estimator=self.name, provenance=provenance)
 
     def regression(self, log: AxisLog) -> Regression:
         """Return rows whose least-squares solution is what the recursion ends at.
@@ -343,7 +337,7 @@ class ReportEstimator:
         parts = list(log.segments())
         samples = [self._samples(part) for part in parts]
         state = self.init(sampling_time=log.sampling_time)
-        noise = self._assumed_noise() or self._noise_of(log)
+        noise = self._assumed_noise() or sensor_noise_of(log, cutoff=self.cutoff)
         if state[at.NOISE] < 0.0:
             self._let_know(state, noise)
         target, columns = weighted_rows(state, samples)
@@ -393,19 +387,14 @@ class ReportEstimator:
             load_velocity=self.velocity_noise,
         )
 
-    def _noise_of(self, log: AxisLog) -> SensorNoise:
-        return sensor_noise_of(log, cutoff=self.cutoff)
-
-    def _let_know(self, state: Float[np.ndarray, " s"], noise: SensorNoise) -> None:
+    def _let_know(self, state: State, noise: SensorNoise) -> None:
         """Write the noise into a state, in place."""
         state[at.NOISE] = noise.velocity
         state[at.LEVEL_BIAS] = noise.level_bias(
             self.inertia, self.load_inertia or 0.0, self.stiffness or 0.0
         )
 
-    def _low_pass(self, sampling_time: float) -> LowPass:
-        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
-        return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
-
     def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
-        return samples_of(part, self._low_pass(part.sampling_time), load=self.stiffness is not None)
+        cutoff = default_cutoff(part.sampling_time) if self.cutoff is None else self.cutoff
+        low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+        return samples_of(part, low_pass, load=self.stiffness is not None)

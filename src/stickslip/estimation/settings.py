@@ -1,13 +1,15 @@
-"""Checks of settings that several estimators share."""
+"""What several estimators do with their settings: check them, and tell them."""
 
 from collections.abc import Callable, Collection, Mapping
+from dataclasses import fields
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 
 from stickslip.records import InputError
 
-__all__ = ["check_arm", "check_forgetting_factor", "check_given", "first_guesses"]
+__all__ = ["check_arm", "check_forgetting_factor", "check_given", "first_guesses", "options_of"]
 
 
 def first_guesses(
@@ -95,3 +97,18 @@ def check_forgetting_factor(value: float) -> None:
             f"the forgetting factor is {value:g}, it must be in (0, 1]",
             remedy="give 1 to forget nothing, or a value just below",
         )
+
+
+def options_of(estimator: Any) -> dict[str, Any]:
+    """Return name and settings of an estimator as plain values, for a result's provenance.
+
+    Parameters
+    ----------
+    estimator
+        A dataclass with a name.
+    """
+    values = {field.name: getattr(estimator, field.name) for field in fields(estimator)}
+    plain = {
+        name: dict(value) if isinstance(value, Mapping) else value for name, value in values.items()
+    }
+    return {"estimator": estimator.name, **plain}
