@@ -123,6 +123,17 @@ def test_factors_that_nothing_can_be_computed_with(expression, what, file):
     assert what in refusal(file(HEAD + "0,0,1\n1,2,3\n2,3,1\n"), schema)
 
 
+def test_that_no_effort_acts_has_to_be_said(file):
+    path = file(HEAD + "0,0,0\n1,2,0\n2,3,0\n")
+    schema = LogSchema(kind="linear", effort="0 * pos", units={"effort": "N"})
+    assert read_log(path, schema).effort.tolist() == [0.0, 0.0, 0.0]
+    assert 'said by effort = "0 * position"' in refusal(path)
+    for silent in ("2 * force", "1.5 - 1.5 + force"):
+        schema = LogSchema(kind="linear", effort=silent, units={"effort": "N"})
+        with pytest.raises(InputError):
+            read_log(path, schema)
+
+
 def test_a_pipe_is_refused(tmp_path):
     pipe = tmp_path / "log.csv"
     os.mkfifo(pipe)

@@ -11,7 +11,7 @@ import numpy as np
 
 from stickslip.logs.binding import Bound, axis_kind, bind
 from stickslip.logs.discovery import candidates
-from stickslip.logs.expressions import Value
+from stickslip.logs.expressions import Expression, Value
 from stickslip.logs.frames import table_of_frame
 from stickslip.logs.matlab import read_matlab
 from stickslip.logs.npz import read_npz
@@ -38,6 +38,9 @@ _NOTICEABLE_JITTER = 1e-6
 
 _SMALLEST, _LARGEST = 1e-20, 1e20
 """Sizes [SI] between which products of several channels neither vanish nor overflow."""
+
+_HUGE = 1e300
+"""What even a tiny factor does not make zero."""
 
 
 def read_log(
@@ -349,12 +352,20 @@ def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
             where=label,
             remedy="name the column that moves, or record the axis in motion",
         )
-    if not log.effort.any():
+    if not log.effort.any() and not _means_zero(bound["effort"].expression):
         raise InputError(
             f"the effort ({bound['effort'].expression.text}) is zero in all {len(log)} samples",
             where=label,
-            remedy="name the column of the force or torque, or record it",
+            remedy="name the column of the force or torque, or record it; that none acts, as in a "
+            'free decay, is said by effort = "0 * position"',
         )
+
+
+def _means_zero(expression: Expression) -> bool:
+    """Return whether an expression is zero whatever its columns hold: then nothing acts indeed."""
+    return not expression.evaluate(
+        {name: _HUGE * (1 + index) for index, name in enumerate(expression.names, start=1)}
+    )
 
 
 def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]) -> LogSource:
