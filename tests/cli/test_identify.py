@@ -10,7 +10,10 @@ import pydantic
 import pytest
 from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
 
+from stickslip.friction import StribeckFriction
+from stickslip.plants import SingleMass
 from stickslip.records import PARAMETER_NAMES, Status
+from stickslip.simulation import simulate
 
 CLOSE = 0.03  # relative; the log has 1 % noise and a velocity that is differentiated from positions
 
@@ -112,6 +115,60 @@ def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
 def test_what_to_estimate_is_chosen(option: str, names: set[str], run: Run, good_log: Path) -> None:
     outcome = run("identify", good_log, option, "--json", "-")
     assert set(contract(outcome.out).parameters) == names
+
+
+@pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
+def test_a_stribeck_effect_is_found_where_there_is_one(
+    estimator: str, run: Run, tmp_path: Path
+) -> None:
+    law = StribeckFriction.symmetric(
+        coulomb_friction=COULOMB, static_friction=2.4, viscous_friction=VISCOUS,
+        stribeck_velocity=0.05,
+    )  # fmt: skip
+    time = np.arange(8000) * 0.001
+    effort = 4.0 * np.sin(np.pi * time) + 2.0 * np.sin(3.4 * np.pi * time + 1.0)
+    motion = simulate(SingleMass(mass=MASS, friction=law), effort, sampling_time=0.001)
+    log = tmp_path / "stribeck.csv"
+    columns = {
+        "time [s]": time,
+        "position [m]": motion.position[:-1],
+        "velocity [m/s]": motion.velocity[:-1],
+        "force [N]": effort,
+    }
+    log.write_text(csv_text(columns))
+    page = log.with_suffix(".html")
+    arguments = ("--stribeck", "--estimator", estimator, "--json", "-", "--report", page)
+    outcome = run("identify", log, *arguments)
+    assert outcome.code == 0, outcome.err
+    found = contract(outcome.out).parameters
+    truth = {"mass": MASS, "coulomb_friction": COULOMB, "viscous_friction": VISCOUS}
+    truth |= {"static_friction": 2.4, "stribeck_velocity": 0.05}
+    assert set(found) == {*truth, "offset"}
+    for name, value in truth.items():
+        assert found[name].value == pytest.approx(value, rel=CLOSE), name
+    assert found["stribeck_velocity"].unit == "m/s"
+    assert "Stribeck velocity" in outcome.err
+    assert "Stribeck velocity" in page.read_text()
+
+
+def test_no_stribeck_effect_is_a_result_and_told(run: Run, good_log: Path) -> None:
+    page = good_log.with_suffix(".html")
+    outcome = run("identify", good_log, "--stribeck", "--report", page, "--json", "-")
+    assert outcome.code == 1
+    assert "Static friction, Stribeck velocity: no step" in outcome.err
+    found = contract(outcome.out)
+    assert found.status == "not_identifiable"
+    for name in ("static_friction", "stribeck_velocity"):
+        assert found.parameters[name].value is None
+    assert found.parameters["coulomb_friction"].value == pytest.approx(COULOMB, rel=CLOSE)
+    assert "curve-plot" in page.read_text()
+
+
+def test_a_stribeck_effect_is_not_of_the_report(run: Run, good_log: Path) -> None:
+    arguments = ("--variant", "report", "--mass", MASS, "--stribeck")
+    line = run("identify", good_log, *arguments).line()
+    assert "Stribeck effect" in line
+    assert "variant 'report'" in line
 
 
 def test_the_printed_recursion_takes_its_settings(run: Run, good_log: Path) -> None:

@@ -64,6 +64,10 @@ def assert_found(estimate: FrictionEstimate, tolerance: float) -> None:
         assert abs(parameter.value - truth) <= WIDE * parameter.std
 
 
+def reasons_of(estimate: FrictionEstimate) -> dict[str, str]:
+    return {each.parameter: each.reason for each in estimate.diagnostics.verdicts}
+
+
 METHODS = {
     "known inertia": EnergyEstimator(inertia=1.0),
     "inertia sought": EnergyEstimator(),
@@ -125,8 +129,9 @@ def test_without_a_step_none_is_found(method):
     assert estimate.status is Status.NOT_IDENTIFIABLE
     for name in ("static_friction", "stribeck_velocity"):
         assert not estimate.parameters[name].identified
+        assert "no step from static" in reasons_of(estimate)[name]
     assert estimate.value("coulomb_friction") == plain.value("coulomb_friction")
-    assert any("no step from static" in note for note in estimate.diagnostics.notes)
+    assert reasons_of(estimate)["coulomb_friction"] == "the motion determines it"
 
 
 def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):
@@ -140,7 +145,7 @@ def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):
     )
     estimate = StribeckEstimator(method=EnergyEstimator(per_direction=True)).fit(log)
     assert not estimate.parameters["stribeck_velocity"].identified
-    assert any(note.startswith("friction rises by") for note in estimate.diagnostics.notes)
+    assert reasons_of(estimate)["stribeck_velocity"].startswith("friction rises by")
 
 
 def test_an_axis_at_rest_tells_nothing():
@@ -200,6 +205,42 @@ def test_bristles_show_the_friction_of_sliding():
     estimate = StribeckEstimator(method=METHODS["inertia sought"]).fit(log_of(bristles, NOISY))
     for name, parameter in estimate.parameters.items():
         assert parameter.value == pytest.approx(TRUTH[name], rel=0.05), name
+
+
+def test_the_rows_hold_the_stribeck_velocity_itself():
+    log = log_of(law_of(), NOISY)
+    estimator = StribeckEstimator(method=EnergyEstimator(inertia=1.0, per_direction=True))
+    rows, estimate = estimator.regression(log), estimator.fit(log)
+    values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
+    assert set(rows.names) == set(values)
+    assert values["stribeck_velocity"] == pytest.approx(0.05, rel=IN_NOISE)
+    left = rows.relative_residual(values)
+    assert left == pytest.approx(estimate.diagnostics.relative_residual, rel=1e-9)
+    # No other velocity leaves less
+    assert all(
+        rows.relative_residual(values | {"stribeck_velocity": other}) > left
+        for other in (0.045, 0.055)
+    )
+
+
+@pytest.mark.parametrize("method", [EnergyEstimator(inertia=1.0), IdimLeastSquares()])
+@pytest.mark.parametrize("there", [True, False])
+def test_a_report_of_what_was_sought_draws_what_there_is(method, there):
+    plain = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=2.0)
+    law = law_of() if there else plain
+    log = log_of(law, NOISY)
+    found = examine(log, StribeckEstimator(method=method))
+    estimate = found.estimate
+    assert estimate.parameters["stribeck_velocity"].identified is there
+    assert found.curve is not None
+    assert found.evolution is not None
+    assert ("stribeck_velocity" in found.evolution.values) is there
+    assert found.residuals is not None
+    assert found.resimulation is not None
+    grid = found.curve.fitted_velocity
+    seen = np.isfinite(grid) & (np.abs(grid) > 0.02)  # where motion sets in noise has its way
+    truth = law.friction(grid[seen]) + law.offset
+    assert np.max(np.abs(found.curve.fitted_friction[seen] - truth)) < IN_NOISE
 
 
 def test_a_report_draws_the_stribeck_curve():

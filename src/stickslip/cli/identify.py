@@ -59,6 +59,15 @@ def identify(
             "--per-direction.",
         ),
     ] = None,
+    stribeck: Annotated[
+        bool,
+        Parameter(
+            group=_WANTED,
+            negative="",
+            help="Estimate static friction and Stribeck velocity too: how friction falls as motion "
+            "sets in.",
+        ),
+    ] = False,
     cutoff: Annotated[
         float | None,
         Parameter(
@@ -131,6 +140,7 @@ def identify(
             stiffness=known.stiffness,
             per_direction=per_direction,
             offset=offset,
+            stribeck=stribeck,
             cutoff=cutoff,
             variant="report" if variant == "report" else "held_effort",
             forgetting_factor=forgetting_factor,

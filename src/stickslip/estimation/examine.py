@@ -1,6 +1,8 @@
 """Everything a report of an identification draws."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import compress
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +15,14 @@ from stickslip.estimation.kinematics import LowPass, central_difference, default
 from stickslip.estimation.maximum_likelihood import MaximumLikelihoodEstimator
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.report_estimator import ReportEstimator
-from stickslip.estimation.resimulation import LARGEST_PLOT, identified_plant, resimulate
+from stickslip.estimation.resimulation import (
+    LARGEST_PLOT,
+    OPTIONAL,
+    identified_effect,
+    identified_plant,
+    resimulate,
+)
+from stickslip.estimation.stribeck_estimator import StribeckEstimator
 from stickslip.records import (
     AxisLog,
     EnergyBalance,
@@ -26,7 +35,13 @@ from stickslip.records import (
 
 __all__ = ["examine"]
 
-Examined = EnergyEstimator | IdimLeastSquares | MaximumLikelihoodEstimator | ReportEstimator
+Examined = (
+    EnergyEstimator
+    | IdimLeastSquares
+    | MaximumLikelihoodEstimator
+    | ReportEstimator
+    | StribeckEstimator
+)
 """Estimators that make a regression of a log."""
 
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
@@ -62,8 +77,9 @@ def examine(
     Returns
     -------
     The estimate with friction curve, energy balance, evolution, residuals and re-simulation. They
-    are left out where a parameter is not identified or the inertia is not positive. The load of a
-    flexible arm that is not measured is shown as reconstructed from the driven mass.
+    are left out where a parameter is not identified or the inertia is not positive; where it is a
+    Stribeck effect that is not, they are drawn without one. The load of a flexible arm that is not
+    measured is shown as reconstructed from the driven mass.
 
     Raises
     ------
@@ -72,12 +88,19 @@ def examine(
     """
     regression = estimator.regression(log)
     estimate = estimator.solution(log, regression)
-    identified = all(p.identified for p in estimate.parameters.values())
-    values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
+    values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
     inertia = values.get("mass", values.get("inertia", estimator.inertia or 0.0))
-    if not identified or inertia <= 0:
+    needed = set(estimate.parameters)
+    method: Examined = estimator
+    if isinstance(estimator, StribeckEstimator):
+        effect = identified_effect(estimate)
+        method = replace(estimator.method, stribeck=effect)
+        if effect is None:
+            needed = {name for name in needed if not name.startswith(OPTIONAL)}
+    if inertia <= 0 or not needed <= set(values):
         return Identification(log=log, estimate=estimate, truth=truth)
-    balance = _balance_of(estimator, inertia, values)
+    regression = _with_columns(regression, [name in values for name in regression.names])
+    balance = _balance_of(method, inertia, values)
     stretches = balance.levels(log)
     return Identification(
         log=log,
@@ -88,6 +111,16 @@ def examine(
         evolution=_evolution(regression, estimate),
         residuals=_residuals(regression, values),
         resimulation=resimulate(identified_plant(estimate, balance), stretches),
+    )
+
+
+def _with_columns(regression: Regression, kept: Sequence[bool]) -> Regression:
+    """Return the rows with some of their columns only."""
+    return replace(
+        regression,
+        names=tuple(compress(regression.names, kept)),
+        regressors=regression.regressors[:, kept],
+        regressor_noise=regression.regressor_noise[kept],
     )
 
 
@@ -112,6 +145,8 @@ def _balance_of(
             offset=False,
             cutoff=estimator.cutoff,
         )
+    if isinstance(estimator, StribeckEstimator):
+        return _balance_of(estimator.method, inertia, values)
     arm = isinstance(estimator, EnergyEstimator)
     return EnergyEstimator(
         inertia=inertia,
@@ -154,12 +189,13 @@ def _curve(
     velocity, friction = np.concatenate(velocities), np.concatenate(frictions)
     step = max(-(-velocity.size // LARGEST_PLOT), 1)
     quantile = max(estimate.parameters[name].quantile for name in names)
+    identified = [name for name, p in estimate.parameters.items() if p.identified]
+    keep = [identified.index(name) for name in names]
     parts: list[Float[np.ndarray, "p 4"]] = []
     for end in (float(np.min(velocity)), float(np.max(velocity))):
         grid = np.linspace(end, 0.0, _CURVE_POINTS)
         columns = balance.terms.force_columns(grid, np.full(grid.size, np.sign(end)))
         law = columns @ values
-        keep = [list(estimate.parameters).index(name) for name in names]
         covariance = estimate.covariance[np.ix_(keep, keep)]
         half = quantile * np.sqrt(np.einsum("ij,jk,ik->i", columns, covariance, columns))
         block = np.column_stack([grid, law, law - half, law + half])
@@ -235,7 +271,7 @@ def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEv
     products = np.cumsum(columns[:, :, None] * columns[:, None, :], axis=0)
     ends = np.unique(np.linspace(3 * p, n - 1, _EVOLUTION_POINTS).astype(int))
     classical = np.array([estimate.diagnostics.classical_std[name] for name in regression.names])
-    honest = np.array([p.std or 0.0 for p in estimate.parameters.values()])
+    honest = np.array([estimate.parameters[name].std or 0.0 for name in regression.names])
     factor = np.divide(honest, classical, out=np.ones(p), where=classical > 0)
     times: list[float] = []
     values: list[Float[np.ndarray, " p"]] = []

@@ -19,7 +19,14 @@ from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, Resimulation
 from stickslip.simulation import simulate
 
-__all__ = ["identified_plant", "replay", "resimulate", "unexplained_effort"]
+__all__ = [
+    "OPTIONAL",
+    "identified_effect",
+    "identified_plant",
+    "replay",
+    "resimulate",
+    "unexplained_effort",
+]
 
 HORIZONS = 20
 """Restarts in a log: small force errors add up to large position errors over a whole log."""
@@ -27,7 +34,7 @@ HORIZONS = 20
 LARGEST_PLOT = 4000
 """Points beyond which a curve only gets heavier, not clearer."""
 
-_OPTIONAL = ("static_friction", "stribeck_velocity")
+OPTIONAL = ("static_friction", "stribeck_velocity")
 """Without these an estimate is that of a law without a step from static to Coulomb friction."""
 
 
@@ -63,7 +70,7 @@ def unexplained_effort(
     rows = IdimLeastSquares(
         per_direction=_per_direction(estimate),
         offset="offset" in values,
-        stribeck=_effect(estimate),
+        stribeck=identified_effect(estimate),
     ).regression(log)
     law = np.array([values.get(name, 0.0) for name in rows.names])
     residual = rows.target - rows.regressors @ law
@@ -113,7 +120,7 @@ def replay(
         stiffness=values.get("stiffness", stiffness),
         per_direction=_per_direction(estimate),
         offset="offset" in values,
-        stribeck=_effect(estimate),
+        stribeck=identified_effect(estimate),
     )
     return resimulate(identified_plant(estimate, balance), balance.levels(log))
 
@@ -198,7 +205,7 @@ def _values(estimate: FrictionEstimate, inertia: float | None) -> dict[str, floa
     for name, parameter in estimate.parameters.items():
         if parameter.value is not None:
             values[name] = parameter.value
-        elif not name.startswith(_OPTIONAL):
+        elif not name.startswith(OPTIONAL):
             return None
     return values if body in values else None
 
@@ -207,8 +214,14 @@ def _per_direction(estimate: FrictionEstimate) -> bool:
     return any(name.endswith("_positive") for name in estimate.parameters)
 
 
-def _effect(estimate: FrictionEstimate) -> StribeckEffect | None:
-    """Return how the step from static to Coulomb friction fades, if the estimate holds both."""
+def identified_effect(estimate: FrictionEstimate) -> StribeckEffect | None:
+    """Return how the step from static to Coulomb friction fades, if the estimate holds it.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator.
+    """
     held = estimate.parameters.get("stribeck_velocity")
     if held is None or held.value is None:
         return None

@@ -20,7 +20,7 @@ from stickslip.estimation.regression import Regression, least_squares
 from stickslip.estimation.solution import provenance_of, solve
 from stickslip.friction import StribeckEffect
 from stickslip.friction.stribeck import StribeckShape
-from stickslip.records import AxisLog, FrictionEstimate, InputError, ParameterEstimate
+from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
 
 __all__ = ["StribeckEstimator"]
 
@@ -89,6 +89,11 @@ class StribeckEstimator:
         """Name of the estimator."""
         return f"stribeck-{self.method.name}"
 
+    @property
+    def inertia(self) -> float | None:
+        """The method's own inertia if it is known [kg or kg m^2]."""
+        return self.method.inertia
+
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
 
@@ -100,14 +105,19 @@ class StribeckEstimator:
         InputError
             As the method's own ``fit`` does.
         """
+        return self.solution(log, self.regression(log))
+
+    def regression(self, log: AxisLog) -> Regression:
+        """Return the method's rows, linearised around the Stribeck velocity that fits best.
+
+        Where no step stands out, the columns of static friction and Stribeck velocity are zeros.
+
+        Raises
+        ------
+        InputError
+            As the method's own ``regression`` does.
+        """
         plain = self.method.regression(log)
-        options = {
-            "estimator": self.name,
-            "shape": self.shape,
-            "velocities": self.velocities,
-            "method": self.method.options,
-        }
-        provenance = provenance_of(log, options)
         low, high = self._range(plain)
         note = (
             "no step from static to Coulomb friction stands out with a Stribeck velocity from "
@@ -115,17 +125,42 @@ class StribeckEstimator:
         )
         best = self._searched(log, low, high) if plain.target.size and low < high else None
         if best is not None:
-            velocity, regression = best
-            found = solve(regression, estimator=self.name, provenance=provenance)
-            step = _step(found, velocity)
+            velocity, rows = best
+            step = _step(self._solved(log, rows), velocity)
             if step > 0:
-                return _shifted(found, velocity)
+                return rows
             if step < 0:
                 note = (
                     f"friction rises by {-step:.3g} {log.unit('effort')} as motion sets in, over "
                     f"some {velocity:.3g} {log.unit('velocity')}, where static friction would fall"
                 )
-        return solve(_without_step(plain, note), estimator=self.name, provenance=provenance)
+        return _without_step(plain, note)
+
+    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
+        """Return the estimate from rows that `regression` made of this log."""
+        found = self._solved(log, regression)
+        if found.status is not Status.NOT_IDENTIFIABLE:
+            return found
+        diagnostics = found.diagnostics
+        absent = [not np.any(column) for column in regression.regressors.T]
+        if not any(absent):
+            return found
+        *notes, why_not = diagnostics.notes
+        verdicts = tuple(
+            replace(verdict, reason=why_not) if none else verdict
+            for verdict, none in zip(diagnostics.verdicts, absent, strict=True)
+        )
+        diagnostics = replace(diagnostics, verdicts=verdicts, notes=tuple(notes))
+        return replace(found, diagnostics=diagnostics)
+
+    def _solved(self, log: AxisLog, rows: Regression) -> FrictionEstimate:
+        options = {
+            "estimator": self.name,
+            "shape": self.shape,
+            "velocities": self.velocities,
+            "method": self.method.options,
+        }
+        return solve(rows, estimator=self.name, provenance=provenance_of(log, options))
 
     def _range(self, plain: Regression) -> tuple[float, float]:
         if self.velocities is not None:
@@ -156,10 +191,8 @@ class StribeckEstimator:
         for _ in range(_ITERATIONS):
             around = velocity * np.array([1.0 - _APART, 1.0, 1.0 + _APART])
             linear = _linearised(self._regression(log, around), around)
-            step = float(least_squares(linear.regressors, linear.target)[-1])
-            after = float(
-                np.clip(velocity + step, velocity / _LARGEST_STEP, velocity * _LARGEST_STEP)
-            )
+            found = float(least_squares(linear.regressors, linear.target)[-1])
+            after = float(np.clip(found, velocity / _LARGEST_STEP, velocity * _LARGEST_STEP))
             if not low <= after <= high:
                 return None
             if abs(after - velocity) <= _CONVERGED * velocity:
@@ -190,9 +223,10 @@ def _left_over(regression: Regression, count: int) -> Float[np.ndarray, " k"]:
 
 
 def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regression:
-    """Return the rows in Coulomb and static friction and the change of the Stribeck velocity.
+    """Return the rows in Coulomb and static friction and the Stribeck velocity v_s.
 
-    ``f_c (1 - e) + f_s e + (f_s - f_c) de/dv_s (change of v_s)``, the slope from three effects.
+    ``f_c (1 - e) + f_s e + (f_s - f_c) de/dv_s (v_s - around)``, the slope from three effects; what
+    is known of it is on the target's side.
     """
     sides = _sides(regression)
     names: list[str] = []
@@ -217,6 +251,7 @@ def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regr
         slope += step * rise / (around[2] - around[0])
     return replace(
         regression,
+        target=regression.target + slope * around[1],
         names=(*names, "stribeck_velocity"),
         regressors=np.column_stack([*columns, slope]),
         regressor_noise=np.array([*noise, 0.0]),
@@ -228,8 +263,8 @@ def _step(found: FrictionEstimate, velocity: float) -> float:
     identified = [name for name, p in found.parameters.items() if p.identified]
     if "stribeck_velocity" not in identified:
         return 0.0
-    change = found.parameters["stribeck_velocity"].ci95
-    if change is None or 0.5 * (change[1] - change[0]) > _WIDE * velocity:
+    interval = found.parameters["stribeck_velocity"].ci95
+    if interval is None or 0.5 * (interval[1] - interval[0]) > _WIDE * velocity:
         return 0.0
     steps = [0.0]
     for side in ("", "_positive", "_negative"):
@@ -244,21 +279,6 @@ def _step(found: FrictionEstimate, velocity: float) -> float:
         if abs(step) > max(widest, t_quantile(np.inf)) * std:
             steps.append(step)
     return max(steps, key=abs)
-
-
-def _shifted(found: FrictionEstimate, velocity: float) -> FrictionEstimate:
-    """Return the estimate with the Stribeck velocity in place of its change."""
-    change = found.parameters["stribeck_velocity"]
-    if change.value is None or change.ci95 is None:
-        return found
-    whole = ParameterEstimate(
-        name=change.name,
-        value=change.value + velocity,
-        std=change.std,
-        ci95=(change.ci95[0] + velocity, change.ci95[1] + velocity),
-        unit=change.unit,
-    )
-    return replace(found, parameters={**found.parameters, change.name: whole})
 
 
 def _without_step(plain: Regression, note: str) -> Regression:

@@ -23,6 +23,7 @@ def identify(
     stiffness: float | None = None,
     per_direction: bool = False,
     offset: bool | None = None,
+    stribeck: bool = False,
     cutoff: float | None = None,
     variant: Literal["held_effort", "report"] = "held_effort",
     forgetting_factor: float | None = None,
@@ -52,6 +53,10 @@ def identify(
         Whether each direction gets its own Coulomb and viscous friction.
     offset
         Whether a constant offset is estimated; None does unless ``per_direction``.
+    stribeck
+        Whether static friction and Stribeck velocity are estimated too, by a law that falls from
+        the one to Coulomb friction as motion sets in (Gaussian;
+        `stickslip.estimation.StribeckEstimator` has the exponential one).
     cutoff
         Of the low-pass that smooths what is noisy [Hz]; None takes a tenth of the sampling rate and
         at most 100 Hz.
@@ -103,7 +108,13 @@ def identify(
     for what, quantity, value in (*known, ("stiffness", "stiffness", stiffness)):
         if value is not None:
             positive(what, value, unit_of(quantity, log.kind))
-    from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
+    from stickslip.estimation import (
+        EnergyEstimator,
+        IdimLeastSquares,
+        ReportEstimator,
+        StribeckEstimator,
+        examine,
+    )
 
     of_the_report = {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
     if estimator == "idim-ls":
@@ -117,10 +128,10 @@ def identify(
         rigid = IdimLeastSquares(
             inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
         )
-        return examine(log, rigid, truth=truth)
+        return examine(log, StribeckEstimator(method=rigid) if stribeck else rigid, truth=truth)
     if variant == "report":
         chosen = ReportEstimator(
-            inertia=_known_to_the_report(inertia, body, per_direction, offset),
+            inertia=_known_to_the_report(inertia, body, per_direction, offset, stribeck),
             load_inertia=load_inertia,
             stiffness=stiffness,
             cutoff=cutoff,
@@ -137,14 +148,18 @@ def identify(
         offset=offset,
         cutoff=cutoff,
     )
-    return examine(log, chosen, truth=truth)
+    return examine(log, StribeckEstimator(method=chosen) if stribeck else chosen, truth=truth)
 
 
 def _known_to_the_report(
-    inertia: float | None, body: str, per_direction: bool, offset: bool | None
+    inertia: float | None, body: str, per_direction: bool, offset: bool | None, stribeck: bool
 ) -> float:
     """Return the inertia that the report's variant needs; refuse what it does not estimate."""
-    for what, asked in (("friction per direction", per_direction), ("an offset", offset)):
+    for what, asked in (
+        ("friction per direction", per_direction),
+        ("an offset", offset),
+        ("a Stribeck effect", stribeck),
+    ):
         if asked:
             raise InputError(
                 f"{what} is asked for, and variant 'report' estimates Coulomb and viscous friction "
