@@ -50,7 +50,7 @@ def test_the_demo_depends_on_its_seed_only(run: Run, tmp_path: Path) -> None:
 def test_data_prints_where_the_benchmark_is(
     run: Run, benchmark_data: Callable[[str], Path], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    folder = benchmark_data("emps")
+    folder = benchmark_data("emps/DATA_EMPS.mat").parent
     monkeypatch.setenv("STICKSLIP_DATA", str(folder.parent))
     outcome = run("data", "emps")
     assert (outcome.code, outcome.out, outcome.err) == (0, f"{folder}\n", "")

@@ -33,7 +33,7 @@ def test_emps(name, benchmark_data):
 
 
 def test_emps_is_what_was_published(benchmark_data, monkeypatch):
-    folder = benchmark_data("emps")
+    folder = benchmark_data("emps/DATA_EMPS.mat").parent
     monkeypatch.setenv("STICKSLIP_DATA", str(folder.parent))
     assert find_benchmark("emps") == folder
 
