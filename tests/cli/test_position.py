@@ -259,7 +259,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     ),
     "no estimate file": (
         [("[guess]", "[guess]\nestimate = 'none.json'")],
-        ["none.json", "no such file", "relative"],
+        ["[guess]", "none.json", "no such file"],
     ),
     "estimate that is no JSON": (
         [("[guess]", "[guess]\nestimate = 'scenario.toml'")],
@@ -278,7 +278,7 @@ BAD_ESTIMATES: dict[str, tuple[dict[str, object], list[str]]] = {
     "another schema": ({"schema": 7}, ["estimate.json, schema", "7", "reads 1"]),
     "not identified": (
         {"parameters": {**ESTIMATE["parameters"], "mass": {"value": None, "unit": "kg"}}},  # type: ignore[dict-item]
-        ["parameters.mass", "not identified", "[guess] beside"],
+        ["[guess]", "parameters.mass", "not identified", "beside"],
     ),
     "no such parameter": ({"parameters": {}}, ["mass is missing", "[guess]"]),
     "parameters of another form": ({"parameters": 3}, ["estimate.json, parameters"]),

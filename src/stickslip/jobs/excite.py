@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 
 from stickslip import __version__
+from stickslip.jobs.estimate_file import estimate_in
 from stickslip.jobs.position.axis_table import AxisTable
-from stickslip.jobs.position.beliefs import beliefs_from
 from stickslip.jobs.position.refusals import told_of
-from stickslip.jobs.position.tables import GuessTable
 from stickslip.records import AxisKind, Excitation, ExpectedParameter, InputError, positive, unit_of
 from stickslip.simulation import Sensors
 
@@ -19,16 +18,6 @@ __all__ = ["excite"]
 
 _MOST_SAMPLES = 200_000
 """A design tries some hundred inputs: minutes for so many samples."""
-
-_SAID_HERE = (
-    (", named as estimate in [guess]", ""),
-    (" named as estimate in [guess]", ""),
-    (", which is relative to the scenario", ""),
-    ("in [guess] beside the estimate", "as an option beside the estimate"),
-    ("into [guess]", "as options"),
-    (", the scenario's is ", ", and this one is "),
-    ("in [axis]", "in --kind"),
-)
 
 
 def excite(
@@ -168,19 +157,13 @@ def _kind_in(path: Path) -> AxisKind:
 
 def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) -> dict[str, float]:
     """Return what an estimate holds and is not believed otherwise, by the names of ``[axis]``."""
-    try:
-        held = beliefs_from(GuessTable(estimate=str(path.resolve())), kind, path.parent)
-        known = {name.removesuffix("_positive").removesuffix("_negative") for name in believed} | {
-            "mass" for name in believed if name == "inertia"
-        }
-        for name, error in held.missing.items():
-            if name not in known and name != "static_friction":
-                raise error
-    except InputError as error:
-        what, remedy = error.what, error.remedy
-        for there, here in _SAID_HERE:
-            what, remedy = what.replace(there, here), remedy.replace(there, here)
-        raise InputError(what, where=str(path), remedy=remedy) from None
+    held = estimate_in(path, kind)
+    known = {name.removesuffix("_positive").removesuffix("_negative") for name in believed} | {
+        "mass" for name in believed if name == "inertia"
+    }
+    for name, error in held.missing.items():
+        if name not in known and name != "static_friction":
+            raise error
     values: dict[str, float] = {}
     for name, (forward, backward) in held.values.items():
         if name in known:

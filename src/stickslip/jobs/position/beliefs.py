@@ -1,23 +1,14 @@
 """What a controller believes at first: from the scenario, from an estimate, from an earlier run."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
-from math import isfinite, nan
 from pathlib import Path
-from typing import Any
 
 from stickslip.control import ExactPulseController
+from stickslip.jobs.estimate_file import estimate_in
+from stickslip.jobs.json_file import read_json
 from stickslip.jobs.position.tables import DIRECTIONAL, GuessTable
-from stickslip.records import (
-    SCHEMA_VERSION,
-    AxisKind,
-    InputError,
-    LearntPulses,
-    Status,
-    in_words,
-    unit_of,
-)
+from stickslip.records import AxisKind, InputError, LearntPulses, unit_of
 
 __all__ = ["Beliefs", "beliefs_from", "learnt_from"]
 
@@ -126,7 +117,12 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
     spreads: dict[str, float] = {}
     if guess.estimate is not None:
         path = folder / guess.estimate
-        values, missing, spreads = _estimate_from(path, kind)
+        try:
+            held = estimate_in(path, kind)
+        except InputError as error:
+            raise error.at("[guess], estimate") from None
+        values, spreads = dict(held.values), dict(held.spreads)
+        missing = {name: error.at("[guess], estimate") for name, error in held.missing.items()}
         sources = dict.fromkeys(values, f"estimate {guess.estimate}")
     own: dict[str, tuple[float, float] | None] = {name: guess.sides(name) for name in DIRECTIONAL}
     try:
@@ -140,113 +136,6 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
             values[name], sources[name] = pair, _FROM_SCENARIO
             spreads.pop(name, None)
     return Beliefs(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
-
-
-def _estimate_from(
-    path: Path, kind: AxisKind
-) -> tuple[dict[str, tuple[float, float]], dict[str, InputError], dict[str, float]]:
-    """Read what ``stickslip identify --json`` wrote: values, why others are missing, spreads."""
-    document = _json(path, "estimate")
-    _check_estimate(document, path, kind)
-    values: dict[str, tuple[float, float]] = {}
-    missing: dict[str, InputError] = {}
-    spreads: dict[str, float] = {}
-    for name in (*DIRECTIONAL, "mass", "inertia", "offset"):
-        sides = (f"{name}_positive", f"{name}_negative")
-        asked = [each for each in ((name,), sides) if each[0] in document["parameters"]]
-        if not asked:
-            continue
-        key = "mass" if name == "inertia" else name
-        numbers = [_parameter(document, each, path, kind) for each in asked[0]]
-        found = [each for each in numbers if isinstance(each, float)]
-        refused = [each for each in numbers if isinstance(each, InputError)]
-        if refused:
-            missing[key] = refused[0]
-        else:
-            values[key] = (found[0], found[-1])
-            stds = [_number(document["parameters"][each].get("std")) for each in asked[0]]
-            told = [std / abs(value) for std, value in zip(stds, found, strict=True) if value]
-            if len(told) == len(found) and all(isfinite(each) for each in told):
-                spreads[key] = max(told)
-    given = _options(document)
-    if "mass" not in values and isinstance(given.get("inertia"), int | float):
-        if given.get("load_inertia") is None:
-            values["mass"] = (float(given["inertia"]), float(given["inertia"]))
-        else:
-            missing["mass"] = InputError(
-                "the estimate is of a flexible arm, and holds no mass of a rigid axis",
-                where=f"{path}, provenance.options.load_inertia",
-                remedy="give the moving mass in [guess] beside the estimate",
-            )
-    return values, missing, spreads
-
-
-def _number(value: Any) -> float:
-    """Return a number from a document; NaN for what is none."""
-    return float(value) if isinstance(value, int | float) else nan
-
-
-def _options(document: Mapping[str, Any]) -> Mapping[str, Any]:
-    provenance = document.get("provenance")
-    options = provenance.get("options") if isinstance(provenance, dict) else None
-    return options if isinstance(options, dict) else {}
-
-
-def _check_estimate(document: Mapping[str, Any], path: Path, kind: AxisKind) -> None:
-    remedy = "give a file that stickslip identify --json wrote"
-    for key in ("schema", "kind", "status", "parameters"):
-        if key not in document:
-            raise InputError(
-                f"{key} is missing, this is no estimate", where=str(path), remedy=remedy
-            )
-    if document["schema"] != SCHEMA_VERSION:
-        raise InputError(
-            f"the schema is {document['schema']!r}, this version reads {SCHEMA_VERSION}",
-            where=f"{path}, schema",
-            remedy="identify the log again with this version",
-        )
-    if not isinstance(document["parameters"], dict):
-        raise InputError("it holds no parameters", where=f"{path}, parameters", remedy=remedy)
-    if document["kind"] != kind:
-        raise InputError(
-            f"the estimate is of a {document['kind']} axis, the scenario's is {kind}",
-            where=f"{path}, kind",
-            remedy="give an estimate of this axis, or correct kind in [axis]",
-        )
-    if document["status"] != Status.OK.value:
-        text = document.get("status_text", "")
-        raise InputError(
-            f"the estimate is not to be trusted, its status is {document['status']!r}"
-            + (f" ({text})" if text else ""),
-            where=f"{path}, status",
-            remedy="identify a better log, or write the values that you do trust into [guess]",
-        )
-
-
-def _parameter(
-    document: Mapping[str, Any], name: str, path: Path, kind: AxisKind
-) -> float | InputError:
-    """Return a parameter's value, or why there is none."""
-    entry = document["parameters"].get(name)
-    where = f"{path}, parameters.{name}"
-    if not isinstance(entry, dict) or "value" not in entry:
-        return InputError(
-            f"{name} has no value", where=where, remedy="give it in [guess] beside the estimate"
-        )
-    value, unit = entry["value"], unit_of(name, kind)
-    if value is None:
-        return InputError(
-            in_words(f"{name} was not identified from the log"),
-            where=where,
-            remedy="give it in [guess] beside the estimate, or identify a better log",
-        )
-    if isinstance(value, bool) or not isinstance(value, int | float) or entry.get("unit") != unit:
-        return InputError(
-            f"{name} is {value!r} {entry.get('unit', '')}, it must be a number in {unit}",
-            where=where,
-            remedy="give a file that stickslip identify --json wrote",
-        )
-    return float(value)
 
 
 def learnt_from(path: Path) -> LearntPulses:
@@ -263,36 +152,7 @@ def learnt_from(path: Path) -> LearntPulses:
         If it is missing or holds something else.
     """
     try:
-        return LearntPulses.from_dict(_json(path, "learnt"))
+        return LearntPulses.from_dict(read_json(path))
     except InputError as error:
-        raise error if str(path) in error.where else error.at(str(path)) from None
-
-
-def _json(path: Path, what: str) -> dict[str, Any]:
-    try:
-        document = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise InputError(
-            f"there is no such file, named as {what} in [guess]",
-            where=str(path),
-            remedy="check the path, which is relative to the scenario",
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"the file named as {what} in [guess] cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="give a readable file",
-        ) from error
-    except ValueError as error:
-        raise InputError(
-            f"the file named as {what} in [guess] is not JSON ({error})",
-            where=str(path),
-            remedy="give a file that stickslip wrote",
-        ) from error
-    if not isinstance(document, dict):
-        raise InputError(
-            f"the file named as {what} in [guess] holds no table",
-            where=str(path),
-            remedy="give a file that stickslip wrote",
-        )
-    return document
+        placed = error if str(path) in error.where else error.at(str(path))
+        raise placed.at("[guess], learnt") from None
