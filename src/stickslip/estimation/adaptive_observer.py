@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.estimation import force_balance as at
-from stickslip.estimation.force_observer import ForceObserver, State
+from stickslip.estimation.force_observer import ForceObserver
+from stickslip.estimation.online_method import State
 from stickslip.estimation.settings import check_given
 from stickslip.records import AxisLog, InputError, positive
 

@@ -15,11 +15,10 @@ from jaxtyping import Float
 
 from stickslip.estimation import ekf_kernels as at
 from stickslip.estimation.ekf_kernels import ekf_run, ekf_step, forget_motion
-from stickslip.estimation.energy_online import take_sample
-from stickslip.estimation.force_observer import Kernel, State
 from stickslip.estimation.kinematics import slow_speed
 from stickslip.estimation.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.noise_compensation import sensor_noise_of
+from stickslip.estimation.online_method import Kernel, OnlineMethod, State
 from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
 from stickslip.estimation.recursion import SAMPLING_TIME, VALUES
 from stickslip.estimation.report_rows import check_fits
@@ -48,7 +47,7 @@ _INCONSISTENT = 1.5
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExtendedKalmanFilter:
+class ExtendedKalmanFilter(OnlineMethod):
     """Coulomb and viscous friction of a rigid axis as states of an extended Kalman filter.
 
     Attributes
@@ -207,26 +206,9 @@ class ExtendedKalmanFilter:
     def _names(self) -> tuple[str, ...]:
         return self.parameter_names("linear")
 
-    def step(
-        self, state: State, sample: tuple[float, float, float, float, float]
-    ) -> tuple[State, Float[np.ndarray, " p"]]:
-        """Take one sample; return the new state and the estimates.
-
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step; it is left as it is.
-        sample
-            Effort, position, velocity, and two numbers that are not read [SI].
-
-        Raises
-        ------
-        InputError
-            If the sample does not hold five finite numbers.
-        """
-        after = state.copy()
-        take_sample(self.kernel, after, sample)
-        return after, after[VALUES : VALUES + len(self._names)]
+    @property
+    def _places(self) -> list[int]:
+        return list(range(VALUES, VALUES + len(self._names)))
 
     def run(
         self, state: State, log: AxisLog

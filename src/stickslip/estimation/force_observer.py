@@ -1,6 +1,6 @@
 """What observers of the friction force have in common: samples, rows, first states, and a fit."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
@@ -9,8 +9,8 @@ from jaxtyping import Bool, Float
 from scipy import ndimage
 
 from stickslip.estimation import force_balance as at
-from stickslip.estimation.energy_online import take_sample
 from stickslip.estimation.kinematics import LowPass, default_cutoff, noise_level, slow_speed
+from stickslip.estimation.online_method import OnlineMethod, State
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
 from stickslip.estimation.recursion import SAMPLING_TIME, STIFFNESS, VALUES
 from stickslip.estimation.regression import Regression, summarise_motion
@@ -27,10 +27,8 @@ from stickslip.records import (
     positive,
 )
 
-__all__ = ["ForceObserver", "Kernel", "Run", "State"]
+__all__ = ["ForceObserver", "Run"]
 
-State = Float[np.ndarray, " s"]
-Kernel = Callable[[State, float, float, float, float, float], bool]
 Run = Callable[[State, Float[np.ndarray, "n 5"]], Float[np.ndarray, "n 3"]]
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
@@ -43,7 +41,7 @@ _LEAST_ROWS = 3  # a parameter
 
 
 @dataclass(frozen=True, kw_only=True)
-class ForceObserver(ABC):
+class ForceObserver(OnlineMethod):
     """An estimator that compares the friction force of each sample with what it believes.
 
     Attributes
@@ -85,15 +83,6 @@ class ForceObserver(ABC):
     @abstractmethod
     def name(self) -> str:
         """Name of the estimator."""
-
-    @property
-    @abstractmethod
-    def kernel(self) -> Kernel:
-        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
-
-        Effort [N or N m] held from this sample to the next, position [m or rad] and velocity [m/s
-        or rad/s] of the driven mass, then both of the load; 0 for the load of a rigid axis.
-        """
 
     @property
     @abstractmethod
@@ -156,32 +145,6 @@ class ForceObserver(ABC):
 
     def _first_guesses(self) -> list[float]:
         return [self._guesses.get(name, 0.0) for name in _FRICTION]
-
-    def step(
-        self, state: State, sample: tuple[float, float, float, float, float]
-    ) -> tuple[State, Float[np.ndarray, " p"]]:
-        """Take one sample; return the new state and the estimates.
-
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step; it is left as it is.
-        sample
-            Effort, position, velocity, load position and load velocity [SI], with 0 for the load of
-            a rigid axis. Only `run` and `fit` derive velocities that a log has not.
-
-        Returns
-        -------
-        The state, and the estimates in the order of `parameter_names`.
-
-        Raises
-        ------
-        InputError
-            If the sample does not hold five finite numbers.
-        """
-        after = state.copy()
-        take_sample(self.kernel, after, sample)
-        return after, after[self._places]
 
     @property
     def _places(self) -> list[int]:

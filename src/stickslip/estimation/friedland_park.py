@@ -36,7 +36,8 @@ from stickslip.estimation.force_balance import (
     finite,
     follow,
 )
-from stickslip.estimation.force_observer import Kernel, Run, State
+from stickslip.estimation.force_observer import Run
+from stickslip.estimation.online_method import Kernel, State
 from stickslip.estimation.recursion import VALUES
 from stickslip.records import positive
 
@@ -127,7 +128,7 @@ class FriedlandParkObserver(AdaptiveObserver):
 
     @property
     def kernel(self) -> Kernel:
-        """The compiled step (see `ForceObserver.kernel`)."""
+        """The compiled step (see `OnlineMethod.kernel`)."""
         return friedland_park_step
 
     @property

@@ -26,7 +26,8 @@ from stickslip.estimation.force_balance import (
     finite,
     follow,
 )
-from stickslip.estimation.force_observer import Kernel, Run, State
+from stickslip.estimation.force_observer import Run
+from stickslip.estimation.online_method import Kernel, State
 from stickslip.estimation.recursion import ROW, SAMPLING_TIME, VALUES
 from stickslip.records import positive
 
@@ -97,7 +98,7 @@ class GradientEstimator(AdaptiveObserver):
 
     @property
     def kernel(self) -> Kernel:
-        """The compiled step (see `ForceObserver.kernel`)."""
+        """The compiled step (see `OnlineMethod.kernel`)."""
         return gradient_step
 
     @property

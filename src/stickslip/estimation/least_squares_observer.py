@@ -12,7 +12,8 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.force_balance import FORCE, SHAPE, STATE_SIZE, balance, finite
-from stickslip.estimation.force_observer import ForceObserver, Kernel, Run, State
+from stickslip.estimation.force_observer import ForceObserver, Run
+from stickslip.estimation.online_method import Kernel, State
 from stickslip.estimation.recursion import (
     FORGETTING,
     MOST_PARAMETERS,
@@ -113,7 +114,7 @@ class LeastSquaresObserver(ForceObserver):
 
     @property
     def kernel(self) -> Kernel:
-        """The compiled step (see `ForceObserver.kernel`)."""
+        """The compiled step (see `OnlineMethod.kernel`)."""
         return least_squares_step
 
     @property

@@ -36,7 +36,8 @@ from stickslip.estimation.force_balance import (
     balance,
     finite,
 )
-from stickslip.estimation.force_observer import Kernel, Run, State
+from stickslip.estimation.force_observer import Run
+from stickslip.estimation.online_method import Kernel, State
 from stickslip.estimation.recursion import ROW, SAMPLING_TIME, VALUES
 from stickslip.records import positive
 
@@ -161,7 +162,7 @@ class LiaoChienObserver(AdaptiveObserver):
 
     @property
     def kernel(self) -> Kernel:
-        """The compiled step (see `ForceObserver.kernel`)."""
+        """The compiled step (see `OnlineMethod.kernel`)."""
         return liao_chien_step
 
     @property

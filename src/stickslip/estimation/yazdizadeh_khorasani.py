@@ -27,7 +27,8 @@ from stickslip.estimation.force_balance import (
     finite,
     follow,
 )
-from stickslip.estimation.force_observer import Kernel, Run
+from stickslip.estimation.force_observer import Run
+from stickslip.estimation.online_method import Kernel
 from stickslip.estimation.recursion import VALUES
 
 __all__ = ["YazdizadehKhorasaniObserver"]
@@ -92,7 +93,7 @@ class YazdizadehKhorasaniObserver(AdaptiveObserver):
 
     @property
     def kernel(self) -> Kernel:
-        """The compiled step (see `ForceObserver.kernel`)."""
+        """The compiled step (see `OnlineMethod.kernel`)."""
         return yazdizadeh_khorasani_step
 
     @property
