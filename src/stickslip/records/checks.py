@@ -35,6 +35,22 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
     return array
 
 
+def _number(name: str, value: Any, unit: str) -> float:
+    """Return a value as a float, also one that is not finite.
+
+    Raises
+    ------
+    InputError
+        If it is no number; text that looks like one is none.
+    """
+    try:
+        return float("text" if isinstance(value, str | bytes) else value)
+    except (TypeError, ValueError):
+        raise InputError(
+            f"{name} is {value!r}, it must be a number", remedy=f"give a number in {unit}"
+        ) from None
+
+
 def positive(name: str, value: float, unit: str) -> float:
     """Check a quantity that must be positive.
 
@@ -50,14 +66,15 @@ def positive(name: str, value: float, unit: str) -> float:
     Raises
     ------
     InputError
-        If it is not finite and above zero.
+        If it is no number, or not finite and above zero.
     """
-    if not (np.isfinite(value) and value > 0):
-        limit = "finite" if value == np.inf else "positive"
+    number = _number(name, value, unit)
+    if not (np.isfinite(number) and number > 0):
+        limit = "finite" if number == np.inf else "positive"
         raise InputError(
-            f"{name} is {value:g} {unit}, it must be {limit}", remedy="give a positive value"
+            f"{name} is {number:g} {unit}, it must be {limit}", remedy="give a positive value"
         )
-    return float(value)
+    return number
 
 
 def non_negative(name: str, value: float, unit: str) -> float:
@@ -75,11 +92,12 @@ def non_negative(name: str, value: float, unit: str) -> float:
     Raises
     ------
     InputError
-        If it is not finite or below zero.
+        If it is no number, not finite, or below zero.
     """
-    if not (np.isfinite(value) and value >= 0):
-        limit = "must be finite" if value == np.inf else "must not be negative"
+    number = _number(name, value, unit)
+    if not (np.isfinite(number) and number >= 0):
+        limit = "must be finite" if number == np.inf else "must not be negative"
         raise InputError(
-            f"{name} is {value:g} {unit}, it {limit}", remedy="give a positive value, or 0"
+            f"{name} is {number:g} {unit}, it {limit}", remedy="give a positive value, or 0"
         )
-    return float(value)
+    return number
