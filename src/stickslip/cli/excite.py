@@ -1,14 +1,15 @@
 """``stickslip excite``: an effort to identify an axis with, as telling as its limits allow."""
 
-import sys
 import textwrap
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Group, Parameter
 
 from stickslip.cli.arguments import whole_number
-from stickslip.cli.terminal import console_on, reader_may_leave, working
+from stickslip.cli.outputs import check_outputs, json_file, print_result
+from stickslip.cli.terminal import working
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -124,18 +125,8 @@ def excite(
     Prints the intervals to expect at best. The axis must be free to move by the travel limit both
     ways, and a little more, as it is only believed to be so.
     """
-    from stickslip.outputs import check_output
-    from stickslip.records import InputError
-
-    json_file = None if json in {None, "-"} else Path(str(json))
-    if json_file is not None and json_file.resolve() == out.resolve():
-        raise InputError(
-            "--json and --out name the same file", where=str(out), remedy="name two files"
-        )
-    inputs = [] if estimate is None else [estimate]
-    check_output(out, inputs=inputs, what="--out")
-    if json_file is not None:
-        check_output(json_file, inputs=inputs, what="--json")
+    files = {"--json": json_file(json), "--out": out}
+    check_outputs(files, inputs=[] if estimate is None else [estimate])
     with working("designing the effort"):
         from stickslip.jobs import excite, write_effort, write_json
 
@@ -163,19 +154,10 @@ def excite(
             seed=seed,
         )
         write_effort(designed.effort, designed.sampling_time, out, kind=designed.kind)
-        if json_file is not None:
-            write_json(designed.to_dict(), json_file)
-    if json == "-":
-        from stickslip.jobs import json_text
-
-        with reader_may_leave():
-            sys.stdout.write(json_text(designed.to_dict()))
-    console = console_on("error" if json == "-" else "output")
-    with reader_may_leave():
-        _print(console, designed)
-        for what, path in (("Effort", out), ("JSON", json_file)):
-            if path is not None:
-                console.print(f"{what}: {path}", soft_wrap=True)
+        if (path := json_file(json)) is not None:
+            write_json(designed.to_dict(), path)
+    written = {"Effort": out, "JSON": json_file(json)}
+    print_result(designed.to_dict, partial(_print, designed=designed), json=json, files=written)
     return 0
 
 

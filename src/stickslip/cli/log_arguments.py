@@ -9,10 +9,11 @@ from cyclopts import Group, Parameter
 if TYPE_CHECKING:
     from stickslip.jobs import AxisSchema
 
-__all__ = ["KNOWN", "KnownAxis", "LogReading"]
+__all__ = ["WANTED", "KnownAxis", "LogReading", "SoughtFriction"]
 
 _READING = Group("Reading the log", sort_key=1)
-KNOWN = Group("What is known", sort_key=2)
+_KNOWN = Group("What is known", sort_key=2)
+WANTED = Group("What to estimate, and how", sort_key=3)
 
 _Column = Annotated[str | None, Parameter(group=_READING, allow_leading_hyphen=True)]
 
@@ -115,7 +116,7 @@ class KnownAxis:
         float | None,
         Parameter(
             name=("--inertia", "--mass"),
-            group=KNOWN,
+            group=_KNOWN,
             help="Moving inertia in kg m² or mass in kg, of a flexible arm that of the driven "
             "side; estimated if not given.",
         ),
@@ -124,7 +125,7 @@ class KnownAxis:
         float | None,
         Parameter(
             name=("--load-inertia", "--load-mass"),
-            group=KNOWN,
+            group=_KNOWN,
             help="Inertia in kg m² or mass in kg of a flexible arm's load side; not given: a rigid "
             "axis.",
         ),
@@ -132,7 +133,28 @@ class KnownAxis:
     stiffness: Annotated[
         float | None,
         Parameter(
-            group=KNOWN,
+            group=_KNOWN,
             help="Stiffness of a flexible arm's spring in N/m or N m/rad, with --load-inertia.",
+        ),
+    ] = None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class SoughtFriction:
+    """Which friction is estimated."""
+
+    per_direction: Annotated[
+        bool,
+        Parameter(
+            group=WANTED, negative="", help="Estimate friction for each direction of motion apart."
+        ),
+    ] = False
+    offset: Annotated[
+        bool | None,
+        Parameter(
+            group=WANTED,
+            help="Whether to estimate a constant force beside friction; not said: yes, unless "
+            "--per-direction.",
         ),
     ] = None

@@ -1,13 +1,14 @@
 """``stickslip position``: a positioning task on a simulated axis, from a scenario file."""
 
-import sys
 import textwrap
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.terminal import console_on, progress_bar, reader_may_leave
+from stickslip.cli.outputs import check_apart, json_file, print_result
+from stickslip.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
     from rich.console import Console
@@ -60,8 +61,7 @@ def position(
     from stickslip.outputs import check_output
     from stickslip.records import InputError
 
-    json_file = None if json in {None, "-"} else Path(str(json))
-    files = {"--json": json_file, "--report": report, "--learnt": learnt}
+    files = {"--json": json_file(json), "--report": report, "--learnt": learnt}
     read = read_scenario(scenario)
     if learnt is not None and not read.learns:
         raise InputError(
@@ -69,15 +69,10 @@ def position(
             where=str(scenario),
             remedy="leave it out, or use a method that learns, such as exact",
         )
-    named = {option: path for option, path in files.items() if path is not None}
-    for option, path in named.items():
-        for other, same in named.items():
-            if option < other and path.resolve() == same.resolve():
-                raise InputError(
-                    f"{option} and {other} name the same file",
-                    where=str(path),
-                    remedy="name two files",
-                )
+    check_apart(files)
+    for option, path in files.items():
+        if path is None:
+            continue
         # What was learnt may take the place of what it began with
         goes_on = option == "--learnt"
         inputs = [each for each in read.inputs if not (goes_on and each == read.learnt)]
@@ -89,21 +84,12 @@ def position(
         saved = None if result.learnt is None else learnt
         if saved is not None and result.learnt is not None:
             write_json(result.learnt.to_dict(), saved)
-        if json_file is not None:
-            write_json(result.to_dict(), json_file)
+        if (path := json_file(json)) is not None:
+            write_json(result.to_dict(), path)
         if report is not None:
             write_positioning_page(result, report)
-    if json == "-":
-        from stickslip.jobs import json_text
-
-        with reader_may_leave():
-            sys.stdout.write(json_text(result.to_dict()))
-    console = console_on("error" if json == "-" else "output")
-    with reader_may_leave():
-        _print(console, result)
-        for what, path in (("JSON", json_file), ("Report", report), ("Learnt", saved)):
-            if path is not None:
-                console.print(f"{what}: {path}", soft_wrap=True)
+    written = {"JSON": json_file(json), "Report": report, "Learnt": saved}
+    print_result(result.to_dict, partial(_print, result=result), json=json, files=written)
     return 0 if result.ending.reached else 1
 
 
