@@ -73,6 +73,16 @@ def test_a_page_of_a_log_holds_every_estimator(
     assert not re.search(r'(?:src|href)="(?:https?:)?//', text.split("<script")[0])
     body = text.split("<script")[0]
     assert not re.search(r"\bnan\b", body)
+    for column in ("Effort left: ", "Position explained: ", "A sample: "):
+        assert column in body
+    assert "Told to be known" not in body
+
+
+def test_what_was_known_is_told(comparison: EstimatorComparison, tmp_path: Path) -> None:
+    known = Wanted(inertia=1.5, only=("energy", "gradient"))
+    found = compare_log(comparison.log, wanted=known)
+    text = write_comparison_page(found, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Told to be known: mass 1.5 kg." in text
 
 
 def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:

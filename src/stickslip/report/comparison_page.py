@@ -201,9 +201,31 @@ def _estimates(found: EstimatorComparison) -> str:
         wide(f"{_head_row(heads)}<tbody>\n{body}</tbody>")
         + '<p class="reason">Values with half of their 95 % interval. Effort left: norm of effort '
         "less inertia force and friction over norm of the effort, smoothed and decimated alike for "
-        "every estimator. A sample: time of a whole fit over the samples of the log."
-        f"{star}</p>\n"
+        "every estimator. Position explained: 1 less the norm of simulated less measured position "
+        "over that of the measured one less its mean, the identified axis being driven by the "
+        "logged effort and started anew twenty times. A sample: time of a whole fit over the "
+        "samples of the log."
+        f"{star}{_known(found)}</p>\n"
     )
+
+
+def _known(found: EstimatorComparison) -> str:
+    """Return what the estimators were told of the axis; nothing if they were told nothing."""
+    kind = found.log.kind
+    body = "mass" if kind == "linear" else "inertia"
+    told: dict[str, float] = {}
+    for each in found.applied:
+        if each.estimate is None or each.assumed_inertia is not None:
+            continue
+        for name in ("inertia", "load_inertia", "stiffness"):
+            value = each.estimate.provenance.options.get(name)
+            if isinstance(value, int | float):
+                told[name.replace("inertia", body)] = value
+    parts = [
+        f"{name.replace('_', ' ')} {value:.6g} {unit_text(unit_of(name, kind))}"
+        for name, value in told.items()
+    ]
+    return f" Told to be known: {', '.join(parts)}." if parts else ""
 
 
 def _cells(found: EstimatorComparison, each: ComparedEstimator) -> list[str]:
