@@ -1,6 +1,6 @@
 """What a person asks for: identify a log, position an axis, see a demonstration, find data."""
 
-from stickslip.jobs.compare import ESTIMATORS, Wanted, compare_log, compare_scenario
+from stickslip.jobs.compare import compare_log, compare_scenario
 from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.effort_file import write_effort
 from stickslip.jobs.excite import excite
@@ -13,6 +13,7 @@ from stickslip.jobs.reproduce import (
     reproduce_part_a,
     reproduce_part_b,
 )
+from stickslip.jobs.wanted import ESTIMATORS, Wanted
 from stickslip.logs import AxisSchema, find_benchmark
 from stickslip.report import write_comparison_page, write_positioning_page, write_report
 

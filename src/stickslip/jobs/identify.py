@@ -5,8 +5,9 @@ from pathlib import Path
 from typing import Literal
 
 from stickslip.jobs.reading import log_at
+from stickslip.jobs.wanted import Wanted, check_known, energy_estimator, idim_estimator
 from stickslip.logs import AxisSchema, LogSchema
-from stickslip.records import AxisLog, Identification, InputError, positive, unit_of
+from stickslip.records import AxisKind, AxisLog, Identification, InputError
 
 __all__ = ["identify"]
 
@@ -103,18 +104,15 @@ def identify(
     # file's name should not wait for them.
     if not isinstance(log, AxisLog):
         log = log_at(log, schema, axis, columns)
-    body = "mass" if log.kind == "linear" else "inertia"
-    known = ((body, body, inertia), (f"load {body}", body, load_inertia))
-    for what, quantity, value in (*known, ("stiffness", "stiffness", stiffness)):
-        if value is not None:
-            positive(what, value, unit_of(quantity, log.kind))
-    from stickslip.estimation import (
-        EnergyEstimator,
-        IdimLeastSquares,
-        ReportEstimator,
-        StribeckEstimator,
-        examine,
+    wanted = Wanted(
+        inertia=inertia,
+        load_inertia=load_inertia,
+        stiffness=stiffness,
+        per_direction=per_direction,
+        offset=offset,
     )
+    check_known(wanted, log.kind)
+    from stickslip.estimation import ReportEstimator, StribeckEstimator, examine
 
     of_the_report = {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
     if estimator == "idim-ls":
@@ -125,13 +123,11 @@ def identify(
         }
         _refuse(of_energy, "idim-ls", instead="use the energy estimator")
         _refuse(of_the_report, "idim-ls", instead="use the energy estimator with variant 'report'")
-        rigid = IdimLeastSquares(
-            inertia=inertia, per_direction=per_direction, offset=offset, cutoff=cutoff
-        )
+        rigid = idim_estimator(wanted, cutoff=cutoff)
         return examine(log, StribeckEstimator(method=rigid) if stribeck else rigid, truth=truth)
     if variant == "report":
         chosen = ReportEstimator(
-            inertia=_known_to_the_report(inertia, body, per_direction, offset, stribeck),
+            inertia=_known_to_the_report(wanted, log.kind, stribeck=stribeck),
             load_inertia=load_inertia,
             stiffness=stiffness,
             cutoff=cutoff,
@@ -140,24 +136,15 @@ def identify(
         )
         return examine(log, chosen, truth=truth)
     _refuse(of_the_report, "this variant of energy", instead="use variant 'report'")
-    chosen = EnergyEstimator(
-        inertia=inertia,
-        load_inertia=load_inertia,
-        stiffness=stiffness,
-        per_direction=per_direction,
-        offset=offset,
-        cutoff=cutoff,
-    )
+    chosen = energy_estimator(wanted, cutoff=cutoff)
     return examine(log, StribeckEstimator(method=chosen) if stribeck else chosen, truth=truth)
 
 
-def _known_to_the_report(
-    inertia: float | None, body: str, per_direction: bool, offset: bool | None, stribeck: bool
-) -> float:
+def _known_to_the_report(wanted: Wanted, kind: AxisKind, *, stribeck: bool) -> float:
     """Return the inertia that the report's variant needs; refuse what it does not estimate."""
     for what, asked in (
-        ("friction per direction", per_direction),
-        ("an offset", offset),
+        ("friction per direction", wanted.per_direction),
+        ("an offset", wanted.offset),
         ("a Stribeck effect", stribeck),
     ):
         if asked:
@@ -166,12 +153,13 @@ def _known_to_the_report(
                 "only",
                 remedy="leave it out, or leave the variant at its default",
             )
-    if inertia is None:
+    if wanted.inertia is None:
+        body = "mass" if kind == "linear" else "inertia"
         raise InputError(
             f"variant 'report' takes the {body} as known, and none is given",
             remedy=f"give the {body}, or leave the variant at its default",
         )
-    return inertia
+    return wanted.inertia
 
 
 def _refuse(unused: Mapping[str, object], method: str, *, instead: str) -> None:

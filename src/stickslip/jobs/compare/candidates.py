@@ -4,6 +4,13 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol, runtime_checkable
 
+from stickslip.jobs.wanted import (
+    ESTIMATORS,
+    Wanted,
+    check_known,
+    energy_estimator,
+    idim_estimator,
+)
 from stickslip.records import (
     AxisKind,
     AxisLog,
@@ -11,15 +18,11 @@ from stickslip.records import (
     InputError,
     StickslipError,
     count_of,
-    positive,
-    unit_of,
 )
 
 __all__ = [
-    "ESTIMATORS",
     "Estimator",
     "Fitted",
-    "Wanted",
     "check_wanted",
     "fitted",
     "inertia_of",
@@ -34,52 +37,6 @@ class Estimator(Protocol):
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log."""
         ...
-
-
-@dataclass(frozen=True, kw_only=True)
-class Wanted:
-    """What is known of an axis, and what is to be estimated.
-
-    Attributes
-    ----------
-    inertia
-        Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
-        it.
-    load_inertia, stiffness
-        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
-    per_direction
-        Whether each direction gets its own Coulomb and viscous friction.
-    offset
-        Whether a constant offset is estimated; None does unless ``per_direction``.
-    largest_delay
-        Delays of the effort of 0 to so many samples are tried by maximum likelihood, the only one
-        that finds any.
-    only
-        Names of the estimators to compare; empty for every one.
-    """
-
-    inertia: float | None = None
-    load_inertia: float | None = None
-    stiffness: float | None = None
-    per_direction: bool = False
-    offset: bool | None = None
-    largest_delay: int = 0
-    only: tuple[str, ...] = ()
-
-    @property
-    def has_offset(self) -> bool:
-        """Whether a constant offset is estimated."""
-        return not self.per_direction if self.offset is None else self.offset
-
-    @property
-    def flexible(self) -> bool:
-        """Whether the axis is a flexible arm."""
-        return self.load_inertia is not None or self.stiffness is not None
-
-    @property
-    def names(self) -> tuple[str, ...]:
-        """The estimators to compare, in their order."""
-        return tuple(name for name in ESTIMATORS if not self.only or name in self.only)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,28 +80,13 @@ class _Kind:
 
 
 def _energy(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
-    from stickslip.estimation import EnergyEstimator
-
-    return EnergyEstimator(
-        inertia=wanted.inertia,
-        load_inertia=wanted.load_inertia,
-        stiffness=wanted.stiffness,
-        per_direction=wanted.per_direction,
-        offset=wanted.offset,
-    )
+    return energy_estimator(wanted)
 
 
 def _stribeck(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
-    from stickslip.estimation import EnergyEstimator, StribeckEstimator
+    from stickslip.estimation import StribeckEstimator
 
-    method = EnergyEstimator(
-        inertia=wanted.inertia,
-        load_inertia=wanted.load_inertia,
-        stiffness=wanted.stiffness,
-        per_direction=wanted.per_direction,
-        offset=wanted.offset,
-    )
-    return StribeckEstimator(method=method)
+    return StribeckEstimator(method=energy_estimator(wanted))
 
 
 def _likelihood(wanted: Wanted, inertia: float | None, kind: AxisKind) -> Estimator:
@@ -172,11 +114,7 @@ def _likelihood(wanted: Wanted, inertia: float | None, kind: AxisKind) -> Estima
 
 
 def _idim(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
-    from stickslip.estimation import IdimLeastSquares
-
-    return IdimLeastSquares(
-        inertia=wanted.inertia, per_direction=wanted.per_direction, offset=wanted.offset
-    )
+    return idim_estimator(wanted)
 
 
 def _idim_iv(wanted: Wanted, _inertia: float | None, _kind: AxisKind) -> Estimator:
@@ -209,37 +147,40 @@ def _report(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator
     )
 
 
-def _friedland(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
-    from stickslip.estimation import FriedlandParkObserver
+@runtime_checkable
+class _Observer(Protocol):
+    """How the observers of the friction force are made."""
 
-    return FriedlandParkObserver(
+    def __call__(
+        self, *, inertia: float, stiffness: float | None, offset: bool, viscous: bool
+    ) -> Estimator: ...
+
+
+def _observed(observer: _Observer, wanted: Wanted, inertia: float | None) -> Estimator:
+    return observer(
         inertia=_given(inertia),
         stiffness=wanted.stiffness,
         offset=wanted.has_offset,
         viscous=True,
     )
+
+
+def _friedland(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
+    from stickslip.estimation import FriedlandParkObserver
+
+    return _observed(FriedlandParkObserver, wanted, inertia)
 
 
 def _yazdizadeh(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
     from stickslip.estimation import YazdizadehKhorasaniObserver
 
-    return YazdizadehKhorasaniObserver(
-        inertia=_given(inertia),
-        stiffness=wanted.stiffness,
-        offset=wanted.has_offset,
-        viscous=True,
-    )
+    return _observed(YazdizadehKhorasaniObserver, wanted, inertia)
 
 
 def _liao(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
     from stickslip.estimation import LiaoChienObserver
 
-    return LiaoChienObserver(
-        inertia=_given(inertia),
-        stiffness=wanted.stiffness,
-        offset=wanted.has_offset,
-        viscous=True,
-    )
+    return _observed(LiaoChienObserver, wanted, inertia)
 
 
 def _gradient(wanted: Wanted, inertia: float | None, _kind: AxisKind) -> Estimator:
@@ -282,9 +223,6 @@ _KINDS: Mapping[str, _Kind] = {
     "free-decay": _Kind(make=_decay, needs_inertia=True, rigid=True, symmetric=True),
 }
 
-ESTIMATORS: tuple[str, ...] = tuple(_KINDS)
-"""Names of the estimators that can be compared."""
-
 
 def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
     """Refuse what cannot be known of an axis, or be wanted of it.
@@ -295,13 +233,7 @@ def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
         If a value is out of its range, an arm is half described, an offset is asked for beside
         friction per direction, or an estimator's name is unknown.
     """
-    body = "mass" if kind == "linear" else "inertia"
-    known = ((body, wanted.inertia), (f"load {body}", wanted.load_inertia))
-    for what, value in known:
-        if value is not None:
-            positive(what, value, unit_of(body, kind))
-    if wanted.stiffness is not None:
-        positive("stiffness", wanted.stiffness, unit_of("stiffness", kind))
+    check_known(wanted, kind)
     for name in wanted.only:
         if name not in ESTIMATORS:
             raise InputError(
@@ -312,7 +244,7 @@ def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
             f"largest_delay is {count_of(wanted.largest_delay, 'sample')}",
             remedy="give 0 or more whole samples",
         )
-    _energy(wanted, None, kind)  # which refuses half an arm, and an offset per direction
+    energy_estimator(wanted)  # which refuses half an arm, and an offset per direction
 
 
 def made(name: str, wanted: Wanted, energy_inertia: float | None, kind: AxisKind) -> Estimator:

@@ -7,12 +7,12 @@ from pathlib import Path
 from stickslip import __version__
 from stickslip.jobs.compare.candidates import (
     Fitted,
-    Wanted,
     check_wanted,
     fitted,
     inertia_of,
 )
 from stickslip.jobs.reading import log_at
+from stickslip.jobs.wanted import Wanted
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.records import AxisLog, ComparedEstimator, EstimatorComparison, StickslipError
 
