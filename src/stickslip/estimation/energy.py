@@ -1,7 +1,7 @@
 """The energy-based estimator of Coulomb and viscous friction (report part A chapters 3 and 4)."""
 
-from collections.abc import Callable, Mapping
-from dataclasses import asdict, dataclass, fields, replace
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy_levels import AxisModel, EnergyLevels, energy_levels
-from stickslip.estimation.energy_online import first_state, samples_of, take_sample
+from stickslip.estimation.energy_online import first_state, samples_of
 from stickslip.estimation.kinematics import LowPass, default_cutoff
 from stickslip.estimation.level_regression import block_size, level_regression, noise_of_longest
+from stickslip.estimation.online_method import Kernel, OnlineMethod, State
 from stickslip.estimation.recursion import VALUES, covariance_in
 from stickslip.estimation.regression import Regression
 from stickslip.estimation.resampling import resampled
@@ -21,6 +22,7 @@ from stickslip.estimation.settings import (
     check_forgetting_factor,
     check_given,
     first_guesses,
+    options_of,
 )
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import energy_run, energy_step
@@ -45,7 +47,7 @@ _LEAST_ROWS = 50
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnergyEstimator:
+class EnergyEstimator(OnlineMethod):
     """Friction from the balance of energies: what goes in and is not stored was dissipated.
 
     With the inertia known (and the spring, of a flexible arm), the balance is taken as work along
@@ -178,11 +180,8 @@ class EnergyEstimator:
     @property
     def options(self) -> dict[str, Any]:
         """Name and settings as plain values, for a result's provenance."""
-        return {field.name: getattr(self, field.name) for field in fields(self)} | {
-            "estimator": self.name,
-            "initial_values": dict(self.initial_values or {}),
-            "stribeck": [asdict(effect) for effect in self.terms.stribeck] or None,
-        }
+        effects = [asdict(effect) for effect in self.terms.stribeck]
+        return options_of(self) | {"stribeck": effects or None}
 
     @property
     def terms(self) -> FrictionTerms:
@@ -290,7 +289,7 @@ class EnergyEstimator:
 
     def init(
         self, *, sampling_time: float, velocity_measured: bool = True, load_measured: bool = True
-    ) -> Float[np.ndarray, " s"]:
+    ) -> State:
         """Return the state of the recursion before the first sample.
 
         Parameters
@@ -345,16 +344,8 @@ class EnergyEstimator:
         )
 
     @property
-    def kernel(
-        self,
-    ) -> Callable[[Float[np.ndarray, " s"], float, float, float, float, float], bool]:
-        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
-
-        Effort [N or N m] held from this sample to the next, position [m or rad] and velocity [m/s
-        or rad/s] of the driven mass, then both of the load; 0 for what the axis does not have, and
-        for velocities if the state was made without them (see `init`). It takes every sample of
-        five finite numbers. The estimates stand at ``state[values_at]``.
-        """
+    def kernel(self) -> Kernel:
+        """The compiled step (see `OnlineMethod.kernel`); the estimates stand at `values_at`."""
         return energy_step if self.inertia is None else work_step
 
     @property
@@ -377,36 +368,11 @@ class EnergyEstimator:
         viscous = VALUES + self._names.index("viscous_friction")
         return slice(viscous + 1, viscous - 1, -1)
 
-    def step(
-        self, state: Float[np.ndarray, " s"], sample: tuple[float, float, float, float, float]
-    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " p"]]:
-        """Take one sample; return the new state and the estimates.
+    @property
+    def _places(self) -> list[int]:
+        return list(range(VALUES, VALUES + len(self._names)))
 
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step; it is left as it is.
-        sample
-            Effort, position, velocity, load position and load velocity [SI], with 0 for what the
-            axis does not have. Where velocities are not measured, make the state with
-            ``init(velocity_measured=False)``: with zeros for them no other state learns anything.
-
-        Returns
-        -------
-        The state, and the estimates in the order of `parameter_names`.
-
-        Raises
-        ------
-        InputError
-            If the sample does not hold five finite numbers.
-        """
-        after = state.copy()
-        take_sample(self.kernel, after, sample)
-        return after, after[VALUES : VALUES + len(self._names)]
-
-    def run(
-        self, state: Float[np.ndarray, " s"], log: AxisLog
-    ) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
+    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps; return the state and the estimates after each.
 
         Parameters
@@ -428,7 +394,7 @@ class EnergyEstimator:
         )
         return run(state, samples_of(state, log, load=load))
 
-    def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+    def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P of the recursion, in the order of `parameter_names`.
 
         It is infinite for a parameter that nothing has told of yet.
