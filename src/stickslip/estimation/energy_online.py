@@ -1,7 +1,6 @@
-"""The energy estimator on line: its first state, and the samples it takes."""
+"""The energy estimator on line: its first state, and the samples of a log for it."""
 
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Sequence
 
 import numpy as np
 from jaxtyping import Float
@@ -12,11 +11,10 @@ from stickslip.estimation.energy_levels import AxisModel, load_position
 from stickslip.estimation.observation import HYSTERESIS
 from stickslip.records import AxisLog, InputError
 
-__all__ = ["first_state", "samples_of", "take_sample"]
+__all__ = ["first_state", "samples_of"]
 
 _UNIT_LEVEL = 1.0  # [J]; without a disturbing force the estimates do not depend on it
 _SAME_SAMPLING_TIME = 0.01  # relative
-_SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
 
 
 def _square_bias(pole: float, sampling_time: float) -> float:
@@ -99,38 +97,6 @@ def first_state(
     s[at.SQUARE_BIAS] = _square_bias(s[at.POLE], T)
     recursion.lay_prior(s, initial_values, initial_variance)
     return s
-
-
-def take_sample(
-    kernel: Callable[..., bool], state: Float[np.ndarray, " s"], sample: Sequence[float]
-) -> None:
-    """Take one sample into the state by a kernel, in place.
-
-    Raises
-    ------
-    InputError
-        If the sample does not hold five finite numbers; the state is left as it is then.
-    """
-    try:
-        u, x, v, x2, v2 = sample
-        taken = kernel(state, float(u), float(x), float(v), float(x2), float(v2))
-    except (TypeError, ValueError) as error:
-        raise _not_a_sample(sample) from error
-    if not taken:
-        k = next(k for k, value in enumerate(sample) if not np.isfinite(value))
-        raise InputError(
-            f"the {_SAMPLE[k]} of the sample is {float(sample[k])}, it must be finite",
-            remedy="leave the sample out and begin with a new state, as after a gap, or give the "
-            "last good value",
-        )
-
-
-def _not_a_sample(sample: Any) -> InputError:
-    return InputError(
-        f"the sample is {sample!r}, it must be five numbers",
-        remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for what the axis does not have or "
-        "measure",
-    )
 
 
 def samples_of(

@@ -1,17 +1,20 @@
 """What estimators that take a log sample by sample have in common: one vector, one kernel."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy_online import take_sample
+from stickslip.records import InputError
 
 __all__ = ["Kernel", "OnlineMethod", "State"]
 
 State = Float[np.ndarray, " s"]
 Kernel = Callable[[State, float, float, float, float, float], bool]
+
+_SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
 
 
 class OnlineMethod(ABC):
@@ -57,5 +60,35 @@ class OnlineMethod(ABC):
             If the sample does not hold five finite numbers.
         """
         after = state.copy()
-        take_sample(self.kernel, after, sample)
+        _take_sample(self.kernel, after, sample)
         return after, after[self._places]
+
+
+def _take_sample(kernel: Kernel, state: State, sample: Sequence[float]) -> None:
+    """Take one sample into the state by a kernel, in place.
+
+    Raises
+    ------
+    InputError
+        If the sample does not hold five finite numbers; the state is left as it is then.
+    """
+    try:
+        u, x, v, x2, v2 = sample
+        taken = kernel(state, float(u), float(x), float(v), float(x2), float(v2))
+    except (TypeError, ValueError) as error:
+        raise _not_a_sample(sample) from error
+    if not taken:
+        k = next(k for k, value in enumerate(sample) if not np.isfinite(value))
+        raise InputError(
+            f"the {_SAMPLE[k]} of the sample is {float(sample[k])}, it must be finite",
+            remedy="leave the sample out and begin with a new state, as after a gap, or give the "
+            "last good value",
+        )
+
+
+def _not_a_sample(sample: Any) -> InputError:
+    return InputError(
+        f"the sample is {sample!r}, it must be five numbers",
+        remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for what the axis does not have or "
+        "measure",
+    )
