@@ -84,12 +84,14 @@ class DecayingExtremes:
             amplitude = q * amplitude - (1.0 + q) * shift
         return swings
 
-    def solve(self) -> tuple[tuple[float, float], Float[np.ndarray, "2 2"], float]:
-        """Return ratio q [-] and shift x_f [m or rad], their covariance, and the misfit.
+    def solve(
+        self,
+    ) -> tuple[tuple[float, float], Float[np.ndarray, "2 2"], Float[np.ndarray, " n"]]:
+        """Return ratio q [-] and shift x_f [m or rad], their covariance, and what is left over.
 
         Weighted least squares on the extremes themselves: a regression of each amplitude on the one
-        before would be biased by their noise. The misfit is the mean squared residual over its
-        variance [-], NaN where nothing is left over; beyond 1 it widens the covariance.
+        before would be biased by their noise. What is left of the extremes is told over their
+        standard deviations [-]; where it is more than these say, it widens the covariance.
         """
         y = self.position
         steps = np.abs(np.diff(y))
@@ -112,6 +114,6 @@ class DecayingExtremes:
         slopes = np.asarray(found.jac)
         inverse = np.linalg.inv(slopes.T @ slopes)
         left = y.size - LEAST_EXTREMES
-        misfit = 2.0 * float(found.cost) / left if left else float("nan")
-        widened = inverse * (max(misfit, 1.0) if left else 1.0)
-        return (float(found.x[0]), float(found.x[1])), widened[:2, :2], misfit
+        misfit = 2.0 * float(found.cost) / left if left else 1.0
+        widened = inverse * max(misfit, 1.0)
+        return (float(found.x[0]), float(found.x[1])), widened[:2, :2], np.asarray(found.fun)

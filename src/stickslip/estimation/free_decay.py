@@ -11,6 +11,7 @@ from jaxtyping import Float
 from scipy import signal
 
 from stickslip.estimation.decaying_extremes import LEAST_EXTREMES, DecayingExtremes
+from stickslip.estimation.intervals import autocorrelation
 from stickslip.estimation.kinematics import noise_level
 from stickslip.estimation.point_estimate import NORMAL_95
 from stickslip.estimation.sensor_noise import position_noise
@@ -100,13 +101,13 @@ class FreeDecayEstimator:
         part = _free_part(log)
         time, position, late, deviations = _extremes(part)
         extremes = DecayingExtremes(position=position, deviation=deviations)
-        (q, shift), covariance, misfit = extremes.solve()
+        (q, shift), covariance, left = extremes.solve()
         half, variance = _half_period(time, late)
         full = np.zeros((3, 3))
         full[:2, :2], full[2, 2] = covariance, variance
         values, jacobian = self._parameters(q, shift, half)
         spread = jacobian @ full @ jacobian.T
-        return self._estimate(log, values, spread, misfit, extremes, half)
+        return self._estimate(log, values, spread, left * deviations, extremes, half)
 
     def _parameters(
         self, q: float, shift: float, half: float
@@ -138,7 +139,7 @@ class FreeDecayEstimator:
         log: AxisLog,
         values: Float[np.ndarray, " p"],
         covariance: Float[np.ndarray, "p p"],
-        misfit: float,
+        residual: Float[np.ndarray, " n"],
         extremes: DecayingExtremes,
         half: float,
     ) -> FrictionEstimate:
@@ -161,8 +162,6 @@ class FreeDecayEstimator:
             )
         negative = any(p.ci95 is not None and p.ci95[1] < 0 for p in parameters.values())
         count = extremes.position.size
-        fitted = float(np.sqrt(misfit * (count - LEAST_EXTREMES) / count)) if count > 4 else 0.0
-        residual = fitted * float(np.mean(extremes.deviation)) / float(np.std(extremes.position))
         return FrictionEstimate(
             estimator=self.name,
             kind=log.kind,
@@ -170,10 +169,10 @@ class FreeDecayEstimator:
             covariance=covariance,
             status=Status.UNPHYSICAL if negative else Status.OK,
             diagnostics=Diagnostics(
-                relative_residual=residual,
+                relative_residual=float(np.sqrt(np.mean(residual**2)) / np.std(extremes.position)),
                 cross_validation_residual=None,
                 condition_number=float(np.linalg.cond(covariance / np.outer(stds, stds))),
-                residual_autocorrelation=0.0,
+                residual_autocorrelation=float(autocorrelation(residual, 1)[1]),
                 effective_samples=float(count),
                 classical_std=dict(zip(parameters, stds.tolist(), strict=True)),
                 samples=len(log),
