@@ -15,8 +15,8 @@ there are two filters side by side:
   then, with the first of the samples that were kept until then.
 
 The sharp one takes static friction for Coulomb friction. If it is more, the axis is slower after a
-breakaway than believed; the filter looks for that (a score test), and whether the careful one
-predicts the motion better. If either is so, it is left for good.
+breakaway than believed; the filter looks for another speed there (a score test), and whether the
+careful one predicts the motion better. If either is so, the sharp one is left for good.
 """
 
 import numpy as np
@@ -96,6 +96,7 @@ _SURE = 3.0  # standard deviations of the velocity from 0, from which on the axi
 _LOOSER = 10.0
 """The sharp filter begins with this many times the careful one's covariance of friction, as what
 that learnt is from the same samples: counted twice, it weighs a tenth at most."""
+_HIDDEN = 0.01  # of a sensor's variance, that one sample does not show
 _PACE = 4  # kept samples that the sharp filter takes in one
 _LACKING = 4.0  # standard deviations of the score
 _WORSE = 15.0
@@ -208,13 +209,18 @@ def _take(
 
 @compiled(inline=True)
 def _knows_the_events(s: Float[np.ndarray, " s"]) -> bool:
-    """Return whether the samples of stops and breakaways follow from the friction as known.
+    """Return whether stops and breakaways can be linearised about the friction as known.
 
-    A breakaway is told to the sample when f_c +- o is known better than the effort changes in one.
+    The sample of a breakaway is told when f_c +- o is known better than the effort changes in one.
+    And what is unknown of it must not show in the velocity and way of a single sample, beside the
+    sensors' noise: else one reading after a breakaway may turn the motion round in belief.
     """
     P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
-    spread = P[3, 3] + P[4, 4] + 2.0 * abs(P[3, 4])
-    return _LOOSER * spread < s[CHANGE] and s[CAREFUL + 3] > 0.0
+    spread = _LOOSER * (P[3, 3] + P[4, 4] + 2.0 * abs(P[3, 4]))
+    speed = spread * (s[SAMPLING_TIME] / s[MASS]) ** 2
+    way = 0.25 * speed * s[SAMPLING_TIME] ** 2
+    hidden = speed < _HIDDEN * s[VELOCITY_VARIANCE] and way < _HIDDEN * s[POSITION_VARIANCE]
+    return spread < s[CHANGE] and hidden and s[CAREFUL + 3] > 0.0
 
 
 @compiled(inline=True)
@@ -287,7 +293,7 @@ def _follow(
         # Of rests the careful filter knows nothing: to predict them better proves nothing
         if exactly and exactly_too:
             s[BEHIND] = max(0.0, s[BEHIND] + unlikely_too - unlikely)
-        if s[BEHIND] > _WORSE or s[LACK] > _LACKING * np.sqrt(s[LACK_VARIANCE]):
+        if s[BEHIND] > _WORSE or abs(s[LACK]) > _LACKING * np.sqrt(s[LACK_VARIANCE]):
             s[STAGE] = LEFT
 
 
