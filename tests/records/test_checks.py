@@ -34,3 +34,8 @@ def test_signs_and_what_is_not_finite() -> None:
         non_negative("noise", -1.0, "m")
     with pytest.raises(InputError, match="noise is nan m"):
         non_negative("noise", float("nan"), "m")
+
+
+def test_a_ratio_has_no_unit() -> None:
+    with pytest.raises(InputError, match="exponent is -2, it must be positive"):
+        positive("exponent", -2.0, "-")

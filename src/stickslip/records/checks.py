@@ -9,6 +9,8 @@ from stickslip.records.errors import InputError
 
 __all__ = ["finite_vector", "non_negative", "positive"]
 
+_NO_UNIT = ("", "-")
+
 
 def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
     """Return a read-only copy of ``values`` as a vector of finite floats.
@@ -46,9 +48,14 @@ def _number(name: str, value: Any, unit: str) -> float:
     try:
         return float("text" if isinstance(value, str | bytes) else value)
     except (TypeError, ValueError):
+        within = "" if unit in _NO_UNIT else f" in {unit}"
         raise InputError(
-            f"{name} is {value!r}, it must be a number", remedy=f"give a number in {unit}"
+            f"{name} is {value!r}, it must be a number", remedy=f"give a number{within}"
         ) from None
+
+
+def _told(number: float, unit: str) -> str:
+    return f"{number:g}" if unit in _NO_UNIT else f"{number:g} {unit}"
 
 
 def positive(name: str, value: float, unit: str) -> float:
@@ -61,7 +68,7 @@ def positive(name: str, value: float, unit: str) -> float:
     value
         Its value [``unit``].
     unit
-        Its SI unit.
+        Its SI unit; ``"-"`` for none.
 
     Raises
     ------
@@ -72,7 +79,7 @@ def positive(name: str, value: float, unit: str) -> float:
     if not (np.isfinite(number) and number > 0):
         limit = "finite" if number == np.inf else "positive"
         raise InputError(
-            f"{name} is {number:g} {unit}, it must be {limit}", remedy="give a positive value"
+            f"{name} is {_told(number, unit)}, it must be {limit}", remedy="give a positive value"
         )
     return number
 
@@ -87,7 +94,7 @@ def non_negative(name: str, value: float, unit: str) -> float:
     value
         Its value [``unit``].
     unit
-        Its SI unit.
+        Its SI unit; ``"-"`` for none.
 
     Raises
     ------
@@ -98,6 +105,6 @@ def non_negative(name: str, value: float, unit: str) -> float:
     if not (np.isfinite(number) and number >= 0):
         limit = "must be finite" if number == np.inf else "must not be negative"
         raise InputError(
-            f"{name} is {number:g} {unit}, it {limit}", remedy="give a positive value, or 0"
+            f"{name} is {_told(number, unit)}, it {limit}", remedy="give a positive value, or 0"
         )
     return number

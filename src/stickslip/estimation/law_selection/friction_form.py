@@ -65,7 +65,7 @@ class FrictionForm:
     harmonics: int = 1
 
     def __post_init__(self) -> None:
-        positive("exponent", self.exponent, "")
+        positive("exponent", self.exponent, "-")
         if self.period is not None:
             positive("period", self.period, "m or rad")
         if self.harmonics < 1:
