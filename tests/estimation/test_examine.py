@@ -70,7 +70,7 @@ def test_the_evolution_ends_at_the_estimate(stage: Identification) -> None:
 def test_the_residuals_start_at_one(stage: Identification) -> None:
     residuals = stage.residuals
     assert residuals is not None
-    assert residuals.quantity == ("energy" if stage.estimate.estimator == "energy" else "effort")
+    assert residuals.quantity == "effort"
     assert residuals.autocorrelation[0] == pytest.approx(1.0)
     assert residuals.lag.size == residuals.autocorrelation.size
     assert residuals.lag[0] == 0.0

@@ -12,7 +12,7 @@ from stickslip.estimation.energy_levels import AxisModel
 from stickslip.estimation.free_arm import ArmSensors, smoothed_arm
 from stickslip.estimation.free_smoother import FreeAxis, walk_covariance
 from stickslip.estimation.kinematics import LowPass, default_cutoff
-from stickslip.estimation.work_balance import reconstructed
+from stickslip.estimation.work_stretches import reconstructed
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import identify, surrogate
 from stickslip.plants import FlexibleArm

@@ -27,10 +27,11 @@ from stickslip.estimation.settings import (
 from stickslip.estimation.solution import check_excited, provenance_of, solve
 from stickslip.estimation.streaming import energy_run, energy_step
 from stickslip.estimation.velocity_delay import without_wrong_velocity
-from stickslip.estimation.work_balance import reconstructed, work_regression
+from stickslip.estimation.work_balance import sought_regression, work_regression
 from stickslip.estimation.work_layout import SEEN
 from stickslip.estimation.work_online import first_work_state, work_covariance
 from stickslip.estimation.work_recursion import work_run, work_step
+from stickslip.estimation.work_stretches import reconstructed
 from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import (
     AxisKind,
@@ -224,7 +225,7 @@ class EnergyEstimator(OnlineMethod):
             As `fit` does.
         """
         check_excited(log)
-        settled, log, changes = self._settled(log)
+        settled, log, changes, lowered = self._settled(log)
         T = log.sampling_time
         least = settled._least_samples(T)
         parts = [part for part in log.segments() if len(part) >= least]
@@ -238,30 +239,36 @@ class EnergyEstimator(OnlineMethod):
         low_pass = settled._low_pass(T)
         if self.inertia is not None:
             return work_regression(parts, self.model, low_pass, samples=len(log), notes=changes)
-        return level_regression(
+        levels = level_regression(
             parts,
             self.model,
             self.parameter_names(log.kind),
             low_pass,
             sampling_time=T,
             samples=len(log),
-            notes=changes,
+            notes=(*changes, *lowered),
         )
+        return sought_regression(levels, parts, self.model, self._low_pass(T), notes=changes)
 
-    def _settled(self, log: AxisLog) -> tuple["EnergyEstimator", AxisLog, tuple[str, ...]]:
-        """Return the estimator with its cutoff chosen, the log as it is used, and notes on both."""
+    def _settled(
+        self, log: AxisLog
+    ) -> tuple["EnergyEstimator", AxisLog, tuple[str, ...], tuple[str, ...]]:
+        """Return the estimator with its cutoff chosen, the log as it is used, and notes on it.
+
+        The last are on the cutoff, which matters to the energies only.
+        """
         log, changes = resampled(log)
         arm = self.load_inertia is not None
         low_pass = self._low_pass(log.sampling_time)
         log, wrong = without_wrong_velocity(log, low_pass, load=arm)
         if self.cutoff is not None or self.inertia is not None:
-            return self, log, (*changes, *wrong)
+            return self, log, (*changes, *wrong), ()
         cutoff, lowered = chosen_cutoff(log, low_pass, _LEAST_ROWS, load=arm)
-        return replace(self, cutoff=cutoff), log, (*changes, *wrong, *lowered)
+        return replace(self, cutoff=cutoff), log, (*changes, *wrong), lowered
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
-        settled, log, _ = self._settled(log)
+        settled, log, *_ = self._settled(log)
         T = log.sampling_time
         low_pass = settled._low_pass(T)
         long = [part for part in log.segments() if len(part) >= settled._least_samples(T)]

@@ -15,7 +15,7 @@ from stickslip.estimation.free_smoother import FreeAxis, Shown, likeliest_rate
 
 __all__ = ["FreeMotion", "free_motion", "roaming"]
 
-Measured = tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"] | None, Float[np.ndarray, " n"]]
+Measured = tuple[Float[np.ndarray, " _"], Float[np.ndarray, " _"] | None, Float[np.ndarray, " _"]]
 """Position, velocity if it is measured, and force."""
 
 

@@ -1,80 +1,45 @@
-"""The balance of work along motions that carry no noise, for an axis whose masses are known.
+"""The balance of work along motions that carry no noise.
 
 The report multiplies the balance of forces by the measured velocity and sums: noise of the velocity
 then meets noise of the forces, and what their product leaves has to be compensated. The balance of
 work holds along any other velocity as well (virtual work). Along those that the Kalman filter of
-the known masses and spring picks, the sensors' noise enters once only and cancels best: no product
+the masses and the spring picks, the sensors' noise enters once only and cancels best: no product
 of noises, no variance that would have to be known, and feedback of the noise into the effort does
 no harm, as the effort is known. The measured motion decides only where friction acts which way.
+
+The driven mass m need not be known. With m_0 in its place, it moves as if besides its friction f
+the force (m_0/m - 1) (w - f) acted, w being effort less spring force, so that
+
+    friction that m_0 sees = (1 - m_0/m) w + (m_0/m) f ,
+
+linear in 1 - m_0/m and in the parameters of f times m_0/m: w is one more column. What is found for
+m takes the place of m_0, until it stays.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 from scipy.optimize import minimize_scalar
 
-from stickslip.estimation.energy_levels import AxisModel, load_position
-from stickslip.estimation.free_arm import ArmMotion, ArmSensors, arm_motions
-from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming
+from stickslip.estimation.diagnostics import determined
+from stickslip.estimation.energy_levels import AxisModel
 from stickslip.estimation.innovations import HeldAxis, whiten
-from stickslip.estimation.kinematics import REST_SPEED, LowPass
-from stickslip.estimation.observation import MotionNoise, motion_noise
-from stickslip.estimation.regression import Regression, summarise_motion
-from stickslip.estimation.unseen_load import (
-    LEAST_NOISE,
-    ROUNDING,
-    arms_of,
-    lengths_of_runs,
-    load_seen,
-    said_of_load,
-)
+from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.regression import Regression, least_squares, summarise_motion
+from stickslip.estimation.unseen_load import said_of_load
+from stickslip.estimation.work_stretches import Prepared, prepared
 from stickslip.records import AxisLog
 
-__all__ = ["reconstructed", "work_regression"]
+__all__ = ["sought_regression", "work_regression"]
 
-CERTAIN = 5.0
-"""Standard deviations of the smoothed velocity beyond which its sign is certain."""
-
-_AROUND = 6  # samples around a count of the encoder that show its noise
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
 _GRID = 9
-_RINGING = 3  # samples
 _DECADE_TOLERANCE = 0.2
-
-
-class SensorNoise(NamedTuple):
-    """Standard deviations of the noise on a mass' position and velocity [SI]."""
-
-    position: float
-    velocity: float
-
-
-@dataclass(frozen=True, kw_only=True)
-class _Stretch:
-    """One stretch without gaps, ready for the filter.
-
-    Attributes
-    ----------
-    part
-        Of the log, n samples.
-    measured, channels, first
-        As `whiten` takes them.
-    friction, slope
-        Regressors of the friction force and their slopes over each sample, shape (n, p).
-    unknown
-        Whether the direction of friction is uncertain in each sample, as 0 or 1, shape (n,).
-    """
-
-    part: AxisLog
-    measured: Float[np.ndarray, "n m"]
-    channels: Float[np.ndarray, "m 2"]
-    first: Float[np.ndarray, " s"]
-    friction: Float[np.ndarray, "n p"]
-    slope: Float[np.ndarray, "n p"]
-    unknown: Float[np.ndarray, " n"]
+_MOST_PASSES = 6
+_SAME_MASS = 1e-4
+"""Relative change of the mass below which it stays: what is left of a change is its square."""
 
 
 def work_regression(
@@ -105,299 +70,205 @@ def work_regression(
     notes
         What was done to the log before.
     """
-    T = parts[0].sampling_time
-    inertia = 0.0 if model.inertia is None else model.inertia
-    axis = HeldAxis.of(
-        inertia=inertia,
-        load_inertia=model.load_inertia,
-        stiffness=model.stiffness,
-        sampling_time=T,
-    )
-    noise = _sensor_noise(parts, model, low_pass)
-    arms = arms_of(parts, model, noise)
-    motions = _arm_motions(arms, model, T) if arms else _motions(parts, model, inertia, noise)
-    size = _size(parts, motions)
-    # What friction can stop within a sample may turn within it, whatever the noise
-    slowest = size * T / inertia
-    stretches = [
-        _stretch(part, model, motion, shown, slowest)
-        for part, motion, shown in zip(
-            parts, motions, _shown(parts, model, noise, arms), strict=True
-        )
-    ]
-    # While the axis crosses the speeds at which its direction is uncertain, friction is one force
-    spread = float(np.median(np.concatenate([motion.velocity_spread for motion in motions])))
-    crossing = max(CERTAIN * spread * inertia / (size * T), 1.0)
-    if arms:
-        # A load that is not measured is told from its spring's force. A mass that sticks must not
-        # tell that there is none: the friction that holds it is as large, and one over the rest
-        doubts = [np.maximum(crossing, lengths_of_runs(s.unknown)) * s.unknown for s in stretches]
-    else:
-        doubts = [crossing * s.unknown for s in stretches]
-
-    def rows(decades: float, *, effort: bool = False) -> tuple[Float[np.ndarray, "r c"], float]:
-        # What the effort alone would do comes last, as one more force, if asked for
-        made = [
-            whiten(
-                axis.transition,
-                axis.held,
-                axis.ramped,
-                s.part.effort,
-                s.measured,
-                s.channels,
-                np.column_stack([s.friction, s.part.effort]) if effort else s.friction,
-                np.pad(s.slope, ((0, 0), (0, 1))) if effort else s.slope,
-                size**2 * (doubt + 10.0**decades),
-                s.first,
-                T,
-            )
-            for s, doubt in zip(stretches, doubts, strict=True)
-        ]
-        return np.concatenate([white for white, _ in made]), sum(logs for _, logs in made)
-
-    def cost(decades: float) -> float:
-        white, logs = rows(decades)
-        # With the measurements last, the last of R is the norm of what least squares leaves of them
-        left = np.asarray(np.linalg.qr(np.roll(white, -1, axis=1), mode="r"))
-        return float(left[-1, -1] ** 2) + logs
-
-    likeliest = _least(cost)
-    white, _ = rows(likeliest, effort=True)
+    balance = _Balance.of(parts, model, low_pass)
+    decades = balance.likeliest()
+    white = balance.rows(decades)
     names = model.terms.names
-    friction = white[:, [1 + k for k, name in enumerate(names) if name.startswith("coulomb")]]
-    scale = float(np.sqrt(np.mean(np.sum(friction**2, axis=1))))
-    white /= scale if scale > 0 else 1.0  # a row is then a force, on a typical scale
-    return Regression(
-        kind=parts[0].kind,
-        names=names,
-        time=np.concatenate([np.repeat(s.part.time[1:], s.channels.shape[0]) for s in stretches]),
+    return balance.regression(
+        names,
         target=white[:, 0],
         regressors=white[:, 1:-1],
-        effect=float(np.linalg.norm(white[:, -1])),
-        regressor_noise=np.zeros(len(names)),
-        quantity="effort",
-        motion=summarise_motion(
-            [part.measured_position for part in parts],
-            [motion.velocity for motion in motions],
-            T,
-            (noise[0].position, spread),
-        ),
+        effort=white[:, -1],
         samples=samples,
-        notes=(
-            f"a disturbing force, white from sample to sample, is taken to have "
-            f"{size * 10.0 ** (0.5 * likeliest):.2g} {parts[0].unit('effort')} rms "
-            "(maximum likelihood)",
-            *said_of_load(parts[0], motions),
-            *notes,
-        ),
+        notes=(*balance.said_of(decades), *notes),
     )
 
 
-def _least(cost: Callable[[float], float]) -> float:
-    """Return the decades at which a cost is least: on a grid, then between its points."""
-    low, high = _DISTURBANCE
-    grid = np.linspace(low, high, _GRID)
-    best = float(grid[int(np.argmin([cost(float(decades)) for decades in grid]))])
-    step = float(grid[1] - grid[0])
-    found = minimize_scalar(
-        cost,
-        bounds=(max(best - step, low), min(best + step, high)),
-        method="bounded",
-        options={"xatol": _DECADE_TOLERANCE},
-    )
-    return float(found.x)
-
-
-def _sensor_noise(
-    parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass
-) -> tuple[SensorNoise, ...]:
-    """Return the noise on the driven mass and, if there is one, on the load."""
-    T = parts[0].sampling_time
-    masses = [_joined([(part.measured_position, part.measured_velocity) for part in parts])]
-    if load_seen(parts, model):
-        masses.append(
-            _joined([(load_position(part), part.measured_load_velocity) for part in parts])
-        )
-    return tuple(_floored(motion_noise(x, v, low_pass, T), x, v) for x, v in masses)
-
-
-def _joined(
-    measured: Sequence[tuple[Float[np.ndarray, " _"], Float[np.ndarray, " _"] | None]],
-) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"] | None]:
-    """Return positions and velocities of all stretches, without what tells nothing of their noise.
-
-    While an encoder does not count it shows no noise, but that is not to say that it has none.
-    """
-    positions: list[Float[np.ndarray, " _"]] = []
-    velocities: list[Float[np.ndarray, " _"]] = []
-    end = 0.0
-    for x, v in measured:
-        counts = np.diff(x, prepend=x[0]) != 0.0
-        told = np.convolve(counts, np.ones(2 * _AROUND + 1), mode="same") > 0.0
-        if np.any(told):
-            positions.append(x[told] - x[told][0] + end)
-            end = float(positions[-1][-1])
-            if v is not None:
-                velocities.append(v[told])
-    if not positions:
-        return measured[0]
-    return np.concatenate(positions), np.concatenate(velocities) if velocities else None
-
-
-def _floored(
-    noise: MotionNoise, x: Float[np.ndarray, " n"], v: Float[np.ndarray, " n"] | None
-) -> SensorNoise:
-    fastest = 0.0 if v is None else float(np.max(np.abs(v)))
-    return SensorNoise(
-        position=max(noise.position, ROUNDING * float(np.ptp(x)), LEAST_NOISE),
-        velocity=max(noise.velocity, ROUNDING * fastest, LEAST_NOISE),
-    )
-
-
-def _motions(
-    parts: Sequence[AxisLog], model: AxisModel, inertia: float, noise: Sequence[SensorNoise]
-) -> list[FreeMotion]:
-    """Smooth the motion of every stretch, with one rate at which friction roams for all."""
-    T = parts[0].sampling_time
-    measured = [
-        (part.measured_position, part.measured_velocity, _force_but_friction(part, model))
-        for part in parts
-    ]
-    rate = roaming(measured, inertia, T, noise[0])
-    return [free_motion(*of, inertia, T, noise[0], rate) for of in measured]
-
-
-def _force_but_friction(part: AxisLog, model: AxisModel) -> Float[np.ndarray, " n"]:
-    """Return effort less the mean spring force over each sample [N or N m]."""
-    if model.stiffness is None:
-        return part.effort
-    spring = model.stiffness * (part.measured_position - load_position(part))
-    return part.effort - np.append(0.5 * (spring[1:] + spring[:-1]), spring[-1])
-
-
-def _arm_motions(
-    arms: Sequence[ArmSensors], model: AxisModel, sampling_time: float
-) -> list[ArmMotion]:
-    return arm_motions(
-        arms,
-        inertia=model.inertia or 0.0,
-        load_inertia=model.load_inertia or 0.0,
-        stiffness=model.stiffness or 0.0,
-        sampling_time=sampling_time,
-        direction=lambda motion: (~_clear(motion, 0.0)).astype(np.float64),
-    )
-
-
-def reconstructed(parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> list[AxisLog]:
-    """Return stretches with the motion of a load that was not measured, found by the smoother.
-
-    Stretches of a rigid axis, of an arm whose load is measured and of one whose inertia is sought
-    are returned as they are.
+def sought_regression(
+    levels: Regression,
+    parts: Sequence[AxisLog],
+    model: AxisModel,
+    low_pass: LowPass,
+    *,
+    notes: tuple[str, ...],
+) -> Regression:
+    """Return the whitened rows of an axis whose inertia is sought, its column the first.
 
     Parameters
     ----------
-    parts
-        Stretches of a log without gaps.
-    model
-        What is known of the axis.
-    low_pass
-        By which the noise of the sensors is told from motion.
+    levels
+        The balance of energies, which says where the search begins. If it does not tell the
+        inertia, or none is found from there, it is returned as it is.
+    parts, model, low_pass, notes
+        As `work_regression` takes them; the model's inertia is not read.
     """
-    if model.inertia is None or model.load_inertia is None or load_seen(parts, model):
-        return list(parts)
-    arms = arms_of(parts, model, _sensor_noise(parts, model, low_pass))
-    return [
-        replace(
-            part,
-            measured_load_position=motion.load_position,
-            measured_load_velocity=motion.load_velocity,
-        )
-        for part, motion in zip(
-            parts, _arm_motions(arms, model, parts[0].sampling_time), strict=True
-        )
-    ]
-
-
-Shown = tuple[Float[np.ndarray, "n m"], Float[np.ndarray, "m 2"], Float[np.ndarray, " s"]]
-"""What the sensors show, their channels, and the variance of the first state."""
-
-
-def _shown(
-    parts: Sequence[AxisLog],
-    model: AxisModel,
-    noise: Sequence[SensorNoise],
-    arms: Sequence[ArmSensors],
-) -> list[Shown]:
-    if arms:
-        return [(arm.measured, arm.channels, arm.first) for arm in arms]
-    return [_shown_by_all(part, model, noise) for part in parts]
-
-
-def _shown_by_all(part: AxisLog, model: AxisModel, noise: Sequence[SensorNoise]) -> Shown:
-    """Return what the sensors show where the position of every mass is measured."""
-    masses = [(part.measured_position, part.measured_velocity)]
-    if model.load_inertia is not None:
-        masses.append((load_position(part), part.measured_load_velocity))
-    measured: list[Float[np.ndarray, " n"]] = []
-    channels: list[tuple[float, float]] = []
-    first: list[float] = []
-    for k, ((x, v), of) in enumerate(zip(masses, noise, strict=True)):
-        measured.append(x)
-        channels.append((2.0 * k, of.position**2))
-        if v is not None:
-            measured.append(v)
-            channels.append((2.0 * k + 1.0, of.velocity**2))
-        fastest = float(np.max(np.abs(np.diff(x)))) / part.sampling_time
-        first += [of.position**2, fastest**2 if v is None else of.velocity**2]
-    return np.column_stack(measured), np.array(channels), np.array(first)
-
-
-def _stretch(
-    part: AxisLog, model: AxisModel, motion: FreeMotion, shown: Shown, slowest: float
-) -> _Stretch:
-    """Return the friction regressors of a stretch, and what its sensors show."""
-    T = part.sampling_time
-    measured, channels, first = shown
-    velocity = motion.velocity
-    clear = _clear(motion, slowest)
-    certain = clear[1:] & clear[:-1] & (velocity[1:] * velocity[:-1] > 0)
-    mean, slope = np.diff(motion.position) / T, np.diff(velocity) / T
-    direction = np.sign(velocity[1:])
-    held = model.terms.force_columns(mean, direction)
-    half = 0.5 * T * slope
-    rise = model.terms.force_columns(mean + half, direction)
-    rise = (rise - model.terms.force_columns(mean - half, direction)) / T
-    last = ((0, 1), (0, 0))  # the last effort is held over no sample of the log
-    return _Stretch(
-        part=part,
-        measured=measured,
-        channels=channels,
-        first=first,
-        friction=np.pad(held * certain[:, None], last),
-        slope=np.pad(rise * certain[:, None], last),
-        unknown=np.append(~certain, True).astype(np.float64),
+    inertia, decades = _told_inertia(levels), None
+    for _ in range(_MOST_PASSES):
+        if not inertia > 0.0:
+            return levels
+        balance = _Balance.of(parts, replace(model, inertia=inertia), low_pass)
+        if decades is None:  # what a wrong mass leaves is no disturbance: its column takes it
+            decades = balance.likeliest(sought=True)
+        white = balance.rows(decades, sought=True)
+        target, friction, push = white[:, 0], white[:, 1:-1], white[:, -1]
+        values = least_squares(white[:, 1:], target)
+        share = 1.0 - float(values[-1])  # m_0 / m
+        inertia = balance.inertia / share if share > 0.0 else 0.0
+        if abs(share - 1.0) < _SAME_MASS:
+            break
+    else:
+        return levels
+    # d / dm of the friction that m_0 sees, at m = m_0: (w - f) / m_0
+    pushing = (push - friction @ (values[:-1] / share)) / balance.inertia
+    return balance.regression(
+        levels.names,
+        target=target + balance.inertia * pushing,
+        regressors=np.column_stack([pushing, friction]),
+        effort=balance.rows(decades)[:, -1],
+        samples=levels.samples,
+        notes=(*balance.said_of(decades), *notes),
     )
 
 
-def _clear(motion: FreeMotion, slowest: float) -> Bool[np.ndarray, " n"]:
-    """Return where the direction of friction is certain.
-
-    Near a turn or a rest, no direction is certain below the slowest speed; elsewhere, below that
-    and the speed of a rest.
-    """
-    velocity = motion.velocity
-    clear = np.abs(velocity) > CERTAIN * motion.velocity_spread
-    # Where friction jumps within a sample, the smoothed velocity rings for a few of them
-    turning = np.convolve(~clear, np.ones(2 * _RINGING + 1), mode="same") > 0
-    clear &= ~(turning & (np.abs(velocity) < slowest))
-    # And a real axis gives way before it slips
-    least = REST_SPEED * float(np.max(np.abs(velocity)))
-    clear &= np.abs(velocity) >= min(slowest, least)
-    return clear
+def _told_inertia(levels: Regression) -> float:
+    """Return the inertia that levels of energy tell [kg or kg m^2]; 0 if they do not."""
+    regressors, target = levels.regressors, levels.target
+    if target.size < regressors.shape[1]:
+        return 0.0
+    if not determined(regressors, levels.regressor_noise).mask(len(levels.names))[0]:
+        return 0.0
+    return float(least_squares(regressors, target)[0])
 
 
-def _size(parts: Sequence[AxisLog], motions: Sequence[FreeMotion]) -> float:
-    """Return the root mean square of the friction [N or N m], above what rounding leaves."""
-    friction = np.concatenate([motion.friction for motion in motions])
-    effort = np.concatenate([part.effort for part in parts])
-    return float(np.sqrt(np.mean(friction**2) + ROUNDING**2 * np.mean(effort**2)))
+@dataclass(frozen=True, kw_only=True)
+class _Balance:
+    """The balance of a log, with the masses as they are or are taken to be."""
+
+    inertia: float
+    axis: HeldAxis
+    log: Prepared
+
+    @classmethod
+    def of(cls, parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> "_Balance":
+        inertia = 0.0 if model.inertia is None else model.inertia
+        return cls(
+            inertia=inertia,
+            axis=HeldAxis.of(
+                inertia=inertia,
+                load_inertia=model.load_inertia,
+                stiffness=model.stiffness,
+                sampling_time=parts[0].sampling_time,
+            ),
+            log=prepared(parts, model, low_pass),
+        )
+
+    def _whitened(
+        self, decades: float, *, sought: bool
+    ) -> list[tuple[Float[np.ndarray, "r c"], float]]:
+        """Return the rows of each stretch, and the sums of the logarithms of their variances."""
+        return [
+            whiten(
+                self.axis.transition,
+                self.axis.held,
+                self.axis.ramped,
+                s.part.effort,
+                s.measured,
+                s.channels,
+                np.column_stack([s.friction, s.push if sought else s.part.effort]),
+                np.column_stack([s.slope, s.push_slope * sought]),
+                self.log.size**2 * (doubt + 10.0**decades),
+                s.first,
+                s.part.sampling_time,
+            )
+            for s, doubt in zip(self.log.stretches, self.log.doubts, strict=True)
+        ]
+
+    def rows(self, decades: float, *, sought: bool = False) -> Float[np.ndarray, "r c"]:
+        """Return measurements, friction regressors and the effort, whitened.
+
+        Parameters
+        ----------
+        decades
+            Of the variance of a disturbing force over the mean square of friction.
+        sought
+            Whether the inertia is sought: in the place of the effort then stands all force but
+            friction, where friction counts. Either is one more force against the motion.
+        """
+        return np.concatenate([white for white, _ in self._whitened(decades, sought=sought)])
+
+    def likeliest(self, *, sought: bool = False) -> float:
+        """Return the decades of a disturbing force's variance that make the log likeliest.
+
+        On a grid, then between its points.
+
+        Parameters
+        ----------
+        sought
+            Whether the inertia is sought.
+        """
+
+        def cost(decades: float) -> float:
+            made = self._whitened(decades, sought=sought)
+            white = np.concatenate([rows for rows, _ in made])
+            used = white if sought else white[:, :-1]
+            # With the measurements last, the last of R is the norm of what is left of them
+            left = np.asarray(np.linalg.qr(np.roll(used, -1, axis=1), mode="r"))
+            return float(left[-1, -1] ** 2) + sum(logs for _, logs in made)
+
+        low, high = _DISTURBANCE
+        grid = np.linspace(low, high, _GRID)
+        best = float(grid[int(np.argmin([cost(float(decades)) for decades in grid]))])
+        step = float(grid[1] - grid[0])
+        found = minimize_scalar(
+            cost,
+            bounds=(max(best - step, low), min(best + step, high)),
+            method="bounded",
+            options={"xatol": _DECADE_TOLERANCE},
+        )
+        return float(found.x)
+
+    def regression(
+        self,
+        names: tuple[str, ...],
+        *,
+        target: Float[np.ndarray, " r"],
+        regressors: Float[np.ndarray, "r p"],
+        effort: Float[np.ndarray, " r"],
+        samples: int,
+        notes: tuple[str, ...],
+    ) -> Regression:
+        """Return rows on a typical scale, on which each is a force."""
+        friction = [k for k, name in enumerate(names) if name.startswith("coulomb")]
+        scale = float(np.sqrt(np.mean(np.sum(regressors[:, friction] ** 2, axis=1)))) or 1.0
+        stretches, motions = self.log.stretches, self.log.motions
+        parts = [s.part for s in stretches]
+        return Regression(
+            kind=parts[0].kind,
+            names=names,
+            time=np.concatenate(
+                [np.repeat(s.part.time[1:], s.channels.shape[0]) for s in stretches]
+            ),
+            target=target / scale,
+            regressors=regressors / scale,
+            effect=float(np.linalg.norm(effort)) / scale,
+            regressor_noise=np.zeros(len(names)),
+            quantity="effort",
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                [motion.velocity for motion in motions],
+                parts[0].sampling_time,
+                (self.log.position_noise, self.log.spread),
+            ),
+            samples=samples,
+            notes=notes,
+        )
+
+    def said_of(self, decades: float) -> tuple[str, ...]:
+        """Return what a user should know of the disturbing force and of a load."""
+        part = self.log.stretches[0].part
+        return (
+            f"a disturbing force, white from sample to sample, is taken to have "
+            f"{self.log.size * 10.0 ** (0.5 * decades):.2g} {part.unit('effort')} rms "
+            "(maximum likelihood)",
+            *said_of_load(part, self.log.motions),
+        )
