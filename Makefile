@@ -25,11 +25,13 @@ docs: .venv/dev.stamp ## the documentation, with its figures made anew
 	$(BIN)/python docs/make_friction_laws.py
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
-study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some twenty minutes)
+study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some eighty minutes)
 	$(BIN)/python docs/make_study.py
 	$(BIN)/python docs/make_estimators.py
 	$(BIN)/python docs/make_pid_tuning.py
 	$(BIN)/python docs/make_controller_study.py
+	$(BIN)/python docs/make_limits.py
+	$(BIN)/python docs/make_landing_study.py
 
 bench: .venv/dev.stamp ## speed and accuracy beside other tools, in one run
 	$(BIN)/python -m benchmarks

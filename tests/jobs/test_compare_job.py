@@ -6,6 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stickslip.estimation import cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import Wanted, compare_log, compare_scenario, write_effort
 from stickslip.jobs.compare.scenario import read_study
@@ -20,6 +21,7 @@ EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "comparisons").glob(
 CLOSE = 0.05  # relative, of a short log with little noise
 NINE_DIGITS = 1e-8  # relative, of what is written
 FIVE_SIGMA = 5.0
+ROUNDING = 1e-9  # relative
 
 ASYMMETRIC = """
 [axis]
@@ -112,10 +114,7 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     plain.write_text(f'{head}file = "acts.csv"\n{tail}')
     late.write_text(f'{head}file = "sent.csv"\neffort_delay = 2\n{tail}')
     sent, acts = (read_study(path) for path in (late, plain))
-    logs = [
-        measured_log(read, *read.scenario.input.sampled(tmp_path), np.random.default_rng(1))
-        for read in (sent, acts)
-    ]
+    logs = [measured_log(read, np.random.default_rng(1)) for read in (sent, acts)]
     assert np.array_equal(logs[0].measured_position, logs[1].measured_position)
     assert np.allclose(logs[0].effort[:-1], effort, rtol=NINE_DIGITS)
     assert sent.tables()["input"]["effort_delay"] == (2, "samples")
@@ -134,6 +133,34 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     assert missed.delay_found == 0.0
 
 
+def test_sines_begin_anywhere_and_each_run_has_its_own_bound(tmp_path: Path) -> None:
+    path = tmp_path / "phases.toml"
+    path.write_text(ASYMMETRIC.replace("[sensors]", "random_phases = true\n[sensors]"))
+    read = read_study(path)
+    generators = np.random.default_rng(read.scenario.sensors.seed).spawn(3)
+    asked, plant = read.scenario, read.scenario.axis.plant()
+    efforts = [asked.input.sampled(tmp_path, each)[0] for each in generators]
+    assert np.std([effort[0] for effort in efforts]) > 0.0
+    # The power of sines that fill their periods does not depend on where they begin
+    squares = [float(np.mean(effort**2)) for effort in efforts]
+    assert np.ptp(squares) < 0.5 * np.mean(squares)
+
+    study = compare_scenario(read, runs=3, wanted=Wanted(only=("maximum-likelihood",)))
+    variances = [
+        cramer_rao_bound(
+            plant,
+            effort,
+            sampling_time=asked.input.sampling_time or 0.0,
+            sensors=asked.sensors.sensors(),
+            sought=tuple(study.bound),
+        ).std["mass"]
+        ** 2
+        for effort in efforts
+    ]
+    assert study.bound["mass"] == pytest.approx(np.sqrt(np.mean(variances)), rel=ROUNDING)
+    assert np.ptp(variances) > 0.0
+
+
 @pytest.mark.parametrize("correlation", [0.0, 0.9])
 def test_a_disturbance_is_as_large_and_as_slow_as_asked(correlation: float) -> None:
     force = disturbance(200_000, 0.3, correlation, np.random.default_rng(3))
@@ -148,7 +175,7 @@ def test_a_disturbance_is_as_large_and_as_slow_as_asked(correlation: float) -> N
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example_can_be_read(path: Path) -> None:
     read = read_study(path)
-    effort, step = read.scenario.input.sampled(path.parent)
+    effort, step = read.scenario.input.sampled(path.parent, np.random.default_rng(1))
     assert effort.size * step == pytest.approx(read.scenario.input.duration)
     assert read.tables()["input"]["frequencies"][1] == "Hz"
 

@@ -38,7 +38,8 @@ _STUDY_LEGEND = {
     "runs": "runs that gave a value; others were refused or left it undetermined",
     "bias": "mean of the estimates less the truth",
     "rmse": "root mean square of the estimates less the truth",
-    "bound_ratio": "rmse over the Cramer-Rao bound; null where the bound does not apply",
+    "bound_ratio": "root mean square of the error over the Cramer-Rao bound, of each run its own if "
+    "inputs differ; null where the bound does not apply",
     "coverage": "share of the runs whose 95 % interval holds the truth; null without intervals",
     "trusted": "share of the runs whose status is ok",
     "delay_found": "share of the runs in which the delay of the effort was found; null where none "
@@ -171,7 +172,8 @@ class ParameterScore:
     runs
         Runs that gave a value.
     bound_ratio
-        ``rmse`` over the Cramer-Rao bound [-]; None where the bound does not apply.
+        Root mean square of the error over the Cramer-Rao bound, of each run its own if inputs
+        differ [-]; None where the bound does not apply.
     coverage
         Share of the runs whose 95 % interval holds the truth [-]; None without intervals.
     """
@@ -260,7 +262,8 @@ class EstimatorStudy:
     truth
         By parameter name [SI].
     bound
-        Cramer-Rao bound by parameter name, as a standard deviation [SI]; empty where it does not
+        Cramer-Rao bound by parameter name, as a standard deviation [SI], of inputs that differ the
+        root mean square; empty where it does not
         apply.
     scores
         One an estimator.

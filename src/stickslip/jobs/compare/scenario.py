@@ -45,6 +45,9 @@ class InputTable:
         Of sines that are added up [N or N m].
     frequencies
         Of the sines [Hz], one each.
+    random_phases
+        Whether the sines begin anywhere, anew in every run; if not, all begin at zero. With an
+        encoder and no other noise, nothing else sets one run apart from the next.
     file
         CSV file with the effort in the last column, as ``stickslip excite`` writes it, in the place
         of sines.
@@ -67,6 +70,7 @@ class InputTable:
 
     amplitudes: tuple[float, ...] | None = quantity_field("effort", default=None)
     frequencies: tuple[float, ...] | None = None
+    random_phases: bool = False
     file: str | None = None
     duration: float | None = quantity_field("time", default=None)
     sampling_time: float | None = quantity_field("sampling_time", default=None)
@@ -98,6 +102,11 @@ class InputTable:
                         f"{name} and file are both given",
                         remedy=f"leave {name} out, or the file",
                     )
+            if self.random_phases:
+                raise InputError(
+                    "random_phases and file are both given",
+                    remedy="leave random_phases out: it is for sines",
+                )
             return
         for name in sines:
             if getattr(self, name) is None:
@@ -130,13 +139,17 @@ class InputTable:
                 remedy=f"take {_LEAST_SAMPLES} to {_MOST_SAMPLES:g} samples",
             )
 
-    def sampled(self, folder: Path) -> tuple[Float[np.ndarray, " n"], float]:
+    def sampled(
+        self, folder: Path, generator: np.random.Generator
+    ) -> tuple[Float[np.ndarray, " n"], float]:
         """Return the effort of a run, and its sampling time [s].
 
         Parameters
         ----------
         folder
             Where a file is looked for.
+        generator
+            Where random phases come from.
 
         Raises
         ------
@@ -154,10 +167,14 @@ class InputTable:
             return effort, step
         step = self.sampling_time or 0.0
         time = step * np.arange(round((self.duration or 0.0) / step))
+        frequencies = self.frequencies or ()
+        phases = np.zeros(len(frequencies))
+        if self.random_phases:
+            phases = generator.uniform(0.0, 2.0 * np.pi, len(frequencies))
         sines = [
-            amplitude * np.sin(2.0 * np.pi * frequency * time)
-            for amplitude, frequency in zip(
-                self.amplitudes or (), self.frequencies or (), strict=True
+            amplitude * np.sin(2.0 * np.pi * frequency * time + phase)
+            for amplitude, frequency, phase in zip(
+                self.amplitudes or (), frequencies, phases, strict=True
             )
         ]
         return np.sum(sines, axis=0), step
@@ -202,11 +219,12 @@ class StudyScenario:
 
     def __post_init__(self) -> None:
         check_runs(self.runs)
-        if not (self.sensors.noisy or self.sensors.encoder_step or self.input.disturbance):
+        random = self.input.disturbance or self.input.random_phases
+        if not (random or self.sensors.noisy or self.sensors.encoder_step):
             raise InputError(
                 "nothing is random in this scenario: every run would be the same",
                 remedy="give position_noise, velocity_noise or encoder_step in [sensors], or "
-                "disturbance in [input]",
+                "disturbance or random_phases in [input]",
             )
 
 

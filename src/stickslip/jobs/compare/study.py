@@ -1,8 +1,8 @@
 """Every estimator over many runs of a simulated scenario, whose truth is known."""
 
 import os
-from collections.abc import Callable, Sequence
-from dataclasses import replace
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +11,6 @@ from jaxtyping import Float
 from stickslip import __version__
 from stickslip.jobs.compare.candidates import (
     Fitted,
-    Wanted,
     check_wanted,
     fitted,
     inertia_of,
@@ -20,6 +19,7 @@ from stickslip.jobs.compare.log import timed
 from stickslip.jobs.compare.scenario import StudyFile, check_runs, read_study
 from stickslip.jobs.position.axis_table import LAWS, AxisTable
 from stickslip.jobs.reproduce.parallel import in_parallel
+from stickslip.jobs.wanted import Wanted
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import (
     AxisLog,
@@ -32,7 +32,21 @@ from stickslip.simulation import simulate
 
 __all__ = ["compare_scenario", "disturbance", "measured_log"]
 
-_Run = dict[str, Fitted]
+
+@dataclass(frozen=True, kw_only=True)
+class _Run:
+    """What came of one run.
+
+    Attributes
+    ----------
+    found
+        By estimator.
+    bound
+        Cramer-Rao bound by parameter, as a standard deviation [SI]; empty where it does not apply.
+    """
+
+    found: Mapping[str, Fitted]
+    bound: Mapping[str, float]
 
 
 def compare_scenario(
@@ -74,15 +88,11 @@ def compare_scenario(
     if isinstance(plant, FlexibleArm):
         known = replace(known, load_inertia=plant.mass_2, stiffness=plant.stiffness)
     check_wanted(known, plant.kind)
-    effort, step = asked.input.sampled(read.path.parent)
     generators = np.random.default_rng(asked.sensors.seed).spawn(count)
-
-    def measured(k: int) -> AxisLog:
-        return measured_log(read, effort, step, generators[k])
-
-    first = measured(0)
+    first = measured_log(read, generators[0])
     inertia = inertia_of(fitted("energy", known, None, first).estimate)
     opening = {name: timed(name, known, inertia, first) for name in known.names}
+    bound, notes = _bound(read, plant, known, first)
     done = 1
 
     def advance() -> None:
@@ -91,16 +101,21 @@ def compare_scenario(
         if progress is not None:
             progress(done, count)
 
-    found = [
-        {name: one for name, (one, _) in opening.items()},
+    def run(k: int) -> _Run:
+        log = measured_log(read, generators[k])
+        if asked.input.random_phases:
+            return _Run(found=_fitted_all(known, log), bound=_bound(read, plant, known, log)[0])
+        return _Run(found=_fitted_all(known, log), bound=bound)
+
+    runs_done = [
+        _Run(found={name: one for name, (one, _) in opening.items()}, bound=bound),
         *in_parallel(
-            [lambda k=k: _fitted_all(known, measured(k)) for k in range(1, count)],
+            [lambda k=k: run(k) for k in range(1, count)],
             workers=os.cpu_count() or 1,
             advance=advance,
         ),
     ]
     truth = _truth(asked.axis, known)
-    bound, notes = _bound(read, plant, known, effort, step)
     return EstimatorStudy(
         name=read.name,
         kind=plant.kind,
@@ -108,16 +123,9 @@ def compare_scenario(
         samples=len(first),
         scenario=read.tables(),
         truth=truth,
-        bound=bound,
+        bound={name: _rms(np.array([run.bound[name] for run in runs_done])) for name in bound},
         scores=tuple(
-            _score(
-                name,
-                [run[name] for run in found],
-                opening[name][1],
-                truth,
-                bound,
-                delay=asked.input.effort_delay,
-            )
+            _score(name, runs_done, opening[name][1], truth, delay=asked.input.effort_delay)
             for name in known.names
         ),
         notes=notes,
@@ -127,25 +135,19 @@ def compare_scenario(
     )
 
 
-def measured_log(
-    read: StudyFile,
-    effort: Float[np.ndarray, " n"],
-    step: float,
-    generator: np.random.Generator,
-) -> AxisLog:
+def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
     """Return the log of one run: disturbed, started anywhere within an encoder step, measured.
 
     Parameters
     ----------
     read
         The scenario.
-    effort, step
-        What is sent [N or N m], and its sampling time [s].
     generator
         Where all that is random comes from.
     """
     asked = read.scenario
     plant, sensors = asked.axis.plant(), asked.sensors.sensors()
+    effort, step = asked.input.sampled(read.path.parent, generator)
     acting = asked.input.acting(effort) + disturbance(
         effort.size,
         asked.input.disturbance,
@@ -184,7 +186,7 @@ def disturbance(
     return deviation * np.asarray(lfilter([1.0], [1.0, -correlation], white))
 
 
-def _fitted_all(wanted: Wanted, log: AxisLog) -> _Run:
+def _fitted_all(wanted: Wanted, log: AxisLog) -> dict[str, Fitted]:
     energy = fitted("energy", wanted, None, log)
     inertia = inertia_of(energy.estimate)
     return {
@@ -218,8 +220,7 @@ def _bound(
     read: StudyFile,
     plant: Plant,
     wanted: Wanted,
-    effort: Float[np.ndarray, " n"],
-    step: float,
+    log: AxisLog,
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the Cramer-Rao bound by parameter, and what there is to say of it."""
     from stickslip.estimation import EnergyEstimator, cramer_rao_bound
@@ -244,8 +245,8 @@ def _bound(
     try:
         bound = cramer_rao_bound(
             plant,
-            read.scenario.input.acting(effort),
-            sampling_time=step,
+            read.scenario.input.acting(log.effort[:-1]),
+            sampling_time=log.sampling_time,
             sensors=read.scenario.sensors.sensors(),
             sought=sought,
         )
@@ -259,14 +260,14 @@ def _bound(
 
 def _score(
     name: str,
-    found: Sequence[Fitted],
+    runs: Sequence[_Run],
     seconds: float,
     truth: dict[str, float],
-    bound: dict[str, float],
     *,
     delay: int,
 ) -> EstimatorScore:
     """Return how near an estimator comes."""
+    found = [run.found[name] for run in runs]
     estimates = [each.estimate for each in found if each.estimate is not None]
     if not estimates:
         return EstimatorScore(name=name, why_not=found[0].why_not)
@@ -274,7 +275,8 @@ def _score(
     delays = [each for each in looked_for if each is not None]
     assumes = any(each.assumed_inertia is not None for each in found)
     sought = {key for each in estimates for key, p in each.parameters.items() if p.identified}
-    bounded = sought | ({"mass", "inertia"} & set(bound) if assumes else set()) == set(bound)
+    bound = set(runs[0].bound)
+    bounded = sought | ({"mass", "inertia"} & bound if assumes else set()) == bound
     scores: dict[str, ParameterScore] = {}
     for key in estimates[0].parameters:
         if key not in truth:
@@ -284,17 +286,22 @@ def _score(
         if not values.size:
             continue
         error = values - truth[key]
+        least = [
+            run.bound.get(key, 0.0)
+            for run in runs
+            if (one := run.found[name].estimate) is not None
+            and one.parameters[key].value is not None
+        ]
         ends = [p.ci95 for p in held if p.ci95 is not None]
         inside = [low <= truth[key] <= high for low, high in ends]
-        rmse = float(np.sqrt(np.mean(error**2)))
-        least = bound.get(key, 0.0) if bounded else 0.0
+        comparable = bounded and all(0.0 < each < np.inf for each in least)
         scores[key] = ParameterScore(
             name=key,
             truth=truth[key],
             bias=float(np.mean(error)),
-            rmse=rmse,
+            rmse=_rms(error),
             runs=int(values.size),
-            bound_ratio=rmse / least if 0.0 < least < np.inf else None,
+            bound_ratio=_rms(error / np.array(least)) if comparable else None,
             coverage=float(np.mean(inside)) if inside else None,
         )
     return EstimatorScore(
@@ -305,3 +312,7 @@ def _score(
         delay_found=sum(each == delay for each in delays) / len(found) if delays else None,
         scores=scores,
     )
+
+
+def _rms(values: Float[np.ndarray, " n"]) -> float:
+    return float(np.sqrt(np.mean(values**2)))
