@@ -37,6 +37,10 @@ __all__ = ["sought_regression", "work_regression"]
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
 _GRID = 9
 _DECADE_TOLERANCE = 0.2
+_MOST_DISTURBED = 0.25
+"""Disturbing force, over the effort, beyond which levels of energy are believed instead: it is then
+what the axis does at the rate of the samples and the model does not, such as a drive that bends or
+ripples, and in the energies of longer blocks that is averaged."""
 _MOST_PASSES = 6
 _SAME_MASS = 1e-4
 """Relative change of the mass below which it stays: what is left of a change is its square."""
@@ -98,7 +102,8 @@ def sought_regression(
     ----------
     levels
         The balance of energies, which says where the search begins. If it does not tell the
-        inertia, or none is found from there, it is returned as it is.
+        inertia, none is found from there, or samples are explained too badly, it is returned as
+        it is.
     parts, model, low_pass, notes
         As `work_regression` takes them; the model's inertia is not read.
     """
@@ -109,6 +114,8 @@ def sought_regression(
         balance = _Balance.of(parts, replace(model, inertia=inertia), low_pass)
         if decades is None:  # what a wrong mass leaves is no disturbance: its column takes it
             decades = balance.likeliest(sought=True)
+            if balance.disturbance(decades) > _MOST_DISTURBED * balance.effort:
+                return levels
         white = balance.rows(decades, sought=True)
         target, friction, push = white[:, 0], white[:, 1:-1], white[:, -1]
         values = least_squares(white[:, 1:], target)
@@ -263,12 +270,22 @@ class _Balance:
             notes=notes,
         )
 
+    @property
+    def effort(self) -> float:
+        """Root mean square of the effort [N or N m]."""
+        effort = np.concatenate([s.part.effort for s in self.log.stretches])
+        return float(np.sqrt(np.mean(effort**2)))
+
+    def disturbance(self, decades: float) -> float:
+        """Return the standard deviation of a disturbing force [N or N m]."""
+        return self.log.size * float(10.0 ** (0.5 * decades))
+
     def said_of(self, decades: float) -> tuple[str, ...]:
         """Return what a user should know of the disturbing force and of a load."""
         part = self.log.stretches[0].part
         return (
             f"a disturbing force, white from sample to sample, is taken to have "
-            f"{self.log.size * 10.0 ** (0.5 * decades):.2g} {part.unit('effort')} rms "
+            f"{self.disturbance(decades):.2g} {part.unit('effort')} rms "
             "(maximum likelihood)",
             *said_of_load(part, self.log.motions),
         )
