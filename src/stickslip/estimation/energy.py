@@ -57,10 +57,12 @@ class EnergyEstimator(OnlineMethod):
     (see `stickslip.estimation.work_balance`). Neither the noise nor how the effort depends on it
     has to be known.
 
-    With the inertia sought, the measured energies are regressed on the way travelled (Coulomb
-    friction), the integral of the squared velocity (viscous friction), the displacement (offset)
-    and the kinetic energy of a unit inertia. Sensor noise makes the level of the measured energy
-    uncertain at every sample; a disturbing force adds up in it.
+    With the inertia sought, `fit` does the same with all force but friction as one more column. It
+    begins with what the recursion does: the measured energies are regressed on the way travelled
+    (Coulomb friction), the integral of the squared velocity (viscous friction), the displacement
+    (offset) and the kinetic energy of a unit inertia. Sensor noise makes the level of the measured
+    energy uncertain at every sample; a disturbing force adds up in it. Where the samples show what
+    the model lacks, `fit` ends with that, too.
 
     Either way, how much disturbance there is beside the noise is found by maximum likelihood, and
     the rows are weighted accordingly (generalised least squares).

@@ -8,11 +8,11 @@ of noises, no variance that would have to be known, and feedback of the noise in
 no harm, as the effort is known. The measured motion decides only where friction acts which way.
 
 The driven mass m need not be known. With m_0 in its place, it moves as if besides its friction f
-the force (m_0/m - 1) (w - f) acted, w being effort less spring force, so that
+the force (m_0/m - 1) (q - f) acted, q being effort less spring force, so that
 
-    friction that m_0 sees = (1 - m_0/m) w + (m_0/m) f ,
+    friction that m_0 sees = (1 - m_0/m) q + (m_0/m) f ,
 
-linear in 1 - m_0/m and in the parameters of f times m_0/m: w is one more column. What is found for
+linear in 1 - m_0/m and in the parameters of f times m_0/m: q is one more column. What is found for
 m takes the place of m_0, until it stays.
 """
 
@@ -57,7 +57,7 @@ def work_regression(
     """Return the whitened rows of the balance; their least squares is the estimate.
 
     Friction enters where the direction of the smoothed motion is certain; elsewhere, at reversals
-    and rests, it is any force of the size that friction has. How much of a disturbing force there
+    and rests, it is any force of a few times the size that friction has. How much of a disturbing force there
     is besides is found by maximum likelihood. A load whose position is not measured is one more
     thing that the filter finds, from where it pulls the driven mass; where it began is not assumed.
 
@@ -125,7 +125,7 @@ def sought_regression(
             break
     else:
         return levels
-    # d / dm of the friction that m_0 sees, at m = m_0: (w - f) / m_0
+    # d / dm of the friction that m_0 sees, at m = m_0: (q - f) / m_0
     pushing = (push - friction @ (values[:-1] / share)) / balance.inertia
     return balance.regression(
         levels.names,
