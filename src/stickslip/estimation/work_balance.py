@@ -57,9 +57,9 @@ def work_regression(
     """Return the whitened rows of the balance; their least squares is the estimate.
 
     Friction enters where the direction of the smoothed motion is certain; elsewhere, at reversals
-    and rests, it is any force of a few times the size that friction has. How much of a disturbing force there
-    is besides is found by maximum likelihood. A load whose position is not measured is one more
-    thing that the filter finds, from where it pulls the driven mass; where it began is not assumed.
+    and rests, it is any force of a few times its size. How much of a disturbing force there is
+    besides is found by maximum likelihood. A load whose position is not measured is one more thing
+    that the filter finds, from where it pulls the driven mass; where it began is not assumed.
 
     Parameters
     ----------
