@@ -15,16 +15,17 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 from scipy.linalg import expm
-from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.free_kernels import filtered, smoothed
 from stickslip.estimation.innovations import HeldAxis
+from stickslip.estimation.least_cost import least_decades
 
 __all__ = ["FreeAxis", "Shown", "likeliest_rate", "walk_covariance"]
 
 _NODES = 6  # exact for polynomials of degree 11; the integrand is one of degree 4, nearly
 _DECADES = (-7.0, 5.0)  # of the friction's rate of change, around that of the net force
 _GRID = 9
+_DECADE_TOLERANCE = 0.1
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -193,11 +194,10 @@ def walk_covariance(
     inertia, load_inertia, stiffness, sampling_time
         As `FreeAxis.of` takes them.
     """
-    rigid = load_inertia is None or stiffness is None
-    s = 3 if rigid else 5
+    s = 3 if load_inertia is None else 5
     F = np.zeros((s, s))
     F[0, 1], F[1, s - 1] = 1.0, -1.0 / inertia
-    if not rigid:
+    if load_inertia is not None and stiffness is not None:
         F[2, 3] = 1.0
         F[1, 0], F[1, 2] = -stiffness / inertia, stiffness / inertia
         F[3, 0], F[3, 2] = stiffness / load_inertia, -stiffness / load_inertia
@@ -219,18 +219,10 @@ def likeliest_rate(typical: float, cost: Callable[[float], float]) -> float:
     cost
         Twice the negative log likelihood at a rate.
     """
-
-    def at(decades: float) -> float:
-        return cost(typical * 10.0**decades)
-
-    low, high = _DECADES
-    grid = np.linspace(low, high, _GRID)
-    best = float(grid[int(np.argmin([at(float(decades)) for decades in grid]))])
-    step = float(grid[1] - grid[0])
-    found = minimize_scalar(
-        at,
-        bounds=(max(best - step, low), min(best + step, high)),
-        method="bounded",
-        options={"xatol": 0.1},
+    found = least_decades(
+        lambda decades: cost(typical * 10.0**decades),
+        _DECADES,
+        grid=_GRID,
+        tolerance=_DECADE_TOLERANCE,
     )
-    return typical * float(10.0**found.x)
+    return typical * 10.0**found

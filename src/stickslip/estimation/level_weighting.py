@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Bool, Float
-from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.energy_balance import whiten_levels
 from stickslip.estimation.energy_levels import EnergyLevels, summed
+from stickslip.estimation.least_cost import least_decades
 from stickslip.estimation.observation import MotionNoise
 from stickslip.estimation.regression import least_squares
 
@@ -28,6 +28,7 @@ blocks are lengthened: it biases an estimated inertia to zero by its square."""
 _FEWEST_BLOCKS = 200  # to lengthen blocks for the inertia's sake must not cost the rest
 _RATIO_RANGE = (-6.0, 8.0)  # decades of level noise over force disturbance, in variance
 _RATIO_GRID = 15
+_RATIO_TOLERANCE = 1e-5
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,11 +165,5 @@ def likeliest_ratio(blocks: Sequence[LevelBlocks]) -> float:
         n = white.shape[0]
         return n * float(np.log(max(squares, floor) / n)) + float(np.sum(np.log(variances)))
 
-    low, high = _RATIO_RANGE
-    grid = np.linspace(low, high, _RATIO_GRID)
-    best = float(grid[int(np.argmin([cost(decades) for decades in grid]))])
-    step = float(grid[1] - grid[0])
-    found = minimize_scalar(
-        cost, bounds=(max(best - step, low), min(best + step, high)), method="bounded"
-    )
-    return float(10.0**found.x)
+    found = least_decades(cost, _RATIO_RANGE, grid=_RATIO_GRID, tolerance=_RATIO_TOLERANCE)
+    return 10.0**found

@@ -21,12 +21,12 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
-from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.diagnostics import determined
 from stickslip.estimation.energy_levels import AxisModel
 from stickslip.estimation.innovations import HeldAxis, whiten
 from stickslip.estimation.kinematics import LowPass
+from stickslip.estimation.least_cost import least_decades
 from stickslip.estimation.regression import Regression, least_squares, summarise_motion
 from stickslip.estimation.unseen_load import said_of_load
 from stickslip.estimation.work_stretches import Prepared, prepared
@@ -206,8 +206,6 @@ class _Balance:
     def likeliest(self, *, sought: bool = False) -> float:
         """Return the decades of a disturbing force's variance that make the log likeliest.
 
-        On a grid, then between its points.
-
         Parameters
         ----------
         sought
@@ -222,17 +220,7 @@ class _Balance:
             left = np.asarray(np.linalg.qr(np.roll(used, -1, axis=1), mode="r"))
             return float(left[-1, -1] ** 2) + sum(logs for _, logs in made)
 
-        low, high = _DISTURBANCE
-        grid = np.linspace(low, high, _GRID)
-        best = float(grid[int(np.argmin([cost(float(decades)) for decades in grid]))])
-        step = float(grid[1] - grid[0])
-        found = minimize_scalar(
-            cost,
-            bounds=(max(best - step, low), min(best + step, high)),
-            method="bounded",
-            options={"xatol": _DECADE_TOLERANCE},
-        )
-        return float(found.x)
+        return least_decades(cost, _DISTURBANCE, grid=_GRID, tolerance=_DECADE_TOLERANCE)
 
     def regression(
         self,
