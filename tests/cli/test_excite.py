@@ -55,6 +55,27 @@ def test_an_effort_for_the_drive_keeps_the_limits(run: Run, tmp_path: Path) -> N
     assert "at best" in outcome.err
 
 
+def test_an_effort_too_short_to_tell_is_written_and_said_to_be_so(run: Run, tmp_path: Path) -> None:
+    out, saved = tmp_path / "input.csv", tmp_path / "input.json"
+    outcome = run(
+        "excite",
+        *AXIS,
+        *asked("duration", 0.25),
+        "--position-noise",
+        1e-3,
+        "--out",
+        out,
+        "--json",
+        saved,
+    )
+    assert outcome.code == 1
+    assert "Not to be trusted" in outcome.out
+    untold = json.loads(saved.read_text())["untold"]
+    assert "viscous_friction" in untold
+    assert "viscous friction" in outcome.out
+    assert out.exists()
+
+
 def test_the_axis_can_come_from_an_estimate(run: Run, good_log: Path) -> None:
     estimate, out = good_log.with_suffix(".json"), good_log.with_name("input.csv")
     assert run("identify", good_log, "--json", estimate).code == 0
@@ -97,7 +118,10 @@ def test_what_is_designed_can_be_compared_on(run: Run, tmp_path: Path) -> None:
         ((*AXIS, *ASKED), ["neither noise nor steps", "position_noise"]),
         ((*AXIS, *ASKED, *SENSORS, "--velocity-noise", 0), ["velocity has no noise"]),
         ((*AXIS, *asked("effort-limit", -1), *SENSORS), ["effort limit is -1 N,"]),
-        ((*AXIS, *asked("effort-limit", 1), *SENSORS), ["no input", "allow more effort"]),
+        (
+            (*AXIS, *asked("effort-limit", 1), *SENSORS),
+            ["does not free", "takes 1.5 N", "allow more"],
+        ),
         ((*AXIS, *asked("duration", 0.1), *SENSORS), ["10 samples", "longer"]),
         ((*AXIS, *asked("duration", 1e5), *SENSORS), ["200000", "shorten"]),
         ((*AXIS, *ASKED, *SENSORS, "--seed", -1), ["seed is -1"]),

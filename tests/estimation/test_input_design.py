@@ -71,6 +71,47 @@ def test_a_designed_input_keeps_the_limits_and_beats_every_sine() -> None:
         assert abs(estimate.value(name) - value) < BEYOND * designed.bound.std[name]
 
 
+def test_ten_times_as_long_tells_at_least_ten_times_as_much() -> None:
+    told = []
+    for duration in (DURATION, 10.0 * DURATION):
+        designed = design_input(
+            STAGE,
+            duration=duration,
+            sampling_time=SAMPLING_TIME,
+            sensors=SENSORS,
+            limits=LIMITS,
+            generator=np.random.default_rng(1),
+        )
+        bound = designed.bound
+        told.append(np.linalg.slogdet(bound.information)[1] / len(bound.names))
+        assert within(designed.effort)
+    assert told[1] >= told[0] + np.log(10.0)
+
+
+@pytest.mark.parametrize(
+    ("offset", "effort", "words"),
+    [
+        (0.0, 10.0, "at most 10 N does not free the axis, which takes 20 N"),
+        (-15.0, 30.0, "at most 30 N does not free the axis backwards, which takes 35 N"),
+    ],
+)
+def test_an_effort_that_does_not_free_the_axis_is_named(
+    offset: float, effort: float, words: str
+) -> None:
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=20.0, viscous_friction=200.0, offset=offset
+    )
+    with pytest.raises(InputError, match=words):
+        design_input(
+            SingleMass(mass=95.0, friction=law),
+            duration=1.0,
+            sampling_time=SAMPLING_TIME,
+            sensors=SENSORS,
+            limits=InputLimits(effort=effort),
+            generator=np.random.default_rng(1),
+        )
+
+
 def test_what_cannot_be_told_is_refused() -> None:
     with pytest.raises(InputError, match="no input within the limits"):
         design_input(
@@ -78,7 +119,7 @@ def test_what_cannot_be_told_is_refused() -> None:
             duration=1.0,
             sampling_time=SAMPLING_TIME,
             sensors=SENSORS,
-            limits=InputLimits(effort=10.0),  # half of the Coulomb friction
+            limits=InputLimits(effort=120.0, travel=1e-12),
             generator=np.random.default_rng(1),
         )
     with pytest.raises(InputError, match="the input has 10 samples"):

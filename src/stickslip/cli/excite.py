@@ -158,7 +158,7 @@ def excite(
             write_json(designed.to_dict(), path)
     written = {"Effort": out, "JSON": json_file(json)}
     print_result(designed.to_dict, partial(_print, designed=designed), json=json, files=written)
-    return 0
+    return 1 if designed.untold else 0
 
 
 def _print(console: "Console", designed: "Excitation") -> None:
@@ -195,3 +195,10 @@ def _print(console: "Console", designed: "Excitation") -> None:
         "that disturbs the axis, widens the intervals."
     )
     console.print(textwrap.fill(words, console.width), style="dim", soft_wrap=True)
+    if designed.untold:
+        names = " and ".join(parameter_label(name, kind).lower() for name in designed.untold)
+        words = (
+            f"Not to be trusted: such an input does not tell the {names}, whose interval reaches "
+            "0 even at best. Give a longer duration, or allow more effort, speed or travel."
+        )
+        console.print(textwrap.fill(words, console.width), soft_wrap=True)

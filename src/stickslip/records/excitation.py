@@ -75,6 +75,18 @@ class Excitation:
         """How long it lasts [s]."""
         return self.effort.size * self.sampling_time
 
+    @property
+    def untold(self) -> tuple[str, ...]:
+        """Names of what it does not tell: not even at best does the interval keep away from 0.
+
+        A parameter that is believed to be 0, such as an offset, is none of them.
+        """
+        return tuple(
+            name
+            for name, each in self.expected.items()
+            if each.believed != 0.0 and each.half_width >= abs(each.believed)
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain JSON types (schema 1)."""
         return {
@@ -89,6 +101,7 @@ class Excitation:
                 }
                 for name, each in self.expected.items()
             },
+            "untold": list(self.untold),
             "largest_speed": self.largest_speed,
             "largest_travel": self.largest_travel,
             "largest_effort": float(np.max(np.abs(self.effort))),

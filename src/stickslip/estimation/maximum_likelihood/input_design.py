@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -13,7 +14,7 @@ from stickslip.estimation.maximum_likelihood.bound import (
     default_sought,
 )
 from stickslip.plants import Plant
-from stickslip.records import EventBudgetError, InputError, positive
+from stickslip.records import EventBudgetError, InputError, positive, unit_of
 from stickslip.simulation import MotionSensitivity, Sensors, simulate_sensitivity
 
 __all__ = ["DesignedInput", "InputLimits", "design_input"]
@@ -22,11 +23,12 @@ TONES = 6
 """Sines that the input is made of; their sum is clipped at the limit of the effort, so that the
 family reaches from soft multisines to switching between both limits."""
 
-_CYCLES = 2.0  # of the slowest sine in the whole input
+_CYCLES = 2.0  # of the slowest sine in the whole input, at least
 _SAMPLES = 12.0  # in a cycle of the fastest
 _FASTEST = 8.0  # times the rate at which the effort turns the axis around at the limit of its speed
-_TRIED = 48  # random inputs that the search begins with
-_REFINED = 2  # of them
+_TRIED = 48  # random inputs that the search begins with, of sines as slow as the input is long
+_TRIED_ODD = 24  # of each family that repeats itself
+_REFINED = 2  # families, the best input of each
 _EVALUATIONS = 400  # in each refinement
 _PENALTY = 20.0  # for a limit exceeded by as much as itself
 _LOUDEST = 3.0  # amplitude of a sine over the limit of the effort
@@ -110,8 +112,12 @@ def design_input(
 
     The determinant of the information is the inverse squared volume of the ellipsoid that the
     estimates scatter in; it does not depend on the units of the parameters. It is maximised over
-    clipped multisines: random ones first, then the best of them by Powell's method. The plant is
-    one that is believed in: a rough estimate from any motion will do.
+    clipped multisines around the effort that holds the axis: random ones first, then the best of
+    them by Powell's method. Besides sines that begin as slow as the input is long there are
+    families of odd multiples of a frequency, one for each octave up to what the axis and its limits
+    follow: an input that is longer has all families of a shorter one, and so is no worse than the
+    shorter one again and again. The plant is one that is believed in: a rough estimate from any
+    motion will do.
 
     Parameters
     ----------
@@ -156,19 +162,15 @@ def design_input(
     time = sampling_time * np.arange(n)
     slowest = _CYCLES / duration
     fastest = max(min(1.0 / (_SAMPLES * sampling_time), _turning_rate(plant, limits)), slowest)
-    frequencies = np.geomspace(slowest, fastest, TONES)
-
-    def effort_of(design: Float[np.ndarray, " m"]) -> Float[np.ndarray, " n"]:
-        sine, cosine = np.clip(design.reshape(2, TONES), -_LOUDEST, _LOUDEST)
-        angles = 2.0 * np.pi * np.outer(frequencies, time)
-        total = sine @ np.sin(angles) + cosine @ np.cos(angles)
-        return limits.effort * np.clip(total, -1.0, 1.0)
-
+    centre = float(np.clip(_balance(plant) / limits.effort, -1.0, 1.0))
     best: tuple[float, Float[np.ndarray, " n"]] | None = None
 
-    def cost(design: Float[np.ndarray, " m"]) -> float:
+    def cost(design: Float[np.ndarray, " m"], frequencies: Float[np.ndarray, " tones"]) -> float:
         nonlocal best
-        effort = effort_of(design)
+        sine, cosine = np.clip(design.reshape(2, TONES), -_LOUDEST, _LOUDEST)
+        angles = 2.0 * np.pi * np.outer(frequencies, time)
+        total = centre + sine @ np.sin(angles) + cosine @ np.cos(angles)
+        effort = limits.effort * np.clip(total, -1.0, 1.0)
         try:
             found = simulate_sensitivity(plant, effort, sampling_time=sampling_time)
         except EventBudgetError:
@@ -180,16 +182,25 @@ def design_input(
             best = value, effort
         return value
 
-    loudness = np.geomspace(0.02, 1.0, _TRIED)
-    designs = [size * generator.standard_normal(2 * TONES) for size in loudness]
-    costs = [cost(design) for design in designs]
-    for k in np.argsort(costs)[:_REFINED]:
-        minimize(cost, designs[k], method="Powell", options={"maxfev": _EVALUATIONS})
-    if best is None:
-        raise InputError(
-            "no input within the limits was found that tells the parameters apart",
-            remedy="allow more effort, speed or travel, or a longer duration",
+    starts: list[tuple[float, Float[np.ndarray, " m"], Float[np.ndarray, " tones"]]] = []
+    for frequencies, tried in _families(slowest, fastest):
+        designs = [
+            size * generator.standard_normal(2 * TONES) for size in np.geomspace(0.02, 1.0, tried)
+        ]
+        costs = [cost(design, frequencies) for design in designs]
+        least = int(np.argmin(costs))
+        starts.append((costs[least], designs[least], frequencies))
+    starts.sort(key=lambda start: start[0])
+    for _, design, frequencies in starts[:_REFINED]:
+        minimize(
+            cost,
+            design,
+            args=(frequencies,),
+            method="Powell",
+            options={"maxfev": _EVALUATIONS},
         )
+    if best is None:
+        raise _refusal(plant, limits)
     effort = best[1]
     found = simulate_sensitivity(plant, effort, sampling_time=sampling_time)
     return DesignedInput(
@@ -198,6 +209,54 @@ def design_input(
         bound=bound_of(plant, found, sensors, names),
         largest_speed=float(np.max(np.abs(found.motion.velocity))),
         largest_travel=float(np.max(np.abs(found.motion.position - found.motion.position[0]))),
+    )
+
+
+def _families(slowest: float, fastest: float) -> list[tuple[Float[np.ndarray, " tones"], int]]:
+    """Return frequencies [Hz] of the sines, and how many random inputs to try of each set.
+
+    Odd multiples of one frequency move a symmetric axis as far one way as the other, so that it
+    stays where it is however often they repeat.
+    """
+    families = [(np.geomspace(slowest, fastest, TONES), _TRIED)]
+    base = fastest / (2 * TONES - 1)
+    while base > slowest:
+        spread = np.geomspace(1.0, fastest / base, TONES)
+        odd = 2.0 * np.round((spread - 1.0) / 2.0) + 1.0
+        odd = np.maximum(odd, 2.0 * np.arange(TONES) + 1.0)
+        families.append((base * odd, _TRIED_ODD))
+        base *= 0.5
+    return families
+
+
+def _balance(plant: Plant) -> float:
+    """Return the effort [N or N m] midway between those that free the axis each way."""
+    law: Any = plant.friction
+    between = law.static_friction_positive - law.static_friction_negative
+    return float(law.offset + 0.5 * between)
+
+
+def _refusal(plant: Plant, limits: InputLimits) -> InputError:
+    """Return why there is no input that tells the parameters apart."""
+    law: Any = plant.friction
+    unit = unit_of("effort", plant.kind)
+    takes = {
+        "forwards": law.offset + law.static_friction_positive,
+        "backwards": law.static_friction_negative - law.offset,
+    }
+    held = {way: effort for way, effort in takes.items() if effort >= limits.effort}
+    if held:
+        way = f" {next(iter(held))}" if len(held) == 1 else ""
+        least = max(held.values())
+        return InputError(
+            f"an effort of at most {limits.effort:g} {unit} does not free the axis{way}, which "
+            f"takes {min(held.values()):g} {unit}",
+            remedy=f"allow more than {least:g} {unit}, or correct the friction and offset that are "
+            "believed",
+        )
+    return InputError(
+        "no input within the limits was found that tells the parameters apart",
+        remedy="allow more effort, speed or travel, or a longer duration",
     )
 
 
