@@ -11,7 +11,6 @@ from jaxtyping import Float
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import PARAMETER_NAMES, AxisKind, InputError
-from stickslip.simulation import sensitivity_names
 
 __all__ = ["AxisParameters", "load_name", "mass_name"]
 
@@ -133,20 +132,6 @@ class AxisParameters:
             friction=law,
             kind=self.kind,
         )
-
-    def values_of(self, plant: Plant) -> Float[np.ndarray, " p"]:
-        """Return what a plant has for the parameters sought [SI]; of two sides their mean."""
-        found = [0.0] * len(self.names)
-        counts = [0] * len(self.names)
-        for name in sensitivity_names(plant):
-            source = self._source(name)
-            if source in self.names:
-                k = self.names.index(source)
-                holder = plant if name in plant.__dataclass_fields__ else plant.friction
-                followed = name.startswith("static") and not source.startswith("static")
-                found[k] += 0.0 if followed else float(getattr(holder, name))
-                counts[k] += not followed
-        return np.array(found) / np.maximum(counts, 1)
 
     def chain(self, plant_names: Sequence[str]) -> Float[np.ndarray, "m p"]:
         """Return the derivative of a plant's parameters by those sought: zeros and ones."""
