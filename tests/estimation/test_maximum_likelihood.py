@@ -135,6 +135,23 @@ def test_the_delay_of_the_effort_is_found(delay: int) -> None:
     assert estimate.value("inertia") == pytest.approx(INERTIA, rel=1e-3)
 
 
+def test_an_effort_that_acts_late_is_among_the_causes_named() -> None:
+    generator = np.random.default_rng(4)
+    effort = multisine(generator, 2500)
+    motion = simulate(servo(), np.append([0.0, 0.0], effort[:-2]), sampling_time=SAMPLING_TIME)
+    seen = Sensors(position_noise=1e-4, velocity="none").measure(motion, generator)
+    log = AxisLog(
+        name="late",
+        kind="rotary",
+        time=seen.time,
+        effort=np.append(effort, effort[-1]),
+        measured_position=seen.measured_position,
+    )
+    estimate = MaximumLikelihoodEstimator().fit(log)
+    assert estimate.status is Status.BIASED
+    assert any("largest_delay" in note for note in estimate.diagnostics.notes)
+
+
 def test_an_axis_that_rests_on_a_count_gives_one_reading() -> None:
     """Ten times as long at rest tells nothing more: values and intervals stay what they are."""
     generator = np.random.default_rng(5)

@@ -88,7 +88,8 @@ def rows_at(
             *notes,
             f"successive errors are still correlated ({correlation:.2g}) when a first-order "
             "autoregression is taken out: a disturbing force, or another law of friction, moves "
-            "the axis besides what is modelled",
+            "the axis besides what is modelled, or the effort acts later than is looked for "
+            "(largest_delay, or --largest-delay of stickslip compare)",
         )
     rows = np.concatenate(blocks)
     rows = rows[np.argsort(rows[:, 0], kind="stable")]

@@ -115,7 +115,8 @@ def staged_search(
         (
             f"over the whole log the simulated motion is {growth:.2g} times as far from the "
             f"measured one as over {stages[0]} pieces of it: a disturbing force, or another law of "
-            "friction, adds up; a horizon keeps it from doing so",
+            "friction, adds up, which a horizon keeps it from; or the effort acts late, which "
+            "largest_delay (--largest-delay) looks for",
         ),
     )
 
