@@ -135,6 +135,26 @@ def test_the_delay_of_the_effort_is_found(delay: int) -> None:
     assert estimate.value("inertia") == pytest.approx(INERTIA, rel=1e-3)
 
 
+@pytest.mark.parametrize("per_direction", [False, True])
+def test_a_short_log_of_positions_alone_is_fitted(per_direction: bool) -> None:
+    """Two hundred samples at 10 ms: too short for filters, and yet each parameter to 1 %."""
+    generator = np.random.default_rng(8)
+    friction = CoulombViscousFriction.symmetric(coulomb_friction=20.0, viscous_friction=200.0)
+    time = 0.01 * np.arange(200)
+    effort = 70.0 * np.sin(7.0 * time + 1.0) + 60.0 * np.sin(17.0 * time)
+    motion = simulate(SingleMass(mass=95.0, friction=friction), effort, sampling_time=0.01)
+    log = Sensors(position_noise=1e-6, velocity="none").measure(motion, generator)
+    estimate = MaximumLikelihoodEstimator(per_direction=per_direction).fit(log)
+    assert estimate.status is Status.OK
+    truth = {"mass": 95.0, "viscous_friction": 200.0, "coulomb_friction": 20.0, "offset": 0.0}
+    for name, parameter in estimate.parameters.items():
+        assert parameter.value is not None
+        assert parameter.std is not None
+        both = truth[name.removesuffix("_positive").removesuffix("_negative")]
+        assert abs(parameter.value - both) < BEYOND * parameter.std
+        assert parameter.std < 0.01 * 20.0
+
+
 def test_an_effort_that_acts_late_is_among_the_causes_named() -> None:
     generator = np.random.default_rng(4)
     effort = multisine(generator, 2500)

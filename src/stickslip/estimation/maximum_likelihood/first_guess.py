@@ -13,6 +13,7 @@ from stickslip.estimation.maximum_likelihood.axis_parameters import (
     load_name,
     mass_name,
 )
+from stickslip.estimation.maximum_likelihood.integral_guess import integral_guess
 from stickslip.records import AxisLog, InputError
 
 __all__ = ["first_guess"]
@@ -28,7 +29,8 @@ def first_guess(
     """Return first values of what is sought [SI].
 
     What is not given comes from inverse dynamics by least squares, or where that fails, from the
-    energy estimator, or from inverse dynamics of the integrated velocity. The friction of a
+    balance of forces integrated twice (`integral_guess`), from the energy estimator, or from
+    inverse dynamics of the integrated velocity. The friction of a
     flexible arm whose masses are only guessed comes from the energies with these guesses.
 
     Parameters
@@ -111,6 +113,10 @@ def _estimated(
         way = np.concatenate(([0.0], np.cumsum(steps)))
         tried.append((idim, replace(log, measured_position=way)))
     for estimator, of in tried:
+        if estimator is energy and not parameters.flexible:
+            found = {**_integrated(log, parameters), **found}
+            if all(_followed(name) in found for name in parameters.names):
+                break
         try:
             estimate = estimator.fit(of)
         except InputError:
@@ -119,4 +125,15 @@ def _estimated(
         found = {**values, **found}
         if len(values) == len(estimate.parameters):
             break
+    return found
+
+
+def _integrated(log: AxisLog, parameters: AxisParameters) -> dict[str, float]:
+    """Return what the integrated balance finds, by the names of what is sought."""
+    values = integral_guess(log)
+    found = {mass_name(log.kind): values["mass"]} if values else {}
+    for name in parameters.names:
+        both = _followed(name).removesuffix("_positive").removesuffix("_negative")
+        if both in values:
+            found.setdefault(_followed(name), values[both])
     return found
