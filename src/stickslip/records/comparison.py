@@ -38,7 +38,7 @@ _STUDY_LEGEND = {
     "runs": "runs that gave a value; others were refused or left it undetermined",
     "bias": "mean of the estimates less the truth",
     "rmse": "root mean square of the estimates less the truth",
-    "bound_ratio": "root mean square of the error over the Cramer-Rao bound, of each run its own if "
+    "bound_ratio": "root mean square of the error over the Cramer-Rao bound, each run's own if "
     "inputs differ; null where the bound does not apply",
     "coverage": "share of the runs whose 95 % interval holds the truth; null without intervals",
     "trusted": "share of the runs whose status is ok",
