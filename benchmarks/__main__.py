@@ -11,7 +11,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from benchmarks import logs, planning, pulses, recursion, simulator
+from benchmarks import fits, logs, planning, pulses, recursion, simulator
 from benchmarks.measuring import Comparison, print_comparison
 
 TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
@@ -20,6 +20,7 @@ TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
     "pulses": pulses.compare,
     "logs": logs.compare,
     "planning": planning.compare,
+    "fits": fits.compare,
 }
 """To add one: a file with ``compare(progress) -> list[Comparison]``, and its name here."""
 
@@ -40,7 +41,7 @@ app = App(name="python -m benchmarks", help="Speed and accuracy beside other too
 
 @app.default
 def run(
-    *topics: Literal["simulator", "recursion", "pulses", "logs", "planning"],
+    *topics: Literal["simulator", "recursion", "pulses", "logs", "planning", "fits"],
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
 ) -> None:
     """Run topics, all if none is named, and print a table of each.
