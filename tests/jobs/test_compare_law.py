@@ -60,3 +60,14 @@ def test_an_estimator_is_scored_by_the_friction_of_steady_motion(law: str, tmp_p
     assert dict(study.bound) == {}
     assert f"{law} friction" in study.notes[0]
     assert "no Cramér-Rao bound" in study.notes[1]
+
+
+def test_static_friction_of_a_direction_has_the_offset_in_it(tmp_path: Path) -> None:
+    path = tmp_path / "scenario.toml"
+    path.write_text(SCENARIO.format(law=f"offset = 0.2\n{STRIBECK}"))
+    wanted = Wanted(per_direction=True, only=("stribeck-energy",))
+    (stribeck,) = compare_scenario(path, runs=2, wanted=wanted).applied
+    for side, sign in (("positive", 1.0), ("negative", -1.0)):
+        static = stribeck.scores[f"static_friction_{side}"]
+        assert static.truth == pytest.approx(1.6 + sign * 0.2)
+        assert abs(static.bias) < CLOSE * static.truth

@@ -207,9 +207,10 @@ def _truth(axis: AxisTable, wanted: Wanted) -> dict[str, float]:
     truth["offset"] = law.offset
     if axis.stribeck_velocity is not None:
         truth["stribeck_velocity"] = axis.stribeck_velocity
-    if wanted.per_direction:  # an offset is then part of the Coulomb friction
-        truth["coulomb_friction_positive"] += law.offset
-        truth["coulomb_friction_negative"] -= law.offset
+    if wanted.per_direction:  # an offset is then part of the friction that each direction has
+        for name in ("coulomb_friction", "static_friction"):
+            truth[f"{name}_positive"] += law.offset
+            truth[f"{name}_negative"] -= law.offset
     elif wanted.has_offset:  # and what sets the directions apart is part of the offset
         apart = truth["coulomb_friction_positive"] - truth["coulomb_friction_negative"]
         truth["offset"] += 0.5 * apart
