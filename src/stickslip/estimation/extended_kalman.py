@@ -59,7 +59,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         Whether a constant offset is estimated.
     position_noise, velocity_noise
         Standard deviations of the sensors' white noise [m or rad, m/s or rad/s]; None estimates
-        them from the log that `fit` or `run` gets.
+        them from the log that `fit` gets; on line they must be given.
     rest_speed
         Speed below which the axis may be at rest, and nothing is learnt while friction is not
         known well [m/s or rad/s]; None takes what the log suggests. 0 is the plain filter, which

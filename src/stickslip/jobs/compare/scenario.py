@@ -24,7 +24,7 @@ from stickslip.records import (
 __all__ = ["InputTable", "StudyFile", "StudyScenario", "read_study"]
 
 _MOST_SAMPLES = 5_000_000
-"""Samples over all runs: some ten minutes for every estimator."""
+"""Of one run: some ten minutes for every estimator."""
 
 _LEAST_SAMPLES = 100
 _MOST_RUNS = 100_000
@@ -206,7 +206,7 @@ class StudyScenario:
     Raises
     ------
     InputError
-        If nothing is random, or there is too much to compute.
+        If nothing is random, or there are too few runs or too many.
     """
 
     name: str | None = None

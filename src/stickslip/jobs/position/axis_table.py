@@ -81,7 +81,7 @@ class AxisTable(BodyTable):
     Raises
     ------
     InputError
-        If a quantity is missing, out of its range, given twice, or has no use for the law.
+        If a quantity is missing, out of its range, given twice, or of no use to the law.
     """
 
     kind: AxisKind = "linear"
