@@ -89,8 +89,11 @@ def _number(value: Any) -> float:
 
 
 def _options(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the settings of the estimator, or of the one that it has its rows from."""
     provenance = document.get("provenance")
     options = provenance.get("options") if isinstance(provenance, dict) else None
+    if isinstance(options, dict) and isinstance(options.get("method"), dict):
+        options = options["method"]
     return options if isinstance(options, dict) else {}
 
 
