@@ -76,6 +76,15 @@ def test_an_effort_too_short_to_tell_is_written_and_said_to_be_so(run: Run, tmp_
     assert out.exists()
 
 
+def test_next_to_no_offset_is_told_well_enough(run: Run, tmp_path: Path) -> None:
+    out = tmp_path / "input.csv"
+    arguments = (*AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
+    outcome = run("excite", *arguments, "--offset", 1e-9)
+    assert outcome.code == 0, outcome.err
+    offset = json.loads(outcome.out)["expected"]["offset"]
+    assert offset["ci95"][0] < 0.0 < offset["ci95"][1]
+
+
 def test_the_axis_can_come_from_an_estimate(run: Run, good_log: Path) -> None:
     estimate, out = good_log.with_suffix(".json"), good_log.with_name("input.csv")
     assert run("identify", good_log, "--json", estimate).code == 0

@@ -79,12 +79,22 @@ class Excitation:
     def untold(self) -> tuple[str, ...]:
         """Names of what it does not tell: not even at best does the interval keep away from 0.
 
-        A parameter that is believed to be 0, such as an offset, is none of them.
+        A parameter that is believed to be 0 is none of them. Nor is an offset that is known better
+        than Coulomb friction is large: an axis may well have next to none.
         """
+        coulomb = [
+            abs(each.believed)
+            for name, each in self.expected.items()
+            if name.startswith("coulomb_friction")
+        ]
+
+        def enough(name: str, believed: float) -> float:
+            return max(abs(believed), *coulomb) if name == "offset" and coulomb else abs(believed)
+
         return tuple(
             name
             for name, each in self.expected.items()
-            if each.believed != 0.0 and each.half_width >= abs(each.believed)
+            if each.believed != 0.0 and each.half_width >= enough(name, each.believed)
         )
 
     def to_dict(self) -> dict[str, Any]:
