@@ -327,6 +327,11 @@ def test_gaps_end_a_motion_but_not_what_is_known() -> None:
         assert found.value(name) == pytest.approx(true, abs=1e-3)
 
 
+def test_two_samples_tell_nothing() -> None:
+    found = ExtendedKalmanFilter(inertia=MASS).fit(log_of(1e-3, 2).part(0, 2))
+    assert not any(parameter.identified for parameter in found.parameters.values())
+
+
 def test_what_the_filter_needs_from_the_start_is_asked_for() -> None:
     with pytest.raises(InputError, match="position_noise, rest_speed, velocity_noise"):
         ExtendedKalmanFilter(inertia=1.0).init(sampling_time=T)

@@ -150,7 +150,8 @@ def largest_noise(
     Where the force is held over each sample, dx / T is the mean velocity of its ends, however fast
     the motion is for the sampling. With noise sigma_x and sigma_v the difference d of both has
     var(d(k) - d(k-1)) = 6 sigma_x^2 / T^2 + sigma_v^2 / 2 and
-    var(d(k) + d(k-1)) = 2 sigma_x^2 / T^2 + 3 sigma_v^2 / 2, so that each bounds one of them.
+    var(d(k) + d(k-1)) = 2 sigma_x^2 / T^2 + 3 sigma_v^2 / 2, so that each bounds one of them. Two
+    samples hold one d, and bound nothing.
 
     Parameters
     ----------
@@ -161,6 +162,8 @@ def largest_noise(
     """
     T = sampling_time
     d = np.diff(position) / T - 0.5 * (velocity[1:] + velocity[:-1])
+    if d.size < 2:
+        return np.inf, np.inf
     less, more = (
         float(np.quantile(np.abs(part), _QUANTILE)) / _QUANTILE_NORMAL
         for part in (np.diff(d), d[1:] + d[:-1])
