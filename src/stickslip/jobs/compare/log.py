@@ -45,7 +45,7 @@ def compare_log(
         What is known of the axis, and what to estimate; None for a rigid axis of which nothing is
         known.
     progress
-        Called after each estimator with how many are done, of how many.
+        Called before each estimator with how many are done, of how many.
 
     Returns
     -------
