@@ -32,6 +32,12 @@ velocity_noise = 0.01
 BAD: dict[str, tuple[str, str, list[str]]] = {
     "not TOML": ("[axis]", "[axis", ["not TOML"]),
     "unknown key": ("amplitudes", "amplitude", ["[input]", "'amplitude'", "'amplitudes'"]),
+    "a positioning task": (
+        "[input]",
+        "[task]",
+        ["this is a positioning task", "stickslip position"],
+    ),
+    "a schema": (SCENARIO, 'effort = "35 * v"', ["this is a schema", "--schema"]),
     "no table": ("[input]", "[axis.input]", ["'input'"]),
     "no friction": ("coulomb_friction = 2.0\n", "", ["[axis]", "coulomb_friction is missing"]),
     "no frequency": ("frequencies = [0.5, 1.3]\n", "", ["[input]", "frequencies is missing"]),

@@ -64,6 +64,10 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "not TOML": ([("[axis]", "[axis")], ["not TOML", "mass = 150.0"]),
     "unknown key": ([("mass = 150.0\nco", "mas = 150.0\nco")], ["[axis]", "'mas'", "'mass'"]),
     "unknown key of all": ([("[axis]", "speed = 1\n[axis]")], ["'speed'", "axis, task"]),
+    "to compare on": (
+        [("[task]", "[input]")],
+        ["this is a scenario to compare estimators on", "stickslip compare"],
+    ),
     "unknown table": ([("[task]", "[tasks]")], ["unknown key 'tasks'", "'task'"]),
     "a table that is none": ([("[axis]", "sensors = 3\n[axis]")], ["sensors is 3", "[sensors]"]),
     "missing table": ([("[task]", "[axis.task]")], ["[axis]", "'task'"]),
