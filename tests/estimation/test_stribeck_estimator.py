@@ -132,6 +132,7 @@ def test_without_a_step_none_is_found(method):
         assert "no step from static" in reasons_of(estimate)[name]
     assert estimate.value("coulomb_friction") == plain.value("coulomb_friction")
     assert reasons_of(estimate)["coulomb_friction"] == "the motion determines it"
+    assert any("leave --stribeck out" in note for note in estimate.diagnostics.notes)
 
 
 def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):

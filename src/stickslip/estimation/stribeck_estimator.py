@@ -146,6 +146,15 @@ class StribeckEstimator:
         if not any(absent):
             return found
         *notes, why_not = diagnostics.notes
+        if all(
+            verdict.identifiable or none
+            for verdict, none in zip(diagnostics.verdicts, absent, strict=True)
+        ):
+            # The status and its advice are about the two that are missing
+            notes.append(
+                "the axis may have no Stribeck effect; the other parameters are those of a fit "
+                "without one, whose status tells whether to trust them (leave --stribeck out)"
+            )
         verdicts = tuple(
             replace(verdict, reason=why_not) if none else verdict
             for verdict, none in zip(diagnostics.verdicts, absent, strict=True)
