@@ -115,8 +115,8 @@ def design_input(
     clipped multisines around the effort that holds the axis: random ones first, then the best of
     them by Powell's method. Besides sines that begin as slow as the input is long there are
     families of odd multiples of a frequency, one for each octave up to what the axis and its limits
-    follow: an input that is longer has all families of a shorter one, and so is no worse than the
-    shorter one again and again. The plant is one that is believed in: a rough estimate from any
+    follow: an input that is longer has all families of a shorter one, and so is hardly worse than
+    the shorter one again and again. The plant is one that is believed in: a rough estimate from any
     motion will do.
 
     Parameters
