@@ -43,12 +43,18 @@ def study(**changes: object) -> EstimatorStudy:
         kind="linear",
         runs=9,
         samples=101,
-        scenario={"axis": {"mass": (2.0, "kg")}, "input": {"frequencies": ([0.5, 1.0], "Hz")}},
+        scenario={
+            "axis": {"mass": (2.0, "kg")},
+            "input": {"frequencies": ([0.5, 1.0], "Hz"), "random_phases": (True, "")},
+        },
         truth={"mass": 2.0},
         bound={"mass": 0.01},
         scores=(
             EstimatorScore(name="energy", trusted=1.0, scores={"mass": score(0.001, 2.0)}),
             EstimatorScore(name="idim-ls", trusted=0.5, scores={"mass": score(-0.0199, None)}),
+            EstimatorScore(
+                name="ekf", trusted=1.0, assumes_inertia=True, scores={"mass": score(0.0, None)}
+            ),
             EstimatorScore(name="free-decay", why_not="no decay"),
         ),
         notes=("a note",),
@@ -95,6 +101,9 @@ def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
         "free-decay: no decay",
         "a note",
         "0.5, 1 Hz",
+        "<td>true</td>",
+        "ekf *",
+        "* with the mass that the energy estimator found in each run",
     ):
         assert words in text
 

@@ -115,7 +115,7 @@ def _study_page(study: EstimatorStudy) -> Iterable[str]:
             _grid(
                 drawn,
                 "Mean error of each estimator over the runs, with its root mean square error on "
-                "either side.",
+                "either side; orange where it is biased by more than three standard errors.",
             ),
         ),
         *_left_out({each.name: each.why_not for each in study.scores if each.why_not}),
@@ -277,13 +277,22 @@ def _scores(study: EstimatorStudy) -> str:
             *(["Delay found"] if delays else []),
         ]
         body = "".join(
-            row(each.name, _score_cells(each, name, size, delays=delays))
+            row(
+                f"{each.name} *" if each.assumes_inertia else each.name,
+                _score_cells(each, name, size, delays=delays),
+            )
             for each in study.applied
             if name in each.scores
         )
         parts.append(
             f"<h3>{parameter_label(name)}: {truth:.6g} {unit}{least}</h3>\n"
             + wide(f"{_head_row(heads)}<tbody>\n{body}</tbody>")
+        )
+    if any(each.assumes_inertia for each in study.applied):
+        body_name = "mass" if study.kind == "linear" else "inertia"
+        parts.append(
+            f'<p class="reason">* with the {body_name} that the energy estimator found in each '
+            "run.</p>\n"
         )
     return "".join(parts)
 
@@ -361,6 +370,8 @@ def _listed(sentences: Sequence[str]) -> str:
 
 
 def _plain(value: Any, unit: str) -> str:
+    if isinstance(value, bool):
+        return str(value).lower()  # as the file has it
     several = value if isinstance(value, tuple | list) else (value,)
     text = ", ".join(f"{each:.6g}" if isinstance(each, float) else str(each) for each in several)
     return f"{html.escape(text)} {unit_text(unit)}".rstrip()
