@@ -73,7 +73,7 @@ def estimate_plots(found: EstimatorComparison) -> list[Plot]:
 
 
 def score_plots(study: EstimatorStudy) -> list[Plot]:
-    """Draw the mean error of each parameter, and its root mean square error."""
+    """Draw the mean error of each parameter, and the standard deviation of a run around it."""
     plots: list[Plot] = []
     for name in study.parameters:
         truth = study.truth.get(name, 0.0)
@@ -83,16 +83,16 @@ def score_plots(study: EstimatorStudy) -> list[Plot]:
             score = each.scores.get(name)
             if score is None:
                 continue
-            bias, reach = score.bias * size, score.rmse * size
-            # What several standard errors of the mean do not explain is a bias
-            spread = max(score.rmse**2 - score.bias**2, 0.0) / max(score.runs, 1)
+            variance = max(score.rmse**2 - score.bias**2, 0.0)
+            bias, reach = score.bias * size, variance**0.5 * size
             bars.append(
                 _Bar(
                     name=each.name,
                     value=bias,
                     low=bias - reach,
                     high=bias + reach,
-                    good=score.bias**2 <= 9.0 * spread,
+                    # What several standard errors of the mean do not explain is a bias
+                    good=score.bias**2 <= 9.0 * variance / max(score.runs, 1),
                 )
             )
         unit = "% of the truth" if truth else unit_text(unit_of(name, study.kind))
