@@ -114,7 +114,7 @@ def _study_page(study: EstimatorStudy) -> Iterable[str]:
             "Side by side",
             _grid(
                 drawn,
-                "Mean error of each estimator over the runs, with the standard deviation of a run on "
+                "Mean error of each estimator over the runs, with their standard deviation on "
                 "either side; orange where it is biased by more than three standard errors.",
             ),
         ),
