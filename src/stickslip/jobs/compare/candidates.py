@@ -224,6 +224,10 @@ _KINDS: Mapping[str, _Kind] = {
 }
 
 
+_LARGEST_DELAY = 100
+"""Of the effort, in samples."""
+
+
 def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
     """Refuse what cannot be known of an axis, or be wanted of it.
 
@@ -231,7 +235,8 @@ def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
     ------
     InputError
         If a value is out of its range, an arm is half described, an offset is asked for beside
-        friction per direction, or an estimator's name is unknown.
+        friction per direction, an estimator's name is unknown, or a delay is to be looked for by
+        none that can.
     """
     check_known(wanted, kind)
     for name in wanted.only:
@@ -239,10 +244,16 @@ def check_wanted(wanted: Wanted, kind: AxisKind) -> None:
             raise InputError(
                 f"{name!r} is not an estimator", remedy=f"use one of {', '.join(ESTIMATORS)}"
             )
-    if wanted.largest_delay < 0:
+    if not 0 <= wanted.largest_delay <= _LARGEST_DELAY:
         raise InputError(
             f"largest_delay is {count_of(wanted.largest_delay, 'sample')}",
-            remedy="give 0 or more whole samples",
+            remedy=f"give 0 to {_LARGEST_DELAY} whole samples: each of them is a fit",
+        )
+    if wanted.largest_delay and "maximum-likelihood" not in wanted.names:
+        raise InputError(
+            f"largest_delay is {count_of(wanted.largest_delay, 'sample')}, and only "
+            "maximum-likelihood looks for a delay, which is left out",
+            remedy="compare maximum-likelihood too, or leave largest_delay out",
         )
     energy_estimator(wanted)  # which refuses half an arm, and an offset per direction
 
