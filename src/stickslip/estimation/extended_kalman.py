@@ -42,9 +42,8 @@ _ROUNDING = 1e-7  # noise that is taken for none, over the range of what is meas
 _LEAST_DISTURBANCE = 1e-6  # of the rms effort
 _BISECTIONS = 12
 _CHANNELS = 3  # effort, position and velocity of each sample that is kept
-_NO_CHANCE = 5.0
-"""Standard deviations by which the mean squared innovation, over its variance, is above 1 where the
-filter is too sure of itself. Noise is found from the log, which is less exact than a mean."""
+_INCONSISTENT = 1.5
+"""Mean squared innovation over its variance beyond which the filter is too sure of itself."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -190,7 +189,8 @@ class ExtendedKalmanFilter(OnlineMethod):
         s[at.VELOCITY_VARIANCE] = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
         s[at.REST_SPEED] = self.rest_speed or 0.0
         s[at.REST_VARIANCE] = (self.rest_force or 0.0) ** 2
-        s[at.STAGE] = at.LEARNING if self._sharpens else at.LEFT
+        sharpens = self.exact_events and self.rest_speed and not self.force_noise
+        s[at.STAGE] = at.LEARNING if sharpens else at.LEFT
         variances = np.zeros(at.FRICTION)
         for k, name in enumerate(self._names):
             s[VALUES + k] = s[at.CAREFUL + 2 + k] = (self.initial_values or {}).get(name, 0.0)
@@ -270,10 +270,9 @@ class ExtendedKalmanFilter(OnlineMethod):
         log, changes = resampled(log)
         settled = self._settled(log)
         state, surprise = settled._filtered(log)
-        measured = log.measured_velocity is not None
-        most = 1.0 + _NO_CHANCE * float(np.sqrt(2.0 / (len(log) * (1 + measured))))
-        if self.force_noise is None and surprise > most:
+        if self.force_noise is None and surprise > _INCONSISTENT:
             settled, state, surprise = settled._disturbed(log)
+        measured = log.measured_velocity is not None
         rows = LeastSquaresObserver(inertia=self.inertia, offset=self.offset)
         regression = rows.regression(log, quiet=True)
         covariance = self.covariance(state)
@@ -294,7 +293,7 @@ class ExtendedKalmanFilter(OnlineMethod):
             name: dict(options[name]) for name in ("drift", "initial_values", "initial_deviations")
         }
         return estimate_of(
-            replace(regression, biased=surprise > most),
+            replace(regression, biased=surprise > _INCONSISTENT),
             state[VALUES : VALUES + len(self._names)].tolist(),
             estimator=self.name,
             provenance=provenance_of(log, {"estimator": self.name, **options}),
@@ -302,11 +301,6 @@ class ExtendedKalmanFilter(OnlineMethod):
             covariance=covariance,
             notes=(*changes, *notes),
         )
-
-    @property
-    def _sharpens(self) -> bool:
-        """Whether events are taken exactly once friction is known."""
-        return self.exact_events and bool(self.rest_speed) and not self.force_noise
 
     def _filtered(self, log: AxisLog) -> tuple[State, float]:
         """Return the state after a log, and the mean squared innovation over its variance [-]."""
@@ -317,9 +311,6 @@ class ExtendedKalmanFilter(OnlineMethod):
             forget_motion(state)
             state, _, squared = self.run(state, part)
             innovations.append(squared[1:])
-        if self._sharpens and state[at.STAGE] == at.LEFT:
-            # What exact events made of the samples before they were given up is not to count
-            return replace(self, exact_events=False)._filtered(log)
         return state, float(np.mean(np.concatenate(innovations))) / (1 + measured)
 
     def _disturbed(self, log: AxisLog) -> tuple["ExtendedKalmanFilter", State, float]:
