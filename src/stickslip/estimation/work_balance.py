@@ -18,6 +18,7 @@ m takes the place of m_0, until it stays.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -44,6 +45,8 @@ ripples, and in the energies of longer blocks that is averaged."""
 _MOST_PASSES = 6
 _SAME_MASS = 1e-4
 """Relative change of the mass below which it stays: what is left of a change is its square."""
+
+_Beside = Literal["effort", "all but friction"] | None
 
 
 def work_regression(
@@ -76,7 +79,7 @@ def work_regression(
     """
     balance = _Balance.of(parts, model, low_pass)
     decades = balance.likeliest()
-    white = balance.rows(decades)
+    white = balance.rows(decades, "effort")
     names = model.terms.names
     return balance.regression(
         names,
@@ -113,10 +116,10 @@ def sought_regression(
             return levels
         balance = _Balance.of(parts, replace(model, inertia=inertia), low_pass)
         if decades is None:  # what a wrong mass leaves is no disturbance: its column takes it
-            decades = balance.likeliest(sought=True)
+            decades = balance.likeliest("all but friction")
             if balance.disturbance(decades) > _MOST_DISTURBED * balance.effort:
                 return levels
-        white = balance.rows(decades, sought=True)
+        white = balance.rows(decades, "all but friction")
         target, friction, push = white[:, 0], white[:, 1:-1], white[:, -1]
         values = least_squares(white[:, 1:], target)
         share = 1.0 - float(values[-1])  # m_0 / m
@@ -131,7 +134,7 @@ def sought_regression(
         levels.names,
         target=target + balance.inertia * pushing,
         regressors=np.column_stack([pushing, friction]),
-        effort=balance.rows(decades)[:, -1],
+        effort=balance.rows(decades, "effort")[:, -1],
         samples=levels.samples,
         notes=(*balance.said_of(decades), *notes),
     )
@@ -170,54 +173,60 @@ class _Balance:
         )
 
     def _whitened(
-        self, decades: float, *, sought: bool
+        self, decades: float, beside: _Beside
     ) -> list[tuple[Float[np.ndarray, "r c"], float]]:
         """Return the rows of each stretch, and the sums of the logarithms of their variances."""
-        return [
-            whiten(
-                self.axis.transition,
-                self.axis.held,
-                self.axis.ramped,
-                s.part.effort,
-                s.measured,
-                s.channels,
-                np.column_stack([s.friction, s.push if sought else s.part.effort]),
-                np.column_stack([s.slope, s.push_slope * sought]),
-                self.log.size**2 * (doubt + 10.0**decades),
-                s.first,
-                s.part.sampling_time,
+        made: list[tuple[Float[np.ndarray, "r c"], float]] = []
+        for s, doubt in zip(self.log.stretches, self.log.doubts, strict=True):
+            forces, slopes = [s.friction], [s.slope]
+            if beside is not None:
+                pushes = beside == "all but friction"
+                forces.append((s.push if pushes else s.part.effort)[:, None])
+                slopes.append(s.push_slope[:, None] * pushes)
+            made.append(
+                whiten(
+                    self.axis.transition,
+                    self.axis.held,
+                    self.axis.ramped,
+                    s.part.effort,
+                    s.measured,
+                    s.channels,
+                    np.hstack(forces),
+                    np.hstack(slopes),
+                    self.log.size**2 * (doubt + 10.0**decades),
+                    s.first,
+                    s.part.sampling_time,
+                )
             )
-            for s, doubt in zip(self.log.stretches, self.log.doubts, strict=True)
-        ]
+        return made
 
-    def rows(self, decades: float, *, sought: bool = False) -> Float[np.ndarray, "r c"]:
-        """Return measurements, friction regressors and the effort, whitened.
+    def rows(self, decades: float, beside: _Beside) -> Float[np.ndarray, "r c"]:
+        """Return measurements, friction regressors and what stands beside them, whitened.
 
         Parameters
         ----------
         decades
             Of the variance of a disturbing force over the mean square of friction.
-        sought
-            Whether the inertia is sought: in the place of the effort then stands all force but
-            friction, where friction counts. Either is one more force against the motion.
+        beside
+            One more force against the motion: the effort, or all force but friction where friction
+            counts.
         """
-        return np.concatenate([white for white, _ in self._whitened(decades, sought=sought)])
+        return np.concatenate([white for white, _ in self._whitened(decades, beside)])
 
-    def likeliest(self, *, sought: bool = False) -> float:
+    def likeliest(self, beside: _Beside = None) -> float:
         """Return the decades of a disturbing force's variance that make the log likeliest.
 
         Parameters
         ----------
-        sought
-            Whether the inertia is sought.
+        beside
+            As `rows` takes it.
         """
 
         def cost(decades: float) -> float:
-            made = self._whitened(decades, sought=sought)
+            made = self._whitened(decades, beside)
             white = np.concatenate([rows for rows, _ in made])
-            used = white if sought else white[:, :-1]
             # With the measurements last, the last of R is the norm of what is left of them
-            left = np.asarray(np.linalg.qr(np.roll(used, -1, axis=1), mode="r"))
+            left = np.asarray(np.linalg.qr(np.roll(white, -1, axis=1), mode="r"))
             return float(left[-1, -1] ** 2) + sum(logs for _, logs in made)
 
         return least_decades(cost, _DISTURBANCE, grid=_GRID, tolerance=_DECADE_TOLERANCE)

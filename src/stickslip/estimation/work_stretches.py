@@ -21,7 +21,7 @@ from stickslip.estimation.unseen_load import (
 )
 from stickslip.records import AxisLog
 
-__all__ = ["CERTAIN", "Prepared", "Stretch", "prepared", "reconstructed"]
+__all__ = ["Prepared", "Stretch", "prepared", "reconstructed"]
 
 CERTAIN = 5.0
 """Standard deviations of the smoothed velocity beyond which its sign is certain."""
