@@ -10,7 +10,7 @@ from rich.progress import track
 from scipy import signal
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator
-from stickslip.estimation.free_friction import free_motion, roaming
+from stickslip.estimation.energy.known_inertia.free_friction import free_motion, roaming
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import demonstrate
 from stickslip.jobs.surrogate import (

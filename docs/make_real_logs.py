@@ -29,7 +29,7 @@ from stickslip.estimation import (
     force_ripple,
     select_friction_law,
 )
-from stickslip.estimation.law_selection.linear_fit import fit_rows
+from stickslip.estimation.regression.law_selection.linear_fit import fit_rows
 from stickslip.logs import read_log
 from stickslip.records import AxisLog
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, examine
-from stickslip.estimation.diagnostics import (
+from stickslip.estimation.fit.diagnostics import (
     condition_number,
     cross_validation_residual,
     determined,
 )
-from stickslip.estimation.regression import Regression, summarise_motion
+from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import AxisLog, FrictionEstimate, Status
 

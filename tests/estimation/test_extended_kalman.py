@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from stickslip.estimation import ExtendedKalmanFilter, cramer_rao_bound
-from stickslip.estimation import ekf_kernels as at
-from stickslip.estimation.ekf_motion import predicted
+from stickslip.estimation.online import ekf_kernels as at
+from stickslip.estimation.online.ekf_motion import predicted
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, InputError, Status

@@ -21,7 +21,7 @@ from stickslip.estimation import (
     LiaoChienObserver,
     YazdizadehKhorasaniObserver,
 )
-from stickslip.estimation.adaptive_observer import AdaptiveObserver
+from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status

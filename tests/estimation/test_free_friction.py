@@ -11,8 +11,13 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
-from stickslip.estimation.free_friction import FreeMotion, free_motion, roaming, shown_by_mass
-from stickslip.estimation.free_smoother import FreeAxis, walk_covariance
+from stickslip.estimation.energy.known_inertia.free_friction import (
+    FreeMotion,
+    free_motion,
+    roaming,
+    shown_by_mass,
+)
+from stickslip.estimation.energy.known_inertia.free_smoother import FreeAxis, walk_covariance
 
 ROUNDING = 1e-9  # relative: what the exponential of a matrix of mixed units loses
 SAME_ALGEBRA = 1e-8  # of the largest value: two ways to the same posterior, conditioned to 1e7

@@ -8,7 +8,7 @@ import pytest
 import scipy.io
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
-from stickslip.estimation.regression import Regression
+from stickslip.estimation.fit.rows import Regression
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, InputError, Status

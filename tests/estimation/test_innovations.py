@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from stickslip.estimation.innovations import HeldAxis, whiten
+from stickslip.estimation.energy.known_inertia.innovations import HeldAxis, whiten
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import simulate

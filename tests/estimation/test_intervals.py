@@ -5,7 +5,7 @@ import pytest
 import scipy.signal
 import scipy.stats
 
-from stickslip.estimation.intervals import (
+from stickslip.estimation.fit.intervals import (
     autocorrelation,
     information_time,
     robust_uncertainty,

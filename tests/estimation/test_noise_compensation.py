@@ -24,12 +24,12 @@ from stickslip.estimation import (
     sensor_noise_of,
     viscous_regressor_bias,
 )
-from stickslip.estimation.kinematics import LowPass
-from stickslip.estimation.noise_kernels import (
+from stickslip.estimation.energy.published.noise_kernels import (
     BIAS_OF_DOUBLE_MEAN,
     BIAS_OF_POLYNOMIAL,
     SIXTH_ORDER,
 )
+from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.records import AxisLog, InputError
 
 DRAWS = 200_000

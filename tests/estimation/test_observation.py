@@ -6,16 +6,16 @@ import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.estimation.energy_balance import travel_direction, whiten_levels
-from stickslip.estimation.kinematics import (
+from stickslip.estimation.energy.balance import travel_direction, whiten_levels
+from stickslip.estimation.signals.kinematics import (
     LowPass,
     central_difference,
     decimate,
     noise_level,
     rests,
 )
-from stickslip.estimation.observation import fuse, motion_noise
-from stickslip.estimation.velocity_delay import velocity_match
+from stickslip.estimation.signals.observation import fuse, motion_noise
+from stickslip.estimation.signals.velocity_delay import velocity_match
 from stickslip.records import InputError
 
 ROUNDING = 1e-9

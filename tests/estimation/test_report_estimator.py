@@ -15,7 +15,7 @@ from stickslip.estimation import (
     absolute_bias_polynomial,
     examine,
 )
-from stickslip.estimation.report_rows import noise_shares, weighted_rows
+from stickslip.estimation.energy.published.rows import noise_shares, weighted_rows
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares
-from stickslip.estimation.resampling import resampled
+from stickslip.estimation.signals.resampling import resampled
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog

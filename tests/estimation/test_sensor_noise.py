@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.kinematics import LowPass
-from stickslip.estimation.regression import summarise_motion
-from stickslip.estimation.sensor_noise import chosen_cutoff, encoder_step, position_noise
+from stickslip.estimation.fit.rows import summarise_motion
+from stickslip.estimation.signals.kinematics import LowPass
+from stickslip.estimation.signals.sensor_noise import chosen_cutoff, encoder_step, position_noise
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, Status

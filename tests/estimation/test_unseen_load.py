@@ -8,11 +8,11 @@ import scipy.linalg
 import scipy.stats
 
 from stickslip.estimation import EnergyEstimator, MaximumLikelihoodEstimator, examine
-from stickslip.estimation.energy_levels import AxisModel
-from stickslip.estimation.free_arm import ArmSensors, smoothed_arm
-from stickslip.estimation.free_smoother import FreeAxis, walk_covariance
-from stickslip.estimation.kinematics import LowPass, default_cutoff
-from stickslip.estimation.work_stretches import reconstructed
+from stickslip.estimation.energy.known_inertia.free_arm import ArmSensors, smoothed_arm
+from stickslip.estimation.energy.known_inertia.free_smoother import FreeAxis, walk_covariance
+from stickslip.estimation.energy.known_inertia.stretches import reconstructed
+from stickslip.estimation.energy.levels import AxisModel
+from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import identify, surrogate
 from stickslip.plants import FlexibleArm

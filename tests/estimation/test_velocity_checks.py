@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.kinematics import LowPass, default_cutoff
-from stickslip.estimation.observation import motion_noise
-from stickslip.estimation.velocity_delay import velocity_match
+from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.observation import motion_noise
+from stickslip.estimation.signals.velocity_delay import velocity_match
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status

@@ -22,7 +22,7 @@ from stickslip.control import (
     PointToPoint,
 )
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.work_layout import LAG
+from stickslip.estimation.energy.known_inertia.layout import LAG
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import surrogate
 from stickslip.logs import read_log

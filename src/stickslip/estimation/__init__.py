@@ -1,41 +1,8 @@
 """Estimators of friction from a log: one method a file, interchangeable."""
 
-from stickslip.estimation.coupled_joints import CoupledJoints
-from stickslip.estimation.decaying_extremes import DecayingExtremes
-from stickslip.estimation.energy import EnergyEstimator
-from stickslip.estimation.examine import examine
-from stickslip.estimation.extended_kalman import ExtendedKalmanFilter
-from stickslip.estimation.free_decay import FreeDecayEstimator
-from stickslip.estimation.friedland_park import FriedlandParkObserver
-from stickslip.estimation.gradient_estimator import GradientEstimator
-from stickslip.estimation.idim_instrumental import IdimInstrumentalVariables
-from stickslip.estimation.idim_least_squares import IdimLeastSquares
-from stickslip.estimation.law_selection import (
-    FittedLaw,
-    ForceRipple,
-    FrictionForm,
-    LawCandidate,
-    LawScore,
-    LawSelection,
-    LinearFit,
-    RowSettings,
-    find_moves,
-    force_ripple,
-    law_candidates,
-    select_friction_law,
-)
-from stickslip.estimation.least_squares_observer import LeastSquaresObserver
-from stickslip.estimation.liao_chien import LiaoChienObserver
-from stickslip.estimation.maximum_likelihood import (
-    CramerRaoBound,
-    DesignedInput,
-    InputLimits,
-    LikelihoodMaximum,
-    MaximumLikelihoodEstimator,
-    cramer_rao_bound,
-    design_input,
-)
-from stickslip.estimation.noise_compensation import (
+from stickslip.estimation.energy.estimator import EnergyEstimator
+from stickslip.estimation.energy.published.estimator import ReportEstimator
+from stickslip.estimation.energy.published.noise_compensation import (
     SensorNoise,
     absolute_bias,
     absolute_bias_polynomial,
@@ -49,11 +16,44 @@ from stickslip.estimation.noise_compensation import (
     sensor_noise_of,
     viscous_regressor_bias,
 )
-from stickslip.estimation.recursive_least_squares import RecursiveLeastSquares
-from stickslip.estimation.report_estimator import ReportEstimator
-from stickslip.estimation.resimulation import replay, unexplained_effort
-from stickslip.estimation.stribeck_estimator import StribeckEstimator
-from stickslip.estimation.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
+from stickslip.estimation.examine import examine
+from stickslip.estimation.likelihood import (
+    CramerRaoBound,
+    DesignedInput,
+    InputLimits,
+    LikelihoodMaximum,
+    MaximumLikelihoodEstimator,
+    cramer_rao_bound,
+    design_input,
+)
+from stickslip.estimation.online.extended_kalman import ExtendedKalmanFilter
+from stickslip.estimation.online.observers.friedland_park import FriedlandParkObserver
+from stickslip.estimation.online.observers.gradient_estimator import GradientEstimator
+from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
+from stickslip.estimation.online.observers.liao_chien import LiaoChienObserver
+from stickslip.estimation.online.observers.yazdizadeh_khorasani import YazdizadehKhorasaniObserver
+from stickslip.estimation.online.recursive_least_squares import RecursiveLeastSquares
+from stickslip.estimation.regression.coupled_joints import CoupledJoints
+from stickslip.estimation.regression.decaying_extremes import DecayingExtremes
+from stickslip.estimation.regression.free_decay import FreeDecayEstimator
+from stickslip.estimation.regression.idim_instrumental import IdimInstrumentalVariables
+from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.regression.law_selection import (
+    FittedLaw,
+    ForceRipple,
+    FrictionForm,
+    LawCandidate,
+    LawScore,
+    LawSelection,
+    LinearFit,
+    RowSettings,
+    find_moves,
+    force_ripple,
+    law_candidates,
+    select_friction_law,
+)
+from stickslip.estimation.regression.resimulation import replay, unexplained_effort
+from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
 
 __all__ = [
     "CoupledJoints",

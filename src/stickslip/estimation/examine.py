@@ -7,22 +7,27 @@ from itertools import compress
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy import EnergyEstimator
-from stickslip.estimation.energy_levels import EnergyLevels
-from stickslip.estimation.idim_least_squares import IdimLeastSquares
-from stickslip.estimation.intervals import autocorrelation
-from stickslip.estimation.kinematics import LowPass, central_difference, default_cutoff, noise_level
-from stickslip.estimation.maximum_likelihood import MaximumLikelihoodEstimator
-from stickslip.estimation.regression import Regression
-from stickslip.estimation.report_estimator import ReportEstimator
-from stickslip.estimation.resimulation import (
+from stickslip.estimation.energy.estimator import EnergyEstimator
+from stickslip.estimation.energy.levels import EnergyLevels
+from stickslip.estimation.energy.published.estimator import ReportEstimator
+from stickslip.estimation.fit.intervals import autocorrelation
+from stickslip.estimation.fit.rows import Regression
+from stickslip.estimation.likelihood import MaximumLikelihoodEstimator
+from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.regression.resimulation import (
     LARGEST_PLOT,
     OPTIONAL,
     identified_effect,
     identified_plant,
     resimulate,
 )
-from stickslip.estimation.stribeck_estimator import StribeckEstimator
+from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+from stickslip.estimation.signals.kinematics import (
+    LowPass,
+    central_difference,
+    default_cutoff,
+    noise_level,
+)
 from stickslip.records import (
     AxisLog,
     EnergyBalance,

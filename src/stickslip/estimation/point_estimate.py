@@ -5,14 +5,14 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.diagnostics import (
+from stickslip.estimation.fit.diagnostics import (
     condition_number,
     determined,
     status_of,
     verdicts_of,
 )
-from stickslip.estimation.intervals import autocorrelation
-from stickslip.estimation.regression import Regression
+from stickslip.estimation.fit.intervals import autocorrelation
+from stickslip.estimation.fit.rows import Regression
 from stickslip.records import (
     Diagnostics,
     FrictionEstimate,

@@ -1,0 +1,1 @@
+"""Energy-based estimation (van de Wijdeven 2002, part A)."""

@@ -1,0 +1,1 @@
+"""Energy-based estimation where the inertia is known."""

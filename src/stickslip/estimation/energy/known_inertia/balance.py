@@ -1,0 +1,288 @@
+"""The balance of work along motions that carry no noise.
+
+The report multiplies the balance of forces by the measured velocity and sums: noise of the velocity
+then meets noise of the forces, and what their product leaves has to be compensated. The balance of
+work holds along any other velocity as well (virtual work). Along those that the Kalman filter of
+the masses and the spring picks, the sensors' noise enters once only and cancels best: no product
+of noises, no variance that would have to be known, and feedback of the noise into the effort does
+no harm, as the effort is known. The measured motion decides only where friction acts which way.
+
+The driven mass m need not be known. With m_0 in its place, it moves as if besides its friction f
+the force (m_0/m - 1) (q - f) acted, q being effort less spring force, so that
+
+    friction that m_0 sees = (1 - m_0/m) q + (m_0/m) f ,
+
+linear in 1 - m_0/m and in the parameters of f times m_0/m: q is one more column. What is found for
+m takes the place of m_0, until it stays.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.energy.known_inertia.innovations import HeldAxis, whiten
+from stickslip.estimation.energy.known_inertia.load_reconstruction import said_of_load
+from stickslip.estimation.energy.known_inertia.stretches import Prepared, prepared
+from stickslip.estimation.energy.levels import AxisModel
+from stickslip.estimation.fit.diagnostics import determined
+from stickslip.estimation.fit.least_cost import least_decades
+from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
+from stickslip.estimation.signals.kinematics import LowPass
+from stickslip.records import AxisLog
+
+__all__ = ["sought_regression", "work_regression"]
+
+_DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
+_GRID = 9
+_DECADE_TOLERANCE = 0.2
+_MOST_DISTURBED = 0.25
+"""Disturbing force, over the effort, beyond which levels of energy are believed instead: it is then
+what the axis does at the rate of the samples and the model does not, such as a drive that bends or
+ripples, and in the energies of longer blocks that is averaged."""
+_MOST_PASSES = 6
+_SAME_MASS = 1e-4
+"""Relative change of the mass below which it stays: what is left of a change is its square."""
+
+_Beside = Literal["effort", "all but friction"] | None
+
+
+def work_regression(
+    parts: Sequence[AxisLog],
+    model: AxisModel,
+    low_pass: LowPass,
+    *,
+    samples: int,
+    notes: tuple[str, ...],
+) -> Regression:
+    """Return the whitened rows of the balance; their least squares is the estimate.
+
+    Friction enters where the direction of the smoothed motion is certain; elsewhere, at reversals
+    and rests, it is any force of a few times its size. How much of a disturbing force there is
+    besides is found by maximum likelihood. A load whose position is not measured is one more thing
+    that the filter finds, from where it pulls the driven mass; where it began is not assumed.
+
+    Parameters
+    ----------
+    parts
+        Stretches of a log without gaps.
+    model
+        What is known of the axis; the inertia must be.
+    low_pass
+        By which the noise of the sensors is told from motion.
+    samples
+        Of the whole log.
+    notes
+        What was done to the log before.
+    """
+    balance = _Balance.of(parts, model, low_pass)
+    decades = balance.likeliest()
+    white = balance.rows(decades, "effort")
+    names = model.terms.names
+    return balance.regression(
+        names,
+        target=white[:, 0],
+        regressors=white[:, 1:-1],
+        effort=white[:, -1],
+        samples=samples,
+        notes=(*balance.said_of(decades), *notes),
+    )
+
+
+def sought_regression(
+    levels: Regression,
+    parts: Sequence[AxisLog],
+    model: AxisModel,
+    low_pass: LowPass,
+    *,
+    notes: tuple[str, ...],
+) -> Regression:
+    """Return the whitened rows of an axis whose inertia is sought, its column the first.
+
+    Parameters
+    ----------
+    levels
+        The balance of energies, which says where the search begins. If it does not tell the
+        inertia, none is found from there, or samples are explained too badly, it is returned as
+        it is.
+    parts, model, low_pass, notes
+        As `work_regression` takes them; the model's inertia is not read.
+    """
+    inertia, decades = _told_inertia(levels), None
+    for _ in range(_MOST_PASSES):
+        if not inertia > 0.0:
+            return levels
+        balance = _Balance.of(parts, replace(model, inertia=inertia), low_pass)
+        if decades is None:  # what a wrong mass leaves is no disturbance: its column takes it
+            decades = balance.likeliest("all but friction")
+            if balance.disturbance(decades) > _MOST_DISTURBED * balance.effort:
+                return levels
+        white = balance.rows(decades, "all but friction")
+        target, friction, push = white[:, 0], white[:, 1:-1], white[:, -1]
+        values = least_squares(white[:, 1:], target)
+        share = 1.0 - float(values[-1])  # m_0 / m
+        inertia = balance.inertia / share if share > 0.0 else 0.0
+        if abs(share - 1.0) < _SAME_MASS:
+            break
+    else:
+        return levels
+    # d / dm of the friction that m_0 sees, at m = m_0: (q - f) / m_0
+    pushing = (push - friction @ (values[:-1] / share)) / balance.inertia
+    return balance.regression(
+        levels.names,
+        target=target + balance.inertia * pushing,
+        regressors=np.column_stack([pushing, friction]),
+        effort=balance.rows(decades, "effort")[:, -1],
+        samples=levels.samples,
+        notes=(*balance.said_of(decades), *notes),
+    )
+
+
+def _told_inertia(levels: Regression) -> float:
+    """Return the inertia that levels of energy tell [kg or kg m^2]; 0 if they do not."""
+    regressors, target = levels.regressors, levels.target
+    if target.size < regressors.shape[1]:
+        return 0.0
+    if not determined(regressors, levels.regressor_noise).mask(len(levels.names))[0]:
+        return 0.0
+    return float(least_squares(regressors, target)[0])
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Balance:
+    """The balance of a log, with the masses as they are or are taken to be."""
+
+    inertia: float
+    axis: HeldAxis
+    log: Prepared
+
+    @classmethod
+    def of(cls, parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> "_Balance":
+        inertia = 0.0 if model.inertia is None else model.inertia
+        return cls(
+            inertia=inertia,
+            axis=HeldAxis.of(
+                inertia=inertia,
+                load_inertia=model.load_inertia,
+                stiffness=model.stiffness,
+                sampling_time=parts[0].sampling_time,
+            ),
+            log=prepared(parts, model, low_pass),
+        )
+
+    def _whitened(
+        self, decades: float, beside: _Beside
+    ) -> list[tuple[Float[np.ndarray, "r c"], float]]:
+        """Return the rows of each stretch, and the sums of the logarithms of their variances."""
+        made: list[tuple[Float[np.ndarray, "r c"], float]] = []
+        for s, doubt in zip(self.log.stretches, self.log.doubts, strict=True):
+            forces, slopes = [s.friction], [s.slope]
+            if beside is not None:
+                pushes = beside == "all but friction"
+                forces.append((s.push if pushes else s.part.effort)[:, None])
+                slopes.append(s.push_slope[:, None] * pushes)
+            made.append(
+                whiten(
+                    self.axis.transition,
+                    self.axis.held,
+                    self.axis.ramped,
+                    s.part.effort,
+                    s.measured,
+                    s.channels,
+                    np.hstack(forces),
+                    np.hstack(slopes),
+                    self.log.size**2 * (doubt + 10.0**decades),
+                    s.first,
+                    s.part.sampling_time,
+                )
+            )
+        return made
+
+    def rows(self, decades: float, beside: _Beside) -> Float[np.ndarray, "r c"]:
+        """Return measurements, friction regressors and what stands beside them, whitened.
+
+        Parameters
+        ----------
+        decades
+            Of the variance of a disturbing force over the mean square of friction.
+        beside
+            One more force against the motion: the effort, or all force but friction where friction
+            counts.
+        """
+        return np.concatenate([white for white, _ in self._whitened(decades, beside)])
+
+    def likeliest(self, beside: _Beside = None) -> float:
+        """Return the decades of a disturbing force's variance that make the log likeliest.
+
+        Parameters
+        ----------
+        beside
+            As `rows` takes it.
+        """
+
+        def cost(decades: float) -> float:
+            made = self._whitened(decades, beside)
+            white = np.concatenate([rows for rows, _ in made])
+            # With the measurements last, the last of R is the norm of what is left of them
+            left = np.asarray(np.linalg.qr(np.roll(white, -1, axis=1), mode="r"))
+            return float(left[-1, -1] ** 2) + sum(logs for _, logs in made)
+
+        return least_decades(cost, _DISTURBANCE, grid=_GRID, tolerance=_DECADE_TOLERANCE)
+
+    def regression(
+        self,
+        names: tuple[str, ...],
+        *,
+        target: Float[np.ndarray, " r"],
+        regressors: Float[np.ndarray, "r p"],
+        effort: Float[np.ndarray, " r"],
+        samples: int,
+        notes: tuple[str, ...],
+    ) -> Regression:
+        """Return rows on a typical scale, on which each is a force."""
+        friction = [k for k, name in enumerate(names) if name.startswith("coulomb")]
+        scale = float(np.sqrt(np.mean(np.sum(regressors[:, friction] ** 2, axis=1)))) or 1.0
+        stretches, motions = self.log.stretches, self.log.motions
+        parts = [s.part for s in stretches]
+        return Regression(
+            kind=parts[0].kind,
+            names=names,
+            time=np.concatenate(
+                [np.repeat(s.part.time[1:], s.channels.shape[0]) for s in stretches]
+            ),
+            target=target / scale,
+            regressors=regressors / scale,
+            effect=float(np.linalg.norm(effort)) / scale,
+            regressor_noise=np.zeros(len(names)),
+            quantity="effort",
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                [motion.velocity for motion in motions],
+                parts[0].sampling_time,
+                (self.log.position_noise, self.log.spread),
+            ),
+            samples=samples,
+            notes=notes,
+        )
+
+    @property
+    def effort(self) -> float:
+        """Root mean square of the effort [N or N m]."""
+        effort = np.concatenate([s.part.effort for s in self.log.stretches])
+        return float(np.sqrt(np.mean(effort**2)))
+
+    def disturbance(self, decades: float) -> float:
+        """Return the standard deviation of a disturbing force [N or N m]."""
+        return self.log.size * float(10.0 ** (0.5 * decades))
+
+    def said_of(self, decades: float) -> tuple[str, ...]:
+        """Return what a user should know of the disturbing force and of a load."""
+        part = self.log.stretches[0].part
+        return (
+            f"a disturbing force, white from sample to sample, is taken to have "
+            f"{self.disturbance(decades):.2g} {part.unit('effort')} rms "
+            "(maximum likelihood)",
+            *said_of_load(part, self.log.motions),
+        )

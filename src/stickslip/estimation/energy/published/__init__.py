@@ -1,0 +1,1 @@
+"""The energy-based estimator as published (van de Wijdeven 2002)."""

@@ -1,0 +1,1 @@
+"""Least-squares rows, their solution, intervals and verdicts."""

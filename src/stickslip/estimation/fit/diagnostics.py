@@ -1,0 +1,262 @@
+"""What a fit says about itself: conditioning, whiteness, cross-validation, identifiability."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from stickslip.estimation.fit.intervals import information_time
+from stickslip.estimation.fit.rows import (
+    SMALLEST_SINGULAR_RATIO,
+    MotionSummary,
+    Regression,
+    least_squares,
+)
+from stickslip.records import ParameterEstimate, Status, Verdict
+
+__all__ = [
+    "Determined",
+    "condition_number",
+    "cross_validation_residual",
+    "determined",
+    "hardly_moves",
+    "status_of",
+    "unidentifiable_reason",
+]
+
+LEAST_SIGNAL_TO_NOISE = 5.0
+"""A regressor less than five times its own noise would be biased to zero by more than 4 %."""
+
+INVOLVED = 0.01
+"""Component of a null direction above which a parameter takes part in it."""
+
+LEAST_SPEED_VARIATION = 0.05
+"""Below 5 % variation of speed, Coulomb and viscous friction differ by less than model errors."""
+
+LEAST_SHARE_OF_TRAVEL = 0.02
+"""A direction with less than 2 % of the travel says nothing of its own."""
+
+LEAST_RANGE = 30.0
+"""Range of positions, in units of their noise or smallest step, below which the axis hardly moves:
+noise alone spans less than 15 standard deviations in any log that fits into a memory."""
+
+POOR_FIT = 0.5
+"""Relative residual above which the model is not what moves the axis."""
+
+FOLDS = 5
+_LEAST_ROWS_PER_FOLD = 4
+
+
+def condition_number(regressors: Float[np.ndarray, "n p"]) -> float:
+    """Return the condition number [-] with columns scaled to unit norm; infinite if one is zero."""
+    norms = np.linalg.norm(regressors, axis=0)
+    if np.any(norms == 0):
+        return float("inf")
+    values = np.linalg.svd(regressors / norms, compute_uv=False)
+    return float(values[0] / values[-1]) if values[-1] > 0 else float("inf")
+
+
+def cross_validation_residual(regression: Regression) -> float | None:
+    """Return the relative residual [-] on contiguous fifths of the information left out in turn.
+
+    Contiguous blocks, because neighbours of a left-out row would give it away; of equal information
+    and not of equal length, because a log that rests for most of its time tells nothing there. None
+    if the log is too short to leave a fifth out.
+    """
+    target, regressors = regression.target, regression.regressors
+    n, p = regressors.shape
+    if n < FOLDS * max(_LEAST_ROWS_PER_FOLD, p):
+        return None
+    norms = np.linalg.norm(regressors, axis=0)
+    time, _ = information_time(np.sum((regressors / np.where(norms > 0, norms, 1.0)) ** 2, axis=1))
+    fold = np.minimum((FOLDS * time).astype(int), FOLDS - 1)
+    left_out = 0.0
+    for k in range(FOLDS):
+        block = fold == k
+        if np.any(block) and not np.all(block):
+            values = least_squares(regressors[~block], target[~block])
+            left_out += float(np.sum((target[block] - regressors[block] @ values) ** 2))
+    return float(np.sqrt(left_out)) / regression.scale
+
+
+@dataclass(frozen=True, kw_only=True)
+class Determined:
+    """What a regression determines.
+
+    Attributes
+    ----------
+    columns
+        Numbers of the columns that hold more than noise, shape (q,).
+    left, singular, right
+        Singular value decomposition of those columns, scaled to unit norm, in the directions that
+        are determined; shapes (n, d), (d,), (d, q) [-].
+    norms
+        Of those columns [SI], shape (q,).
+    undetermined
+        Sets of column numbers that take part in each direction that is not determined; a set of one
+        is a column that is empty or mostly noise.
+    """
+
+    columns: Int[np.ndarray, " q"]
+    left: Float[np.ndarray, "n d"]
+    singular: Float[np.ndarray, " d"]
+    right: Float[np.ndarray, "d q"]
+    norms: Float[np.ndarray, " q"]
+    undetermined: tuple[frozenset[int], ...]
+
+    def mask(self, size: int) -> Bool[np.ndarray, " p"]:
+        """Return which of ``size`` columns take part in no undetermined direction."""
+        mask = np.ones(size, dtype=bool)
+        for group in self.undetermined:
+            mask[list(group)] = False
+        return mask
+
+
+def determined(
+    regressors: Float[np.ndarray, "n p"],
+    regressor_noise: Float[np.ndarray, " p"],
+    smallest_ratio: float = SMALLEST_SINGULAR_RATIO,
+) -> Determined:
+    """Find which directions of the parameter space the rows determine.
+
+    A direction is not determined if the columns, combined along it, are below some share of the
+    strongest combination, or below five times what the noise in the columns would make of it:
+    there, least squares is biased to zero.
+
+    Parameters
+    ----------
+    regressors
+        One column a parameter [SI].
+    regressor_noise
+        Root mean square of the noise in each column [SI].
+    smallest_ratio
+        Share of the strongest combination that a combination must have [-].
+    """
+    n, p = regressors.shape
+    all_norms = np.linalg.norm(regressors, axis=0)
+    noise_norms = np.sqrt(n) * regressor_noise
+    seen = (all_norms > LEAST_SIGNAL_TO_NOISE * noise_norms) & (all_norms > 0)
+    groups = [frozenset({k}) for k in range(p) if not seen[k]]
+    columns = np.flatnonzero(seen)
+    norms = all_norms[columns]
+    left, singular, right = np.linalg.svd(regressors[:, columns] / norms, full_matrices=False)
+    noise = np.sqrt((right**2) @ (noise_norms[columns] / norms) ** 2)
+    largest = float(np.max(singular, initial=0.0))
+    kept = singular >= np.maximum(smallest_ratio * largest, LEAST_SIGNAL_TO_NOISE * noise)
+    groups += [
+        frozenset(columns[np.abs(direction) > INVOLVED].tolist()) for direction in right[~kept]
+    ]
+    return Determined(
+        columns=columns,
+        left=left[:, kept],
+        singular=singular[kept],
+        right=right[kept],
+        norms=norms,
+        undetermined=tuple(groups),
+    )
+
+
+def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary) -> str:
+    """Return one sentence on why a parameter cannot be found from this motion.
+
+    Parameters
+    ----------
+    name
+        The parameter.
+    group
+        The parameters that cannot be told apart, itself included.
+    motion
+        What the log excites.
+    """
+    if hardly_moves(motion):
+        return "the axis hardly moves in this log"
+    base = name.removesuffix("_positive").removesuffix("_negative")
+    share = LEAST_SHARE_OF_TRAVEL * motion.travel
+    for side, travel in (("positive", motion.forward_travel), ("negative", motion.backward_travel)):
+        if name.endswith(side) and travel < share:
+            return f"the axis hardly moves in the {side} direction"
+    others = [other for other in group if other != name]
+    if not others:
+        return (
+            "the axis hardly accelerates, so its inertia leaves no trace in the effort"
+            if base in {"mass", "inertia"}
+            else "the motion that would show it is not larger than its noise"
+        )
+    return _inseparable_reason(base, group, others, motion)
+
+
+def _inseparable_reason(
+    base: str, group: Sequence[str], others: Sequence[str], motion: MotionSummary
+) -> str:
+    """Return why a parameter cannot be told apart from others."""
+    kinds = {other.split("_")[0] for other in group}
+    shorter = min(motion.forward_travel, motion.backward_travel)
+    one_way = shorter < LEAST_SHARE_OF_TRAVEL * motion.travel
+    if base in {"mass", "inertia"}:
+        return "the acceleration hardly varies beyond its noise and what goes with the friction"
+    if kinds >= {"coulomb", "offset"} and one_way and base != "viscous_friction":
+        return (
+            "the axis moves one way only, so Coulomb friction and the offset cannot be told apart"
+        )
+    if kinds >= {"coulomb", "viscous"} and motion.speed_variation < LEAST_SPEED_VARIATION:
+        return (
+            f"the speed varies by {100 * motion.speed_variation:.2g} % only, so Coulomb and "
+            "viscous friction cannot be told apart"
+        )
+    return f"this fit cannot tell it apart from {' and '.join(others)}"
+
+
+def hardly_moves(motion: MotionSummary) -> bool:
+    """Return whether a log shows no more motion than noise or a few encoder counts."""
+    return motion.position_range < LEAST_RANGE * motion.position_noise
+
+
+def verdicts_of(regression: Regression, found: Determined) -> tuple[Verdict, ...]:
+    """Return one verdict a parameter, in the order of the columns."""
+    verdicts: list[Verdict] = []
+    mask = found.mask(len(regression.names))
+    for k, name in enumerate(regression.names):
+        if mask[k]:
+            verdicts.append(
+                Verdict(parameter=name, identifiable=True, reason="the motion determines it")
+            )
+            continue
+        group = max((g for g in found.undetermined if k in g), key=len)
+        names = [regression.names[j] for j in sorted(group)]
+        reason = unidentifiable_reason(name, names, regression.motion)
+        verdicts.append(Verdict(parameter=name, identifiable=False, reason=reason))
+    return tuple(verdicts)
+
+
+def status_of(
+    parameters: Sequence[ParameterEstimate],
+    relative_residual: float,
+    cross_validation: float | None,
+    regression: Regression,
+) -> Status:
+    """Return whether an estimate can be trusted, and if not, the first reason why not.
+
+    Parameters
+    ----------
+    parameters
+        What was found.
+    relative_residual
+        Norm of the residual over the scale of the rows [-].
+    cross_validation
+        The same on rows left out of the fit [-], or None.
+    regression
+        The rows, with what the log excites and whether they are known to be biased.
+    """
+    if hardly_moves(regression.motion):
+        return Status.INSUFFICIENT_EXCITATION
+    if not all(p.identified for p in parameters):
+        return Status.NOT_IDENTIFIABLE
+    if max(relative_residual, cross_validation or 0.0) > POOR_FIT:
+        return Status.POOR_FIT
+    for p in parameters:
+        if p.name != "offset" and p.ci95 is not None and p.ci95[1] < 0:
+            return Status.UNPHYSICAL
+        if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
+            return Status.UNPHYSICAL
+    return Status.BIASED if regression.biased else Status.OK

@@ -1,0 +1,178 @@
+"""The linear problem that an estimator makes of a log, before it is solved."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.signals.kinematics import slow_speed
+from stickslip.estimation.signals.sensor_noise import encoder_step
+from stickslip.records import AxisKind
+
+__all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
+
+SMALLEST_SINGULAR_RATIO = 0.01
+"""Columns of unit norm with a smaller singular value (relative to the largest) are told apart by
+less than 1 % of their content, which sensor and model errors exceed."""
+
+RESOLUTION = 2e-5
+"""What sums over samples and filters resolve of a signal. It bounds the intervals: without noise
+they would otherwise shrink to nothing around a value that these errors have shifted."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionSummary:
+    """What a log's motion excites, in the terms that identifiability is explained in.
+
+    Attributes
+    ----------
+    largest_speed, speed_noise
+        Largest speed, and the standard deviation of its noise [m/s or rad/s].
+    forward_travel, backward_travel
+        Way travelled in each direction [m or rad].
+    position_range
+        Largest less smallest position [m or rad].
+    position_noise
+        Standard deviation of the noise of the positions, or their smallest step where that is
+        larger [m or rad].
+    speed_variation
+        Standard deviation over mean of the speed while moving [-].
+    """
+
+    largest_speed: float
+    speed_noise: float
+    forward_travel: float
+    backward_travel: float
+    position_range: float
+    position_noise: float
+    speed_variation: float
+
+    @property
+    def travel(self) -> float:
+        """Way travelled in both directions [m or rad]."""
+        return self.forward_travel + self.backward_travel
+
+
+def summarise_motion(
+    positions: Sequence[Float[np.ndarray, " _"]],
+    velocities: Sequence[Float[np.ndarray, " _"]],
+    sampling_time: float,
+    noise: tuple[float, float],
+) -> MotionSummary:
+    """Return what the motion of all stretches excites.
+
+    Parameters
+    ----------
+    positions
+        As measured, one array a stretch [m or rad].
+    velocities
+        Smoothed, one array a stretch [m/s or rad/s].
+    sampling_time
+        [s].
+    noise
+        Standard deviations of the position and of the smoothed velocity [m or rad, m/s or rad/s].
+    """
+    x, v = np.concatenate(positions), np.concatenate(velocities)
+    largest = float(np.max(np.abs(v)))
+    moving = v[np.abs(v) >= slow_speed(largest, noise[1])]
+    speed = np.abs(moving)
+    variance = max(float(np.var(speed)) - noise[1] ** 2, 0.0) if speed.size else 0.0
+    return MotionSummary(
+        largest_speed=largest,
+        speed_noise=noise[1],
+        forward_travel=float(np.sum(moving[moving > 0])) * sampling_time,
+        backward_travel=-float(np.sum(moving[moving < 0])) * sampling_time,
+        position_range=float(np.ptp(x)),
+        position_noise=max(noise[0], *(encoder_step(part) for part in positions)),
+        speed_variation=float(np.sqrt(variance) / np.mean(speed)) if np.any(speed) else 0.0,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Regression:
+    """Rows of ``target = regressors @ parameters + residual``.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``.
+    names
+        Parameters, in the order of the columns.
+    time
+        Of each row [s], shape (n,).
+    target, regressors
+        Shapes (n,) and (n, p) [SI].
+    regressor_noise
+        Root mean square of the sensor noise in each column [SI], shape (p,).
+    quantity
+        What the target is: ``"effort"``, ``"energy"`` or ``"position"``.
+    motion
+        What the log excites.
+    samples
+        Number of samples of the log that the rows were made from.
+    notes
+        What a user should know about how the rows were made, one sentence each.
+    effect
+        Norm of the rows that the effort alone would make [SI], where the target holds only what
+        known masses leave of it; otherwise 0.
+    biased
+        Whether the rows are known to bias the parameters by more than an interval can say.
+    smallest_singular_ratio
+        Share of the strongest combination of columns of unit norm below which a combination is not
+        determined [-]; less than its default only where no filter has touched the motion.
+    resolution
+        Share of the target that the rows resolve [-].
+    effort_delay
+        Samples that the effort was found to act late; None where none was looked for.
+    """
+
+    kind: AxisKind
+    names: tuple[str, ...]
+    time: Float[np.ndarray, " n"]
+    target: Float[np.ndarray, " n"]
+    regressors: Float[np.ndarray, "n p"]
+    regressor_noise: Float[np.ndarray, " p"]
+    quantity: Literal["effort", "energy", "position"]
+    motion: MotionSummary
+    samples: int
+    notes: tuple[str, ...] = ()
+    effect: float = 0.0
+    biased: bool = False
+    smallest_singular_ratio: float = SMALLEST_SINGULAR_RATIO
+    resolution: float = RESOLUTION
+    effort_delay: int | None = None
+
+    @property
+    def scale(self) -> float:
+        """Norm that a residual is small against [SI]."""
+        return max(float(np.linalg.norm(self.target)), self.effect)
+
+    def relative_residual(self, parameters: Mapping[str, float]) -> float:
+        """Return the norm of the residual over `scale` [-] with given parameters.
+
+        With the regression of another log than the parameters were fitted to, this is a cross-test.
+
+        Parameters
+        ----------
+        parameters
+            Value of each of `names` [SI].
+        """
+        values = np.array([parameters[name] for name in self.names])
+        residual = self.target - self.regressors @ values
+        return float(np.linalg.norm(residual)) / self.scale
+
+
+def least_squares(
+    regressors: Float[np.ndarray, "n p"], target: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, " p"]:
+    """Return the least-squares parameters, whatever the units of the columns.
+
+    Columns are scaled to unit norm first: otherwise the solver takes a column that is small in its
+    unit for one that says nothing.
+    """
+    norms = np.linalg.norm(regressors, axis=0)
+    norms[norms == 0] = 1.0
+    values, *_ = np.linalg.lstsq(regressors / norms, target, rcond=None)
+    return values / norms

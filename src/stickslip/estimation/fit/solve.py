@@ -1,0 +1,241 @@
+"""Solve a regression and certify the result."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip import __version__
+from stickslip.estimation.fit.diagnostics import (
+    Determined,
+    condition_number,
+    cross_validation_residual,
+    determined,
+    hardly_moves,
+    status_of,
+    verdicts_of,
+)
+from stickslip.estimation.fit.intervals import (
+    autocorrelation,
+    robust_uncertainty,
+    t_quantile,
+)
+from stickslip.estimation.fit.rows import Regression
+from stickslip.records import (
+    AxisLog,
+    Diagnostics,
+    FrictionEstimate,
+    InputError,
+    ParameterEstimate,
+    Provenance,
+    Status,
+    Verdict,
+    unit_of,
+)
+
+__all__ = ["check_excited", "provenance_of", "solve"]
+
+_LEAST_ROWS_PER_PARAMETER = 3
+
+
+def check_excited(log: AxisLog) -> None:
+    """Refuse a log in which nothing moves or nothing pushes.
+
+    Raises
+    ------
+    InputError
+        If every effort is zero, or the position never changes.
+    """
+    if not np.any(log.effort):
+        raise InputError(
+            f"the effort is 0 {log.unit('effort')} in all {len(log)} samples",
+            where=log.name,
+            remedy="map the column that holds the force, torque or motor current",
+        )
+    if np.ptp(log.measured_position) == 0:
+        raise InputError(
+            f"the position is {log.measured_position[0]:g} {log.unit('position')} in all "
+            f"{len(log)} samples",
+            where=log.name,
+            remedy="map the column that holds the axis' position, or record a motion",
+        )
+
+
+def provenance_of(log: AxisLog, options: Mapping[str, Any]) -> Provenance:
+    """Return what produced a result from this log."""
+    source = log.source
+    return Provenance(
+        stickslip_version=__version__,
+        files=() if source is None else source.files,
+        input_sha256="" if source is None else source.sha256,
+        options=options,
+        assumptions=() if source is None else source.assumptions,
+    )
+
+
+def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> FrictionEstimate:
+    """Fit by least squares, with intervals, verdicts and diagnostics.
+
+    What the rows do not determine gets no value: directions of the parameter space below 1 % of the
+    strongest (or another share that the rows name) are left out of the fit (truncated singular
+    values) and the parameters that take part in them are reported as not identifiable.
+
+    Parameters
+    ----------
+    regression
+        The rows.
+    estimator
+        Name of the estimator that made them.
+    provenance
+        Where they come from.
+    """
+    regressors = regression.regressors
+    n, p = regressors.shape
+    least = _LEAST_ROWS_PER_PARAMETER * p
+    if hardly_moves(regression.motion) or n < least:
+        return _nothing_identified(regression, least, estimator=estimator, provenance=provenance)
+    found = determined(regressors, regression.regressor_noise, regression.smallest_singular_ratio)
+    mask = found.mask(p)
+    fit = _fit(regression, found)
+    variances = np.diag(fit.covariance)
+    sampled = fit.sampling_variance
+    ratio = np.divide(fit.classical_std**2, sampled, out=np.ones(p), where=sampled > 0)
+    effective = np.clip(n * ratio, 1.0, float(min(n, regression.samples)))
+    verdicts = list(verdicts_of(regression, found))
+    parameters: dict[str, ParameterEstimate] = {}
+    for k, name in enumerate(regression.names):
+        value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
+        half = std * t_quantile(float(fit.degrees_of_freedom[k]))
+        reason = _withheld(name, value, half, partly=found.undetermined != ())
+        if mask[k] and reason:
+            mask[k] = False
+            verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
+        parameters[name] = ParameterEstimate(
+            name=name,
+            value=value if mask[k] else None,
+            std=std if mask[k] else None,
+            ci95=(value - half, value + half) if mask[k] else None,
+            unit=unit_of(name, regression.kind),
+        )
+    relative = float(np.linalg.norm(fit.residual)) / regression.scale
+    left_out = cross_validation_residual(regression)
+    return FrictionEstimate(
+        estimator=estimator,
+        kind=regression.kind,
+        parameters=parameters,
+        covariance=fit.covariance[np.ix_(mask, mask)],
+        status=status_of(list(parameters.values()), relative, left_out, regression),
+        diagnostics=Diagnostics(
+            relative_residual=relative,
+            cross_validation_residual=left_out,
+            condition_number=condition_number(regressors),
+            residual_autocorrelation=float(autocorrelation(fit.residual, 1)[1]),
+            effective_samples=float(np.min(effective[mask])) if np.any(mask) else 1.0,
+            classical_std={
+                name: float(fit.classical_std[k])
+                for k, name in enumerate(regression.names)
+                if mask[k]
+            },
+            samples=regression.samples,
+            verdicts=tuple(verdicts),
+            notes=regression.notes,
+            effort_delay=regression.effort_delay,
+        ),
+        provenance=provenance,
+    )
+
+
+def _withheld(name: str, value: float, half_width: float, *, partly: bool) -> str:
+    """Return why a value is not given although its column says something; empty if it is given."""
+    if name in {"mass", "inertia"} and half_width > abs(value):
+        return "its 95 % interval is wider than the value itself"
+    if partly and name != "offset" and value <= 0:
+        return "what the log cannot tell apart leaves no positive value for it"
+    return ""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fit:
+    """Least squares on some of the columns; zero for the others."""
+
+    values: Float[np.ndarray, " p"]
+    covariance: Float[np.ndarray, "p p"]
+    sampling_variance: Float[np.ndarray, " p"]
+    classical_std: Float[np.ndarray, " p"]
+    residual: Float[np.ndarray, " n"]
+    degrees_of_freedom: Float[np.ndarray, " p"]
+
+
+def _fit(regression: Regression, found: Determined) -> _Fit:
+    """Fit in the directions that are determined.
+
+    The classical standard deviations take the variance of the residual over n - 1, as the published
+    ones do.
+    """
+    p = regression.regressors.shape[1]
+    values, covariance, classical = np.zeros(p), np.zeros((p, p)), np.zeros(p)
+    degrees = np.ones(p)
+    columns = found.columns
+    to_values = (found.right.T / found.singular) / found.norms[:, None]
+    values[columns] = to_values @ (found.left.T @ regression.target)
+    residual = regression.target - regression.regressors @ values
+    found_uncertainty = robust_uncertainty(found.left, to_values, residual)
+    covariance[np.ix_(columns, columns)] = found_uncertainty.covariance
+    sampling = np.diag(covariance).copy()
+    resolution = regression.resolution * float(np.linalg.norm(regression.target))
+    covariance[columns, columns] += (resolution / found.norms) ** 2
+    # Noise in the columns biases the values by about this much
+    noise = regression.target.size * regression.regressor_noise[columns] ** 2
+    bias = to_values @ (to_values.T @ (noise * values[columns]))
+    covariance[columns, columns] += bias**2
+    degrees[columns] = found_uncertainty.degrees_of_freedom
+    spread = float(np.var(residual, ddof=1))
+    classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
+    return _Fit(
+        values=values,
+        covariance=covariance,
+        sampling_variance=sampling,
+        classical_std=classical,
+        residual=residual,
+        degrees_of_freedom=degrees,
+    )
+
+
+def _nothing_identified(
+    regression: Regression, least: int, *, estimator: str, provenance: Provenance
+) -> FrictionEstimate:
+    """Return the estimate from a log in which the axis hardly moves."""
+    reason = (
+        "the axis hardly moves in this log"
+        if hardly_moves(regression.motion)
+        else f"the axis moves in {regression.target.size} rows only, {least} are needed"
+    )
+    return FrictionEstimate(
+        estimator=estimator,
+        kind=regression.kind,
+        parameters={
+            name: ParameterEstimate(
+                name=name, value=None, std=None, ci95=None, unit=unit_of(name, regression.kind)
+            )
+            for name in regression.names
+        },
+        covariance=np.empty((0, 0)),
+        status=Status.INSUFFICIENT_EXCITATION,
+        diagnostics=Diagnostics(
+            relative_residual=1.0,
+            cross_validation_residual=None,
+            condition_number=float("inf"),
+            residual_autocorrelation=0.0,
+            effective_samples=1.0,
+            classical_std={},
+            samples=regression.samples,
+            verdicts=tuple(
+                Verdict(parameter=name, identifiable=False, reason=reason)
+                for name in regression.names
+            ),
+            notes=regression.notes,
+        ),
+        provenance=provenance,
+    )

@@ -1,0 +1,22 @@
+"""Maximum likelihood on the exact simulator, and how good any estimator can be."""
+
+from stickslip.estimation.likelihood.bound import CramerRaoBound, cramer_rao_bound
+from stickslip.estimation.likelihood.estimator import (
+    LikelihoodMaximum,
+    MaximumLikelihoodEstimator,
+)
+from stickslip.estimation.likelihood.input_design import (
+    DesignedInput,
+    InputLimits,
+    design_input,
+)
+
+__all__ = [
+    "CramerRaoBound",
+    "DesignedInput",
+    "InputLimits",
+    "LikelihoodMaximum",
+    "MaximumLikelihoodEstimator",
+    "cramer_rao_bound",
+    "design_input",
+]

@@ -1,0 +1,1 @@
+"""Estimators that run sample by sample."""

@@ -1,0 +1,1 @@
+"""Adaptive observers and gradient estimators of friction."""

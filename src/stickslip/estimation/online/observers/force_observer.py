@@ -1,0 +1,358 @@
+"""What observers of the friction force have in common: samples, rows, first states, and a fit."""
+
+from abc import abstractmethod
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import ndimage
+
+from stickslip.estimation.energy.published.rows import check_fits, samples_of
+from stickslip.estimation.fit.rows import Regression, summarise_motion
+from stickslip.estimation.fit.solve import check_excited, provenance_of
+from stickslip.estimation.online.observers import force_balance as at
+from stickslip.estimation.online.recursion import SAMPLING_TIME, STIFFNESS, VALUES
+from stickslip.estimation.online_method import OnlineMethod, State
+from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
+from stickslip.estimation.settings import check_given, first_guesses, options_of
+from stickslip.estimation.signals.kinematics import LowPass, default_cutoff, noise_level, slow_speed
+from stickslip.estimation.signals.resampling import resampled
+from stickslip.estimation.signals.sensor_noise import position_noise
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    non_negative,
+    positive,
+)
+
+__all__ = ["ForceObserver", "Run"]
+
+Run = Callable[[State, Float[np.ndarray, "n 5"]], Float[np.ndarray, "n 3"]]
+
+_FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
+_FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
+_LATE = 0.2  # last part of a log, in which an observer should have settled
+_SETTLED = 0.02  # relative
+_MEMORY = 2.0  # periods of the cutoff that the low-pass smears a jump over, on either side
+_QUIET = 0.1  # noise of the force over the rms effort
+_LEAST_ROWS = 3  # a parameter
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceObserver(OnlineMethod):
+    """An estimator that compares the friction force of each sample with what it believes.
+
+    Attributes
+    ----------
+    inertia
+        Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
+    stiffness
+        Of the spring of a flexible arm [N/m or N m/rad], whose load's position the log must then
+        hold; None for a rigid axis.
+    offset
+        Whether a constant offset is estimated.
+    cutoff
+        Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
+        takes a tenth of the sampling rate and at most 100 Hz.
+    dead_band
+        Speed below which the axis may be at rest, and nothing is learnt [m/s or rad/s]; None takes
+        none on line, and in `fit` what the log suggests.
+    initial_values
+        First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
+        as known at its first guess.
+    """
+
+    inertia: float | None
+    stiffness: float | None = None
+    offset: bool = False
+    cutoff: float | None = None
+    dead_band: float | None = None
+    initial_values: Mapping[str, float] | None = None
+
+    def __post_init__(self) -> None:
+        units = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
+        check_given(self, positive, units)
+        check_given(self, non_negative, {"dead_band": "m/s or rad/s"})
+        known = (*(() if self.inertia is not None else ("mass", "inertia")), *_FRICTION)
+        guesses = first_guesses(self.initial_values, known)
+        object.__setattr__(self, "initial_values", guesses)
+
+    @property
+    @abstractmethod
+    def name(self) -> str:
+        """Name of the estimator."""
+
+    @property
+    @abstractmethod
+    def _run(self) -> Run:
+        """The compiled run over many samples, in place; returns the values after each."""
+
+    @property
+    @abstractmethod
+    def _estimated(self) -> tuple[str, ...]:
+        """Names of the friction parameters that are estimated."""
+
+    @property
+    def _values_from(self) -> int:
+        """Place of the viscous friction in a state."""
+        return VALUES + (self.inertia is None)
+
+    @property
+    def values_at(self) -> slice:
+        """Where Coulomb and viscous friction lie in a state, in that order."""
+        return slice(self._values_from + 1, self._values_from - 1, -1)
+
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the online estimates."""
+        mass = "mass" if kind == "linear" else "inertia"
+        return (*(() if self.inertia is not None else (mass,)), *self._estimated)
+
+    def init(self, *, sampling_time: float) -> State:
+        """Return the state before the first sample.
+
+        Parameters
+        ----------
+        sampling_time
+            [s].
+
+        Raises
+        ------
+        InputError
+            If it is not positive, or a typical speed is needed and not given.
+        """
+        s = np.zeros(self._state_size)
+        s[SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
+        s[at.INERTIA] = self.inertia or 0.0
+        s[at.DEAD_BAND] = self.dead_band or 0.0
+        s[STIFFNESS] = self.stiffness or 0.0
+        s[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
+        self._lay_settings(s)
+        return s
+
+    @abstractmethod
+    def _lay_settings(self, s: State) -> None:
+        """Lay what is the method's own in a first state, in place."""
+
+    @property
+    def _state_size(self) -> int:
+        return at.STATE_SIZE
+
+    @property
+    def _guesses(self) -> Mapping[str, float]:
+        return self.initial_values or {}
+
+    def _first_guesses(self) -> list[float]:
+        return [self._guesses.get(name, 0.0) for name in _FRICTION]
+
+    @property
+    def _places(self) -> list[int]:
+        """Places in a state of what is estimated."""
+        friction = [self._values_from + _FRICTION.index(name) for name in self._estimated]
+        return [VALUES, *friction] if self.inertia is None else friction
+
+    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
+        """Take the samples of a log without gaps; return the state and the estimates after each.
+
+        Parameters
+        ----------
+        state
+            From `init` or an earlier step.
+        log
+            The samples; velocities that it has not are differences of smoothed positions.
+
+        Raises
+        ------
+        InputError
+            If the log has a gap or another sampling time than the state, or lacks the load of a
+            flexible arm.
+        """
+        check_fits(log, float(state[SAMPLING_TIME]))
+        after = state.copy()
+        history = self._run(after, self._samples(log))
+        return after, history[:, [place - VALUES for place in self._places]]
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Return what the observer believes at the end of a log, without intervals.
+
+        Raises
+        ------
+        InputError
+            If nothing moves or pushes in the log, or it lacks the load of a flexible arm.
+        """
+        check_excited(log)
+        log, changes = resampled(log)
+        settled = self._settled(log)
+        state = settled.init(sampling_time=log.sampling_time)
+        histories: list[Float[np.ndarray, "n p"]] = []
+        for part in log.segments():
+            state[at.KNOWN] = 0.0
+            state, history = settled.run(state, part)
+            histories.append(history)
+        values = state[settled._places]
+        names = self.parameter_names(log.kind)
+        notes = (*changes, NO_INTERVAL, *_unrest(names, np.concatenate(histories)))
+        return estimate_of(
+            settled.regression(log),
+            values.tolist(),
+            estimator=self.name,
+            provenance=provenance_of(log, options_of(settled)),
+            notes=notes,
+        )
+
+    def regression(self, log: AxisLog, *, quiet: bool = True) -> Regression:
+        """Return friction forces and rows of stretches in motion, each the mean of a short block.
+
+        Differences of momentum over single samples are all noise, over blocks they are not.
+
+        Parameters
+        ----------
+        log
+            With uniform samples between its gaps.
+        quiet
+            Whether blocks last as long as it takes for their noise to be small beside the effort;
+            otherwise a period of the cutoff frequency.
+        """
+        T = log.sampling_time
+        parts = list(log.segments())
+        samples = [self._samples(part) for part in parts]
+        noises = [position_noise(part.measured_position) for part in parts]
+        speed_noise = max(map(self._speed_noise, parts))
+        effort = float(np.sqrt(np.mean(log.effort**2)))
+        size = self._block(T)
+        if quiet and effort > 0:
+            jump = np.sqrt(2.0) * speed_noise * (self.inertia or 0.0) / T
+            size = max(size, int(np.ceil(jump / (_QUIET * effort))))
+        names = self.parameter_names(log.kind)
+        rows = self._rows(parts, samples, size)
+        if len(rows) < _LEAST_ROWS * len(names):  # no motion lasts so long
+            size = self._block(T)
+            rows = self._rows(parts, samples, size)
+        in_columns = dict.fromkeys(_FRICTION, 0.0)
+        in_columns["viscous_friction"] = speed_noise / np.sqrt(size)
+        difference = speed_noise * np.sqrt(2.0) / (size * T)
+        return Regression(
+            kind=log.kind,
+            names=names,
+            time=rows[:, 0],
+            target=rows[:, 1],
+            regressors=rows[:, 2:],
+            regressor_noise=np.array([in_columns.get(name, difference) for name in names]),
+            quantity="effort",
+            motion=summarise_motion(
+                [part.measured_position for part in parts],
+                [one[:, 2] for one in samples],
+                T,
+                (max(noises), speed_noise),
+            ),
+            samples=len(log),
+            effect=float(effort * np.sqrt(len(rows))),
+        )
+
+    def _speed_noise(self, part: AxisLog) -> float:
+        """Return the standard deviation of the noise of the velocities used [m/s or rad/s]."""
+        if part.measured_velocity is not None:
+            return noise_level(part.measured_velocity)
+        T = part.sampling_time
+        low_pass = self._low_pass(T)
+        return position_noise(part.measured_position) * low_pass.noise_gain(T, derivatives=1)
+
+    def _rows(
+        self, parts: Sequence[AxisLog], samples: Sequence[Float[np.ndarray, "_ 5"]], size: int
+    ) -> Float[np.ndarray, "m c"]:
+        """Return time, target and row of all stretches, means over blocks of samples that tell."""
+        tables = [self._balance(part, one) for part, one in zip(parts, samples, strict=True)]
+        return np.concatenate([_block_means(*one, size) for one in tables])
+
+    def _balance(
+        self, part: AxisLog, samples: Float[np.ndarray, "n 5"]
+    ) -> tuple[Float[np.ndarray, "m c"], Bool[np.ndarray, " m"]]:
+        """Return time, target and row of each sample and whether it tells, as `balance` does."""
+        T = part.sampling_time
+        u, x, v, x2, v2 = samples.T
+        stretch, rate = x - x2, v - v2
+        held = 0.5 * (stretch[:-1] + stretch[1:]) - T / 12.0 * np.diff(rate)
+        acceleration = np.diff(v) / T
+        force = u[:-1] - (self.inertia or 0.0) * acceleration - (self.stiffness or 0.0) * held
+        columns = {
+            "viscous_friction": 0.5 * (v[:-1] + v[1:]),
+            "coulomb_friction": np.sign(v[1:]),
+            "offset": np.ones_like(force),
+        }
+        for name, guess in zip(_FRICTION, self._first_guesses(), strict=True):
+            if name not in self._estimated:
+                force = force - guess * columns[name]
+        sought = [columns[name] for name in self._estimated]
+        mass = [acceleration] if self.inertia is None else []
+        table = np.column_stack([part.time[1:], force, *mass, *sought])
+        slower = np.minimum(np.abs(v[:-1]), np.abs(v[1:]))
+        tells = (v[:-1] * v[1:] > 0.0) & (slower > (self.dead_band or 0.0))
+        return table, tells
+
+    def _block(self, sampling_time: float) -> int:
+        """Return how many samples a period of the cutoff frequency has."""
+        return max(round(1.0 / (self._low_pass(sampling_time).cutoff * sampling_time)), 1)
+
+    def _low_pass(self, sampling_time: float) -> LowPass:
+        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
+        return LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+
+    def _settled(self, log: AxisLog) -> "ForceObserver":
+        """Return the observer with the dead band that a log suggests."""
+        if self.dead_band is not None:
+            return self
+        parts = list(log.segments())
+        largest = max(float(np.max(np.abs(self._samples(part)[:, 2]))) for part in parts)
+        return replace(self, dead_band=slow_speed(largest, max(map(self._speed_noise, parts))))
+
+    def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
+        """Return effort, position, velocity, load position and load velocity, one row a sample.
+
+        Where velocities are differences of smoothed positions, the effort is smoothed alike. A
+        velocity is set to 0, so that it tells nothing, where the axis may be at rest; and so are
+        its neighbours, whose noise would otherwise decide which samples count: the next one of a
+        measured velocity, and what the low-pass smears a reversal over, or the end of the log.
+        """
+        T = part.sampling_time
+        low_pass = self._low_pass(T)
+        samples = samples_of(part, low_pass, load=self.stiffness is not None)
+        v = samples[:, 2]
+        slow = np.abs(v) <= (self.dead_band or 0.0)
+        reach = 1 if self.dead_band else 0
+        if part.measured_velocity is None:
+            samples[:, 0] = low_pass.apply(samples[:, 0], T)
+            slow[1:] |= v[:-1] * v[1:] <= 0.0
+            slow[[0, -1]] = True
+            reach = round(_MEMORY * self._block(T))
+        still = ndimage.maximum_filter1d(slow.astype(np.uint8), 2 * reach + 1) > 0
+        samples[still, 2] = 0.0
+        return samples
+
+
+def _block_means(
+    table: Float[np.ndarray, "n c"], tells: Bool[np.ndarray, " n"], size: int
+) -> Float[np.ndarray, "m c"]:
+    """Return the means of whole blocks of rows that tell, counted anew after each that does not."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], tells, [False]))))
+    starts = [
+        np.arange(start, stop - size + 1, size)
+        for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)
+    ]
+    first = np.concatenate([np.empty(0, dtype=int), *starts])
+    sums = np.concatenate([np.zeros((1, table.shape[1])), np.cumsum(table, axis=0)])
+    return (sums[first + size] - sums[first]) / size
+
+
+def _unrest(names: tuple[str, ...], history: Float[np.ndarray, "n p"]) -> tuple[str, ...]:
+    """Return a note on estimates that still move at the end of a log."""
+    late = history[-max(round(_LATE * len(history)), 1) :]
+    size = np.maximum(np.abs(late[-1]), np.finfo(float).tiny)
+    moved = np.ptp(late, axis=0) / size
+    k = int(np.argmax(moved))
+    if moved[k] <= _SETTLED:
+        return ()
+    return (
+        f"{names[k].replace('_', ' ')} moved by {100 * moved[k]:.2g} % in the last fifth of the "
+        "log",
+    )

@@ -1,0 +1,190 @@
+"""Recursive least squares with forgetting on the friction force of a log.
+
+S. Haykin (2002), "Adaptive Filter Theory", chapter 9 (report part A Eqs. 4.6-4.10): the rows of the
+momentum balance (see `stickslip.estimation.online.observers.force_balance`), each the mean over a
+short block of samples, are taken one by one, and weigh less by the forgetting factor with every row
+that follows.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+from stickslip.estimation.fit.rows import Regression
+from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.online.observers.force_balance import (
+    FORCE,
+    SHAPE,
+    STATE_SIZE,
+    balance,
+    finite,
+)
+from stickslip.estimation.online.observers.force_observer import ForceObserver, Run
+from stickslip.estimation.online.recursion import (
+    FORGETTING,
+    MOST_PARAMETERS,
+    PARAMETERS,
+    ROW,
+    SAMPLING_TIME,
+    VALUES,
+    covariance_in,
+    lay_prior,
+    update,
+)
+from stickslip.estimation.online_method import Kernel, State
+from stickslip.estimation.settings import check_forgetting_factor, options_of
+from stickslip.estimation.signals.resampling import resampled
+from stickslip.records import AxisLog, FrictionEstimate
+
+__all__ = ["LeastSquaresObserver"]
+
+_FILLED = STATE_SIZE  # samples in the block so far
+_SUMS = STATE_SIZE + 1  # of the force and the row over the block
+_SIZE = _SUMS + 1 + MOST_PARAMETERS
+
+
+@compiled(brief=True)
+def least_squares_step(
+    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
+) -> bool:
+    """Take one sample into the state, in place; return whether all of it was finite."""
+    if not finite(u, x, v, x2, v2):
+        return False
+    p = int(s[PARAMETERS])
+    if not balance(s, u, x, v, x2, v2):
+        s[_FILLED] = 0.0
+        return True
+    if s[_FILLED] == 0.0:
+        for i in range(p + 1):
+            s[_SUMS + i] = 0.0
+    s[_SUMS] += s[FORCE]
+    for i in range(p):
+        s[_SUMS + 1 + i] += s[ROW + i]
+    s[_FILLED] += 1.0
+    if s[_FILLED] >= s[SHAPE]:
+        for i in range(p):
+            s[ROW + i] = s[_SUMS + 1 + i] / s[SHAPE]
+        update(s, s[_SUMS] / s[SHAPE], s[FORGETTING], True)
+        s[_FILLED] = 0.0
+    return True
+
+
+@compiled()
+def least_squares_run(
+    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+) -> Float[np.ndarray, "n p"]:
+    """Take many samples, in place; return the estimates after each."""
+    n, p = samples.shape[0], int(s[PARAMETERS])
+    history = np.empty((n, p))
+    for k in range(n):
+        least_squares_step(
+            s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
+        )
+        for i in range(p):
+            history[k, i] = s[VALUES + i]
+    return history
+
+
+@dataclass(frozen=True, kw_only=True)
+class LeastSquaresObserver(ForceObserver):
+    """Coulomb and viscous friction (and the inertia) by recursive least squares with forgetting.
+
+    Noise of a differentiated velocity is in the rows too, which biases all values, and most of all
+    a sought inertia; with the inertia known the bias is small.
+
+    Attributes
+    ----------
+    inertia
+        Moving mass or inertia [kg or kg m^2]; None estimates it.
+    forgetting_factor
+        Of one row, in (0, 1] [-]; 1 forgets nothing.
+
+    Examples
+    --------
+    >>> LeastSquaresObserver(offset=True).parameter_names("rotary")
+    ('inertia', 'viscous_friction', 'coulomb_friction', 'offset')
+    """
+
+    inertia: float | None = None
+    forgetting_factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        super().__post_init__()
+        check_forgetting_factor(self.forgetting_factor)
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return "rls"
+
+    @property
+    def kernel(self) -> Kernel:
+        """The compiled step (see `OnlineMethod.kernel`)."""
+        return least_squares_step
+
+    @property
+    def _run(self) -> Run:
+        return least_squares_run
+
+    @property
+    def _estimated(self) -> tuple[str, ...]:
+        return ("viscous_friction", "coulomb_friction", *(("offset",) if self.offset else ()))
+
+    @property
+    def _state_size(self) -> int:
+        return _SIZE
+
+    def _lay_settings(self, s: State) -> None:
+        names = self.parameter_names("linear")
+        guesses = self._guesses
+        mass = guesses.get("mass", guesses.get("inertia", 0.0))
+        s[PARAMETERS] = len(names)
+        s[FORGETTING] = self.forgetting_factor
+        s[SHAPE] = self._block(float(s[SAMPLING_TIME]))
+        lay_prior(s, [mass if name == "mass" else guesses.get(name, 0.0) for name in names], None)
+
+    def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
+        """Return P, in the order of `parameter_names`, for a force noise of 1 N (or N m) a row."""
+        return covariance_in(state)
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Return what the recursion ends at, with intervals that allow for correlated residuals.
+
+        Raises
+        ------
+        InputError
+            If nothing moves or pushes in the log, or it lacks the load of a flexible arm.
+        """
+        check_excited(log)
+        log, changes = resampled(log)
+        settled = self._settled(log)
+        regression = settled.regression(log, quiet=False)
+        return solve(
+            replace(regression, notes=(*regression.notes, *changes)),
+            estimator=self.name,
+            provenance=provenance_of(log, options_of(settled)),
+        )
+
+    def regression(self, log: AxisLog, *, quiet: bool = False) -> Regression:
+        """Return rows whose least-squares solution is what the recursion ends at.
+
+        Row k of n weighs lambda^((n - k) / 2).
+
+        Parameters
+        ----------
+        log
+            With uniform samples between its gaps.
+        quiet
+            Whether to take longer blocks than the recursion does, for less noise.
+        """
+        plain = super().regression(log, quiet=quiet)
+        root = np.sqrt(self.forgetting_factor)
+        weight = root ** np.arange(plain.target.size - 1, -1, -1)
+        return replace(
+            plain,
+            target=weight * plain.target,
+            regressors=weight[:, None] * plain.regressors,
+            effect=plain.effect * float(np.linalg.norm(weight)) / max(weight.size, 1) ** 0.5,
+        )

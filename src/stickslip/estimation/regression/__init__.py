@@ -1,0 +1,1 @@
+"""Regression of the inverse dynamics and of free decays."""

@@ -1,0 +1,231 @@
+"""Any estimate held against its log, whatever it comes from: the effort it leaves, and its motion.
+
+This takes the friction of estimates, which a plant can have. A law with more to it, such as a force
+that ripples along the way, does the same for itself (`stickslip.estimation.FittedLaw`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.energy.estimator import EnergyEstimator
+from stickslip.estimation.energy.levels import EnergyLevels
+from stickslip.estimation.regression.identified_law import identified_law
+from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+from stickslip.friction import StribeckEffect, StribeckFriction
+from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.records import AxisLog, FrictionEstimate, Resimulation
+from stickslip.simulation import simulate
+
+__all__ = [
+    "OPTIONAL",
+    "identified_effect",
+    "identified_plant",
+    "replay",
+    "resimulate",
+    "unexplained_effort",
+]
+
+HORIZONS = 20
+"""Restarts in a log: small force errors add up to large position errors over a whole log."""
+
+LARGEST_PLOT = 4000
+"""Points beyond which a curve only gets heavier, not clearer."""
+
+OPTIONAL = ("static_friction", "stribeck_velocity")
+"""Without these an estimate is that of a law without a step from static to Coulomb friction."""
+
+
+def unexplained_effort(
+    log: AxisLog, estimate: FrictionEstimate, *, inertia: float | None = None
+) -> float | None:
+    """Return what an estimate leaves of the effort of a rigid axis.
+
+    Norm of effort less inertia force, friction and offset over norm of the effort, both smoothed
+    and decimated as `IdimLeastSquares` does it, and without rows at rest.
+
+    Parameters
+    ----------
+    log
+        The measurement.
+    estimate
+        Of any estimator.
+    inertia
+        Moving mass or inertia, where the estimate does not hold it [kg or kg m^2].
+
+    Returns
+    -------
+    The share [-]; None if a parameter is missing.
+
+    Raises
+    ------
+    InputError
+        If the log is too short, or nothing moves or pushes in it.
+    """
+    values = _values(estimate, inertia)
+    if values is None:
+        return None
+    rows = IdimLeastSquares(
+        per_direction=_per_direction(estimate),
+        offset="offset" in values,
+        stribeck=identified_effect(estimate),
+    ).regression(log)
+    law = np.array([values.get(name, 0.0) for name in rows.names])
+    residual = rows.target - rows.regressors @ law
+    return float(np.linalg.norm(residual) / np.linalg.norm(rows.target))
+
+
+def replay(
+    log: AxisLog,
+    estimate: FrictionEstimate,
+    *,
+    inertia: float | None = None,
+    load_inertia: float | None = None,
+    stiffness: float | None = None,
+) -> Resimulation | None:
+    """Return the motion of the identified axis under the logged effort.
+
+    It starts anew from the smoothed measured state twenty times.
+
+    Parameters
+    ----------
+    log
+        The measurement.
+    estimate
+        Of any estimator.
+    inertia, load_inertia, stiffness
+        Of the axis, where the estimate does not hold them [kg or kg m^2, kg or kg m^2, N/m or
+        N m/rad].
+
+    Returns
+    -------
+    None if a parameter is missing, or the mass is not positive.
+
+    Raises
+    ------
+    InputError
+        If the log is too short, or lacks the load of a flexible arm.
+    """
+    values = _values(estimate, inertia)
+    if values is None:
+        return None
+    mass = values.get("mass", values.get("inertia", 0.0))
+    if mass <= 0.0:
+        return None
+    balance = EnergyEstimator(
+        inertia=mass,
+        load_inertia=values.get("load_mass", values.get("load_inertia", load_inertia)),
+        stiffness=values.get("stiffness", stiffness),
+        per_direction=_per_direction(estimate),
+        offset="offset" in values,
+        stribeck=identified_effect(estimate),
+    )
+    return resimulate(identified_plant(estimate, balance), balance.levels(log))
+
+
+def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Plant:
+    """Return the plant that an estimate describes.
+
+    Its friction is that of `identified_law`.
+
+    Parameters
+    ----------
+    estimate
+        All of whose parameters are identified.
+    balance
+        What is known of the axis: its inertia, if it was not estimated, and its load.
+    """
+    values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
+    inertia = values.get("mass", values.get("inertia", balance.inertia or 0.0))
+    law = identified_law(values)
+    for effect in balance.terms.stribeck:
+        law = StribeckFriction(**asdict(law), stribeck_velocity=effect.velocity, shape=effect.shape)
+    if balance.load_inertia is None or balance.stiffness is None:
+        return SingleMass(mass=inertia, friction=law, kind=estimate.kind)
+    return FlexibleArm(
+        mass_1=inertia,
+        mass_2=balance.load_inertia,
+        stiffness=balance.stiffness,
+        friction=law,
+        kind=estimate.kind,
+    )
+
+
+def resimulate(plant: Plant, stretches: Sequence[tuple[EnergyLevels, AxisLog]]) -> Resimulation:
+    """Simulate the identified plant under the logged effort, restarted twenty times.
+
+    Each piece starts from the smoothed measured state.
+
+    Parameters
+    ----------
+    plant
+        The identified axis.
+    stretches
+        As `EnergyEstimator.levels` returns them: smoothed, and as measured.
+    """
+    T = stretches[0][1].sampling_time
+    horizon = max(sum(len(part) for _, part in stretches) // HORIZONS, 1)
+    pieces: list[Float[np.ndarray, "5 n"]] = []
+    for levels, part in stretches:
+        position, velocity = levels.motion.position, levels.motion.smooth_velocity
+        started = np.where(levels.motion.resting, 0.0, velocity)
+        simulated = np.empty((2, len(part)))
+        for start in range(0, len(part), horizon):
+            stop = min(start + horizon, len(part))
+            state: tuple[float, ...] = (float(position[start]), float(started[start]))
+            if levels.load is not None:
+                load_velocity = float(levels.load.smooth_velocity[start])
+                state = (*state, float(levels.load.position[start]), load_velocity)
+            motion = simulate(plant, part.effort[start:stop], sampling_time=T, initial_state=state)
+            simulated[:, start:stop] = motion.position[:-1], motion.velocity[:-1]
+        shown = velocity if part.measured_velocity is None else part.measured_velocity
+        pieces.append(
+            np.vstack([part.time, part.measured_position, simulated[0], shown, simulated[1]])
+        )
+    time, measured, model, measured_velocity, model_velocity = np.hstack(pieces)
+    fit = 1.0 - float(np.linalg.norm(measured - model) / np.linalg.norm(measured - measured.mean()))
+    step = -(-time.size // LARGEST_PLOT)
+    return Resimulation(
+        time=time[::step],
+        measured_position=measured[::step],
+        simulated_position=model[::step],
+        measured_velocity=measured_velocity[::step],
+        simulated_velocity=model_velocity[::step],
+        horizon=horizon * T,
+        fit=fit,
+    )
+
+
+def _values(estimate: FrictionEstimate, inertia: float | None) -> dict[str, float] | None:
+    """Return the parameters of the identified axis; None if one is missing."""
+    body = "mass" if estimate.kind == "linear" else "inertia"
+    values = {} if inertia is None else {body: inertia}
+    for name, parameter in estimate.parameters.items():
+        if parameter.value is not None:
+            values[name] = parameter.value
+        elif not name.startswith(OPTIONAL):
+            return None
+    return values if body in values else None
+
+
+def _per_direction(estimate: FrictionEstimate) -> bool:
+    return any(name.endswith("_positive") for name in estimate.parameters)
+
+
+def identified_effect(estimate: FrictionEstimate) -> StribeckEffect | None:
+    """Return how the step from static to Coulomb friction fades, if the estimate holds it.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator.
+    """
+    held = estimate.parameters.get("stribeck_velocity")
+    if held is None or held.value is None:
+        return None
+    return StribeckEffect(
+        velocity=held.value,
+        shape=estimate.provenance.options.get("shape", "gaussian"),
+    )

@@ -1,0 +1,1 @@
+"""Motion, noise and timing of a log."""

@@ -1,0 +1,253 @@
+"""The motion that a log shows, with its noise estimated and kept out of the regressors."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Bool, Float
+from scipy import linalg
+
+from stickslip.estimation.energy.balance import sample_integrals, travel_direction
+from stickslip.estimation.signals.kinematics import (
+    REST_PERIODS,
+    LowPass,
+    central_difference,
+    noise_level,
+    rests,
+    slow_speed,
+)
+from stickslip.estimation.signals.sensor_noise import position_noise
+from stickslip.records import AxisLog
+
+__all__ = ["MotionNoise", "ObservedMotion", "fuse", "largest_noise", "motion_noise", "observe"]
+
+CLEAN = 1e-6
+"""Noise below this fraction of the largest value is taken for rounding, and nothing is smoothed."""
+
+CLEAN_STEP = 1e-4
+"""The same for positions, of the rms step from sample to sample: the range grows with the log, but
+a micrometre of noise does not turn into rounding after a metre of travel."""
+
+HYSTERESIS = 10.0
+"""A reversal counts beyond so many standard deviations of the smoothed position: its noise is
+correlated, and a false reversal adds twice its size to the way travelled."""
+
+CERTIFIED = 1.4
+"""Rough values count as noise if they are at most so many times what the disagreement of positions
+and velocities allows."""
+
+HARMLESS = 0.01
+"""Noise below this fraction of the rms speed is smoothed only if it is certified: it does less harm
+than a filter that smooths the motion too."""
+
+_QUANTILE = 0.8  # the largest fifth of the disagreements are jumps of the force, not noise
+_QUANTILE_NORMAL = 1.2815515655446004  # that quantile of abs(standard normal)
+
+
+@dataclass(frozen=True, kw_only=True)
+class MotionNoise:
+    """Standard deviations of the white noise on the measurements; zero where it is rounding only.
+
+    Attributes
+    ----------
+    position, velocity
+        Of the measured values [m or rad, m/s or rad/s]; velocity is zero if it is not measured.
+    smooth_position, smooth_velocity
+        Of what is used in the regressors [m or rad, m/s or rad/s].
+    noisy
+        Whether the measured velocity is better smoothed, and its sign in a single sample means
+        nothing.
+    """
+
+    position: float
+    velocity: float
+    smooth_position: float
+    smooth_velocity: float
+    noisy: bool
+
+    @property
+    def used_velocity(self) -> float:
+        """Of the velocity that energies are made from: measured, or else differentiated."""
+        return self.velocity if self.velocity > 0 else self.smooth_velocity
+
+
+@dataclass(frozen=True, kw_only=True)
+class ObservedMotion:
+    """One stretch of a log, ready for energies.
+
+    Attributes
+    ----------
+    position
+        Position and velocity of the (first) mass, fused [m or rad], shape (n,).
+    velocity, smooth_velocity
+        Velocity as measured (or differentiated) and low-passed [m/s or rad/s], shape (n,).
+    direction, path, velocity_squared
+        Direction of travel [-], way [m or rad] and integral of the squared velocity [m^2/s or
+        rad^2/s] of each sample, shape (n-1,).
+    resting
+        Whether each sample belongs to a rest, shape (n,).
+    """
+
+    position: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"]
+    smooth_velocity: Float[np.ndarray, " n"]
+    direction: Float[np.ndarray, " n-1"]
+    path: Float[np.ndarray, " n-1"]
+    velocity_squared: Float[np.ndarray, " n-1"]
+    resting: Bool[np.ndarray, " n"]
+
+
+def motion_noise(
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"] | None,
+    low_pass: LowPass,
+    sampling_time: float,
+) -> MotionNoise:
+    """Return the noise of a stretch's measurements and of what `observe` makes of them.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s]; velocity may be None.
+    low_pass
+        What smooths.
+    sampling_time
+        [s].
+    """
+    if velocity is None:
+        sw = position_noise(position)
+        return MotionNoise(
+            position=sw,
+            velocity=0.0,
+            smooth_position=sw * low_pass.noise_gain(sampling_time, derivatives=0),
+            smooth_velocity=sw * low_pass.noise_gain(sampling_time, derivatives=1),
+            noisy=False,
+        )
+    sw, sv = noise_level(position), noise_level(velocity)
+    most_sw, most_sv = largest_noise(position, velocity, sampling_time)
+    harmless = HARMLESS * float(np.sqrt(np.mean(velocity**2)))
+    smoothing_pays = sv <= CERTIFIED * most_sv or most_sv > harmless
+    sw, sv = min(sw, most_sw), min(sv, most_sv)
+    steps = float(np.sqrt(np.mean(np.diff(position) ** 2)))
+    sw = sw if sw > CLEAN_STEP * steps else 0.0
+    sv = sv if sv > CLEAN * float(np.max(np.abs(velocity))) else 0.0
+    # Smoothed local level: steps of variance q between measurements of variance sw^2
+    q = (sampling_time * sv) ** 2
+    share = np.sqrt(q / (q + 4 * sw**2)) if q > 0 else 0.0
+    return MotionNoise(
+        position=sw,
+        velocity=sv,
+        smooth_position=sw * float(np.sqrt(share)),
+        smooth_velocity=sv * low_pass.noise_gain(sampling_time, derivatives=0),
+        noisy=sv > 0 and smoothing_pays,
+    )
+
+
+def largest_noise(
+    position: Float[np.ndarray, " n"], velocity: Float[np.ndarray, " n"], sampling_time: float
+) -> tuple[float, float]:
+    """Return the largest noise that positions and velocities can have, as well as they agree.
+
+    Where the force is held over each sample, dx / T is the mean velocity of its ends, however fast
+    the motion is for the sampling. With noise sigma_x and sigma_v the difference d of both has
+    var(d(k) - d(k-1)) = 6 sigma_x^2 / T^2 + sigma_v^2 / 2 and
+    var(d(k) + d(k-1)) = 2 sigma_x^2 / T^2 + 3 sigma_v^2 / 2, so that each bounds one of them. Two
+    samples hold one d, and bound nothing.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s].
+    sampling_time
+        [s].
+    """
+    T = sampling_time
+    d = np.diff(position) / T - 0.5 * (velocity[1:] + velocity[:-1])
+    if d.size < 2:
+        return np.inf, np.inf
+    less, more = (
+        float(np.quantile(np.abs(part), _QUANTILE)) / _QUANTILE_NORMAL
+        for part in (np.diff(d), d[1:] + d[:-1])
+    )
+    return T * less / float(np.sqrt(6.0)), more * float(np.sqrt(2.0 / 3.0))
+
+
+def fuse(
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"],
+    position_noise: float,
+    velocity_noise: float,
+    sampling_time: float,
+) -> Float[np.ndarray, " n"]:
+    """Return the position that fits measured positions and velocities best.
+
+    Least squares of both errors, with the step of the position over a sample T (v_- + v) / 2: no
+    motion is assumed smooth, so nothing is smeared. Without noise on one of them, it is followed.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s].
+    position_noise, velocity_noise
+        Their standard deviations [m or rad, m/s or rad/s].
+    sampling_time
+        [s].
+    """
+    if position_noise == 0:
+        return position
+    step = 0.5 * sampling_time * (velocity[1:] + velocity[:-1])
+    at_position = 1.0 / position_noise**2
+    # Neighbouring steps share a velocity; over many steps their errors add up to T sigma_v each
+    at_step = 1.0 / max(sampling_time * velocity_noise, CLEAN * position_noise) ** 2
+    bands = np.zeros((2, position.size))
+    bands[1] = at_position
+    bands[1, :-1] += at_step
+    bands[1, 1:] += at_step
+    bands[0, 1:] = -at_step
+    right = at_position * position
+    right[:-1] -= at_step * step
+    right[1:] += at_step * step
+    return np.asarray(linalg.solveh_banded(bands, right), dtype=np.float64)
+
+
+def observe(
+    log: AxisLog, low_pass: LowPass, noise: MotionNoise, sampling_time: float
+) -> ObservedMotion:
+    """Return the motion of the (first) mass in one stretch of a log.
+
+    Parameters
+    ----------
+    log
+        Without gaps.
+    low_pass
+        What smooths; without measured velocity it also makes the position differentiable.
+    noise
+        Of its measurements.
+    sampling_time
+        [s].
+    """
+    T = sampling_time
+    if log.measured_velocity is None:
+        x = low_pass.apply(log.measured_position, T)
+        v = smooth = central_difference(x, T)
+    else:
+        v = log.measured_velocity
+        x = fuse(log.measured_position, v, noise.position, noise.velocity, T)
+        smooth = low_pass.apply(v, T) if noise.noisy else v
+    direction = travel_direction(x, HYSTERESIS * noise.smooth_position)
+    path, squared = sample_integrals(x, v, smooth, direction, T, noise.noisy)
+    largest = float(np.max(np.abs(smooth)))
+    threshold = slow_speed(largest, noise.smooth_velocity)
+    least = round(REST_PERIODS / (low_pass.cutoff * T))
+    resting = rests(smooth, threshold, least)
+    if log.measured_velocity is None:
+        # The same noise is in both ends of a sample, so its square is in their product
+        squared -= np.where(resting[:-1], 0.0, T * noise.smooth_velocity**2)
+    return ObservedMotion(
+        position=x,
+        velocity=v,
+        smooth_velocity=smooth,
+        direction=direction,
+        path=path,
+        velocity_squared=squared,
+        resting=resting,
+    )

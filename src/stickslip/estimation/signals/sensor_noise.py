@@ -1,0 +1,126 @@
+"""What position sensors leave of a motion, and the low-pass that copes with it."""
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.signals.kinematics import LowPass, central_difference, noise_level
+from stickslip.records import AxisLog
+
+__all__ = ["chosen_cutoff", "encoder_step", "position_noise"]
+
+QUIET_VELOCITY = 0.01
+"""Noise of a differentiated velocity, relative to its rms, above which the cutoff is lowered: it
+biases viscous friction by its square, and turns the sign of slow motion."""
+
+LEAST_CUTOFF = 5.0
+"""Cutoff frequency [Hz] below which it is not lowered: friction turns with the motion."""
+
+_STEP = 1.4  # from cutoff to cutoff
+_MOTION_FOR_NOISE = 2.0  # what a step may take away in all, for the noise that it takes away
+_HARMLESS = 0.001  # of the power
+_EDGE_PERIODS = 2.0  # of the lowest cutoff: there the filter guesses
+_FEW_STEPS = 10  # a log that holds no more is one of an axis at rest
+
+
+def encoder_step(position: Float[np.ndarray, " n"]) -> float:
+    """Return the step of the encoder that a position was read from [m or rad], 0 if none is seen.
+
+    It is seen where the axis takes many samples from count to count: most steps then stand alone
+    between equal samples. A coarse look at a fast motion shows large steps too, but one after the
+    other.
+
+    Parameters
+    ----------
+    position
+        As measured, without gaps [m or rad].
+    """
+    steps = np.abs(np.diff(position))
+    taken = np.flatnonzero(steps)
+    if taken.size == 0:
+        return 0.0
+    seen = taken.size < _FEW_STEPS or np.mean(np.diff(taken) > 1) > 0.5
+    return float(np.min(steps[taken])) if seen else 0.0
+
+
+def position_noise(position: Float[np.ndarray, " n"]) -> float:
+    """Return the standard deviation of the noise of a position [m or rad], rounding included.
+
+    Parameters
+    ----------
+    position
+        As measured, without gaps [m or rad].
+    """
+    return max(noise_level(position), encoder_step(position) / float(np.sqrt(12.0)))
+
+
+def chosen_cutoff(
+    log: AxisLog, low_pass: LowPass, shortest: int, *, load: bool
+) -> tuple[float, tuple[str, ...]]:
+    """Return the cutoff frequency [Hz] at which velocities differentiated from positions are quiet.
+
+    That of the low-pass given, unless noise makes more than 1 % of such a velocity: then the cutoff
+    is lowered until it does not, or until the filter takes more motion away than noise.
+
+    Parameters
+    ----------
+    log
+        One stretch or several; where it holds velocities they need no such filter.
+    low_pass
+        Where to start from.
+    shortest
+        Periods of the cutoff that the longest stretch must hold.
+    load
+        Whether the velocity of the load is needed too.
+
+    Returns
+    -------
+    The cutoff, and a note if it was lowered.
+    """
+    longest = max(log.segments(), key=len)
+    positions: list[Float[np.ndarray, " n"]] = []
+    if longest.measured_velocity is None:
+        positions.append(longest.measured_position)
+    if load and longest.measured_load_velocity is None:
+        loads = longest.measured_load_position
+        positions.extend([] if loads is None else [loads])
+    least = max(LEAST_CUTOFF, shortest / (len(longest) * log.sampling_time))
+    quiet = [_quiet_cutoff(x, low_pass, log.sampling_time, least) for x in positions]
+    cutoff, before, left = min(quiet, default=(low_pass.cutoff, 0.0, 0.0))
+    if cutoff == low_pass.cutoff:
+        return cutoff, ()
+    note = (
+        f"velocities are differences of positions smoothed at {cutoff:.3g} Hz: at "
+        f"{low_pass.cutoff:.3g} Hz noise of the position would make {100 * before:.2g} % of them, "
+        f"now it makes {100 * left:.2g} %"
+    )
+    return cutoff, (note,)
+
+
+def _quiet_cutoff(
+    position: Float[np.ndarray, " n"], low_pass: LowPass, sampling_time: float, least: float
+) -> tuple[float, float, float]:
+    """Return the cutoff [Hz] for one position, and the share of noise [-] before and after."""
+    T = sampling_time
+    noise = position_noise(position)
+
+    def powers(cutoff: float) -> tuple[float, float]:
+        """Return the mean squared velocity, and that of its noise."""
+        smoother = LowPass(order=low_pass.order, cutoff=cutoff)
+        velocity = central_difference(smoother.apply(position, T), T)
+        edge = min(round(_EDGE_PERIODS / (least * T)), velocity.size // 4)
+        squared = float(np.mean(velocity[edge : velocity.size - edge] ** 2))
+        return squared, (noise * smoother.noise_gain(T, derivatives=1)) ** 2
+
+    def share(power: float, noisy: float) -> float:
+        return float(np.sqrt(noisy / max(power - noisy, noisy))) if noisy > 0 else 0.0
+
+    cutoff = low_pass.cutoff
+    power, noisy = powers(cutoff)
+    before = share(power, noisy)
+    while share(power, noisy) > QUIET_VELOCITY and cutoff / _STEP >= least:
+        lower_power, lower_noisy = powers(cutoff / _STEP)
+        removed = noisy - lower_noisy
+        if power - lower_power > _MOTION_FOR_NOISE * removed + _HARMLESS * lower_power:
+            break
+        cutoff, power, noisy = cutoff / _STEP, lower_power, lower_noisy
+    return cutoff, before, share(power, noisy)

@@ -1,0 +1,209 @@
+"""Find measured velocities that are not those of the positions they stand beside."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.signals.kinematics import LowPass, noise_level
+from stickslip.records import AxisLog, InputError
+
+__all__ = ["VelocityMatch", "velocity_match", "without_wrong_velocity"]
+
+LARGEST_DELAY = 0.1
+"""Delay, in samples, that a measured velocity may have: half a sample already moves energies from
+friction to inertia."""
+
+LARGEST_GAIN_ERROR = 0.005
+"""Share by which a measured velocity may be too large: the inertia follows it squared."""
+
+PLAUSIBLE_GAIN = (0.5, 2.0)
+"""A velocity that is a multiple of the position's derivative beyond this is in another unit, has
+the wrong sign, or is another quantity."""
+
+LEAST_RANGE = 30.0
+"""Range of positions, in units of their noise, beyond which the axis surely moves."""
+
+_SIGNIFICANCE = 5.0
+_LEAST_SAMPLES = 50
+_SHIFT_PERIODS = 1.0  # of the cutoff: the noise of two samples so far apart hardly correlates
+
+
+@dataclass(frozen=True, kw_only=True)
+class VelocityMatch:
+    """A measured velocity as ``gain`` times the position's derivative ``delay`` ago.
+
+    Attributes
+    ----------
+    gain, gain_std
+        And its standard deviation [-].
+    delay, delay_std
+        Negative if the velocity comes early; and its standard deviation [s].
+    trapezium_error
+        Relative error of the comparison if the acceleration changes within the samples [-].
+    """
+
+    gain: float
+    gain_std: float
+    delay: float
+    delay_std: float
+    trapezium_error: float
+
+    @property
+    def foreign(self) -> bool:
+        """Whether the velocity cannot be that of the position."""
+        low, high = PLAUSIBLE_GAIN
+        nearest = min(max(self.gain, low), high)
+        return abs(self.gain - nearest) > _SIGNIFICANCE * self.gain_std
+
+    @property
+    def scaled(self) -> bool:
+        """Whether the velocity is too large or too small."""
+        error = abs(self.gain - 1.0)
+        allowed = max(LARGEST_GAIN_ERROR, self.trapezium_error)
+        return error > allowed and error > _SIGNIFICANCE * self.gain_std
+
+    def shifted(self, sampling_time: float) -> bool:
+        """Return whether the velocity comes late or early."""
+        late = abs(self.delay)
+        return late > LARGEST_DELAY * sampling_time and late > _SIGNIFICANCE * self.delay_std
+
+
+def velocity_match(
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"],
+    low_pass: LowPass,
+    sampling_time: float,
+) -> VelocityMatch | None:
+    """Return how a velocity compares with a position, or None where nothing can be said.
+
+    A velocity of gain g that is late by tau is v = g (dx/dt - tau d2x/dt2), so that dx/dt is
+    v / g + (tau / g) dv/dt. Both sides are low-passed alike. Noise of v would bias 1/g to zero, so
+    the equations are multiplied by v and dv/dt of some samples earlier and later (instrumental
+    variables), which share the motion and not the noise.
+
+    Parameters
+    ----------
+    position, velocity
+        As measured [m or rad, m/s or rad/s].
+    low_pass
+        What smooths.
+    sampling_time
+        [s].
+    """
+    T = sampling_time
+    # Run both ways, the low-pass leaves about one independent sample in a period of its cutoff
+    period = max(1.0 / (low_pass.cutoff * T), 1.0)
+    shift = max(round(_SHIFT_PERIODS * period), 1)
+    if position.size < _LEAST_SAMPLES + 2 * shift:
+        return None
+    found = low_pass.apply(np.diff(position) / T, T)
+    given = low_pass.apply(0.5 * (velocity[1:] + velocity[:-1]), T)
+    acceleration = low_pass.apply(np.diff(velocity) / T, T)
+    columns = np.column_stack([given, acceleration])
+    around = columns[2 * shift :] + columns[: -2 * shift]
+    inner = slice(shift, -shift)
+    power = np.sum(columns[inner] ** 2, axis=0)
+    if np.any(power == 0.0):
+        return None
+    products = around.T @ columns[inner]
+    if np.linalg.cond(products / np.sqrt(np.outer(power, power))) > 1.0 / np.finfo(float).eps:
+        return None
+    inverse = np.linalg.inv(products)
+    slope, rate = (inverse @ (around.T @ found[inner])).tolist()
+    residual = found[inner] - columns[inner] @ np.array([slope, rate])
+    spread = float(np.mean(residual**2)) * period * inverse @ (around.T @ around) @ inverse.T
+    slope_std, rate_std = np.sqrt(np.diag(spread)).tolist()
+    if abs(slope) <= _SIGNIFICANCE * slope_std:
+        return None
+    return VelocityMatch(
+        gain=1.0 / slope,
+        gain_std=slope_std / slope**2,
+        delay=rate / slope,
+        delay_std=rate_std / abs(slope),
+        trapezium_error=T**2 / 12.0 * float(power[1] / power[0]),
+    )
+
+
+def without_wrong_velocity(
+    log: AxisLog, low_pass: LowPass, *, load: bool
+) -> tuple[AxisLog, tuple[str, ...]]:
+    """Return the log without velocities that are late, early or too large, and notes on them.
+
+    Drives often log the difference of the last two positions, half a sample late, or a filtered
+    velocity. The position tells better.
+
+    Parameters
+    ----------
+    log
+        One stretch or several.
+    low_pass
+        What smooths.
+    load
+        Whether the velocity of the load matters too.
+
+    Raises
+    ------
+    InputError
+        If a velocity is not that of its position at all: another unit or sign.
+    """
+    notes: tuple[str, ...] = ()
+    longest = max(log.segments(), key=len)
+    checked = [("velocity", longest.measured_position, longest.measured_velocity)]
+    if load and longest.measured_load_position is not None:
+        checked.append(
+            ("load velocity", longest.measured_load_position, longest.measured_load_velocity)
+        )
+    for name, position, velocity in checked:
+        if velocity is None:
+            continue
+        error = _error(log, name, position, velocity, low_pass)
+        if error is None:
+            continue
+        field = "measured_" + name.replace(" ", "_")
+        log = replace(log, **{field: None})
+        note = f"the measured {name} is {error}, so differences of the position are used instead"
+        notes = (*notes, note)
+    return log, notes
+
+
+def _error(
+    log: AxisLog,
+    name: str,
+    position: Float[np.ndarray, " n"],
+    velocity: Float[np.ndarray, " n"],
+    low_pass: LowPass,
+) -> str | None:
+    """Return what is wrong with a velocity, or None."""
+    T = log.sampling_time
+    unit = log.unit("velocity")
+    moves = float(np.ptp(position)) > LEAST_RANGE * noise_level(position)
+    if moves and not np.any(velocity):
+        raise InputError(
+            f"the measured {name} is 0 {unit} in all {velocity.size} samples, but its position "
+            "changes",
+            where=log.name,
+            remedy="map the column that holds the velocity, or leave the velocity out",
+        )
+    match = velocity_match(position, velocity, low_pass, T)
+    if match is None:
+        return None
+    if match.foreign:
+        raise InputError(
+            f"the measured {name} does not belong to its position: it is {match.gain:.4g} times "
+            f"the position's derivative, it must be once ({unit})",
+            where=log.name,
+            remedy=(
+                "turn the sign of the velocity or of the position round"
+                if -1.0 / PLAUSIBLE_GAIN[0] <= match.gain <= -PLAUSIBLE_GAIN[0]
+                else "check the units of position and velocity, or leave the velocity out"
+            ),
+        )
+    errors: list[str] = []
+    if match.scaled:
+        errors.append(f"{match.gain:.4g} times the derivative of the position")
+    if match.shifted(T):
+        side = "late" if match.delay > 0 else "early"
+        late = abs(match.delay)
+        errors.append(f"{1e3 * late:.3g} ms {side} against the position ({late / T:.2g} samples)")
+    return " and ".join(errors) or None
