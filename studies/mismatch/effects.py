@@ -1,0 +1,399 @@
+"""What departs from an ideal axis or an ideal log, one effect each; effects combine.
+
+An effect changes the setup before the simulation, distorts the recorded columns after it, or does
+both.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+from scipy.signal import lfilter
+
+from studies.mismatch.axes import CYCLE, Setup, with_speed
+from studies.mismatch.plant import Run
+
+__all__ = ["EFFECTS", "Columns", "Effect"]
+
+Rng = np.random.Generator
+
+
+@dataclass(frozen=True, kw_only=True)
+class Columns:
+    """The columns of a log while it is recorded, shape (n,) each, and the run behind them.
+
+    Attributes
+    ----------
+    time
+        Time stamps [s].
+    effort
+        Logged effort [N or N m].
+    position
+        Measured position [m or rad].
+    velocity
+        Measured velocity [m/s or rad/s], or None.
+    run
+        True signals at all instants.
+    limit
+        Of the drive [N or N m].
+    """
+
+    time: Float[np.ndarray, " n"]
+    effort: Float[np.ndarray, " n"]
+    position: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"] | None = None
+    run: Run
+    limit: float
+
+    def rows(self, kept: Any) -> "Columns":
+        """Return the rows with these indices."""
+        velocity = None if self.velocity is None else self.velocity[kept]
+        return replace(
+            self,
+            time=self.time[kept],
+            effort=self.effort[kept],
+            position=self.position[kept],
+            velocity=velocity,
+        )
+
+
+Change = Callable[[Setup, Rng], Setup]
+Distortion = Callable[[Columns, Setup, Rng], Columns]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Effect:
+    """One departure from the ideal.
+
+    Attributes
+    ----------
+    change
+        Changes the setup, or None.
+    distort
+        Distorts the columns, or None.
+    """
+
+    change: Change | None = None
+    distort: Distortion | None = None
+
+
+def _setting(**values: Any) -> Effect:
+    return Effect(change=lambda setup, rng: replace(setup, **values))
+
+
+def _noise(factor: float) -> Effect:
+    return Effect(change=lambda setup, rng: replace(setup, noise=factor * setup.noise))
+
+
+def _sign(rng: Rng) -> float:
+    return float(rng.choice([-1.0, 1.0]))
+
+
+# Friction and loads.
+
+
+def _stribeck(setup: Setup, rng: Rng) -> Setup:
+    return replace(
+        setup, static=1.5, stribeck=float(np.exp(rng.uniform(np.log(0.02), np.log(0.1))))
+    )
+
+
+def _presliding(setup: Setup, rng: Rng) -> Setup:
+    # 2 to 50 µm on a stage of 0.3 m; the same part of the travel on a servo.
+    size = float(np.exp(rng.uniform(np.log(2e-6), np.log(50e-6))))
+    scale = 1.0 if setup.kind == "linear" else setup.travel / 0.3
+    return replace(setup, presliding=size * scale, presliding_damping=rng.uniform(0.1, 0.7))
+
+
+def _asymmetry(setup: Setup, rng: Rng) -> Setup:
+    return replace(
+        setup,
+        coulomb_skew=rng.uniform(0.02, 0.1) * _sign(rng),
+        viscous_skew=rng.uniform(0.0, 0.1) * _sign(rng),
+    )
+
+
+def _spring(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, spring=rng.uniform(0.1, 1.0))
+
+
+def _pendulum(setup: Setup, rng: Rng) -> Setup:
+    setup = with_speed(setup, 2.0, 8.0, rng)
+    angle = rng.uniform(0.0, 2 * np.pi)
+    return replace(setup, gravity=rng.uniform(0.1, 1.0), gravity_angle=angle)
+
+
+def _dwell(setup: Setup, rng: Rng) -> Setup:
+    return replace(
+        setup,
+        dwell=rng.uniform(1.2, 1.6),
+        dwell_time=rng.uniform(0.05, 0.3),
+        stribeck=float(np.exp(rng.uniform(np.log(0.01), np.log(0.04)))),
+    )
+
+
+def _ripple(setup: Setup, rng: Rng) -> Setup:
+    return replace(
+        setup,
+        ripple=rng.uniform(0.05, 0.3),
+        ripple_waves=rng.uniform(4.0, 15.0),
+        ripple_phase=rng.uniform(0.0, 2 * np.pi),
+    )
+
+
+def _constant_load(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, offset=rng.uniform(0.5, 2.0) * _sign(rng))
+
+
+def _resonance(setup: Setup, rng: Rng) -> Setup:
+    resonance = rng.uniform(20.0, 60.0)
+    share = rng.uniform(0.2, 0.5)
+    return replace(
+        setup,
+        load_share=share,
+        resonance=resonance,
+        resonance_damping=rng.uniform(0.02, 0.08),
+        bandwidth=min(setup.bandwidth, resonance * np.sqrt(1 - share) / 4.0),
+    )
+
+
+def _backlash(setup: Setup, rng: Rng) -> Setup:
+    return replace(
+        setup,
+        load_share=rng.uniform(0.3, 0.5),
+        resonance=rng.uniform(100.0, 200.0),
+        resonance_damping=rng.uniform(0.1, 0.3),
+        backlash=rng.uniform(2e-4, 2e-3),
+        load_friction=rng.uniform(0.3, 0.6),
+    )
+
+
+def _correlated(correlation: float) -> Effect:
+    return Effect(
+        change=lambda setup, rng: replace(
+            setup, correlation=correlation, correlated_disturbance=rng.uniform(0.03, 0.1)
+        )
+    )
+
+
+def _white(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, white_disturbance=rng.uniform(0.003, 0.01))
+
+
+# Motion.
+
+
+def _short(duration: float) -> Effect:
+    def change(setup: Setup, rng: Rng) -> Setup:
+        time = 0.4 * duration if duration < 1.5 else 0.2 * duration
+        return replace(
+            setup,
+            duration=duration,
+            move_time=time,
+            ramp_time=time * rng.uniform(0.2, 0.3),
+            rests=tuple((rng.uniform(0.03, 0.05, size=16) * duration).tolist()),
+            speeds=(1.0, rng.uniform(0.4, 0.6)) if duration < 1.5 else (1.0, 1.0, 0.4, 0.4),
+        )
+
+    return Effect(change=change)
+
+
+def _sine(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, pattern="sine", sine_frequency=rng.uniform(0.3, 1.0))
+
+
+def _steps(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, pattern="steps", bandwidth=rng.uniform(2.0, 3.0))
+
+
+def _one_direction(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, pattern="one_direction")
+
+
+# The drive and its log.
+
+
+def _delay(samples: float) -> Effect:
+    def change(setup: Setup, rng: Rng) -> Setup:
+        setup = replace(setup, bandwidth=min(setup.bandwidth, 12.0))
+        if setup.second_alternative:
+            return setup
+        return replace(setup, actuation_delay=samples * CYCLE)
+
+    def distort(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+        if not setup.second_alternative:
+            return columns
+        whole, part = int(samples), samples - int(samples)
+        late = np.concatenate((np.full(whole + 1, columns.effort[0]), columns.effort))
+        n = columns.effort.size
+        return replace(columns, effort=(1 - part) * late[1 : n + 1] + part * late[:n])
+
+    return Effect(change=change, distort=distort)
+
+
+def _saturated(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, use=rng.uniform(1.1, 1.5))
+
+
+def _log_command(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    return replace(columns, effort=columns.effort - columns.run.effort + columns.run.command)
+
+
+def _clipped(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    bound = rng.uniform(0.6, 0.9) * np.max(np.abs(columns.run.effort))
+    return replace(columns, effort=np.clip(columns.effort, -bound, bound))
+
+
+def _spikes(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    hit = rng.random(columns.effort.size) < 0.002
+    size = rng.uniform(1.0, 5.0, hit.size) * rng.choice([-1.0, 1.0], hit.size) * columns.limit
+    return replace(columns, effort=columns.effort + hit * size)
+
+
+def _quantized(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    step = 2 * columns.limit / 2.0 ** rng.choice([8, 9, 10])
+    return replace(columns, effort=step * np.round(columns.effort / step))
+
+
+def _decimated(rate: float) -> Effect:
+    every = round(1.0 / (rate * CYCLE))
+    return Effect(distort=lambda columns, setup, rng: columns.rows(slice(None, None, every)))
+
+
+def _units(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    factor = 1e3 if setup.kind == "linear" else 180 / np.pi
+    return replace(columns, position=factor * columns.position)
+
+
+def _glitches(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    n = columns.position.size
+    where = rng.choice(np.arange(10, n - 10), size=rng.integers(1, 6), replace=False)
+    position = columns.position.copy()
+    jump = rng.uniform(0.05, 2.0, where.size) * rng.choice([-1.0, 1.0], where.size)
+    position[where] += jump * setup.travel
+    return replace(columns, position=position)
+
+
+def _wrapped(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    return replace(columns, position=np.mod(columns.position, 2 * np.pi))
+
+
+# Time stamps.
+
+
+def _jittered(setup: Setup, rng: Rng) -> Setup:
+    return replace(setup, jitter=rng.uniform(0.02, 0.1))
+
+
+def _nominal_stamps(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    return replace(columns, time=CYCLE * np.arange(columns.time.size))
+
+
+def _noisy_stamps(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    error = np.clip(0.1 * rng.standard_normal(columns.time.size), -0.4, 0.4)
+    return replace(columns, time=columns.time + CYCLE * error)
+
+
+def _lost(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    n = columns.time.size
+    kept = np.ones(n, dtype=bool)
+    for start in np.flatnonzero(rng.random(n) < 0.005):
+        kept[start : start + rng.integers(1, 4)] = False
+    for start in rng.integers(0, n, size=2):  # two longer gaps
+        kept[start : start + rng.integers(20, 80)] = False
+    return columns.rows(kept)
+
+
+# Measured velocity.
+
+
+def _velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    noise = 1e-3 * setup.top_speed * rng.standard_normal(columns.time.size)
+    return replace(columns, velocity=columns.run.velocity + noise)
+
+
+def _delayed_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    columns = _velocity(columns, setup, rng)
+    assert columns.velocity is not None
+    late = int(rng.integers(2, 11))
+    velocity = np.concatenate((np.zeros(late), columns.velocity[:-late]))
+    return replace(columns, velocity=velocity)
+
+
+def _filtered_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    columns = _velocity(columns, setup, rng)
+    pole = np.exp(-2 * np.pi * rng.uniform(15.0, 60.0) * CYCLE)
+    return replace(columns, velocity=lfilter([1 - pole], [1, -pole], columns.velocity))
+
+
+def _differentiated_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    difference = np.diff(columns.position, prepend=columns.position[0])
+    return replace(columns, velocity=difference / CYCLE)
+
+
+def _scaled_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    columns = _velocity(columns, setup, rng)
+    return replace(columns, velocity=1.03 * columns.velocity)
+
+
+EFFECTS: dict[str, Effect] = {
+    "no_noise": _setting(noise=0.0),
+    "noise_half": _noise(0.5),
+    "noise_double": _noise(2.0),
+    "noise_fourfold": _noise(4.0),
+    "little_noise": _noise(0.3),
+    "stribeck": Effect(change=_stribeck),
+    "presliding": Effect(change=_presliding),
+    "asymmetry": Effect(change=_asymmetry),
+    "spring": Effect(change=_spring),
+    "pendulum": Effect(change=_pendulum),
+    "friction_drift": _setting(friction_drift=-0.2 / 0.9),
+    "gain_drift": _setting(gain_drift=-0.1 / 0.95),
+    "dwell": Effect(change=_dwell),
+    "quadratic": Effect(change=lambda setup, rng: replace(setup, quadratic=rng.uniform(0.3, 1.0))),
+    "two_thirds": Effect(
+        change=lambda setup, rng: replace(setup, two_thirds=setup.viscous, viscous=0.0)
+    ),
+    "ripple": Effect(change=_ripple),
+    "constant_load": Effect(change=_constant_load),
+    "resonance": Effect(change=_resonance),
+    "backlash": Effect(change=_backlash),
+    "correlated_098": _correlated(0.98),
+    "correlated_0998": _correlated(0.998),
+    "white_force": Effect(change=_white),
+    "short_1s": _short(1.0),
+    "short_2s": _short(2.0),
+    "single_speed": _setting(speeds=(1.0,)),
+    "sine": Effect(change=_sine),
+    "steps": Effect(change=_steps),
+    "one_direction": Effect(change=_one_direction),
+    "delay_0_5": _delay(0.5),
+    "delay_1": _delay(1.0),
+    "delay_2": _delay(2.0),
+    "delay_5": _delay(5.0),
+    "saturated": Effect(change=_saturated, distort=_log_command),
+    "clipped": Effect(distort=_clipped),
+    "spikes": Effect(distort=_spikes),
+    "quantized": Effect(distort=_quantized),
+    "rate_50": _decimated(50.0),
+    "rate_20": _decimated(20.0),
+    "units": Effect(distort=_units),
+    "glitches": Effect(distort=_glitches),
+    "wrapped": Effect(distort=_wrapped),
+    "jitter": Effect(change=_jittered),
+    "nominal_stamps": Effect(change=_jittered, distort=_nominal_stamps),
+    "noisy_stamps": Effect(distort=_noisy_stamps),
+    "lost_samples": Effect(distort=_lost),
+    "velocity": Effect(distort=_velocity),
+    "velocity_delayed": Effect(distort=_delayed_velocity),
+    "velocity_filtered": Effect(distort=_filtered_velocity),
+    "velocity_differentiated": Effect(distort=_differentiated_velocity),
+    "velocity_scaled": Effect(distort=_scaled_velocity),
+    "mass_known": _setting(known_mass=1.0),
+    "mass_wrong": Effect(
+        change=lambda setup, rng: replace(setup, known_mass=1.0 + 0.1 * _sign(rng))
+    ),
+}
+"""Every effect by name."""

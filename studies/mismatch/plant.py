@@ -1,0 +1,490 @@
+"""A motion axis in fine steps of 20 µs, in a sampled PID loop.
+
+The plant shares no code with `stickslip.simulation`. It exists to test estimators on logs that
+their own simulator cannot make.
+
+The first (motor-side) body obeys
+
+    m v' = k_t(t) u(t - t_d) - F_friction - F_load(x) - F_coupling - F_offset - d(t),
+
+and the optional second body m_2 v_2' = F_coupling - F_friction,2. Forces other than friction are
+evaluated at the middle of a step, friction by a linearly implicit midpoint rule, so that both are
+of second order while the direction of motion does not change. A change of direction is located
+inside the step; a body at rest stays at rest until the other forces exceed its static friction.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Float, Int
+from numba import njit
+
+__all__ = ["FINE_STEP", "Controller", "Plant", "Run", "run_plant"]
+
+FINE_STEP = 20e-6
+"""Integration step [s]."""
+
+_TINY = 1e-12
+
+
+class Plant(NamedTuple):
+    """Physics of an axis; SI units, of a linear axis (rotary: kg m^2, N m, rad).
+
+    Attributes
+    ----------
+    mass
+        Mass of the first body [kg].
+    coulomb_positive, coulomb_negative
+        Coulomb friction of each direction [N].
+    viscous_positive, viscous_negative
+        Viscous friction of each direction [N s/m].
+    quadratic
+        Coefficient of v |v| [N s^2/m^2].
+    two_thirds
+        Coefficient of |v|^(2/3) sign(v) [N (s/m)^(2/3)].
+    static_ratio
+        Static over Coulomb friction [-]; 1 has no Stribeck effect.
+    stribeck_velocity
+        v_s of the excess (F_s - F_c) exp(-(v/v_s)^2) [m/s].
+    dwell_ratio
+        Largest static over Coulomb friction after a long rest [-]; 1 has no dependence on it.
+    dwell_time
+        Rest after which half of that excess is reached [s].
+    presliding
+        Deflection F_c / sigma_0 of the LuGre law [m]; 0 takes the discontinuous law.
+    presliding_damping
+        Damping ratio of the mass on the bristles [-], sigma_1 = 2 zeta sqrt(sigma_0 m).
+    friction_drift
+        Change of all friction from first to last sample, relative to the mean [-].
+    offset
+        Constant part of the effort [N].
+    spring
+        Stiffness of a spring with its rest position at 0 [N/m].
+    gravity_sine, gravity_cosine
+        Coefficients of sin(x) and cos(x) [N].
+    ripple, ripple_period, ripple_phase
+        Amplitude [N], period [m] and phase [rad] of a periodic force over position.
+    gain_drift
+        Change of the torque constant from first to last sample, relative to the mean [-].
+    actuation_delay
+        Time after which an effort acts [s]; rounded to fine steps.
+    limit
+        Largest effort of the drive [N].
+    load_mass
+        Mass of the second body [kg]; 0 has one body.
+    coupling_stiffness, coupling_damping
+        Of the spring between the bodies [N/m, N s/m].
+    backlash
+        Play of that spring [m].
+    load_friction
+        Share of the Coulomb and viscous friction that acts on the second body [-].
+    encoder_step
+        Resolution of the encoder, which is on the first body [m]; 0 is exact.
+    """
+
+    mass: float
+    coulomb_positive: float = 0.0
+    coulomb_negative: float = 0.0
+    viscous_positive: float = 0.0
+    viscous_negative: float = 0.0
+    quadratic: float = 0.0
+    two_thirds: float = 0.0
+    static_ratio: float = 1.0
+    stribeck_velocity: float = 1.0
+    dwell_ratio: float = 1.0
+    dwell_time: float = 1.0
+    presliding: float = 0.0
+    presliding_damping: float = 0.0
+    friction_drift: float = 0.0
+    offset: float = 0.0
+    spring: float = 0.0
+    gravity_sine: float = 0.0
+    gravity_cosine: float = 0.0
+    ripple: float = 0.0
+    ripple_period: float = 1.0
+    ripple_phase: float = 0.0
+    gain_drift: float = 0.0
+    actuation_delay: float = 0.0
+    limit: float = np.inf
+    load_mass: float = 0.0
+    coupling_stiffness: float = 0.0
+    coupling_damping: float = 0.0
+    backlash: float = 0.0
+    load_friction: float = 0.0
+    encoder_step: float = 0.0
+
+
+class Controller(NamedTuple):
+    """A PID position controller with a filtered derivative; all zero is an open loop.
+
+    Attributes
+    ----------
+    proportional, integral, derivative
+        Gains [N/m, N/(m s), N s/m].
+    derivative_cutoff
+        Corner of the low-pass of the measured velocity [Hz].
+    """
+
+    proportional: float = 0.0
+    integral: float = 0.0
+    derivative: float = 0.0
+    derivative_cutoff: float = 200.0
+
+
+class Run(NamedTuple):
+    """What happened, at the instants of the controller; shape (n,) each.
+
+    Attributes
+    ----------
+    time
+        Instants [s].
+    position, velocity
+        True motion of the first body [m, m/s].
+    load_position, load_velocity
+        True motion of the second body [m, m/s]; zero without one.
+    reading
+        Position as the encoder reads it [m].
+    command
+        Effort that the controller asks for [N].
+    effort
+        The same within the drive's limit [N]; held until the next instant.
+    """
+
+    time: Float[np.ndarray, " n"]
+    position: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"]
+    load_position: Float[np.ndarray, " n"]
+    load_velocity: Float[np.ndarray, " n"]
+    reading: Float[np.ndarray, " n"]
+    command: Float[np.ndarray, " n"]
+    effort: Float[np.ndarray, " n"]
+
+
+def run_plant(
+    plant: Plant,
+    controller: Controller,
+    *,
+    reference_position: Float[np.ndarray, " n"],
+    reference_velocity: Float[np.ndarray, " n"],
+    feedforward: Float[np.ndarray, " n"],
+    integrate: Float[np.ndarray, " n"],
+    disturbance: Float[np.ndarray, " n"],
+    fine_steps: Int[np.ndarray, " n"],
+    initial_velocity: float = 0.0,
+) -> Run:
+    """Simulate the axis from its first reference position on.
+
+    Parameters
+    ----------
+    plant, controller
+        The axis and its controller.
+    reference_position, reference_velocity
+        References at the instants of the controller [m, m/s].
+    feedforward
+        Effort added to that of the controller [N].
+    integrate
+        Weight of the integral action [-]: 1 where it is on, 0 where it is held.
+    disturbance
+        Force against the positive direction, held over each sample [N].
+    fine_steps
+        Number of fine steps from each instant to the next [-].
+    initial_velocity
+        Of both bodies [m/s].
+
+    Returns
+    -------
+    The run at the instants of the controller.
+    """
+    time = FINE_STEP * np.concatenate(([0.0], np.cumsum(fine_steps[:-1], dtype=float)))
+    columns = _run(
+        plant,
+        controller,
+        np.ascontiguousarray(reference_position, dtype=float),
+        np.ascontiguousarray(reference_velocity, dtype=float),
+        np.ascontiguousarray(feedforward, dtype=float),
+        np.ascontiguousarray(integrate, dtype=float),
+        np.ascontiguousarray(disturbance, dtype=float),
+        np.ascontiguousarray(fine_steps, dtype=np.int64),
+        float(initial_velocity),
+    )
+    return Run(time, *columns)
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _sliding_friction(velocity, coulomb, viscous, quadratic, two_thirds, excess, stribeck_velocity):
+    """Return the size of friction at a speed above zero, and its slope over speed.
+
+    F(v) = F_c + F_e exp(-(v/v_s)^2) + c v + c_2 v^2 + c_3 v^(2/3)
+    """
+    speed = abs(velocity)
+    friction = coulomb + viscous * speed
+    slope = viscous
+    if excess != 0.0:
+        fall = excess * np.exp(-((speed / stribeck_velocity) ** 2))
+        friction += fall
+        slope -= 2.0 * speed / stribeck_velocity**2 * fall
+    if quadratic != 0.0:
+        friction += quadratic * speed * speed
+        slope += 2.0 * quadratic * speed
+    if two_thirds != 0.0:
+        part = two_thirds * (speed + _TINY) ** (2.0 / 3.0)
+        friction += part
+        slope += 2.0 / 3.0 * part / (speed + _TINY)
+    return friction, slope
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _dry_step(
+    velocity,
+    force,
+    mass,
+    coulomb_positive,
+    coulomb_negative,
+    viscous_positive,
+    viscous_negative,
+    quadratic,
+    two_thirds,
+    excess_ratio,
+    stribeck_velocity,
+    step,
+):
+    """Advance one body under discontinuous friction; return its velocity and its displacement.
+
+    v+ = v + h (F - F_f(v)) / (m + h/2 dF_f/dv)
+    """
+    if velocity == 0.0:
+        coulomb = coulomb_positive if force > 0.0 else coulomb_negative
+        breakaway = coulomb * (1.0 + excess_ratio)
+        if abs(force) <= breakaway:
+            return 0.0, 0.0
+        direction = 1.0 if force > 0.0 else -1.0
+        new = step * (force - direction * breakaway) / mass
+        return new, 0.5 * step * new
+    direction = 1.0 if velocity > 0.0 else -1.0
+    coulomb = coulomb_positive if velocity > 0.0 else coulomb_negative
+    viscous = viscous_positive if velocity > 0.0 else viscous_negative
+    friction, slope = _sliding_friction(
+        velocity, coulomb, viscous, quadratic, two_thirds, coulomb * excess_ratio, stribeck_velocity
+    )
+    new = velocity + step * (force - direction * friction) / (mass + 0.5 * step * slope)
+    if new * velocity > 0.0:
+        return new, 0.5 * step * (velocity + new)
+    # The body stops inside the step and goes on only if the other forces exceed static friction.
+    until_rest = step * velocity / (velocity - new)
+    displacement = 0.5 * until_rest * velocity
+    coulomb = coulomb_positive if force > 0.0 else coulomb_negative
+    breakaway = coulomb * (1.0 + excess_ratio)
+    if abs(force) <= breakaway:
+        return 0.0, displacement
+    direction = 1.0 if force > 0.0 else -1.0
+    rest = step - until_rest
+    new = rest * (force - direction * breakaway) / mass
+    return new, displacement + 0.5 * rest * new
+
+
+@njit(cache=True, error_model="numpy", inline="always")
+def _bristle_step(
+    velocity,
+    deflection,
+    force,
+    mass,
+    coulomb_positive,
+    coulomb_negative,
+    viscous_positive,
+    viscous_negative,
+    quadratic,
+    two_thirds,
+    excess_ratio,
+    stribeck_velocity,
+    stiffness,
+    damping,
+    step,
+):
+    """Advance one body under LuGre friction; return velocity, displacement and deflection.
+
+    z' = v - sigma_0 |v| z / g(v),  F_f = sigma_0 z + sigma_1 z' + c v + ...; z is advanced by the
+    exact solution at constant speed.
+    """
+    positive = velocity > 0.0 or (velocity == 0.0 and force > 0.0)
+    coulomb = coulomb_positive if positive else coulomb_negative
+    viscous = viscous_positive if positive else viscous_negative
+    speed = abs(velocity)
+    level = coulomb * (1.0 + excess_ratio * np.exp(-((speed / stribeck_velocity) ** 2)))
+    rate = velocity - stiffness * speed * deflection / level
+    other, slope = _sliding_friction(velocity, 0.0, viscous, quadratic, two_thirds, 0.0, 1.0)
+    direction = 1.0 if velocity >= 0.0 else -1.0
+    friction = stiffness * deflection + damping * rate + direction * other
+    relative = 1.0 - stiffness * deflection * direction / level
+    slope += damping * relative
+    advance = stiffness * rate  # of the bristle force, over half a step
+    new = velocity + step * (force - friction - 0.5 * step * advance) / (mass + 0.5 * step * slope)
+    mean = 0.5 * (velocity + new)
+    if mean != 0.0:
+        coulomb = coulomb_positive if mean > 0.0 else coulomb_negative
+        level = coulomb * (1.0 + excess_ratio * np.exp(-((mean / stribeck_velocity) ** 2)))
+        steady = level / stiffness if mean > 0.0 else -level / stiffness
+        deflection = steady + (deflection - steady) * np.exp(-stiffness * abs(mean) * step / level)
+    return new, step * mean, deflection
+
+
+@njit(cache=True, error_model="numpy")
+def _run(
+    plant,
+    controller,
+    reference_position,
+    reference_velocity,
+    feedforward,
+    integrate,
+    disturbance,
+    fine_steps,
+    initial_velocity,
+):
+    """Simulate; return position, velocity, those of the load, reading, command and effort."""
+    n = reference_position.size
+    positions, velocities = np.empty(n), np.empty(n)
+    load_positions, load_velocities = np.zeros(n), np.zeros(n)
+    readings, commands, efforts = np.empty(n), np.empty(n), np.empty(n)
+
+    h = FINE_STEP
+    total_steps = np.sum(fine_steps)
+    delay = int(round(plant.actuation_delay / h))
+    pending = np.zeros(delay + 1)
+    slot = 0
+
+    x, v = reference_position[0], initial_velocity
+    x2, v2 = x, v
+    bristle = 0.0
+    dwell, dwell_excess = 0.0, 0.0
+    x_last, v_filtered, integral = x, v, 0.0
+    if plant.encoder_step > 0.0:
+        x_last = np.round(x / plant.encoder_step) * plant.encoder_step
+    nominal = h * np.median(fine_steps)
+    bristles = plant.presliding > 0.0
+    stiffness, damping = 0.0, 0.0
+    if bristles:
+        mean_coulomb = 0.5 * (plant.coulomb_positive + plant.coulomb_negative)
+        stiffness = mean_coulomb / plant.presliding
+        damping = 2.0 * plant.presliding_damping * np.sqrt(stiffness * plant.mass)
+    two_bodies = plant.load_mass > 0.0
+    own, far = 1.0 - plant.load_friction, plant.load_friction
+    done = 0
+
+    for k in range(n):
+        y = x
+        if plant.encoder_step > 0.0:
+            y = np.round(x / plant.encoder_step) * plant.encoder_step
+        elapsed = nominal if k == 0 else h * fine_steps[k - 1]
+        smoothing = 1.0 - np.exp(-2.0 * np.pi * controller.derivative_cutoff * elapsed)
+        v_filtered += smoothing * ((y - x_last) / elapsed - v_filtered)
+        x_last = y
+        error = reference_position[k] - y
+        command = (
+            feedforward[k]
+            + controller.proportional * error
+            + controller.derivative * (reference_velocity[k] - v_filtered)
+            + integral
+        )
+        effort = min(max(command, -plant.limit), plant.limit)
+        if effort == command:
+            integral += integrate[k] * controller.integral * error * nominal
+        positions[k], velocities[k] = x, v
+        load_positions[k], load_velocities[k] = x2, v2
+        readings[k], commands[k], efforts[k] = y, command, effort
+
+        for _ in range(fine_steps[k]):
+            pending[slot] = effort
+            slot = slot + 1 if slot < delay else 0
+            acting = pending[slot] if delay > 0 else effort
+            # The drifts are linear in time and relative to their means.
+            progress = done / total_steps - 0.5
+            done += 1
+            acting *= 1.0 + plant.gain_drift * progress
+            scale = 1.0 + plant.friction_drift * progress
+            x_mid = x + 0.5 * h * v
+            force = acting - plant.offset - disturbance[k]
+            if plant.spring != 0.0:
+                force -= plant.spring * x_mid
+            if plant.gravity_sine != 0.0 or plant.gravity_cosine != 0.0:
+                force -= plant.gravity_sine * np.sin(x_mid) + plant.gravity_cosine * np.cos(x_mid)
+            if plant.ripple != 0.0:
+                force -= plant.ripple * np.sin(
+                    2.0 * np.pi * x_mid / plant.ripple_period + plant.ripple_phase
+                )
+            if two_bodies:
+                stretch = x_mid - x2 - 0.5 * h * v2
+                coupling = 0.0
+                half = 0.5 * plant.backlash
+                if stretch > half:
+                    coupling = plant.coupling_stiffness * (stretch - half)
+                    coupling += plant.coupling_damping * (v - v2)
+                    if half > 0.0:
+                        coupling = max(coupling, 0.0)  # a tooth does not pull
+                elif stretch < -half:
+                    coupling = plant.coupling_stiffness * (stretch + half)
+                    coupling += plant.coupling_damping * (v - v2)
+                    if half > 0.0:
+                        coupling = min(coupling, 0.0)
+                force -= coupling
+                v2, displacement = _dry_step(
+                    v2,
+                    coupling,
+                    plant.load_mass,
+                    far * scale * plant.coulomb_positive,
+                    far * scale * plant.coulomb_negative,
+                    far * scale * plant.viscous_positive,
+                    far * scale * plant.viscous_negative,
+                    0.0,
+                    0.0,
+                    0.0,
+                    1.0,
+                    h,
+                )
+                x2 += displacement
+            excess = plant.static_ratio - 1.0
+            if plant.dwell_ratio > 1.0:
+                # Contacts grow at rest; the excess is lost once the body has left the Stribeck
+                # range.
+                if v == 0.0:
+                    dwell += h
+                    grown = dwell / (dwell + plant.dwell_time)
+                    dwell_excess = (plant.dwell_ratio - 1.0) * grown
+                else:
+                    dwell = 0.0
+                    if abs(v) > 3.0 * plant.stribeck_velocity:
+                        dwell_excess = 0.0
+                excess += dwell_excess
+            if bristles:
+                v, displacement, bristle = _bristle_step(
+                    v,
+                    bristle,
+                    force,
+                    plant.mass,
+                    scale * plant.coulomb_positive,
+                    scale * plant.coulomb_negative,
+                    scale * plant.viscous_positive,
+                    scale * plant.viscous_negative,
+                    scale * plant.quadratic,
+                    scale * plant.two_thirds,
+                    excess,
+                    plant.stribeck_velocity,
+                    stiffness,
+                    damping,
+                    h,
+                )
+            else:
+                v, displacement = _dry_step(
+                    v,
+                    force,
+                    plant.mass,
+                    own * scale * plant.coulomb_positive,
+                    own * scale * plant.coulomb_negative,
+                    own * scale * plant.viscous_positive,
+                    own * scale * plant.viscous_negative,
+                    scale * plant.quadratic,
+                    scale * plant.two_thirds,
+                    excess,
+                    plant.stribeck_velocity,
+                    h,
+                )
+            x += displacement
+    return positions, velocities, load_positions, load_velocities, readings, commands, efforts
