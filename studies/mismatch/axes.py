@@ -22,8 +22,8 @@ __all__ = [
     "controller_of",
     "draw_setup",
     "friction_curve",
-    "moves",
     "motion_of",
+    "moves",
     "physical",
     "true_values",
 ]
@@ -238,7 +238,7 @@ def draw_setup(rng: np.random.Generator, kind: Kind, seed: int) -> Setup:
     """
     linear = kind == "linear"
     move_time, ramp_time = rng.uniform(0.85, 1.0), rng.uniform(0.15, 0.3)
-    travel = _log_uniform(rng, 0.1, 0.45) if linear else _log_uniform(rng, 3.0, 50.0)
+    travel = _log_uniform(rng, 0.1, 0.35) if linear else _log_uniform(rng, 3.0, 50.0)
     feedforward = rng.random() < 0.7
     rests = rng.uniform(0.15, 0.45, size=16)
     return Setup(

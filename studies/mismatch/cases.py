@@ -18,6 +18,7 @@ from studies.mismatch.axes import (
     draw_setup,
     friction_curve,
     motion_of,
+    moves,
     physical,
     true_values,
 )
@@ -72,6 +73,9 @@ class Recorded:
         Keyword arguments for ``identify``.
     speed_range
         Lowest and highest speed of the moves [m/s or rad/s].
+    velocities
+        Twenty velocities over the driven ranges of the directions driven, shape (20,) [m/s or
+        rad/s].
     setup, run
         The simulated axis and its true signals.
     """
@@ -81,6 +85,7 @@ class Recorded:
     curve: Callable[[Float[np.ndarray, " n"]], Float[np.ndarray, " n"]]
     settings: dict[str, Any]
     speed_range: tuple[float, float]
+    velocities: Float[np.ndarray, " 20"]
     setup: Setup
     run: Run
 
@@ -230,20 +235,33 @@ def record(case_name: str, seed: int) -> Recorded:
         measured_position=columns.position,
         measured_velocity=columns.velocity,
     )
-    speeds = [s * setup.top_speed for s in setup.speeds]
-    if setup.pattern in ("sine", "steps"):
-        top = float(np.max(np.abs(run.velocity)))
-        speeds = [0.1 * top, top]
+    speeds = _driven(setup, run)
     known = {} if setup.known_mass is None else {"inertia": setup.known_mass * setup.mass}
     return Recorded(
         log=log,
         truth=true_values(setup),
         curve=lambda velocity: friction_curve(setup, np.asarray(velocity, dtype=float)),
         settings=known,
-        speed_range=(min(speeds), max(speeds)),
+        speed_range=(min(min(s) for s in speeds if s), max(max(s) for s in speeds if s)),
+        velocities=_spread(speeds),
         setup=setup,
         run=run,
     )
+
+
+def _driven(setup: Setup, run: Run) -> tuple[list[float], list[float]]:
+    """Return the speeds of the moves in the positive and in the negative direction."""
+    if setup.pattern in ("sine", "steps"):
+        return tuple([0.1 * s, s] for s in (np.max(run.velocity), -np.min(run.velocity)))
+    velocities = [stroke.velocity for stroke in moves(setup)]
+    return [v for v in velocities if v > 0], [-v for v in velocities if v < 0]
+
+
+def _spread(speeds: tuple[list[float], list[float]]) -> Float[np.ndarray, " 20"]:
+    """Return twenty velocities from the slowest to the fastest move of each direction."""
+    driven = [(sign, s) for sign, s in zip((1.0, -1.0), speeds, strict=True) if s]
+    count = 20 // len(driven)
+    return np.concatenate([sign * np.linspace(min(s), max(s), count) for sign, s in driven])
 
 
 def _simulated(setup: Setup, rng: np.random.Generator) -> tuple[Run, Plant]:
@@ -269,6 +287,8 @@ def _simulated(setup: Setup, rng: np.random.Generator) -> tuple[Run, Plant]:
         integrate=motion.moving.astype(float),
         disturbance=_disturbance(setup, plant, n, rng),
         fine_steps=fine_steps,
+        # A load heavier than friction is held from the start.
+        initial_effort=plant.offset if abs(setup.offset) > 0.5 else 0.0,
     )
     return run, plant
 

@@ -80,11 +80,11 @@ class Effect:
 
 
 def _setting(**values: Any) -> Effect:
-    return Effect(change=lambda setup, rng: replace(setup, **values))
+    return Effect(change=lambda setup, _rng: replace(setup, **values))
 
 
 def _noise(factor: float) -> Effect:
-    return Effect(change=lambda setup, rng: replace(setup, noise=factor * setup.noise))
+    return Effect(change=lambda setup, _rng: replace(setup, noise=factor * setup.noise))
 
 
 def _sign(rng: Rng) -> float:
@@ -208,7 +208,7 @@ def _steps(setup: Setup, rng: Rng) -> Setup:
     return replace(setup, pattern="steps", bandwidth=rng.uniform(2.0, 3.0))
 
 
-def _one_direction(setup: Setup, rng: Rng) -> Setup:
+def _one_direction(setup: Setup, _rng: Rng) -> Setup:
     return replace(setup, pattern="one_direction")
 
 
@@ -216,13 +216,13 @@ def _one_direction(setup: Setup, rng: Rng) -> Setup:
 
 
 def _delay(samples: float) -> Effect:
-    def change(setup: Setup, rng: Rng) -> Setup:
+    def change(setup: Setup, _rng: Rng) -> Setup:
         setup = replace(setup, bandwidth=min(setup.bandwidth, 12.0))
         if setup.second_alternative:
             return setup
         return replace(setup, actuation_delay=samples * CYCLE)
 
-    def distort(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    def distort(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
         if not setup.second_alternative:
             return columns
         whole, part = int(samples), samples - int(samples)
@@ -234,35 +234,36 @@ def _delay(samples: float) -> Effect:
 
 
 def _saturated(setup: Setup, rng: Rng) -> Setup:
-    return replace(setup, use=rng.uniform(1.1, 1.5))
+    # A soft loop, so that the command exceeds the limit by some times and not by tens of times.
+    return replace(setup, use=rng.uniform(1.1, 1.4), bandwidth=rng.uniform(3.0, 5.0))
 
 
-def _log_command(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _log_command(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
     return replace(columns, effort=columns.effort - columns.run.effort + columns.run.command)
 
 
-def _clipped(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _clipped(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     bound = rng.uniform(0.6, 0.9) * np.max(np.abs(columns.run.effort))
     return replace(columns, effort=np.clip(columns.effort, -bound, bound))
 
 
-def _spikes(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _spikes(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     hit = rng.random(columns.effort.size) < 0.002
     size = rng.uniform(1.0, 5.0, hit.size) * rng.choice([-1.0, 1.0], hit.size) * columns.limit
     return replace(columns, effort=columns.effort + hit * size)
 
 
-def _quantized(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _quantized(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     step = 2 * columns.limit / 2.0 ** rng.choice([8, 9, 10])
     return replace(columns, effort=step * np.round(columns.effort / step))
 
 
 def _decimated(rate: float) -> Effect:
     every = round(1.0 / (rate * CYCLE))
-    return Effect(distort=lambda columns, setup, rng: columns.rows(slice(None, None, every)))
+    return Effect(distort=lambda columns, _setup, _rng: columns.rows(slice(None, None, every)))
 
 
-def _units(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _units(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
     factor = 1e3 if setup.kind == "linear" else 180 / np.pi
     return replace(columns, position=factor * columns.position)
 
@@ -276,7 +277,7 @@ def _glitches(columns: Columns, setup: Setup, rng: Rng) -> Columns:
     return replace(columns, position=position)
 
 
-def _wrapped(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _wrapped(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
     return replace(columns, position=np.mod(columns.position, 2 * np.pi))
 
 
@@ -287,16 +288,16 @@ def _jittered(setup: Setup, rng: Rng) -> Setup:
     return replace(setup, jitter=rng.uniform(0.02, 0.1))
 
 
-def _nominal_stamps(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _nominal_stamps(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
     return replace(columns, time=CYCLE * np.arange(columns.time.size))
 
 
-def _noisy_stamps(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _noisy_stamps(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     error = np.clip(0.1 * rng.standard_normal(columns.time.size), -0.4, 0.4)
     return replace(columns, time=columns.time + CYCLE * error)
 
 
-def _lost(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _lost(columns: Columns, _setup: Setup, rng: Rng) -> Columns:
     n = columns.time.size
     kept = np.ones(n, dtype=bool)
     for start in np.flatnonzero(rng.random(n) < 0.005):
@@ -309,33 +310,34 @@ def _lost(columns: Columns, setup: Setup, rng: Rng) -> Columns:
 # Measured velocity.
 
 
-def _velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _noisy_velocity(columns: Columns, setup: Setup, rng: Rng) -> Float[np.ndarray, " n"]:
     noise = 1e-3 * setup.top_speed * rng.standard_normal(columns.time.size)
-    return replace(columns, velocity=columns.run.velocity + noise)
+    return columns.run.velocity + noise
+
+
+def _velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+    return replace(columns, velocity=_noisy_velocity(columns, setup, rng))
 
 
 def _delayed_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
-    columns = _velocity(columns, setup, rng)
-    assert columns.velocity is not None
+    velocity = _noisy_velocity(columns, setup, rng)
     late = int(rng.integers(2, 11))
-    velocity = np.concatenate((np.zeros(late), columns.velocity[:-late]))
-    return replace(columns, velocity=velocity)
+    return replace(columns, velocity=np.concatenate((np.zeros(late), velocity[:-late])))
 
 
 def _filtered_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
-    columns = _velocity(columns, setup, rng)
+    velocity = _noisy_velocity(columns, setup, rng)
     pole = np.exp(-2 * np.pi * rng.uniform(15.0, 60.0) * CYCLE)
-    return replace(columns, velocity=lfilter([1 - pole], [1, -pole], columns.velocity))
+    return replace(columns, velocity=lfilter([1 - pole], [1, -pole], velocity))
 
 
-def _differentiated_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
+def _differentiated_velocity(columns: Columns, _setup: Setup, _rng: Rng) -> Columns:
     difference = np.diff(columns.position, prepend=columns.position[0])
     return replace(columns, velocity=difference / CYCLE)
 
 
 def _scaled_velocity(columns: Columns, setup: Setup, rng: Rng) -> Columns:
-    columns = _velocity(columns, setup, rng)
-    return replace(columns, velocity=1.03 * columns.velocity)
+    return replace(columns, velocity=1.03 * _noisy_velocity(columns, setup, rng))
 
 
 EFFECTS: dict[str, Effect] = {
@@ -354,7 +356,7 @@ EFFECTS: dict[str, Effect] = {
     "dwell": Effect(change=_dwell),
     "quadratic": Effect(change=lambda setup, rng: replace(setup, quadratic=rng.uniform(0.3, 1.0))),
     "two_thirds": Effect(
-        change=lambda setup, rng: replace(setup, two_thirds=setup.viscous, viscous=0.0)
+        change=lambda setup, _rng: replace(setup, two_thirds=setup.viscous, viscous=0.0)
     ),
     "ripple": Effect(change=_ripple),
     "constant_load": Effect(change=_constant_load),

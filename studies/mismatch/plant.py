@@ -171,6 +171,7 @@ def run_plant(
     disturbance: Float[np.ndarray, " n"],
     fine_steps: Int[np.ndarray, " n"],
     initial_velocity: float = 0.0,
+    initial_effort: float = 0.0,
 ) -> Run:
     """Simulate the axis from its first reference position on.
 
@@ -190,6 +191,8 @@ def run_plant(
         Number of fine steps from each instant to the next [-].
     initial_velocity
         Of both bodies [m/s].
+    initial_effort
+        Of the integral action, such as the effort that holds a load [N].
 
     Returns
     -------
@@ -206,12 +209,21 @@ def run_plant(
         np.ascontiguousarray(disturbance, dtype=float),
         np.ascontiguousarray(fine_steps, dtype=np.int64),
         float(initial_velocity),
+        float(initial_effort),
     )
     return Run(time, *columns)
 
 
 @njit(cache=True, error_model="numpy", inline="always")
-def _sliding_friction(velocity, coulomb, viscous, quadratic, two_thirds, excess, stribeck_velocity):
+def _sliding_friction(
+    velocity: float,
+    coulomb: float,
+    viscous: float,
+    quadratic: float,
+    two_thirds: float,
+    excess: float,
+    stribeck_velocity: float,
+) -> tuple[float, float]:
     """Return the size of friction at a speed above zero, and its slope over speed.
 
     F(v) = F_c + F_e exp(-(v/v_s)^2) + c v + c_2 v^2 + c_3 v^(2/3)
@@ -235,19 +247,19 @@ def _sliding_friction(velocity, coulomb, viscous, quadratic, two_thirds, excess,
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _dry_step(
-    velocity,
-    force,
-    mass,
-    coulomb_positive,
-    coulomb_negative,
-    viscous_positive,
-    viscous_negative,
-    quadratic,
-    two_thirds,
-    excess_ratio,
-    stribeck_velocity,
-    step,
-):
+    velocity: float,
+    force: float,
+    mass: float,
+    coulomb_positive: float,
+    coulomb_negative: float,
+    viscous_positive: float,
+    viscous_negative: float,
+    quadratic: float,
+    two_thirds: float,
+    excess_ratio: float,
+    stribeck_velocity: float,
+    step: float,
+) -> tuple[float, float]:
     """Advance one body under discontinuous friction; return its velocity and its displacement.
 
     v+ = v + h (F - F_f(v)) / (m + h/2 dF_f/dv)
@@ -284,22 +296,22 @@ def _dry_step(
 
 @njit(cache=True, error_model="numpy", inline="always")
 def _bristle_step(
-    velocity,
-    deflection,
-    force,
-    mass,
-    coulomb_positive,
-    coulomb_negative,
-    viscous_positive,
-    viscous_negative,
-    quadratic,
-    two_thirds,
-    excess_ratio,
-    stribeck_velocity,
-    stiffness,
-    damping,
-    step,
-):
+    velocity: float,
+    deflection: float,
+    force: float,
+    mass: float,
+    coulomb_positive: float,
+    coulomb_negative: float,
+    viscous_positive: float,
+    viscous_negative: float,
+    quadratic: float,
+    two_thirds: float,
+    excess_ratio: float,
+    stribeck_velocity: float,
+    stiffness: float,
+    damping: float,
+    step: float,
+) -> tuple[float, float, float]:
     """Advance one body under LuGre friction; return velocity, displacement and deflection.
 
     z' = v - sigma_0 |v| z / g(v),  F_f = sigma_0 z + sigma_1 z' + c v + ...; z is advanced by the
@@ -329,16 +341,17 @@ def _bristle_step(
 
 @njit(cache=True, error_model="numpy")
 def _run(
-    plant,
-    controller,
-    reference_position,
-    reference_velocity,
-    feedforward,
-    integrate,
-    disturbance,
-    fine_steps,
-    initial_velocity,
-):
+    plant: Plant,
+    controller: Controller,
+    reference_position: Float[np.ndarray, " n"],
+    reference_velocity: Float[np.ndarray, " n"],
+    feedforward: Float[np.ndarray, " n"],
+    integrate: Float[np.ndarray, " n"],
+    disturbance: Float[np.ndarray, " n"],
+    fine_steps: Int[np.ndarray, " n"],
+    initial_velocity: float,
+    initial_effort: float,
+) -> tuple[Float[np.ndarray, " n"], ...]:
     """Simulate; return position, velocity, those of the load, reading, command and effort."""
     n = reference_position.size
     positions, velocities = np.empty(n), np.empty(n)
@@ -347,7 +360,7 @@ def _run(
 
     h = FINE_STEP
     total_steps = np.sum(fine_steps)
-    delay = int(round(plant.actuation_delay / h))
+    delay = int(np.rint(plant.actuation_delay / h))
     pending = np.zeros(delay + 1)
     slot = 0
 
@@ -355,7 +368,7 @@ def _run(
     x2, v2 = x, v
     bristle = 0.0
     dwell, dwell_excess = 0.0, 0.0
-    x_last, v_filtered, integral = x, v, 0.0
+    x_last, v_filtered, integral = x, v, initial_effort
     if plant.encoder_step > 0.0:
         x_last = np.round(x / plant.encoder_step) * plant.encoder_step
     nominal = h * np.median(fine_steps)
