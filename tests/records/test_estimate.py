@@ -87,3 +87,9 @@ def test_every_parameter_has_a_unit_and_every_status_a_remedy() -> None:
     for status in Status:
         assert status.text.endswith(".")
         assert status.trusted == (status is Status.OK)
+
+
+def test_every_status_has_its_own_word() -> None:
+    words = [status.word for status in Status]
+    assert len(set(words)) == len(words)
+    assert all(word and not word.endswith(".") for word in words)

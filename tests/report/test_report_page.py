@@ -214,6 +214,16 @@ def test_a_value_that_cannot_be_is_not_called_identified(
     assert text.count("unphysical: it cannot be negative") == 1
 
 
+@pytest.mark.parametrize("status", list(Status))
+def test_a_page_of_every_status_is_headed_by_its_word(
+    status: Status, identification: Identification, tmp_path: Path
+) -> None:
+    estimate = replace(identification.estimate, status=status)
+    text = page_of(replace(identification, estimate=estimate), tmp_path).text
+    assert status.word in text
+    assert status.text in text
+
+
 def test_without_an_offset_none_is_spoken_of(
     identification: Identification, tmp_path: Path
 ) -> None:

@@ -50,6 +50,7 @@ class Status(Enum):
     UNPHYSICAL = "unphysical"
     POOR_FIT = "poor_fit"
     BIASED = "biased"
+    MODEL_MISMATCH = "model_mismatch"
 
     @property
     def trusted(self) -> bool:
@@ -57,10 +58,25 @@ class Status(Enum):
         return self is Status.OK
 
     @property
+    def word(self) -> str:
+        """A heading of a few words."""
+        return _STATUS_WORD[self]
+
+    @property
     def text(self) -> str:
         """One sentence: what it means and what to do."""
         return _STATUS_TEXT[self]
 
+
+_STATUS_WORD = {
+    Status.OK: "Identified",
+    Status.NOT_IDENTIFIABLE: "Not identifiable from this log",
+    Status.INSUFFICIENT_EXCITATION: "Not enough motion",
+    Status.UNPHYSICAL: "Unphysical result",
+    Status.POOR_FIT: "Poor fit",
+    Status.BIASED: "Biased estimate",
+    Status.MODEL_MISMATCH: "Model mismatch",
+}
 
 _STATUS_TEXT = {
     Status.OK: "The parameters are identified.",
@@ -81,6 +97,10 @@ _STATUS_TEXT = {
     Status.BIASED: (
         "The method is known to be biased on such a log by more than its intervals say; take the "
         "energy estimator's own form, and this one for comparison."
+    ),
+    Status.MODEL_MISMATCH: (
+        "The log violates the model in a way that cannot be modelled; the notes name the cause, "
+        "its size and the remedy."
     ),
 }
 

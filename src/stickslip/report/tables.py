@@ -22,14 +22,6 @@ from stickslip.report.drawing import symbol
 
 __all__ = ["footer", "header", "parameters", "provenance"]
 
-_WORD = {
-    Status.OK: "Identified",
-    Status.NOT_IDENTIFIABLE: "Not identifiable from this log",
-    Status.INSUFFICIENT_EXCITATION: "Not enough motion",
-    Status.UNPHYSICAL: "Unphysical result",
-    Status.POOR_FIT: "Poor fit",
-}
-
 _KIND = {"linear": "linear axis", "rotary": "rotary axis"}
 
 
@@ -52,7 +44,7 @@ def header(identification: Identification) -> str:
         '<header class="top">\n'
         f'<p class="kicker">stickslip · friction identification · {_KIND[log.kind]}</p>\n'
         f"<h1>{_escape(log.name)}</h1>\n"
-        f'<div class="verdict {tone}"><p class="word">{mark} {_WORD[status]}</p>'
+        f'<div class="verdict {tone}"><p class="word">{mark} {status.word}</p>'
         f"<p>{_escape(status.text)}{caution}</p>{listed}</div>\n"
         f"{_facts(identification)}</header>\n"
     )
