@@ -202,7 +202,8 @@ def _curve(
         columns = balance.terms.force_columns(grid, np.full(grid.size, np.sign(end)))
         law = columns @ values
         covariance = estimate.covariance[np.ix_(keep, keep)]
-        half = quantile * np.sqrt(np.einsum("ij,jk,ik->i", columns, covariance, columns))
+        variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
+        half = quantile * np.sqrt(np.maximum(variance, 0.0))
         block = np.column_stack([grid, law, law - half, law + half])
         parts.append(block if end < 0 else block[::-1])
     gap = np.full((1, 4), np.nan)

@@ -22,7 +22,12 @@ from stickslip.estimation.energy.levels import AxisModel, EnergyLevels, energy_l
 from stickslip.estimation.energy.online import first_state, samples_of
 from stickslip.estimation.energy.streaming import energy_run, energy_step
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.fit.solve import (
+    check_excited,
+    long_stretches,
+    provenance_of,
+    solve,
+)
 from stickslip.estimation.online.recursion import VALUES, covariance_in
 from stickslip.estimation.online_method import Kernel, OnlineMethod, State
 from stickslip.estimation.settings import (
@@ -234,14 +239,12 @@ class EnergyEstimator(OnlineMethod):
         settled, log, changes, lowered = self._settled(log)
         T = log.sampling_time
         least = settled._least_samples(T)
-        parts = [part for part in log.segments() if len(part) >= least]
-        if not parts:
-            raise InputError(
-                f"the log has no stretch of {least} samples without a gap ({len(log)} samples in "
-                f"all, one every {T:.4g} s)",
-                where=log.name,
-                remedy="record a longer log, or raise the cutoff frequency",
-            )
+        parts = long_stretches(
+            log,
+            least,
+            needed_by="",
+            remedy="record a longer log, or raise the cutoff frequency",
+        )
         low_pass = settled._low_pass(T)
         if self.inertia is not None:
             return work_regression(parts, self.model, low_pass, samples=len(log), notes=changes)

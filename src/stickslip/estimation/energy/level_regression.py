@@ -16,6 +16,7 @@ from stickslip.estimation.fit.diagnostics import hardly_moves
 from stickslip.estimation.fit.rows import MotionSummary, Regression, summarise_motion
 from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.observation import MotionNoise, motion_noise
+from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog
 
 __all__ = ["block_size", "level_regression", "noise_of_longest"]
@@ -30,8 +31,8 @@ def block_size(low_pass: LowPass, sampling_time: float) -> int:
 
 
 def noise_of_longest(parts: Sequence[AxisLog], low_pass: LowPass) -> MotionNoise:
-    """Return the noise on the (first) mass, from the longest stretch."""
-    longest = max(parts, key=len)
+    """Return the noise on the (first) mass, from the longest stretch in motion."""
+    longest = longest_in_motion(parts)
     return motion_noise(
         longest.measured_position, longest.measured_velocity, low_pass, longest.sampling_time
     )

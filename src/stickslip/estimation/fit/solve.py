@@ -35,7 +35,7 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["check_excited", "provenance_of", "solve"]
+__all__ = ["check_excited", "long_stretches", "provenance_of", "solve"]
 
 _LEAST_ROWS_PER_PARAMETER = 3
 
@@ -61,6 +61,46 @@ def check_excited(log: AxisLog) -> None:
             where=log.name,
             remedy="map the column that holds the axis' position, or record a motion",
         )
+
+
+def long_stretches(log: AxisLog, least: int, *, needed_by: str, remedy: str) -> list[AxisLog]:
+    """Return the stretches without gaps that a filter can use.
+
+    Parameters
+    ----------
+    log
+        With uniform samples between its gaps.
+    least
+        Samples that a stretch must hold.
+    needed_by
+        Clause on what needs so many samples, with a leading comma; empty for none.
+    remedy
+        For a log without such a stretch.
+
+    Raises
+    ------
+    InputError
+        If no stretch is long enough, or in none of those that are the position or the effort
+        changes.
+    """
+    parts = [part for part in log.segments() if len(part) >= least]
+    if not parts:
+        raise InputError(
+            f"the log has no stretch of {least} samples without a gap{needed_by} ({len(log)} "
+            f"samples in all, one every {log.sampling_time:.4g} s)",
+            where=log.name,
+            remedy=remedy,
+        )
+    moves = any(float(np.ptp(part.measured_position)) > 0.0 for part in parts)
+    pushes = any(np.any(part.effort) for part in parts)
+    if not (moves and pushes):
+        lacks = "the effort is 0" if moves else "the position is constant"
+        raise InputError(
+            f"{lacks} in every stretch of {least} samples or more without a gap{needed_by}",
+            where=log.name,
+            remedy="record the moves without gaps",
+        )
+    return parts
 
 
 def provenance_of(log: AxisLog, options: Mapping[str, Any]) -> Provenance:

@@ -25,7 +25,7 @@ from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
 from stickslip.estimation.settings import check_given, first_guesses
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.estimation.signals.resampling import resampled
-from stickslip.estimation.signals.sensor_noise import position_noise
+from stickslip.estimation.signals.sensor_noise import longest_in_motion, position_noise
 from stickslip.records import (
     AxisKind,
     AxisLog,
@@ -329,12 +329,19 @@ class ExtendedKalmanFilter(OnlineMethod):
 
     def _settled(self, log: AxisLog) -> "ExtendedKalmanFilter":
         """Return the filter with the noise and the first deviations that a log suggests."""
-        longest = max(log.segments(), key=len)
+        longest = longest_in_motion(log.segments())
         x, v = longest.measured_position, longest.measured_velocity
         found = sensor_noise_of(log) if v is not None else None
         own = position_noise(x) if found is None else found.position
-        least = _ROUNDING * float(np.ptp(x))
-        speed = np.diff(x) / log.sampling_time if v is None else v
+        least = _ROUNDING * float(np.ptp(log.measured_position))
+        # The longest stretch may be one at rest
+        speeds = [
+            np.diff(part.measured_position) / log.sampling_time
+            if part.measured_velocity is None
+            else part.measured_velocity
+            for part in log.segments()
+        ]
+        speed = np.concatenate(speeds)
         quick = _ROUNDING * float(np.max(np.abs(speed)))
         effort = float(np.sqrt(np.mean(log.effort**2)))
         usual = float(np.sqrt(np.mean(speed**2)))

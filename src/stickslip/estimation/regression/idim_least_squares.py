@@ -12,7 +12,12 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.fit.rows import Regression, summarise_motion
-from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.fit.solve import (
+    check_excited,
+    long_stretches,
+    provenance_of,
+    solve,
+)
 from stickslip.estimation.signals.kinematics import (
     REST_PERIODS,
     LowPass,
@@ -142,19 +147,15 @@ class IdimLeastSquares:
         skipped = max(round(SETTLING_PERIODS * period) - 1, 0)
         least = skipped + _LEAST_ROWS * factor
 
+        parts = long_stretches(
+            log,
+            least,
+            needed_by=f", which the filter and the decimation by {factor} need",
+            remedy="record a longer log, or raise the cutoff frequency",
+        )
         velocities = [
-            central_difference(low_pass.apply(part.measured_position, T), T)
-            for part in log.segments()
-            if len(part) >= least
+            central_difference(low_pass.apply(part.measured_position, T), T) for part in parts
         ]
-        parts = [part for part in log.segments() if len(part) >= least]
-        if not parts:
-            raise InputError(
-                f"the log has no stretch of {least} samples without a gap, which the filter and "
-                f"the decimation by {factor} need ({len(log)} samples in all, one every {T:.4g} s)",
-                where=log.name,
-                remedy="record a longer log, or raise the cutoff frequency",
-            )
         position_noise = max(noise_level(part.measured_position) for part in parts)
         speed_noise = position_noise * low_pass.noise_gain(T, derivatives=1)
         largest = max(float(np.max(np.abs(v))) for v in velocities)

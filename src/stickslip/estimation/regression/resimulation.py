@@ -57,7 +57,7 @@ def unexplained_effort(
 
     Returns
     -------
-    The share [-]; None if a parameter is missing.
+    The share [-]; None if a parameter is missing, or the smoothed rows hold no effort.
 
     Raises
     ------
@@ -74,7 +74,8 @@ def unexplained_effort(
     ).regression(log)
     law = np.array([values.get(name, 0.0) for name in rows.names])
     residual = rows.target - rows.regressors @ law
-    return float(np.linalg.norm(residual) / np.linalg.norm(rows.target))
+    size = float(np.linalg.norm(rows.target))
+    return float(np.linalg.norm(residual)) / size if size > 0.0 else None
 
 
 def replay(

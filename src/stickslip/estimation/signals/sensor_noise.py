@@ -1,12 +1,14 @@
 """What position sensors leave of a motion, and the low-pass that copes with it."""
 
+from collections.abc import Iterable
+
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.signals.kinematics import LowPass, central_difference, noise_level
 from stickslip.records import AxisLog
 
-__all__ = ["chosen_cutoff", "encoder_step", "position_noise"]
+__all__ = ["chosen_cutoff", "encoder_step", "longest_in_motion", "position_noise"]
 
 QUIET_VELOCITY = 0.01
 """Noise of a differentiated velocity, relative to its rms, above which the cutoff is lowered: it
@@ -53,6 +55,19 @@ def position_noise(position: Float[np.ndarray, " n"]) -> float:
     return max(noise_level(position), encoder_step(position) / float(np.sqrt(12.0)))
 
 
+def longest_in_motion(parts: Iterable[AxisLog]) -> AxisLog:
+    """Return the longest stretch whose position changes, or the longest if there is none.
+
+    An encoder at rest shows neither its step nor any noise.
+
+    Parameters
+    ----------
+    parts
+        Stretches of a log without gaps.
+    """
+    return max(parts, key=lambda part: (float(np.ptp(part.measured_position)) > 0.0, len(part)))
+
+
 def chosen_cutoff(
     log: AxisLog, low_pass: LowPass, shortest: int, *, load: bool
 ) -> tuple[float, tuple[str, ...]]:
@@ -76,7 +91,7 @@ def chosen_cutoff(
     -------
     The cutoff, and a note if it was lowered.
     """
-    longest = max(log.segments(), key=len)
+    longest = longest_in_motion(log.segments())
     positions: list[Float[np.ndarray, " n"]] = []
     if longest.measured_velocity is None:
         positions.append(longest.measured_position)

@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.signals.kinematics import LowPass, noise_level
+from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, InputError
 
 __all__ = ["VelocityMatch", "velocity_match", "without_wrong_velocity"]
@@ -148,7 +149,7 @@ def without_wrong_velocity(
         If a velocity is not that of its position at all: another unit or sign.
     """
     notes: tuple[str, ...] = ()
-    longest = max(log.segments(), key=len)
+    longest = longest_in_motion(log.segments())
     checked = [("velocity", longest.measured_position, longest.measured_velocity)]
     if load and longest.measured_load_position is not None:
         checked.append(

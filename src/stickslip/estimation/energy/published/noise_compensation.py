@@ -23,6 +23,7 @@ from stickslip.estimation.energy.published.noise_kernels import (
 )
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.observation import motion_noise
+from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, non_negative, positive
 
 __all__ = [
@@ -354,7 +355,7 @@ def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise
     >>> round(found.position, 4), round(found.velocity, 3)
     (0.005, 0.05)
     """
-    longest = max(log.segments(), key=len)
+    longest = longest_in_motion(log.segments())
     T = log.sampling_time
     cutoff = default_cutoff(T) if cutoff is None else positive("cutoff", cutoff, "Hz")
     low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)

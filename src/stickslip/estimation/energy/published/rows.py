@@ -128,7 +128,7 @@ def refused(state: Float[np.ndarray, " s"], sample: Any) -> InputError:
 
 
 def weighted_rows(
-    state: Float[np.ndarray, " s"], samples: Sequence[Float[np.ndarray, "n 5"]]
+    state: Float[np.ndarray, " s"], samples: Sequence[Float[np.ndarray, "_ 5"]]
 ) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]:
     """Return targets and rows whose least-squares solution is what the recursion ends at.
 
@@ -179,7 +179,7 @@ def without_error_terms(
 
 def noise_shares(
     state: Float[np.ndarray, " s"],
-    samples: Sequence[Float[np.ndarray, "n 5"]],
+    samples: Sequence[Float[np.ndarray, "_ 5"]],
     velocity_noise: float,
 ) -> tuple[float, float]:
     """Return which part of the sums of abs(v) and of v^2 is noise, in expectation [-].
