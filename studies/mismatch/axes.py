@@ -25,6 +25,7 @@ __all__ = [
     "motion_of",
     "moves",
     "physical",
+    "scales",
     "true_values",
 ]
 
@@ -125,6 +126,8 @@ class Setup:
         Amplitude over Coulomb friction; periods in the travel; phase [rad].
     actuation_delay
         Time after which an effort acts [s].
+    logging_delay
+        Time after which an effort is logged [s].
     load_share
         Part of the mass that is the second body; 0 for a rigid axis.
     resonance
@@ -189,6 +192,7 @@ class Setup:
     ripple_waves: float = 10.0
     ripple_phase: float = 0.0
     actuation_delay: float = 0.0
+    logging_delay: float = 0.0
     load_share: float = 0.0
     resonance: float = 100.0
     resonance_damping: float = 0.05
@@ -345,20 +349,32 @@ def true_values(setup: Setup) -> dict[str, float]:
 
     Coulomb and static friction of a direction contain the offset, as an effort in one direction
     contains both. The plain names are those of the symmetric law nearest to both directions. For a
-    drift they are the values at mid-time. The offset is the effort at position zero.
+    drift they are the values at mid-time. The offset is the effort at position zero. Terms that the
+    axis does not have are zero. Static friction and its velocity stand for a fixed Stribeck effect
+    only: where breakaway depends on the dwell time, they have no one value.
     """
     plant = physical(setup)
     coulomb = 0.5 * (plant.coulomb_positive + plant.coulomb_negative)
-    offset = plant.offset + 0.5 * (plant.coulomb_positive - plant.coulomb_negative)
+    viscous = 0.5 * (plant.viscous_positive + plant.viscous_negative)
     truth = {
         "mass" if setup.kind == "linear" else "inertia": setup.mass,
-        "viscous_friction": 0.5 * (plant.viscous_positive + plant.viscous_negative),
+        "viscous_friction": viscous,
         "viscous_friction_positive": plant.viscous_positive,
         "viscous_friction_negative": plant.viscous_negative,
         "coulomb_friction": coulomb,
         "coulomb_friction_positive": plant.coulomb_positive + plant.offset,
         "coulomb_friction_negative": plant.coulomb_negative - plant.offset,
-        "offset": offset,
+        "offset": plant.offset + 0.5 * (plant.coulomb_positive - plant.coulomb_negative),
+        "viscous_asymmetry": 0.5 * (plant.viscous_positive - plant.viscous_negative),
+        "quadratic_friction": plant.quadratic,
+        "two_thirds_friction": plant.two_thirds,
+        "spring_stiffness": plant.spring,
+        "gravity_sine": plant.gravity_sine,
+        "gravity_cosine": plant.gravity_cosine,
+        "friction_drift": plant.friction_drift * coulomb / setup.duration,
+        "viscous_drift": plant.friction_drift * viscous / setup.duration,
+        "gain_drift": plant.gain_drift / setup.duration,
+        "offset_drift": 0.0,
     }
     if setup.static > 1.0:
         truth |= {
@@ -367,7 +383,40 @@ def true_values(setup: Setup) -> dict[str, float]:
             "static_friction_negative": setup.static * plant.coulomb_negative - plant.offset,
             "stribeck_velocity": plant.stribeck_velocity,
         }
-    return truth
+    return {name: float(value) for name, value in truth.items()}
+
+
+def scales(setup: Setup) -> dict[str, float]:
+    """Return what an error of each parameter is compared with [SI].
+
+    It is the true value, and for an offset the true Coulomb friction. Terms that the axis does not
+    have are compared with what gives Coulomb friction at top speed, over the travel or over the
+    log; both components of a gravity load with its amplitude.
+    """
+    plant = physical(setup)
+    truth = true_values(setup)
+    coulomb, viscous = truth["coulomb_friction"], setup.coulomb * plant.limit / setup.top_speed
+    gravity = float(np.hypot(plant.gravity_sine, plant.gravity_cosine)) or coulomb
+    absent = {
+        "viscous_friction": viscous,
+        "viscous_friction_positive": viscous,
+        "viscous_friction_negative": viscous,
+        "viscous_asymmetry": viscous,
+        "quadratic_friction": viscous / setup.top_speed,
+        "two_thirds_friction": coulomb / setup.top_speed ** (2 / 3),
+        "spring_stiffness": coulomb / setup.travel,
+        "friction_drift": coulomb / setup.duration,
+        "viscous_drift": viscous / setup.duration,
+        "gain_drift": 1.0 / setup.duration,
+        "offset_drift": coulomb / setup.duration,
+    }
+    sizes = {name: abs(value) or absent.get(name, 0.0) for name, value in truth.items()}
+    return sizes | {
+        "offset": coulomb,
+        "gravity_sine": gravity,
+        "gravity_cosine": gravity,
+        "viscous_asymmetry": truth["viscous_friction"] or viscous,
+    }
 
 
 def friction_curve(setup: Setup, velocity: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:

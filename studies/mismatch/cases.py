@@ -20,6 +20,7 @@ from studies.mismatch.axes import (
     motion_of,
     moves,
     physical,
+    scales,
     true_values,
 )
 from studies.mismatch.effects import EFFECTS, Columns
@@ -66,6 +67,10 @@ class Recorded:
         The log.
     truth
         True parameters by the names that estimates use [SI] (`axes.true_values`).
+    scales
+        What an error of each of them is compared with [SI] (`axes.scales`).
+    delay
+        Samples by which the effort acts later than it is logged; negative where the log is late.
     curve
         True effort at constant velocity [N or N m] over velocity [m/s or rad/s], with the offset,
         without position-dependent loads.
@@ -82,6 +87,8 @@ class Recorded:
 
     log: AxisLog
     truth: dict[str, float]
+    scales: dict[str, float]
+    delay: float
     curve: Callable[[Float[np.ndarray, " n"]], Float[np.ndarray, " n"]]
     settings: dict[str, Any]
     speed_range: tuple[float, float]
@@ -240,6 +247,8 @@ def record(case_name: str, seed: int) -> Recorded:
     return Recorded(
         log=log,
         truth=true_values(setup),
+        scales=scales(setup),
+        delay=(setup.actuation_delay - setup.logging_delay) / CYCLE,
         curve=lambda velocity: friction_curve(setup, np.asarray(velocity, dtype=float)),
         settings=known,
         speed_range=(min(min(s) for s in speeds if s), max(max(s) for s in speeds if s)),
@@ -252,7 +261,8 @@ def record(case_name: str, seed: int) -> Recorded:
 def _driven(setup: Setup, run: Run) -> tuple[list[float], list[float]]:
     """Return the speeds of the moves in the positive and in the negative direction."""
     if setup.pattern in ("sine", "steps"):
-        return tuple([0.1 * s, s] for s in (np.max(run.velocity), -np.min(run.velocity)))
+        forth, back = float(np.max(run.velocity)), float(-np.min(run.velocity))
+        return [0.1 * forth, forth], [0.1 * back, back]
     velocities = [stroke.velocity for stroke in moves(setup)]
     return [v for v in velocities if v > 0], [-v for v in velocities if v < 0]
 

@@ -216,21 +216,23 @@ def _one_direction(setup: Setup, _rng: Rng) -> Setup:
 
 
 def _delay(samples: float) -> Effect:
+    """Return an effort that acts late, or one that is logged late, in turn."""
+
     def change(setup: Setup, _rng: Rng) -> Setup:
         setup = replace(setup, bandwidth=min(setup.bandwidth, 12.0))
         if setup.second_alternative:
-            return setup
+            return replace(setup, logging_delay=samples * CYCLE)
         return replace(setup, actuation_delay=samples * CYCLE)
 
-    def distort(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
-        if not setup.second_alternative:
-            return columns
-        whole, part = int(samples), samples - int(samples)
-        late = np.concatenate((np.full(whole + 1, columns.effort[0]), columns.effort))
-        n = columns.effort.size
-        return replace(columns, effort=(1 - part) * late[1 : n + 1] + part * late[:n])
+    return Effect(change=change, distort=_logged_late)
 
-    return Effect(change=change, distort=distort)
+
+def _logged_late(columns: Columns, setup: Setup, _rng: Rng) -> Columns:
+    samples = setup.logging_delay / CYCLE
+    whole, part = int(samples), samples - int(samples)
+    late = np.concatenate((np.full(whole + 1, columns.effort[0]), columns.effort))
+    n = columns.effort.size
+    return replace(columns, effort=(1 - part) * late[1 : n + 1] + part * late[:n])
 
 
 def _saturated(setup: Setup, rng: Rng) -> Setup:

@@ -4,8 +4,16 @@ import numpy as np
 import pytest
 from jaxtyping import Float
 
-from stickslip.records import PARAMETER_NAMES
-from studies.mismatch.cases import CASES, record
+from stickslip.records import (
+    Diagnostics,
+    FrictionEstimate,
+    Identification,
+    ParameterEstimate,
+    Provenance,
+    Status,
+)
+from studies.mismatch.cases import CASES, Recorded, record
+from studies.mismatch.judgement import judge
 from studies.mismatch.plant import FINE_STEP, Controller, Plant, Run, run_plant
 
 SECOND_ORDER = 1e-6
@@ -175,9 +183,92 @@ def test_case_and_seed_determine_a_recording(name: str) -> None:
     np.testing.assert_array_equal(first.log.effort, again.log.effort)
     np.testing.assert_array_equal(first.log.measured_position, again.log.measured_position)
     assert first.truth != other.truth
-    assert set(first.truth) <= set(PARAMETER_NAMES)
+    assert first.scales.keys() == first.truth.keys()
+    assert all(value > 0.0 for value in first.scales.values())
     low, high = first.speed_range
     assert 0.0 < low < high or name == "single_speed"
     assert np.all(np.abs(first.velocities) >= low * (1 - 1e-12))
     assert np.all(np.abs(first.velocities) <= high * (1 + 1e-12))
     assert np.all(np.isfinite(first.curve(first.velocities)))
+
+
+def identification(recorded: Recorded, names: tuple[str, ...], factor: float) -> Identification:
+    """Return an estimate of these parameters, all wrong by a factor, with errors of 1 %."""
+    truth = recorded.truth
+    deviations = {name: 0.01 * abs(truth[name]) for name in names}
+    parameters = {
+        name: ParameterEstimate(
+            name=name,
+            value=factor * truth[name],
+            std=deviations[name],
+            ci95=(
+                factor * truth[name] - 2 * deviations[name],
+                factor * truth[name] + 2 * deviations[name],
+            ),
+            unit="",
+        )
+        for name in names
+    }
+    estimate = FrictionEstimate(
+        estimator="truth",
+        kind=recorded.log.kind,
+        parameters=parameters,
+        covariance=np.diag([deviations[name] ** 2 for name in names]),
+        status=Status.OK,
+        diagnostics=Diagnostics(
+            relative_residual=0.0,
+            cross_validation_residual=None,
+            condition_number=1.0,
+            residual_autocorrelation=0.0,
+            effective_samples=1.0,
+            classical_std={},
+            samples=1,
+            verdicts=(),
+        ),
+        provenance=Provenance(
+            stickslip_version="", files=(), input_sha256="", options={}, assumptions=()
+        ),
+    )
+    return Identification(log=recorded.log, estimate=estimate)
+
+
+@pytest.mark.parametrize(
+    ("case", "names"),
+    [
+        ("ideal", ("viscous_friction", "coulomb_friction", "offset")),
+        (
+            "asymmetry",
+            (
+                "viscous_friction_positive",
+                "viscous_friction_negative",
+                "coulomb_friction_positive",
+                "coulomb_friction_negative",
+            ),
+        ),
+        (
+            "stribeck",
+            (
+                "viscous_friction",
+                "coulomb_friction",
+                "static_friction",
+                "stribeck_velocity",
+                "offset",
+            ),
+        ),
+    ],
+)
+def test_an_estimate_is_judged_by_its_intervals_and_its_errors(
+    case: str, names: tuple[str, ...]
+) -> None:
+    recorded = record(case, 0)
+    right = judge(identification(recorded, names, 1.0), recorded)
+    assert not right["outside"]
+    assert right["curve"]["coverage"] == 1.0
+    assert right["curve"]["error"] < 1e-9
+    outside = judge(identification(recorded, names, 1.04), recorded)
+    assert outside["outside"]
+    assert not outside["critical"]
+    critical = judge(identification(recorded, names, 1.06), recorded)
+    assert critical["critical"]
+    assert critical["curve"]["critical"]
+    assert critical["curve"]["coverage"] < 1.0

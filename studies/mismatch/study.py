@@ -1,0 +1,206 @@
+"""Run the study: record, identify, judge, and save."""
+
+import json
+import math
+import os
+import signal
+import sys
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager
+from dataclasses import dataclass
+from multiprocessing import get_context
+from pathlib import Path
+from typing import Any
+
+from rich.progress import (
+    BarColumn,
+    MofNCompleteColumn,
+    Progress,
+    TextColumn,
+    TimeElapsedColumn,
+    TimeRemainingColumn,
+)
+
+from studies.mismatch.cases import CASES
+from studies.mismatch.summary import markdown, summarize
+
+__all__ = ["SCHEMA_VERSION", "Study", "run_study", "save"]
+
+SCHEMA_VERSION = 1
+
+_THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study:
+    """What to run.
+
+    Attributes
+    ----------
+    cases
+        Names of cases.
+    runs
+        Recordings a case [-]; their seeds are ``first_seed``, ``first_seed + 1``, ...
+    first_seed
+        Seed of the first recording [-].
+    processes
+        Number of processes [-]; 1 runs in this one.
+    options
+        Keyword arguments for ``identify`` in every run.
+    """
+
+    cases: tuple[str, ...] = tuple(CASES)
+    runs: int = 100
+    first_seed: int = 0
+    processes: int = 2
+    options: Mapping[str, Any]
+
+    @property
+    def tasks(self) -> list[tuple[str, int]]:
+        """Case and seed of every run."""
+        seeds = range(self.first_seed, self.first_seed + self.runs)
+        return [(case, seed) for case in self.cases for seed in seeds]
+
+
+def run_study(study: Study) -> tuple[list[dict[str, Any]], bool]:
+    """Run a study with a progress bar.
+
+    Parameters
+    ----------
+    study
+        What to run.
+
+    Returns
+    -------
+    The runs that ended, in the order of the tasks, and whether these are all.
+    """
+    runs: list[dict[str, Any]] = []
+    columns = (
+        TextColumn("{task.description}"),
+        BarColumn(),
+        MofNCompleteColumn(),
+        TimeElapsedColumn(),
+        TimeRemainingColumn(),
+    )
+    complete = False
+    with Progress(*columns, disable=not sys.stderr.isatty()) as progress:
+        bar = progress.add_task("identifying", total=len(study.tasks))
+        try:
+            for run in _outcomes(study):
+                runs.append(run)
+                critical = sum(bool(r.get("critical")) for r in runs)
+                progress.update(bar, advance=1, description=f"{run['case']} ({critical} critical)")
+            complete = True
+        except KeyboardInterrupt:
+            progress.console.print("stopped; what has ended is saved")
+        except BrokenProcessPool as error:
+            progress.console.print(f"a process ended: {error}; what has ended is saved")
+    order = {task: k for k, task in enumerate(study.tasks)}
+    runs.sort(key=lambda run: order[run["case"], run["seed"]])
+    return runs, complete
+
+
+def _outcomes(study: Study) -> Iterator[dict[str, Any]]:
+    """Yield the runs as they end."""
+    from studies.mismatch.judgement import judge_run
+
+    if study.processes == 1:
+        for case, seed in study.tasks:
+            yield judge_run(case, seed, study.options)
+        return
+    with _single_threads(), _pool(study.processes) as pool:
+        futures = [pool.submit(judge_run, *task, study.options) for task in study.tasks]
+        try:
+            for future in as_completed(futures):
+                yield future.result()
+        except BaseException:
+            pool.shutdown(wait=False, cancel_futures=True)
+            raise
+
+
+@contextmanager
+def _single_threads() -> Generator[None]:
+    """Let each new process compute in one thread."""
+    before = {name: os.environ.get(name) for name in _THREADS}
+    os.environ.update(dict.fromkeys(_THREADS, "1"))
+    try:
+        yield
+    finally:
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+def _pool(processes: int) -> ProcessPoolExecutor:
+    # The parent alone answers Ctrl-C; the workers end with it.
+    return ProcessPoolExecutor(
+        processes,
+        mp_context=get_context("spawn"),
+        initializer=signal.signal,
+        initargs=(signal.SIGINT, signal.SIG_IGN),
+    )
+
+
+def save(
+    folder: Path, study: Study, runs: Sequence[Mapping[str, Any]], *, complete: bool, command: str
+) -> tuple[Path, Path]:
+    """Write ``results.json`` and ``table.md``.
+
+    Parameters
+    ----------
+    folder
+        Where to write; made if it does not exist.
+    study, runs, complete
+        What was run, what it gave and whether it ended.
+    command
+        Command line, for the record.
+
+    Returns
+    -------
+    Both files.
+    """
+    import stickslip
+
+    summary = summarize(runs)
+    document = {
+        "schema": SCHEMA_VERSION,
+        "study": "mismatch",
+        "command": command,
+        "complete": complete,
+        "stickslip_version": stickslip.__version__,
+        "seeds": [study.first_seed, study.first_seed + study.runs - 1],
+        "options": dict(study.options),
+        "summary": summary,
+        "runs": list(runs),
+    }
+    folder.mkdir(parents=True, exist_ok=True)
+    results, table = folder / "results.json", folder / "table.md"
+    _write(results, json.dumps(_finite(document), indent=1, allow_nan=False) + "\n")
+    title = "Model mismatch" if complete else "Model mismatch (incomplete)"
+    _write(table, markdown(summary, title))
+    return results, table
+
+
+def _finite(value: Any) -> Any:
+    """Return plain JSON types with null for what is not finite."""
+    if isinstance(value, Mapping):
+        return {str(key): _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    if isinstance(value, float):
+        return float(value) if math.isfinite(value) else None
+    return value
+
+
+def _write(file: Path, text: str) -> None:
+    """Write a file whole or not at all."""
+    partial = file.with_name(f".{file.name}.{os.getpid()}")
+    try:
+        partial.write_text(text)
+        partial.replace(file)
+    finally:
+        partial.unlink(missing_ok=True)
