@@ -15,13 +15,24 @@ from stickslip.estimation.likelihood.process_noise.filter_kernels import innovat
 from stickslip.estimation.likelihood.process_noise.stretches import SlipSegment
 from stickslip.estimation.likelihood.process_noise.tuning import Tuning
 
-__all__ = ["Evaluation", "Maximum", "Problem", "evaluate", "maximise"]
+__all__ = [
+    "Evaluation",
+    "Maximum",
+    "Problem",
+    "corrected_step",
+    "evaluate",
+    "inverted",
+    "log_share",
+    "maximise",
+]
 
 FORCE, DISTURBANCE, TIME_CONSTANT, POSITION, VELOCITY = range(5)
 """Places of the noise levels: logarithms of variances, and of the time constant."""
 
 _LARGEST_STEP = 2.0  # of a logarithm, in one iteration
-_MASS_RANGE = 2.0  # factor by which one iteration changes the mass at most
+_MASS_RANGE = 1.5  # factor by which one iteration changes the mass at most
+_LARGEST_DAMPING = 1e6
+_LEAST_SIGNAL = 0.05  # share of the columns that is not noise of the effort
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +51,8 @@ class Problem:
         [s].
     speed
         Standard deviation of the velocity at the start of a stretch [m/s or rad/s].
+    effort_noise
+        Standard deviation of the white noise of the logged effort [N or N m].
     prior
         Median of the noise levels, as logarithms of variances and of the time constant [SI].
     prior_spread
@@ -51,6 +64,7 @@ class Problem:
     mass_name: str
     sampling_time: float
     speed: float
+    effort_noise: float
     prior: Float[np.ndarray, " a"]
     prior_spread: Float[np.ndarray, " a"]
 
@@ -79,36 +93,29 @@ class Evaluation:
     information: Float[np.ndarray, "a a"]
     rows: tuple[Float[np.ndarray, "n c q"], ...]
 
-    @property
-    def step(self) -> Float[np.ndarray, " p"]:
-        """Gauss-Newton step of the parameters [SI]."""
-        scale = self._scale
-        inner = self.gram[1:, 1:] / np.outer(scale, scale)
-        return np.linalg.lstsq(inner, self.gram[1:, 0] / scale, rcond=1e-14)[0] / scale
-
-    @property
-    def _scale(self) -> Float[np.ndarray, " p"]:
-        scale = np.sqrt(np.diag(self.gram)[1:])
-        return np.where(scale > 0, scale, 1.0)
-
     def restricted(self) -> tuple[float, Float[np.ndarray, " a"]]:
         """Return minus twice the restricted log likelihood, and its derivatives.
 
-        l = sum log S + min over dt |e - X dt|^2 + log det X'X: the last term makes up for the
-        parameters that are fitted beside the noise levels (REML; Patterson and Thompson 1971).
+        l = sum log S + e'e + log det X'X: the last term makes up for the parameters that are fitted
+        beside the noise levels (REML; Patterson and Thompson 1971).
         """
-        v = np.concatenate(([1.0], -self.step))
-        scale = self._scale
+        scale = np.sqrt(np.diag(self.gram)[1:])
+        scale = np.where(scale > 0, scale, 1.0)
         inner = self.gram[1:, 1:] / np.outer(scale, scale)
-        sign, determinant = np.linalg.slogdet(inner)
-        value = self.logs + v @ self.gram @ v + determinant + 2.0 * np.sum(np.log(scale))
-        inverse = np.linalg.pinv(inner, rcond=1e-14, hermitian=True) / np.outer(scale, scale)
-        change = (
-            self.logs_change
-            + np.einsum("i,aij,j->a", v, self.gram_change, v)
-            + np.einsum("ij,aji->a", inverse, self.gram_change[:, 1:, 1:])
-        )
-        return float(value) if sign > 0 else np.inf, change
+        _, determinant = np.linalg.slogdet(inner)
+        inverse = inverted(self.gram[1:, 1:])
+        value = self.logs + self.gram[0, 0] + determinant + 2.0 * np.sum(np.log(scale))
+        change = self.logs_change + self.gram_change[:, 0, 0]
+        change = change + np.einsum("ij,aji->a", inverse, self.gram_change[:, 1:, 1:])
+        return float(value) if np.isfinite(value) else np.inf, change
+
+
+def inverted(matrix: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
+    """Return the pseudoinverse of a symmetric matrix, whatever the units of its rows."""
+    scale = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    scale = np.where(scale > 0, scale, 1.0)
+    inner = np.linalg.pinv(matrix / np.outer(scale, scale), rcond=1e-13, hermitian=True)
+    return np.asarray(inner / np.outer(scale, scale))
 
 
 def evaluate(
@@ -237,10 +244,12 @@ class Maximum:
 
 
 def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) -> Maximum:
-    """Search the maximum of the restricted likelihood from the best of a few noise levels.
+    """Search the parameters and the noise levels in turn.
 
-    Gauss-Newton steps of the parameters and Fisher-scoring steps of the noise levels, damped
-    (Levenberg-Marquardt) until the likelihood rises.
+    The parameters solve their corrected score equation at the noise levels (`correction`); the
+    noise levels maximise the restricted likelihood at the parameters, by damped Fisher scoring. A
+    joint maximum would be wrong where the logged effort is noisy: a heavier axis under a larger
+    disturbance predicts a smooth motion better than a noisy effort does.
 
     Parameters
     ----------
@@ -251,28 +260,32 @@ def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) 
     tuning
         When to stop.
     """
-    values, levels = _first_levels(problem, values)
+    levels = _first_levels(problem, values)
     best = evaluate(problem, values, levels)
-    cost, gradient = _posterior(problem, best, levels)
     damping, converged = 1e-3, False
     for _ in range(tuning.max_iterations):
+        # Parameters at the noise levels
+        step, information = corrected_step(problem, values, best, levels)
+        size = float(step @ information @ step)
+        if size > 0.1 * tuning.tolerance:
+            values = moved(problem, values, step)
+            best = evaluate(problem, values, levels)
+        # Noise levels at the parameters
+        cost, gradient = _posterior(problem, best, levels)
         hessian = 2.0 * (best.information + np.diag(problem.prior_spread**-2.0))
-        step = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
-        step = np.clip(step, -_LARGEST_STEP, _LARGEST_STEP)
-        tried_values = _moved(problem, values, best.step)
-        tried = evaluate(problem, tried_values, levels + step)
-        new_cost, new_gradient = _posterior(problem, tried, levels + step)
-        if not new_cost < cost + tuning.tolerance:
-            damping = max(10.0 * damping, 1e-2)
-            if damping > 1e6:
+        while damping < _LARGEST_DAMPING:
+            change = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
+            change = np.clip(change, -_LARGEST_STEP, _LARGEST_STEP)
+            tried = evaluate(problem, values, levels + change)
+            new_cost, _ = _posterior(problem, tried, levels + change)
+            if new_cost <= cost + 1e-9 * abs(cost):
                 break
-            continue
-        fitted = float(best.step @ best.gram[1:, 0])
-        drop = cost - new_cost
-        values, levels, best = tried_values, levels + step, tried
-        cost, gradient = new_cost, new_gradient
+            damping = max(10.0 * damping, 1e-2)
+        else:
+            break
+        levels, best = levels + change, tried
         damping = max(0.1 * damping, 1e-6)
-        if drop < tuning.tolerance and fitted < tuning.tolerance:
+        if cost - new_cost < tuning.tolerance and size < tuning.tolerance:
             converged = True
             break
     return Maximum(values=values, levels=levels, evaluation=best, converged=converged)
@@ -287,32 +300,76 @@ def _posterior(
     return value + float(z @ z), change + 2.0 * z / problem.prior_spread
 
 
-def _first_levels(
-    problem: Problem, values: Float[np.ndarray, " p"]
-) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " a"]]:
-    """Return the likeliest of a grid of disturbances, and the parameters beside it."""
-    costs: list[tuple[float, Float[np.ndarray, " p"], Float[np.ndarray, " a"]]] = []
+def _first_levels(problem: Problem, values: Float[np.ndarray, " p"]) -> Float[np.ndarray, " a"]:
+    """Return the likeliest of a grid of disturbances, each with parameters of its own."""
+    costs: list[tuple[float, Float[np.ndarray, " a"]]] = []
     for size in (-12.0, -6.0, -2.0):
         for time_constant in (0.02, 0.3) if size > -12.0 else (0.1,):
             levels = problem.prior.copy()
             levels[DISTURBANCE] = levels[FORCE] + size
             levels[TIME_CONSTANT] = np.log(time_constant)
-            found = values
-            for _ in range(2):
-                evaluation = evaluate(problem, found, levels, with_changes=False)
-                found = _moved(problem, found, evaluation.step)
+            evaluation = evaluate(problem, values, levels, with_changes=False)
             cost, _ = _posterior(problem, evaluation, levels)
-            costs.append((cost, found, levels))
-    _, found, levels = min(costs, key=lambda each: each[0])
-    return found, levels
+            cost -= evaluation.gram[0, 1:] @ inverted(evaluation.gram[1:, 1:]) @ evaluation.gram[1:, 0]
+            costs.append((cost, levels))
+    return min(costs, key=lambda each: each[0])[1]
 
 
-def _moved(
+def moved(
     problem: Problem, values: Float[np.ndarray, " p"], step: Float[np.ndarray, " p"]
 ) -> Float[np.ndarray, " p"]:
     """Return the values after a step that keeps the mass positive."""
-    moved = values + step
+    after = values + step
     if problem.mass_name in problem.layout.sought:
         j = problem.layout.sought.index(problem.mass_name)
-        moved[j] = np.clip(moved[j], values[j] / _MASS_RANGE, values[j] * _MASS_RANGE)
-    return moved
+        after[j] = np.clip(after[j], values[j] / _MASS_RANGE, values[j] * _MASS_RANGE)
+    return after
+
+
+def log_share(problem: Problem, levels: Float[np.ndarray, " a"]) -> float:
+    """Return the share of the white force's variance that is noise of the log [-]."""
+    return float(min(problem.effort_noise**2 / np.exp(levels[FORCE]), 1.0))
+
+
+def corrected_step(
+    problem: Problem,
+    values: Float[np.ndarray, " p"],
+    evaluation: Evaluation,
+    levels: Float[np.ndarray, " a"],
+) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, "p p"]]:
+    """Return the step that solves the corrected score equation, and the information behind it.
+
+    The filter predicts the motion from the logged effort u + n. If n acts on the axis (a force),
+    its innovations are independent of what it predicts from, in closed loop too. If n is noise of
+    the log, the predictions contain it, and with a perfectly known motion the likelihood
+
+        sum (m a - u_l)^2/(2 W) - n log m
+
+    has its maximum at a mass that is too large: the Jacobian n log m belongs to a force only
+    (errors in variables). With the share rho = R_u/W of the white force that is noise of the log,
+    the score g of the mass is corrected by what the Jacobian adds. As the innovations depend on
+    W/m^2, the corrected score is
+
+        g_m - b_m,   b_m = -(rho/m) d/dlog W (e' S^-1 e),
+
+    which has zero mean for noise of the log, white forces, and sensor noise together, without a
+    model of the controller or of the true effort. The information is that without the noise in the
+    columns.
+
+    Parameters
+    ----------
+    problem
+        The log.
+    values, levels
+        Where the innovations were evaluated [SI].
+    evaluation
+        The innovations.
+    """
+    score, information = evaluation.gram[1:, 0].copy(), evaluation.gram[1:, 1:].copy()
+    if problem.mass_name in problem.layout.sought:
+        j = problem.layout.sought.index(problem.mass_name)
+        share = log_share(problem, levels)
+        score[j] += share / values[j] * evaluation.gram_change[FORCE, 0, 0]
+        noise = share / values[j] ** 2 * evaluation.logs_change[FORCE]
+        information[j, j] = max(information[j, j] - noise, _LEAST_SIGNAL * information[j, j])
+    return inverted(information) @ score, information
