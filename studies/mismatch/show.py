@@ -41,16 +41,16 @@ def draw(recorded: Recorded, file: Path) -> None:
     part = (run.time > start - 0.1) & (run.time < start + 0.9)
     axes["zoom"].plot(run.time[part], run.velocity[part])
     axes["zoom"].set(xlabel="time [s]", ylabel="true velocity, first move")
-    acceleration = np.gradient(run.velocity, run.time)
-    friction = run.effort - recorded.setup.mass * acceleration
-    axes["curve"].plot(run.velocity, friction, ".", markersize=1, label="effort - m a")
+    # Over each sample, in which the effort is held.
+    mean = 0.5 * (run.velocity[:-1] + run.velocity[1:])
+    acceleration = np.diff(run.velocity) / np.diff(run.time)
+    friction = run.effort[:-1] - recorded.setup.mass * acceleration
+    axes["curve"].plot(mean, friction, ".", markersize=1, label="effort - m a")
     top = recorded.speed_range[1]
     for side in (-1, 1):
         velocity = side * np.linspace(1e-3 * top, top, 300)
         axes["curve"].plot(velocity, recorded.curve(velocity), color="tab:red")
-    axes["curve"].set(
-        xlabel="velocity", ylabel="friction", ylim=(-1.2 * plant.limit, 1.2 * plant.limit)
-    )
+    axes["curve"].set(xlabel="velocity", ylabel="friction")
     scale = 3.0 * float(np.max(np.abs(recorded.curve(np.array([-top, top])))))
     axes["curve"].set_ylim(-scale, scale)
     for name, label in (("x", "position"), ("v", "velocity"), ("u", "effort")):
