@@ -272,3 +272,63 @@ def test_an_estimate_is_judged_by_its_intervals_and_its_errors(
     assert critical["critical"]
     assert critical["curve"]["critical"]
     assert critical["curve"]["coverage"] < 1.0
+
+
+REGRESSION = 1e-4
+"""Relative error of a regression on true signals: of the second order in 1 ms, where friction is
+smooth."""
+
+
+@pytest.mark.parametrize("seed", [1, 3])
+@pytest.mark.parametrize(
+    ("case", "terms"),
+    [
+        ("ideal", ()),
+        ("presliding", ()),
+        ("steps", ()),
+        ("short_1s", ()),
+        ("asymmetry", ("viscous_asymmetry",)),
+        ("spring", ("spring_stiffness",)),
+        ("pendulum", ("gravity_sine", "gravity_cosine")),
+        ("quadratic", ("quadratic_friction",)),
+        ("two_thirds", ("two_thirds_friction",)),
+        ("friction_drift", ("friction_drift", "viscous_drift")),
+        ("gain_drift", ("gain_drift",)),
+    ],
+)
+def test_a_regression_on_the_true_signals_returns_the_true_parameters(
+    case: str, terms: tuple[str, ...], seed: int
+) -> None:
+    recorded = record(case, seed)
+    run, setup = recorded.run, recorded.setup
+    v = 0.5 * (run.velocity[1:] + run.velocity[:-1])
+    x = 0.5 * (run.position[1:] + run.position[:-1])
+    time = 0.5 * (run.time[1:] + run.time[:-1]) - 0.5 * setup.duration
+    u, sign = run.effort[:-1], np.sign(v)
+    columns = {
+        "mass" if setup.kind == "linear" else "inertia": np.diff(run.velocity) / np.diff(run.time),
+        "viscous_friction": v,
+        "coulomb_friction": sign,
+        "offset": np.ones_like(v),
+    }
+    candidates = {
+        "viscous_asymmetry": np.abs(v),
+        "spring_stiffness": x,
+        "gravity_sine": np.sin(x),
+        "gravity_cosine": np.cos(x),
+        "quadratic_friction": v * np.abs(v),
+        "two_thirds_friction": sign * np.abs(v) ** (2 / 3),
+        "friction_drift": sign * time,
+        "viscous_drift": v * time,
+        "gain_drift": -u * time,
+    }
+    columns |= {name: candidates[name] for name in terms}
+    slow = 0.3 * min(setup.speeds) * setup.top_speed
+    moving = np.minimum(np.abs(run.velocity[1:]), np.abs(run.velocity[:-1])) > slow
+    matrix = np.column_stack(list(columns.values()))[moving]
+    size = np.linalg.norm(matrix, axis=0)
+    found = np.linalg.lstsq(matrix / size, u[moving])[0] / size
+    for name, value in zip(columns, found, strict=True):
+        assert value == pytest.approx(
+            recorded.truth[name], abs=REGRESSION * recorded.scales[name]
+        ), name
