@@ -23,6 +23,7 @@ def predict(
     Q: Float[np.ndarray, "s s"],
     P: Float[np.ndarray, "s s"],
     work: Float[np.ndarray, "s s"],
+    states: int = 0,
 ) -> None:
     """Advance a covariance over a sample in place: P <- A P A' + Q.
 
@@ -34,8 +35,10 @@ def predict(
         Covariance of the states.
     work
         Overwritten.
+    states
+        Their number; a constant lets the compiler unroll the loops. 0 takes it from P.
     """
-    s = P.shape[0]
+    s = states if states > 0 else P.shape[0]
     for i in range(s):
         for j in range(s):
             total = 0.0
@@ -57,6 +60,7 @@ def update(
     R: float,
     P: Float[np.ndarray, "s s"],
     gain: Float[np.ndarray, " s"],
+    states: int = 0,
 ) -> float:
     """Condition a covariance on one measurement in place; return the innovation's variance.
 
@@ -72,8 +76,10 @@ def update(
         Covariance of the states.
     gain
         Overwritten.
+    states
+        As `predict` takes it.
     """
-    s = P.shape[0]
+    s = states if states > 0 else P.shape[0]
     S = R
     for i in range(s):
         total = 0.0

@@ -1,18 +1,19 @@
-"""Discrete model of a slipping axis with a disturbance force, and its derivatives.
+"""Discrete model of a slipping axis, its disturbance and its effort, and its derivatives.
 
 While the axis slips in the direction s = +1 or -1,
 
-    m v' = u - c v - s f_c - f_0 + d,    x' = v,
+    m v' = u - c v - s f_c - f_0 + d + w,    x' = v,
 
-with u held over each sample and d a first-order autoregression, d(k+1) = r d(k) + w(k). Over a
-sample of length T, with h = c T/m, p1 = (1 - exp(-h))/h and p2 = (1 - p1)/h,
+with the effort u, the disturbance force d and the white force w held over each sample. The
+disturbance is a first-order autoregression, d(k+1) = r d(k) + w_d(k); the effort an integrated
+random walk, u(k+1) = u(k) + T p(k), p(k+1) = p(k) + w_p(k), beside the known feedback j(k). Over a sample of length T, with
+h = c T/m, p1 = (1 - exp(-h))/h and p2 = (1 - p1)/h,
 
     v(k+1) = exp(-h) v(k) + b_v F(k),               b_v = p1 T/m,
     x(k+1) = x(k) + p1 T v(k) + b_x F(k),           b_x = p2 T^2/m,
 
-where F = u - s f_c - f_0 + d. An effort that acts by a fraction q of a sample later has its
-previous value in the first part of the sample. The derivative by the delay is that of the smoothed
-effort: that of the logged one is mostly its noise, which the innovations contain too.
+where F = u + j - s f_c - f_0 + d + w. The logged effort acts later by a delay of whole samples, by
+which it is shifted, and a fraction q of one: less j it is u + q T p and noise.
 """
 
 from dataclasses import dataclass
@@ -20,36 +21,14 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-__all__ = ["STATES", "AxisModel", "Noise", "ParameterLayout"]
+__all__ = ["DISTURBANCE_STATE", "EFFORT_STATE", "STATES", "AxisModel", "ParameterLayout"]
 
-STATES = 3
-"""Position, velocity and disturbance force."""
+STATES = 5
+"""Position, velocity, disturbance force, effort, rate of change of the effort."""
+
+DISTURBANCE_STATE, EFFORT_STATE = 2, 3
 
 _SERIES_TERMS = 16  # of the exponential integrals; h < 1 leaves 1e-15
-
-
-@dataclass(frozen=True, kw_only=True)
-class Noise:
-    """Noise levels of a log.
-
-    Attributes
-    ----------
-    force
-        Standard deviation of the white force over a sample, that of the logged effort included
-        [N or N m].
-    disturbance
-        Standard deviation of the autoregressive disturbance force [N or N m].
-    time_constant
-        Its correlation time: the autocorrelation falls to 1/e after it [s].
-    position, velocity
-        Standard deviations of the sensors' noise [m or rad, m/s or rad/s].
-    """
-
-    force: float
-    disturbance: float
-    time_constant: float
-    position: float
-    velocity: float
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,24 +75,27 @@ class AxisModel:
     Attributes
     ----------
     transition
-        Shape (2, 3, 3).
-    inputs
-        Response of the states to the previous effort, the effort, 1 and the rate of change of the
-        smoothed effort; row 0 of the second axis is the motion itself, the others are its
-        derivatives by the parameters [SI], shape (2, 1 + p, 3, 4).
+        Shape (2, 5, 5).
+    constant
+        What friction and offset add to the states; row 0 of the second axis is the motion itself,
+        the others are its derivatives by the parameters [SI], shape (2, 1 + p, 5).
     transition_change
-        Derivatives of the transition by the parameters [SI], shape (2, p, 3, 3).
+        Derivatives of the transition by the parameters [SI], shape (2, p, 5, 5).
+    force_response
+        Response of the states to a force held over the sample, and its derivatives, in the order of
+        ``constant``, shape (2, 1 + p, 5).
+    fraction
+        Time by which the logged effort acts later than its shift by whole samples [s].
     shift
         Whole samples that the effort acts late.
-    force_response
-        Response of the states to a force held over the sample, shape (2, 3).
     """
 
     transition: Float[np.ndarray, "2 s s"]
-    inputs: Float[np.ndarray, "2 q s 4"]
+    constant: Float[np.ndarray, "2 q s"]
     transition_change: Float[np.ndarray, "2 p s s"]
+    force_response: Float[np.ndarray, "2 q s"]
+    fraction: float
     shift: int
-    force_response: Float[np.ndarray, "2 s"]
 
     @classmethod
     def of(
@@ -141,12 +123,11 @@ class AxisModel:
             r, of the disturbance from sample to sample [-].
         """
         T, p = sampling_time, len(layout.sought)
-        delay = layout.value("effort_delay", 1, values) / T
-        shift = int(np.floor(delay))
-        q = delay - shift
+        delay = layout.value("effort_delay", 1, values)
+        shift = round(delay / T)
         transition = np.zeros((2, STATES, STATES))
-        inputs = np.zeros((2, 1 + p, STATES, 4))
-        response = np.zeros((2, STATES))
+        constant = np.zeros((2, 1 + p, STATES))
+        response = np.zeros((2, 1 + p, STATES))
         change = np.zeros((2, p, STATES, STATES))
         for side, s in enumerate((1, -1)):
             m = layout.value(mass_name, s, values)
@@ -155,12 +136,13 @@ class AxisModel:
             load += layout.value("offset", s, values)
             h = c * T / m
             p1, p2, p1_h, p2_h = _exponential_integrals(h)
-            bv, bx = p1 * T / m, p2 * T * T / m
-            transition[side] = [[1.0, p1 * T, bx], [0.0, 1.0 - h * p1, bv], [0.0, 0.0, correlation]]
-            early, late = _split(q)
-            scale = np.array([bx, bv, 0.0])
-            response[side] = scale
-            inputs[side, 0, :, :3] = np.column_stack([scale * early, scale * late, -scale * load])
+            b = np.array([p2 * T * T / m, p1 * T / m, 0.0, 0.0, 0.0])
+            response[side, 0], constant[side, 0] = b, -b * load
+            A = np.diag([1.0, 1.0 - h * p1, correlation, 1.0, 1.0])
+            A[0, 1], A[EFFORT_STATE, EFFORT_STATE + 1] = p1 * T, T
+            A[:, DISTURBANCE_STATE] += b
+            A[:, EFFORT_STATE] += b
+            transition[side] = A
             for base, h_by, inverse_by in (
                 (mass_name, -h / m, -1.0 / m),
                 ("viscous_friction", T / m, 0.0),
@@ -169,38 +151,25 @@ class AxisModel:
                 if j is None:
                     continue
                 # Of the factor 1/m and of h in the integrals
-                bv_by = bv * inverse_by + p1_h * h_by * T / m
-                bx_by = bx * inverse_by + p2_h * h_by * T * T / m
-                change[side, j] = [
-                    [0.0, p1_h * h_by * T, bx_by],
-                    [0.0, -(p1 + h * p1_h) * h_by, bv_by],
-                    [0.0, 0.0, 0.0],
-                ]
-                by = np.array([bx_by, bv_by, 0.0])
-                inputs[side, 1 + j, :, :3] = np.column_stack([by * early, by * late, -by * load])
+                by = b * inverse_by
+                by[:2] += np.array([p2_h * T, p1_h]) * h_by * T / m
+                change[side, j, 0, 1] = p1_h * h_by * T
+                change[side, j, 1, 1] = -(p1 + h * p1_h) * h_by
+                change[side, j, :, DISTURBANCE_STATE] = by
+                change[side, j, :, EFFORT_STATE] = by
+                response[side, 1 + j], constant[side, 1 + j] = by, -by * load
             for base, sign in (("coulomb_friction", s), ("offset", 1)):
                 j = layout.column(base, s)
                 if j is not None:
-                    inputs[side, 1 + j, :, 2] = -sign * scale
-            j = layout.column("effort_delay", s)
-            if j is not None:
-                inputs[side, 1 + j, :, 3] = -scale
+                    constant[side, 1 + j] = -sign * b
         return cls(
             transition=transition,
-            inputs=inputs,
+            constant=constant,
             transition_change=change,
-            shift=shift,
             force_response=response,
+            fraction=delay - shift * T,
+            shift=shift,
         )
-
-
-def _split(q: float) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, " s"]]:
-    """Return the shares of a force in the first q of a sample, and in the rest of it.
-
-    Of its effect on position, velocity and disturbance; without viscous friction.
-    """
-    early = np.array([2.0 * q - q * q, q, 0.0])
-    return early, np.array([1.0, 1.0, 0.0]) - early
 
 
 def _exponential_integrals(h: float) -> tuple[float, float, float, float]:

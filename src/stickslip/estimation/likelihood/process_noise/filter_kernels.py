@@ -8,27 +8,28 @@ from stickslip.numerics.kalman import predict, update
 
 __all__ = ["innovate"]
 
+_S = 5  # states, known to the compiler so that it unrolls the loops over them
+_D = 2  # the disturbance, which goes on where the axis does not slip
+
 
 @compiled()
 def innovate(
     A: Float[np.ndarray, "2 s s"],
-    G: Float[np.ndarray, "2 q s 4"],
+    G: Float[np.ndarray, "2 q s"],
+    B: Float[np.ndarray, "2 q s"],
     dA: Float[np.ndarray, "2 p s s"],
     Q: Float[np.ndarray, "2 s s"],
+    H: Float[np.ndarray, "c s"],
+    dH: Float[np.ndarray, "p c s"],
     R: Float[np.ndarray, " c"],
-    r: float,
-    variance: float,
-    A_n: Float[np.ndarray, "a 2 s s"],
+    first: Float[np.ndarray, " s"],
+    A_n: Float[np.ndarray, "a s s"],
     Q_n: Float[np.ndarray, "a 2 s s"],
     R_n: Float[np.ndarray, "a c"],
-    r_n: Float[np.ndarray, " a"],
-    variance_n: Float[np.ndarray, " a"],
-    effort: Float[np.ndarray, " n"],
-    rate: Float[np.ndarray, " n"],
+    first_n: Float[np.ndarray, "a s"],
+    known: Float[np.ndarray, " n"],
     measured: Float[np.ndarray, "n c"],
     direction: Int[np.ndarray, " n"],
-    shift: int,
-    speed: float,
     rows: Float[np.ndarray, "n c q"],
 ) -> tuple[
     Float[np.ndarray, "q q"],
@@ -36,47 +37,45 @@ def innovate(
     float,
     Float[np.ndarray, " a"],
     Float[np.ndarray, "a a"],
-    int,
 ]:
     """Run the filter over a log, and its derivatives beside it (forward mode).
 
-    Column 0 of the states Z is the motion predicted, column j > 0 its derivative by parameter j at
-    a fixed gain:
+    Row 0 of the states Z is the motion predicted, row j > 0 its derivative by parameter j at a
+    fixed gain:
 
-        z_0 <- A z_0 + G_0 f,
-        z_j <- A z_j + dA_j z_0 + G_j f,
-        z_0 <- z_0 + K e,   z_j <- z_j - K h' z_j,   e = y - h' z_0,
+        z_0 <- A z_0 + g_0 + b_0 j,        z_0 <- z_0 + K e_0,   e_0 = y - h' z_0,
+        z_j <- A z_j + dA_j z_0 + g_j + b_j j,  z_j <- z_j + K e_j,   e_j = -h' z_j - dh_j' z_0.
 
-    with f = (u(k-1), u(k), 1, rate of change of the smoothed effort).
-
-    The normalised rows are e/sqrt(S) and h' z_j/sqrt(S): the error of the parameters is their
+    The normalised rows are e_0/sqrt(S) and -e_j/sqrt(S): the error of the parameters is their
     least-squares solution. The gain is held because its change multiplies white innovations, which
     are independent of it. By the noise levels everything is differentiated, the gain included:
 
-        S_a = P_a,ii + R_a,  K_a = (P_a h - K S_a)/S,  P_a <- P_a - (K_a K' + K K_a') S - K K' S_a.
+        S_a = h' P_a h + R_a,  K_a = (P_a h - K S_a)/S,
+        P_a <- P_a - (K_a K' + K K_a') S - K K' S_a,
+        P_a <- A P_a A' + A_a P A' + A P A_a' + Q_a.
 
-    Position and velocity start anew in each stretch of one direction; the disturbance goes on.
+    All states but the disturbance start anew in each stretch of one direction.
 
     Parameters
     ----------
-    A, G, dA
+    A, G, B, dA
         Axis in each direction; see `AxisModel`.
-    Q, R
-        Process noise in each direction, and noise of position and velocity.
-    r, variance
-        Correlation from sample to sample, and variance, of the disturbance.
-    A_n, Q_n, R_n, r_n, variance_n
+    Q
+        Process noise in each direction.
+    H, dH, R
+        Rows of the measurements (position, effort, and velocity if measured), their derivatives by
+        the parameters, and variances of their noise.
+    first
+        Variances of the states at the start of a stretch; position and effort are measured there.
+    A_n, Q_n, R_n, first_n
         Derivatives by the noise levels.
-    effort, rate
-        Of each sample, and rate of change of the smoothed effort.
+    known
+        Part j of the effort of each sample that is known.
     measured
-        One column for the position, two with the velocity.
+        Measurements of each sample, the effort less its known part and shifted by its delay in
+        whole samples.
     direction
         Of travel: 1, -1, or 0 where the axis does not surely slip.
-    shift
-        Whole samples that the effort acts late.
-    speed
-        Standard deviation of the velocity that a stretch starts with.
     rows
         Takes the normalised innovations, zero where the axis does not surely slip; without room for
         them (n = 0) they are not kept.
@@ -84,154 +83,150 @@ def innovate(
     Returns
     -------
     Gramian of the rows and its derivatives; sum of log S and its derivatives; information on the
-    noise levels, sum of S_a S_b/(2 S^2) + e_a e_b/S; number of innovations.
+    noise levels, sum of S_a S_b/(2 S^2) + e_a e_b/S.
     """
     n, channels = measured.shape
-    q, s, levels = G.shape[1], A.shape[1], Q_n.shape[0]
+    q, levels = G.shape[1], Q_n.shape[0]
     kept = rows.shape[0] > 0
-    Z, moved = np.zeros((q, s)), np.zeros((q, s))
-    Z_n = np.zeros((levels, q, s))
-    P, work = np.zeros((s, s)), np.zeros((s, s))
-    P_n, K_n = np.zeros((levels, s, s)), np.zeros(s)
-    K, h = np.zeros(s), np.zeros(s)
-    e, forces = np.zeros(q), np.zeros(4)
-    S_n, e_n = np.zeros(levels), np.zeros((levels, q))
+    Z, Z_n = np.zeros((q, _S)), np.zeros((levels, q, _S))
+    P, work = np.zeros((_S, _S)), np.zeros((_S, _S))
+    P_n, K_n = np.zeros((levels, _S, _S)), np.zeros(_S)
+    K, moved, e, e_n = np.zeros(_S), np.zeros((q, _S)), np.zeros(q), np.zeros((levels, q))
+    S_n = np.zeros(levels)
     gram, gram_n = np.zeros((q, q)), np.zeros((levels, q, q))
-    information, logs_n = np.zeros((levels, levels)), np.zeros(levels)
-    logs, count = 0.0, 0
-    forces[2] = 1.0
-    d = s - 1
-    P[d, d] = variance
+    information, logs_n, logs = np.zeros((levels, levels)), np.zeros(levels), 0.0
+    P[_D, _D] = first[_D]
     for a in range(levels):
-        P_n[a, d, d] = variance_n[a]
+        P_n[a, _D, _D] = first_n[a, _D]
     side = -1  # of the stretch under way; -1 outside of one
     for k in range(n):
-        slipping = direction[k] != 0
-        now = (0 if direction[k] > 0 else 1) if slipping else -1
-        fresh = slipping and now != side
+        now = -1 if direction[k] == 0 else (0 if direction[k] > 0 else 1)
+        fresh = now >= 0 and now != side
         if now != side:
-            for j in range(q):
-                Z[j, 0], Z[j, 1] = 0.0, 0.0
-                for a in range(levels):
-                    Z_n[a, j, 0], Z_n[a, j, 1] = 0.0, 0.0
-            for i in range(s):
-                for j in range(s):
-                    if i < d or j < d:
-                        P[i, j] = 0.0
-                        for a in range(levels):
-                            P_n[a, i, j] = 0.0
-            if fresh:
-                Z[0, 0] = measured[k, 0]
-                P[0, 0], P[1, 1] = R[0], speed * speed
-                for a in range(levels):
-                    P_n[a, 0, 0] = R_n[a, 0]
-            side = now
-        if slipping:
-            for c in range(channels):
-                if fresh and c == 0:
+            for i in range(_S):
+                if i == _D:
                     continue
-                h[:] = 0.0
-                h[c] = 1.0
-                for a in range(levels):
-                    S_n[a] = P_n[a, c, c] + R_n[a, c]
-                S = update(h, R[c], P, K)
-                root = np.sqrt(S)
-                logs += np.log(S)
-                count += 1
                 for j in range(q):
-                    e[j] = -Z[j, c]
-                e[0] += measured[k, c]
-                for a in range(levels):
-                    logs_n[a] += S_n[a] / S
-                    for j in range(q):
-                        e_n[a, j] = -Z_n[a, j, c]
-                    for i in range(s):
-                        K_n[i] = (P_n[a, i, c] - K[i] * S_n[a]) / S
-                    for i in range(s):
-                        for j in range(i, s):
-                            P_n[a, i, j] -= (K_n[i] * K[j] + K[i] * K_n[j]) * S + (
-                                K[i] * K[j] * S_n[a]
-                            )
-                            P_n[a, j, i] = P_n[a, i, j]
-                    for j in range(q):
-                        for i in range(s):
-                            Z_n[a, j, i] += K_n[i] * e[j] + K[i] * e_n[a, j]
-                for j in range(q):
-                    for i in range(s):
-                        Z[j, i] += K[i] * e[j]
-                for j in range(q):
-                    if kept:
-                        rows[k, c, j] = e[j] / root if j == 0 else -e[j] / root
-                    for i in range(j, q):
-                        gram[j, i] += e[j] * e[i] / S
-                        for a in range(levels):
-                            gram_n[a, j, i] += (
-                                e_n[a, j] * e[i] + e[j] * e_n[a, i] - e[j] * e[i] * S_n[a] / S
-                            ) / S
-                for a in range(levels):
-                    for b in range(a, levels):
-                        information[a, b] += (
-                            0.5 * S_n[a] * S_n[b] / S + e_n[a, 0] * e_n[b, 0]
-                        ) / S
-            first = max(k - shift - 1, 0)
-            forces[0] = effort[min(first, n - 1)]
-            now = min(max(k - shift, 0), n - 1)
-            forces[1], forces[3] = effort[now], rate[now]
+                    Z[j, i] = 0.0
+                    for a in range(levels):
+                        Z_n[a, j, i] = 0.0
+                for j in range(_S):
+                    P[i, j], P[j, i] = 0.0, 0.0
+                    for a in range(levels):
+                        P_n[a, i, j], P_n[a, j, i] = 0.0, 0.0
+                if now >= 0:
+                    P[i, i] = first[i]
+                    for a in range(levels):
+                        P_n[a, i, i] = first_n[a, i]
+            if now >= 0:
+                Z[0, 0], Z[0, _D + 1] = measured[k, 0], measured[k, 1]
+            side = now
+        if now < 0:
+            # d <- r d, P_dd <- r^2 P_dd + Q_dd
+            r = A[0, _D, _D]
             for a in range(levels):
-                for j in range(q):
-                    for i in range(s):
-                        total = 0.0
-                        for g in range(s):
-                            total += A[side, i, g] * Z_n[a, j, g] + A_n[a, side, i, g] * Z[j, g]
-                            if j > 0:
-                                total += dA[side, j - 1, i, g] * Z_n[a, 0, g]
-                        moved[j, i] = total
-                for j in range(q):
-                    for i in range(s):
-                        Z_n[a, j, i] = moved[j, i]
-            for j in range(q):
-                for i in range(s):
-                    total = 0.0
-                    for g in range(s):
-                        total += A[side, i, g] * Z[j, g]
-                        if j > 0:
-                            total += dA[side, j - 1, i, g] * Z[0, g]
-                    for g in range(4):
-                        total += G[side, j, i, g] * forces[g]
-                    moved[j, i] = total
-            for j in range(q):
-                for i in range(s):
-                    Z[j, i] = moved[j, i]
-            for a in range(levels):
-                # A_a P A' + A P_a A' + A P A_a' + Q_a
-                predict(A[side], Q_n[a, side], P_n[a], work)
-                for i in range(s):
-                    for j in range(s):
-                        total = 0.0
-                        for g in range(s):
-                            total += A_n[a, side, i, g] * P[g, j]
-                        work[i, j] = total
-                for i in range(s):
-                    for j in range(i, s):
-                        total = P_n[a, i, j]
-                        for g in range(s):
-                            total += work[i, g] * A[side, j, g] + work[j, g] * A[side, i, g]
-                        P_n[a, i, j] = total
-                        P_n[a, j, i] = total
-            predict(A[side], Q[side], P, work)
-        else:
-            # d <- r d, P_dd <- r^2 P_dd + (1 - r^2) variance
-            for a in range(levels):
-                P_n[a, d, d] = (
-                    r * r * P_n[a, d, d]
-                    + 2.0 * r * r_n[a] * (P[d, d] - variance)
-                    + (1.0 - r * r) * variance_n[a]
+                P_n[a, _D, _D] = (
+                    r * r * P_n[a, _D, _D]
+                    + 2.0 * r * A_n[a, _D, _D] * P[_D, _D]
+                    + Q_n[a, 0, _D, _D]
                 )
                 for j in range(q):
-                    Z_n[a, j, d] = r * Z_n[a, j, d] + r_n[a] * Z[j, d]
-            P[d, d] = r * r * P[d, d] + (1.0 - r * r) * variance
+                    Z_n[a, j, _D] = r * Z_n[a, j, _D] + A_n[a, _D, _D] * Z[j, _D]
+            P[_D, _D] = r * r * P[_D, _D] + Q[0, _D, _D]
             for j in range(q):
-                Z[j, d] *= r
+                Z[j, _D] *= r
+            continue
+        for c in range(channels):
+            if fresh and c < 2:
+                continue
+            # Derivatives of the variance need the covariance before its update
+            for a in range(levels):
+                total = R_n[a, c]
+                for i in range(_S):
+                    for j in range(_S):
+                        total += H[c, i] * P_n[a, i, j] * H[c, j]
+                S_n[a] = total
+            S = update(H[c], R[c], P, K, _S)
+            logs += np.log(S)
+            for j in range(q):
+                total = measured[k, c] if j == 0 else 0.0
+                for i in range(_S):
+                    total -= H[c, i] * Z[j, i]
+                    if j > 0:
+                        total -= dH[j - 1, c, i] * Z[0, i]
+                e[j] = total
+            for a in range(levels):
+                logs_n[a] += S_n[a] / S
+                for j in range(q):
+                    total = 0.0
+                    for i in range(_S):
+                        total -= H[c, i] * Z_n[a, j, i]
+                        if j > 0:
+                            total -= dH[j - 1, c, i] * Z_n[a, 0, i]
+                    e_n[a, j] = total
+                for i in range(_S):
+                    total = -K[i] * S_n[a]
+                    for j in range(_S):
+                        total += P_n[a, i, j] * H[c, j]
+                    K_n[i] = total / S
+                for i in range(_S):
+                    for j in range(_S):
+                        P_n[a, i, j] -= (K_n[i] * K[j] + K[i] * K_n[j]) * S + (
+                            K[i] * K[j] * S_n[a]
+                        )
+                for j in range(q):
+                    for i in range(_S):
+                        Z_n[a, j, i] += K_n[i] * e[j] + K[i] * e_n[a, j]
+            for j in range(q):
+                for i in range(_S):
+                    Z[j, i] += K[i] * e[j]
+            root = np.sqrt(S)
+            for j in range(q):
+                if kept:
+                    rows[k, c, j] = e[j] / root if j == 0 else -e[j] / root
+                for i in range(j, q):
+                    gram[j, i] += e[j] * e[i] / S
+                    for a in range(levels):
+                        gram_n[a, j, i] += (
+                            e_n[a, j] * e[i] + e[j] * e_n[a, i] - e[j] * e[i] * S_n[a] / S
+                        ) / S
+            for a in range(levels):
+                for b in range(a, levels):
+                    information[a, b] += (0.5 * S_n[a] * S_n[b] / S + e_n[a, 0] * e_n[b, 0]) / S
+        for a in range(levels):
+            for j in range(q):
+                for i in range(_S):
+                    total = A_n[a, i, i] * Z[j, i]
+                    for g in range(_S):
+                        total += A[side, i, g] * Z_n[a, j, g]
+                        if j > 0:
+                            total += dA[side, j - 1, i, g] * Z_n[a, 0, g]
+                    moved[j, i] = total
+            for j in range(q):
+                for i in range(_S):
+                    Z_n[a, j, i] = moved[j, i]
+        for j in range(q):
+            for i in range(_S):
+                total = G[side, j, i] + B[side, j, i] * known[k]
+                for g in range(_S):
+                    total += A[side, i, g] * Z[j, g]
+                    if j > 0:
+                        total += dA[side, j - 1, i, g] * Z[0, g]
+                moved[j, i] = total
+        for j in range(q):
+            for i in range(_S):
+                Z[j, i] = moved[j, i]
+        for a in range(levels):
+            predict(A[side], Q_n[a, side], P_n[a], work, _S)
+            if A_n[a, _D, _D] != 0.0:  # the only entry of a transition that a level changes
+                for i in range(_S):
+                    total = 0.0
+                    for g in range(_S):
+                        total += A[side, i, g] * P[g, _D]
+                    total *= A_n[a, _D, _D]
+                    P_n[a, i, _D] += total
+                    P_n[a, _D, i] += total
+        predict(A[side], Q[side], P, work, _S)
     for j in range(q):
         for i in range(j):
             gram[j, i] = gram[i, j]
@@ -245,4 +240,4 @@ def innovate(
         gram[0, j], gram[j, 0] = -gram[0, j], -gram[j, 0]
         for a in range(levels):
             gram_n[a, 0, j], gram_n[a, j, 0] = -gram_n[a, 0, j], -gram_n[a, j, 0]
-    return gram, gram_n, logs, logs_n, information, count
+    return gram, gram_n, logs, logs_n, information

@@ -6,9 +6,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.likelihood.process_noise.axis_model import (
+    DISTURBANCE_STATE,
+    EFFORT_STATE,
     STATES,
     AxisModel,
-    Noise,
     ParameterLayout,
 )
 from stickslip.estimation.likelihood.process_noise.filter_kernels import innovate
@@ -19,20 +20,17 @@ __all__ = [
     "Evaluation",
     "Maximum",
     "Problem",
-    "corrected_step",
     "evaluate",
     "inverted",
-    "log_share",
     "maximise",
 ]
 
-FORCE, DISTURBANCE, TIME_CONSTANT, POSITION, VELOCITY = range(5)
+POSITION, EFFORT, ROUGHNESS, FORCE, DISTURBANCE, TIME_CONSTANT, VELOCITY = range(7)
 """Places of the noise levels: logarithms of variances, and of the time constant."""
 
 _LARGEST_STEP = 2.0  # of a logarithm, in one iteration
 _MASS_RANGE = 1.5  # factor by which one iteration changes the mass at most
 _LARGEST_DAMPING = 1e6
-_LEAST_SIGNAL = 0.05  # share of the columns that is not noise of the effort
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,8 +49,8 @@ class Problem:
         [s].
     speed
         Standard deviation of the velocity at the start of a stretch [m/s or rad/s].
-    effort_noise
-        Standard deviation of the white noise of the logged effort [N or N m].
+    effort_rate
+        Standard deviation of the rate of change of the effort there [N/s or N m/s].
     prior
         Median of the noise levels, as logarithms of variances and of the time constant [SI].
     prior_spread
@@ -64,7 +62,7 @@ class Problem:
     mass_name: str
     sampling_time: float
     speed: float
-    effort_noise: float
+    effort_rate: float
     prior: Float[np.ndarray, " a"]
     prior_spread: Float[np.ndarray, " a"]
 
@@ -142,28 +140,43 @@ def evaluate(
         Whether the derivatives by the noise levels are computed; they are zero otherwise.
     """
     T = problem.sampling_time
-    time_constant = float(np.exp(levels[TIME_CONSTANT]))
+    level = np.exp(levels)  # also the derivatives by the logarithms
+    time_constant = float(level[TIME_CONSTANT])
     r = float(np.exp(-T / time_constant))
     r_by = r * T / time_constant
-    variance = float(np.exp(levels[DISTURBANCE]))
-    force = float(np.exp(levels[FORCE]))
     model = AxisModel.of(
         problem.layout, values, mass_name=problem.mass_name, sampling_time=T, correlation=r
     )
-    a, channels = levels.size, levels.size - POSITION
-    R = np.exp(levels[POSITION:])
-    Q, Q_n = np.zeros((2, STATES, STATES)), np.zeros((a, 2, STATES, STATES))
+    a = levels.size
+    measured_as = (POSITION, EFFORT, VELOCITY)[: 3 if a > VELOCITY else 2]
+    channels, p = len(measured_as), len(problem.layout.sought)
+    H = np.zeros((channels, STATES))
+    H[0, 0] = H[1, EFFORT_STATE] = 1.0
+    H[1, EFFORT_STATE + 1] = model.fraction
+    H[2:, 1] = 1.0
+    dH = np.zeros((p, channels, STATES))
+    delay = problem.layout.column("effort_delay", 1)
+    if delay is not None:
+        dH[delay, 1, EFFORT_STATE + 1] = 1.0
+    R, R_n = level[list(measured_as)], np.zeros((a, channels))
+    for c, place in enumerate(measured_as):
+        R_n[place, c] = level[place]
+    Q_n = np.zeros((a, 2, STATES, STATES))
+    d, p_u = DISTURBANCE_STATE, EFFORT_STATE + 1
     for side in range(2):
-        b = model.force_response[side]
-        Q_n[FORCE, side] = force * np.outer(b, b)
-        Q_n[DISTURBANCE, side, -1, -1] = variance * (1.0 - r * r)
-        Q_n[TIME_CONSTANT, side, -1, -1] = -2.0 * variance * r * r_by
-        Q[side] = Q_n[FORCE, side] + Q_n[DISTURBANCE, side]
-    A_n, R_n = np.zeros((a, 2, STATES, STATES)), np.zeros((a, channels))
-    A_n[TIME_CONSTANT, :, -1, -1] = r_by
-    R_n[POSITION:] = np.diag(R)
-    r_n, variance_n = np.zeros(a), np.zeros(a)
-    r_n[TIME_CONSTANT], variance_n[DISTURBANCE] = r_by, variance
+        b = model.force_response[side, 0]
+        Q_n[FORCE, side] = level[FORCE] * np.outer(b, b)
+        Q_n[DISTURBANCE, side, d, d] = level[DISTURBANCE] * (1.0 - r * r)
+        Q_n[ROUGHNESS, side, p_u, p_u] = level[ROUGHNESS] * T
+    Q = np.sum(Q_n, axis=0)
+    Q_n[TIME_CONSTANT, :, d, d] = -2.0 * level[DISTURBANCE] * r * r_by
+    A_n = np.zeros((a, STATES, STATES))
+    A_n[TIME_CONSTANT, d, d] = r_by
+    first, first_n = np.zeros(STATES), np.zeros((a, STATES))
+    first[0], first[EFFORT_STATE], first[d] = R[0], R[1], level[DISTURBANCE]
+    first[1], first[p_u] = problem.speed**2, problem.effort_rate**2
+    first_n[POSITION, 0], first_n[EFFORT, EFFORT_STATE] = R[0], R[1]
+    first_n[DISTURBANCE, d] = level[DISTURBANCE]
     computed = slice(None) if with_changes else slice(0)
     q = 1 + len(problem.layout.sought)
     gram, gram_n = np.zeros((q, q)), np.zeros((a, q, q))
@@ -173,23 +186,21 @@ def evaluate(
         rows = np.zeros((segment.time.size if with_rows else 0, channels, q))
         found = innovate(
             model.transition,
-            model.inputs,
+            model.constant,
+            model.force_response,
             model.transition_change,
             Q,
+            H,
+            dH,
             R,
-            r,
-            variance,
+            first,
             A_n[computed],
             Q_n[computed],
             R_n[computed],
-            r_n[computed],
-            variance_n[computed],
-            segment.effort,
-            segment.effort_rate,
-            segment.measured,
+            first_n[computed],
+            segment.known_with(model.shift),
+            segment.measured_with(model.shift),
             segment.direction,
-            model.shift,
-            problem.speed,
             rows,
         )
         gram += found[0]
@@ -230,26 +241,12 @@ class Maximum:
     evaluation: Evaluation
     converged: bool
 
-    @property
-    def noise(self) -> Noise:
-        """The noise levels as standard deviations [SI]."""
-        std = np.exp(0.5 * self.levels)
-        return Noise(
-            force=float(std[FORCE]),
-            disturbance=float(std[DISTURBANCE]),
-            time_constant=float(np.exp(self.levels[TIME_CONSTANT])),
-            position=float(std[POSITION]),
-            velocity=float(std[VELOCITY]) if std.size > VELOCITY else 0.0,
-        )
-
 
 def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) -> Maximum:
     """Search the parameters and the noise levels in turn.
 
-    The parameters solve their corrected score equation at the noise levels (`correction`); the
-    noise levels maximise the restricted likelihood at the parameters, by damped Fisher scoring. A
-    joint maximum would be wrong where the logged effort is noisy: a heavier axis under a larger
-    disturbance predicts a smooth motion better than a noisy effort does.
+    Gauss-Newton steps of the parameters at the noise levels, and steps of damped Fisher scoring of
+    the noise levels at the parameters.
 
     Parameters
     ----------
@@ -265,8 +262,8 @@ def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) 
     damping, converged = 1e-3, False
     for _ in range(tuning.max_iterations):
         # Parameters at the noise levels
-        step, information = corrected_step(problem, values, best, levels)
-        size = float(step @ information @ step)
+        step = inverted(best.gram[1:, 1:]) @ best.gram[1:, 0]
+        size = float(step @ best.gram[1:, 0])
         if size > 0.1 * tuning.tolerance:
             values = moved(problem, values, step)
             best = evaluate(problem, values, levels)
@@ -306,7 +303,7 @@ def _first_levels(problem: Problem, values: Float[np.ndarray, " p"]) -> Float[np
     for size in (-12.0, -6.0, -2.0):
         for time_constant in (0.02, 0.3) if size > -12.0 else (0.1,):
             levels = problem.prior.copy()
-            levels[DISTURBANCE] = levels[FORCE] + size
+            levels[DISTURBANCE] = levels[EFFORT] + size
             levels[TIME_CONSTANT] = np.log(time_constant)
             evaluation = evaluate(problem, values, levels, with_changes=False)
             cost, _ = _posterior(problem, evaluation, levels)
@@ -324,52 +321,3 @@ def moved(
         j = problem.layout.sought.index(problem.mass_name)
         after[j] = np.clip(after[j], values[j] / _MASS_RANGE, values[j] * _MASS_RANGE)
     return after
-
-
-def log_share(problem: Problem, levels: Float[np.ndarray, " a"]) -> float:
-    """Return the share of the white force's variance that is noise of the log [-]."""
-    return float(min(problem.effort_noise**2 / np.exp(levels[FORCE]), 1.0))
-
-
-def corrected_step(
-    problem: Problem,
-    values: Float[np.ndarray, " p"],
-    evaluation: Evaluation,
-    levels: Float[np.ndarray, " a"],
-) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, "p p"]]:
-    """Return the step that solves the corrected score equation, and the information behind it.
-
-    The filter predicts the motion from the logged effort u + n. If n acts on the axis (a force),
-    its innovations are independent of what it predicts from, in closed loop too. If n is noise of
-    the log, the predictions contain it, and with a perfectly known motion the likelihood
-
-        sum (m a - u_l)^2/(2 W) - n log m
-
-    has its maximum at a mass that is too large: the Jacobian n log m belongs to a force only
-    (errors in variables). With the share rho = R_u/W of the white force that is noise of the log,
-    the score g of the mass is corrected by what the Jacobian adds. As the innovations depend on
-    W/m^2, the corrected score is
-
-        g_m - b_m,   b_m = -(rho/m) d/dlog W (e' S^-1 e),
-
-    which has zero mean for noise of the log, white forces, and sensor noise together, without a
-    model of the controller or of the true effort. The information is that without the noise in the
-    columns.
-
-    Parameters
-    ----------
-    problem
-        The log.
-    values, levels
-        Where the innovations were evaluated [SI].
-    evaluation
-        The innovations.
-    """
-    score, information = evaluation.gram[1:, 0].copy(), evaluation.gram[1:, 1:].copy()
-    if problem.mass_name in problem.layout.sought:
-        j = problem.layout.sought.index(problem.mass_name)
-        share = log_share(problem, levels)
-        score[j] += share / values[j] * evaluation.gram_change[FORCE, 0, 0]
-        noise = share / values[j] ** 2 * evaluation.logs_change[FORCE]
-        information[j, j] = max(information[j, j] - noise, _LEAST_SIGNAL * information[j, j])
-    return inverted(information) @ score, information

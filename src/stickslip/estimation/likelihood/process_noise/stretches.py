@@ -6,6 +6,7 @@ import numpy as np
 from jaxtyping import Float, Int
 from scipy.signal import savgol_filter
 
+from stickslip.estimation.likelihood.process_noise.feedback import feedback_effort
 from stickslip.estimation.likelihood.process_noise.tuning import Tuning
 from stickslip.records import AxisLog
 
@@ -20,10 +21,12 @@ class SlipSegment:
     ----------
     time, effort
         [s, N or N m], shape (n,).
-    effort_rate
-        Rate of change of the smoothed effort [N/s or N m/s], shape (n,).
-    measured
-        Position, and velocity if it is measured [m or rad, m/s or rad/s], shape (n, c).
+    feedback
+        Part of the effort that answers to the measured position [N or N m], shape (n,).
+    position
+        As measured [m or rad], shape (n,).
+    velocity
+        As measured [m/s or rad/s], shape (n,), or None.
     direction
         1, -1, or 0 where the axis does not surely slip [-], shape (n,).
     smooth_velocity, smooth_acceleration, smooth_effort
@@ -32,12 +35,25 @@ class SlipSegment:
 
     time: Float[np.ndarray, " n"]
     effort: Float[np.ndarray, " n"]
-    effort_rate: Float[np.ndarray, " n"]
-    measured: Float[np.ndarray, "n c"]
+    feedback: Float[np.ndarray, " n"]
+    position: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"] | None
     direction: Int[np.ndarray, " n"]
     smooth_velocity: Float[np.ndarray, " n"]
     smooth_acceleration: Float[np.ndarray, " n"]
     smooth_effort: Float[np.ndarray, " n"]
+
+    def known_with(self, shift: int) -> Float[np.ndarray, " n"]:
+        """Return the feedback as it acts so many samples later."""
+        return self.feedback[np.clip(np.arange(self.time.size) - shift, 0, self.time.size - 1)]
+
+    def measured_with(self, shift: int) -> Float[np.ndarray, "n c"]:
+        """Return position, effort without feedback as it acts later, and velocity if measured."""
+        places = np.clip(np.arange(self.time.size) - shift, 0, self.time.size - 1)
+        columns = [self.position, (self.effort - self.feedback)[places]]
+        if self.velocity is not None:
+            columns.append(self.velocity)
+        return np.column_stack(columns)
 
 
 def slip_segments(log: AxisLog, position_noise: float, tuning: Tuning) -> list[SlipSegment]:
@@ -73,15 +89,13 @@ def slip_segments(log: AxisLog, position_noise: float, tuning: Tuning) -> list[S
     for part in parts:
         velocity = _polynomial(part.measured_position, window, T, 1)
         direction = np.where(np.abs(velocity) > slow, np.sign(velocity), 0.0).astype(np.int64)
-        columns = [part.measured_position]
-        if part.measured_velocity is not None:
-            columns.append(part.measured_velocity)
         segments.append(
             SlipSegment(
                 time=part.time,
                 effort=part.effort,
-                effort_rate=_polynomial(part.effort, long, T, 1),
-                measured=np.column_stack(columns),
+                feedback=feedback_effort(part.effort, part.measured_position),
+                position=part.measured_position,
+                velocity=part.measured_velocity,
                 direction=_eroded(direction, window // 2 + 1, tuning.least_stretch),
                 smooth_velocity=_polynomial(part.measured_position, long, T, 1),
                 smooth_acceleration=_polynomial(part.measured_position, long, T, 2),

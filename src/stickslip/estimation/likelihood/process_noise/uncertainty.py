@@ -6,7 +6,6 @@ from jaxtyping import Float
 from stickslip.estimation.likelihood.process_noise.search import (
     Maximum,
     Problem,
-    corrected_step,
     inverted,
 )
 
@@ -31,8 +30,7 @@ def covariance_of(
         Of the likelihood.
     """
     found = maximum.evaluation
-    _, information = corrected_step(problem, maximum.values, found, maximum.levels)
-    inverse = inverted(information)
+    inverse = inverted(found.gram[1:, 1:])
     spread = np.linalg.inv(found.information + np.diag(problem.prior_spread**-2.0))
     change = -np.einsum("ji,aik,kj->aj", inverse, found.gram_change[:, 1:, 1:], inverse)
     variance = np.diag(inverse)
