@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -20,6 +20,9 @@ _SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
 class OnlineMethod(ABC):
     """An estimator all of whose memory is one vector, which a compiled kernel steps in place."""
 
+    counts_missing: ClassVar[bool] = False
+    """Whether a sample that is not finite is counted in the state instead of refused."""
+
     @property
     @abstractmethod
     def kernel(self) -> Kernel:
@@ -27,7 +30,8 @@ class OnlineMethod(ABC):
 
         Effort [N or N m] held from this sample to the next, position [m or rad] and velocity [m/s
         or rad/s] of the driven mass, then both of the load; 0 for what the axis does not have or
-        measure (see `init`). It takes every sample of five finite numbers.
+        measure (see `init`). It takes every sample of five finite numbers. Where `counts_missing`,
+        it uses the finite ones of the others too, and counts.
         """
 
     @property
@@ -57,27 +61,29 @@ class OnlineMethod(ABC):
         Raises
         ------
         InputError
-            If the sample does not hold five finite numbers.
+            If the sample does not hold five numbers, or, unless `counts_missing`, one of them is
+            not finite.
         """
         after = state.copy()
-        _take_sample(self.kernel, after, sample)
+        _take_sample(self.kernel, after, sample, counted=self.counts_missing)
         return after, after[self._places]
 
 
-def _take_sample(kernel: Kernel, state: State, sample: Sequence[float]) -> None:
+def _take_sample(kernel: Kernel, state: State, sample: Sequence[float], *, counted: bool) -> None:
     """Take one sample into the state by a kernel, in place.
 
     Raises
     ------
     InputError
-        If the sample does not hold five finite numbers; the state is left as it is then.
+        If the sample does not hold five numbers, or one is not finite and not counted; the state
+        is left as it is then.
     """
     try:
         u, x, v, x2, v2 = sample
         taken = kernel(state, float(u), float(x), float(v), float(x2), float(v2))
     except (TypeError, ValueError) as error:
         raise _not_a_sample(sample) from error
-    if not taken:
+    if not taken and not counted:
         k = next(k for k, value in enumerate(sample) if not np.isfinite(value))
         raise InputError(
             f"the {_SAMPLE[k]} of the sample is {float(sample[k])}, it must be finite",

@@ -14,35 +14,71 @@ there are two filters side by side:
   is sound once friction is known so well that the sample of each event follows from it; it begins
   then, with the first of the samples that were kept until then.
 
-The sharp one takes static friction for Coulomb friction. If it is more, the axis is slower after a
-breakaway than believed; the filter looks for another speed there (a score test), and whether the
-careful one predicts the motion better. If either is so, the sharp one is left for good.
+The sharp one takes static friction for Coulomb friction. It is left for good
+
+- if the axis is slower after a breakaway than predicted (a score test for another speed there),
+- if the careful one predicts the motion better (the likelihood ratio, in slip only),
+- if their Coulomb frictions differ (J. A. Hausman 1978, "Specification tests in econometrics": the
+  careful estimate stays right if static friction is larger), or
+- if the axis rests under an effort that is certain to be above its Coulomb friction. Nothing is
+  learned from such a sample.
+
+Against faults of the log and of the model:
+
+- A sample passes `stickslip.estimation.online.admission` first; a missing value is not used.
+- An innovation larger than `_GATE` standard deviations is explained by an unknown force in that
+  sample: Q grows until it is not. The motion follows the measurement, friction does not.
+- Without a given force noise, Q follows the innovations (bounded covariance matching).
+- The state of the last complete batch that was finite and plausible is kept. One that is not is
+  replaced by it.
 """
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.admission import (
+    ADMISSION_SIZE,
+    LARGEST_EFFORT,
+    admit,
+    restart_admission,
+)
+from stickslip.estimation.online.batches import (
+    batch_size,
+    clear_batches,
+    close_batch,
+    count_sample,
+    scale_batches,
+)
 from stickslip.estimation.online.ekf_motion import predicted
 from stickslip.estimation.online.recursion import SAMPLING_TIME, VALUES
 
 __all__ = [
+    "ADAPTED",
+    "ADMISSION",
+    "BATCHES",
     "CAREFUL",
     "COVARIANCE",
     "DRIFT",
+    "FORCE_EVENTS",
     "FORCE_VARIANCE",
     "FRICTION",
+    "GATE_SCALE",
+    "GOOD",
     "INNOVATION",
     "KNOWN",
     "LEARNING",
     "LEFT",
     "MASS",
     "MEMORY",
+    "PARAMETERS",
     "POSITION_VARIANCE",
+    "RESETS",
     "RESOLUTION",
     "REST_SPEED",
     "REST_VARIANCE",
     "SHARP",
+    "SHARP_BATCHES",
     "STAGE",
     "STATES",
     "TRUSTED",
@@ -74,8 +110,20 @@ FRICTION = 3  # of these: c, f_c, o; those of the filter that is believed stand 
     LACK_VARIANCE,  # of that score: sum of r^2 / S
     STORED,  # samples that are kept
     REPLAYED,  # how many of them the sharp filter has taken
-) = range(VALUES + FRICTION, VALUES + FRICTION + 17)
-DRIFT = REPLAYED + 1  # variances by which c, f_c and o wander in a sample
+    PARAMETERS,  # of c, f_c and o, those that are estimated
+    HELD_UNKNOWN,  # whether the force in the current interval is unknown
+    GATE_SCALE,  # running mean of squared innovations over their variances
+    ADAPTED,  # number of adaptations of the force variance, from 1 on; 0 if it is given
+    MISMATCH,  # sum of squared innovations over their variances since the last one
+    MISMATCHED,  # number of measurements in it
+    FORCE_EVENTS,  # samples whose innovation asked for an unknown force
+    RESETS,  # times that a state was replaced by the last valid one
+    LARGEST_SPEED,
+    ANCHOR,  # position at which the axis seems to rest
+    DUE_SPEED,  # velocity and way that it should have gained since, under the effort above friction
+    DUE_WAY,
+) = range(VALUES + FRICTION, VALUES + FRICTION + 29)
+DRIFT = DUE_WAY + 1  # variances by which c, f_c and o wander in a sample
 CAREFUL = DRIFT + FRICTION
 
 # Within the part of a filter: its states, then
@@ -85,7 +133,13 @@ RESPONSE = (
     WALK + FRICTION
 )  # r: error of z if every breakaway gave a speed of one less than believed
 SHARP = CAREFUL + RESPONSE + STATES
-MEMORY = SHARP + RESPONSE + STATES  # u, x, v of the first samples, to the end of the state
+GOOD = SHARP + RESPONSE + STATES  # friction and its covariance at the last valid batch
+ADMISSION = GOOD + FRICTION + FRICTION * FRICTION
+BATCHES = ADMISSION + ADMISSION_SIZE  # of the careful filter
+SHARP_BATCHES = BATCHES + batch_size(FRICTION)
+MEMORY = SHARP_BATCHES + batch_size(
+    FRICTION
+)  # u, x, v of the first samples, to the end of the state
 
 LEARNING, REPLAYING, TRUSTED, LEFT = 0.0, 1.0, 2.0, 3.0  # stages of the sharp filter
 
@@ -101,6 +155,21 @@ _PACE = 4  # kept samples that the sharp filter takes in one
 _LACKING = 4.0  # standard deviations of the score
 _WORSE = 15.0
 """How far the sharp filter may fall behind [nat]; in 19 of 20 logs it stays within 7 if right."""
+_GATE = 64.0  # squared innovation over its variance beyond which there was an unknown force
+_GATE_MEMORY = 1.0 / 256.0  # weight of a sample in the running mean that scales the gate
+_DIFFERENT = 4.0  # standard deviations between the Coulomb frictions of the two filters
+_CERTAIN = 3.0  # standard deviations by which an effort must exceed Coulomb friction
+_RESTING = 4.0  # standard deviations of the position within which an axis may be at rest
+_DUE = 40.0
+"""Standard deviations of the position that a resting axis should have moved by, until it is certain
+that static friction holds it; so many that a slow reversal is no rest."""
+_ADAPTATION = 32.0  # measurements from one adaptation of the force variance to the next
+_LEAST_ADAPTATION = 0.05  # exponent of an adaptation after many of them
+_LARGEST_ADAPTATION = 4.0  # factor of an adaptation
+_LEAST_FORCE = 1e-3  # of the largest effort: least standard deviation of the adapted force
+_OVERCONFIDENT = 1.5  # mismatch beyond which what was learned so far is trusted less
+_PLAUSIBLE = 5.0
+"""Friction over the largest effort beyond which an estimate is not plausible."""
 
 
 @compiled(inline=True)
@@ -109,7 +178,7 @@ def _carry(s: Float[np.ndarray, " s"], at: int, u: float) -> bool:
     T, m = s[SAMPLING_TIME], s[MASS]
     P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
     F = np.zeros((2, STATES))
-    x, v, q = s[at], s[at + 1], s[FORCE_VARIANCE]
+    x, v, q = s[at], s[at + 1], s[FORCE_VARIANCE] if at == CAREFUL else 0.0
     rested = v == 0.0
     slow = max(s[REST_SPEED], _SURE * np.sqrt(P[1, 1]))
     unclear = s[REST_SPEED] > 0.0 and abs(v) < slow
@@ -117,10 +186,13 @@ def _carry(s: Float[np.ndarray, " s"], at: int, u: float) -> bool:
         # Friction stops the spread of the velocity within m P_vv / (2 f_c), and to linearise that
         # is sound if a position sensor would hardly see it
         unclear = m * P[1, 1] > 2.0 * max(s[at + 3], 0.0) * np.sqrt(s[POSITION_VARIANCE])
+    if s[HELD_UNKNOWN] > 0.0:
+        unclear = True
+        q = max(s[REST_VARIANCE], s[ADMISSION + LARGEST_EFFORT] ** 2)
     if unclear:
+        q = max(q, s[REST_VARIANCE])
         F[0, 0], F[0, 1], F[1, 1] = 1.0, T, 1.0
         x += v * T
-        q = s[REST_VARIANCE]
     else:
         x, v = predicted(m, x, v, s[at + 2], s[at + 3], s[at + 4], u, T, F)
     s[at], s[at + 1] = x, v
@@ -162,8 +234,10 @@ def _correct(
 ) -> tuple[float, float]:
     """Take a measurement of state k: K = P h / S, (I - K h') P (I - K h')' + K R K' (Joseph).
 
-    Returns e^2 / S and log S of the innovation e; zeros where it says nothing.
+    Returns e^2 / S and log S of the innovation e; zeros where it says nothing or is missing.
     """
+    if np.isnan(measured):
+        return 0.0, 0.0
     P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
     S = P[k, k] + variance
     if not (S > 0.0 and np.isfinite(S)):
@@ -193,6 +267,28 @@ def _correct(
 
 
 @compiled(inline=True)
+def _squared_innovation(
+    s: Float[np.ndarray, " s"], at: int, k: int, measured: float, variance: float
+) -> float:
+    """Return e^2 / S of a measurement of state k; 0 where it says nothing or is missing."""
+    S = s[at + COVARIANCE + k * (STATES + 1)] + variance
+    if np.isnan(measured) or not (S > 0.0 and np.isfinite(S)):
+        return 0.0
+    return (measured - s[at + k]) ** 2 / S
+
+
+@compiled(inline=True)
+def _add_force(s: Float[np.ndarray, " s"], at: int, q: float) -> None:
+    """Add to P what an unknown force of variance q does in a sample: P + q B B' / m^2."""
+    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+    b0, b1 = 0.5 * s[SAMPLING_TIME] ** 2 / s[MASS], s[SAMPLING_TIME] / s[MASS]
+    P[0, 0] += q * b0 * b0
+    P[0, 1] += q * b0 * b1
+    P[1, 0] += q * b0 * b1
+    P[1, 1] += q * b1 * b1
+
+
+@compiled(inline=True)
 def _take(
     s: Float[np.ndarray, " s"], at: int, u: float, x: float, v: float
 ) -> tuple[bool, float, float]:
@@ -201,10 +297,147 @@ def _take(
     Returns whether the exact motion led to it, e' S^-1 e, and how unlikely it was [nat].
     """
     exactly = _carry(s, at, u)
+    square_x = _squared_innovation(s, at, 0, x, s[POSITION_VARIANCE])
+    square_v = _squared_innovation(s, at, 1, v, s[VELOCITY_VARIANCE])
+    limit = _GATE * max(1.0, s[GATE_SCALE])
+    if max(square_x, square_v) > limit:
+        T, m = s[SAMPLING_TIME], s[MASS]
+        q = 0.0
+        if square_x > limit:
+            q = ((x - s[at]) * 2.0 * m / (T * T)) ** 2
+        if square_v > limit:
+            q = max(q, ((v - s[at + 1]) * m / T) ** 2)
+        _add_force(s, at, q)
+        if at == CAREFUL:
+            s[FORCE_EVENTS] += 1.0
+    elif exactly and at == CAREFUL:
+        s[LARGEST_SPEED] = max(s[LARGEST_SPEED], abs(s[CAREFUL + 1]))
+    bounded = min(square_x, limit) + min(square_v, limit)
+    if exactly and at == CAREFUL:
+        seen = (0.0 if np.isnan(x) else 1.0) + (0.0 if np.isnan(v) else 1.0)
+        if np.isinf(s[VELOCITY_VARIANCE]):
+            seen = 0.0 if np.isnan(x) else 1.0
+        if seen > 0.0:
+            s[GATE_SCALE] += _GATE_MEMORY * (bounded / seen - s[GATE_SCALE])
+            s[MISMATCH] += bounded
+            s[MISMATCHED] += seen
     square_x, log_x = _correct(s, at, 0, x, s[POSITION_VARIANCE])
     square_v, log_v = _correct(s, at, 1, v, s[VELOCITY_VARIANCE])
-    squares = square_x + square_v
-    return exactly, squares, 0.5 * (squares + log_x + log_v)
+    return exactly, bounded, 0.5 * (square_x + square_v + log_x + log_v)
+
+
+@compiled(inline=True)
+def _scale_friction(s: Float[np.ndarray, " s"], at: int, factor: float) -> None:
+    """Multiply the covariance of friction by a factor, and keep its correlations."""
+    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+    root = np.sqrt(factor)
+    for i in range(STATES):
+        for j in range(STATES):
+            P[i, j] *= (root if i > 1 else 1.0) * (root if j > 1 else 1.0)
+
+
+@compiled(inline=True)
+def _adapt(s: Float[np.ndarray, " s"]) -> None:
+    """Let the force variance follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
+
+    The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
+    the information so far was counted too high by their mean square, and is reduced.
+    """
+    if s[ADAPTED] == 0.0 or s[MISMATCHED] < _ADAPTATION:
+        return
+    mean = s[MISMATCH] / s[MISMATCHED]
+    s[MISMATCH], s[MISMATCHED] = 0.0, 0.0
+    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(s[ADAPTED]))
+    s[ADAPTED] += 1.0
+    factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** gamma
+    most = s[ADMISSION + LARGEST_EFFORT] ** 2
+    least = most * _LEAST_FORCE * _LEAST_FORCE
+    s[FORCE_VARIANCE] = min(max(factor * s[FORCE_VARIANCE], least), max(most, least))
+    if mean > _OVERCONFIDENT:
+        factor = min(mean, _LARGEST_ADAPTATION)
+        _scale_friction(s, CAREFUL, factor)
+        scale_batches(s, BATCHES, FRICTION, 1.0 / factor)
+
+
+@compiled(inline=True)
+def _inverse(s: Float[np.ndarray, " s"], at: int, J: Float[np.ndarray, "3 3"]) -> bool:
+    """Write the inverse of the covariance of friction to J (zeros for what is not estimated)."""
+    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+    a, b, c = P[2, 2], P[2, 3], P[3, 3]
+    for i in range(FRICTION):
+        for j in range(FRICTION):
+            J[i, j] = 0.0
+    if s[PARAMETERS] < FRICTION:
+        det = a * c - b * b
+        J[0, 0], J[0, 1], J[1, 0], J[1, 1] = c / det, -b / det, -b / det, a / det
+        return det > 0.0 and a > 0.0
+    d, e, f = P[2, 4], P[3, 4], P[4, 4]
+    det = a * (c * f - e * e) - b * (b * f - d * e) + d * (b * e - c * d)
+    J[0, 0], J[1, 1], J[2, 2] = (c * f - e * e) / det, (a * f - d * d) / det, (a * c - b * b) / det
+    J[0, 1], J[0, 2], J[1, 2] = (d * e - b * f) / det, (b * e - c * d) / det, (b * d - a * e) / det
+    J[1, 0], J[2, 0], J[2, 1] = J[0, 1], J[0, 2], J[1, 2]
+    return det > 0.0 and a > 0.0
+
+
+@compiled(inline=True)
+def _keep_batch(s: Float[np.ndarray, " s"], at: int, batches: int) -> None:
+    """Keep the information of a filter at the end of a batch."""
+    J, eta = np.empty((FRICTION, FRICTION)), np.zeros(FRICTION)
+    if _inverse(s, at, J):
+        for i in range(FRICTION):
+            for j in range(FRICTION):
+                eta[i] += J[i, j] * s[at + 2 + j]
+        close_batch(s, batches, FRICTION, J, eta)
+
+
+@compiled(inline=True)
+def _is_plausible(s: Float[np.ndarray, " s"]) -> bool:
+    """Return whether friction is within `_PLAUSIBLE` times the largest effort."""
+    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
+    most = _PLAUSIBLE * s[ADMISSION + LARGEST_EFFORT]
+    viscous = abs(s[CAREFUL + 2]) - _PLAUSIBLE * np.sqrt(max(P[2, 2], 0.0))
+    coulomb = abs(s[CAREFUL + 3]) - _PLAUSIBLE * np.sqrt(max(P[3, 3], 0.0))
+    offset = abs(s[CAREFUL + 4]) - _PLAUSIBLE * np.sqrt(max(P[4, 4], 0.0))
+    return viscous * s[LARGEST_SPEED] <= most and coulomb <= most and offset <= most
+
+
+@compiled(inline=True)
+def _is_valid(s: Float[np.ndarray, " s"], at: int) -> bool:
+    """Return whether a filter's states are finite and its variances finite and not negative."""
+    total = 0.0
+    valid = True
+    for i in range(STATES):
+        variance = s[at + COVARIANCE + i * (STATES + 1)]
+        total += s[at + i] + variance
+        valid = valid and variance >= 0.0
+    return valid and np.isfinite(total)
+
+
+@compiled(inline=True)
+def _keep_good(s: Float[np.ndarray, " s"]) -> None:
+    """Keep friction and its covariance as the last valid ones."""
+    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
+    for i in range(FRICTION):
+        s[GOOD + i] = s[CAREFUL + 2 + i]
+        for j in range(FRICTION):
+            s[GOOD + FRICTION + i * FRICTION + j] = P[2 + i, 2 + j]
+
+
+@compiled(inline=True)
+def _reset(s: Float[np.ndarray, " s"]) -> None:
+    """Return to the friction of the last valid state; the motion begins again."""
+    s[RESETS] += 1.0
+    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
+    for i in range(STATES):
+        s[CAREFUL + i], s[SHARP + i] = 0.0, 0.0
+        s[CAREFUL + RESPONSE + i], s[SHARP + RESPONSE + i] = 0.0, 0.0
+    for i in range(FRICTION):
+        s[CAREFUL + 2 + i] = s[GOOD + i]
+        for j in range(FRICTION):
+            P[2 + i, 2 + j] = s[GOOD + FRICTION + i * FRICTION + j]
+    s[STAGE] = LEFT
+    s[GATE_SCALE], s[MISMATCH], s[MISMATCHED] = 1.0, 0.0, 0.0
+    _forget_motion(s)
 
 
 @compiled(inline=True)
@@ -231,6 +464,7 @@ def _sharpen(s: Float[np.ndarray, " s"]) -> None:
     P = s[SHARP + COVARIANCE : SHARP + WALK].reshape(STATES, STATES)
     s[BEHIND] = 0.0
     s[STAGE] = TRUSTED
+    clear_batches(s, SHARP_BATCHES)
     # It catches up with the samples that come in while there is room for these
     if 0.0 < s[STORED] * _PACE <= (_PACE - 1) * ((s.size - MEMORY) // 3):
         s[STAGE] = REPLAYING
@@ -239,25 +473,35 @@ def _sharpen(s: Float[np.ndarray, " s"]) -> None:
         for i in range(STATES):
             for j in range(STATES):
                 P[i, j] = _LOOSER * P[i, j] if i > 1 and j > 1 else 0.0
-        _unknown_motion(s, P)
+        _unknown_motion(s, P, 0.0)
     for i in range(FRICTION):
         s[SHARP + WALK + i] = s[DRIFT + i] + RESOLUTION * P[2 + i, 2 + i]
 
 
 @compiled(inline=True)
-def _unknown_motion(s: Float[np.ndarray, " s"], P: Float[np.ndarray, "5 5"]) -> None:
-    """Set what is known of position and velocity by one sample, in a P that is 0 there."""
+def _unknown_motion(s: Float[np.ndarray, " s"], P: Float[np.ndarray, "5 5"], speed: float) -> None:
+    """Set what is known of position and velocity by one sample, in a P that is 0 there.
+
+    Without a velocity sensor the velocity is 0, up to the speed and the noise of a sample.
+    """
     P[0, 0] = s[POSITION_VARIANCE]
     P[1, 1] = s[VELOCITY_VARIANCE]
     if not np.isfinite(P[1, 1]):
-        # Without a velocity sensor the axis starts at rest, give or take the noise of a sample
-        P[1, 1] = 2.0 * P[0, 0] / s[SAMPLING_TIME] ** 2
+        P[1, 1] = 2.0 * P[0, 0] / s[SAMPLING_TIME] ** 2 + speed * speed
 
 
 @compiled()
 def forget_motion(s: Float[np.ndarray, " s"]) -> None:
     """Begin another stretch of samples, in place: friction as known, the motion anew."""
+    restart_admission(s, ADMISSION)
+    _forget_motion(s)
+
+
+@compiled(inline=True)
+def _forget_motion(s: Float[np.ndarray, " s"]) -> None:
+    """Begin the motion anew, which may be as fast as the fastest so far."""
     s[KNOWN] = 0.0
+    s[HELD_UNKNOWN] = 0.0
     s[STORED] = 0.0
     if s[STAGE] == REPLAYING:
         s[STAGE] = TRUSTED
@@ -268,7 +512,7 @@ def forget_motion(s: Float[np.ndarray, " s"]) -> None:
             for j in range(STATES):
                 P[i, j] = 0.0
                 P[j, i] = 0.0
-        _unknown_motion(s, P)
+        _unknown_motion(s, P, s[LARGEST_SPEED])
 
 
 @compiled(inline=True)
@@ -293,36 +537,93 @@ def _follow(
         # Of rests the careful filter knows nothing: to predict them better proves nothing
         if exactly and exactly_too:
             s[BEHIND] = max(0.0, s[BEHIND] + unlikely_too - unlikely)
-        if s[BEHIND] > _WORSE or abs(s[LACK]) > _LACKING * np.sqrt(s[LACK_VARIANCE]):
+        apart = abs(s[SHARP + 3] - s[CAREFUL + 3])
+        coulomb = s[CAREFUL + COVARIANCE + 3 * (STATES + 1)]
+        if (
+            s[BEHIND] > _WORSE
+            or abs(s[LACK]) > _LACKING * np.sqrt(s[LACK_VARIANCE])
+            or apart > _DIFFERENT * np.sqrt(coulomb)
+            or _sticks(s, held, x)
+            or not _is_valid(s, SHARP)
+        ):
             s[STAGE] = LEFT
+
+
+@compiled(inline=True)
+def _sticks(s: Float[np.ndarray, " s"], held: float, x: float) -> bool:
+    """Return whether the axis rests although the effort is above Coulomb friction for certain.
+
+    The net force |u - o| - f_c - 3 sigma would have moved it by `_DUE` standard deviations of the
+    position.
+    """
+    deviation = np.sqrt(s[POSITION_VARIANCE])
+    if np.isnan(x) or s[HELD_UNKNOWN] > 0.0:
+        return False
+    P = s[SHARP + COVARIANCE : SHARP + WALK].reshape(STATES, STATES)
+    spread = P[3, 3] + P[4, 4] + 2.0 * abs(P[3, 4])
+    net = abs(held - s[SHARP + 4]) - s[SHARP + 3] - _CERTAIN * np.sqrt(spread)
+    if net <= 0.0 or abs(x - s[ANCHOR]) > _RESTING * deviation:
+        s[ANCHOR], s[DUE_SPEED], s[DUE_WAY] = x, 0.0, 0.0
+        return False
+    s[DUE_SPEED] += net / s[MASS] * s[SAMPLING_TIME]
+    s[DUE_WAY] += s[DUE_SPEED] * s[SAMPLING_TIME]
+    return s[DUE_WAY] > _DUE * deviation
 
 
 @compiled(brief=True)
 def ekf_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
-    """Take one sample into the state, in place; return whether all of it was finite."""
-    if not np.isfinite(u + x + v + x2 + v2):
-        return False
+    """Take one sample into the state, in place; return whether it was complete.
+
+    Of a sample that is not (NaN, or impossible) only the rest is used. The load is not read.
+    """
+    whole = np.isfinite(u) and np.isfinite(x) and (np.isfinite(v) or s[VELOCITY_VARIANCE] == np.inf)
+    ready, u, unknown, x, v, _, _, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    if not ready:
+        return whole
+    if stepped:
+        _forget_motion(s)
+    measured = np.isfinite(s[VELOCITY_VARIANCE])
+    if s[KNOWN] == 0.0 and (np.isnan(x) or (measured and np.isnan(v))):
+        return whole
     k = MEMORY + 3 * int(s[STORED])
-    if s[STAGE] <= REPLAYING and k + 3 <= s.size:
+    if s[STAGE] <= REPLAYING and k + 3 <= s.size and not (unknown or np.isnan(x) or stepped):
         s[k], s[k + 1], s[k + 2] = u, x, v
         s[STORED] += 1.0
+    elif s[STAGE] == LEARNING and (unknown or np.isnan(x)):
+        s[STORED] = 0.0  # the kept samples must follow each other
+    exactly = False
     if s[KNOWN] > 0.0:
         held = s[HELD_EFFORT]
-        s[SAMPLES] += 1.0
-        s[CHANGE] += ((u - held) ** 2 - s[CHANGE]) / s[SAMPLES]
+        if not unknown:
+            s[SAMPLES] += 1.0
+            s[CHANGE] += ((u - held) ** 2 - s[CHANGE]) / s[SAMPLES]
         exactly, s[INNOVATION], unlikely = _take(s, CAREFUL, held, x, v)
         _follow(s, held, x, v, exactly, unlikely)
+        if not _is_valid(s, CAREFUL):
+            _reset(s)
+            exactly = False
     else:
         for at in (CAREFUL, SHARP):
-            s[at], s[at + 1] = x, v
+            s[at], s[at + 1] = x, v if measured else 0.0
         s[KNOWN] = 1.0
+    if exactly:
+        _adapt(s)
+        if count_sample(s, BATCHES):
+            if _is_plausible(s):
+                _keep_good(s)
+                _keep_batch(s, CAREFUL, BATCHES)
+            else:
+                _reset(s)
+        if s[STAGE] == TRUSTED and count_sample(s, SHARP_BATCHES):
+            _keep_batch(s, SHARP, SHARP_BATCHES)
     believed = SHARP if s[STAGE] == TRUSTED else CAREFUL
     for i in range(FRICTION):
         s[VALUES + i] = s[believed + 2 + i]
     s[HELD_EFFORT] = u
-    return True
+    s[HELD_UNKNOWN] = 1.0 if unknown else 0.0
+    return whole
 
 
 @compiled()

@@ -9,6 +9,7 @@ exact derivatives, and through stops and breakaways too as soon as it is known w
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -16,8 +17,12 @@ from jaxtyping import Float
 from stickslip.estimation.energy.published.noise_compensation import sensor_noise_of
 from stickslip.estimation.energy.published.rows import check_fits
 from stickslip.estimation.fit.solve import check_excited, provenance_of
+from stickslip.estimation.online import admission
 from stickslip.estimation.online import ekf_kernels as at
+from stickslip.estimation.online.admission import lay_admission
+from stickslip.estimation.online.batches import intervals_of, lay_batches
 from stickslip.estimation.online.ekf_kernels import ekf_run, ekf_step, forget_motion
+from stickslip.estimation.online.health import OnlineHealth
 from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.online.recursion import SAMPLING_TIME, VALUES
 from stickslip.estimation.online_method import Kernel, OnlineMethod, State
@@ -38,6 +43,9 @@ from stickslip.records import (
 __all__ = ["ExtendedKalmanFilter"]
 
 _FRICTION = ("viscous_friction", "coulomb_friction", "offset")
+_FIRST_FORCE = 0.1
+"""Force noise at the start of its estimation, over the force at rest. Too large a value costs some
+information from the first samples; too small a value makes them count too much."""
 _ROUNDING = 1e-7  # noise that is taken for none, over the range of what is measured
 _LEAST_DISTURBANCE = 1e-6  # of the rms effort
 _BISECTIONS = 12
@@ -67,8 +75,12 @@ class ExtendedKalmanFilter(OnlineMethod):
         Standard deviation of the force that acts there [N or N m]; None takes the rms effort of the
         log.
     force_noise
-        Standard deviation of a disturbing force, white from sample to sample [N or N m]; None takes
-        none on line, and in `fit` as little as makes the innovations as large as expected.
+        Standard deviation of a disturbance force, white from sample to sample [N or N m]. None
+        estimates it: online from the innovations as they come, in `fit` the least one that makes
+        the innovations of the whole log as large as expected.
+    effort_delay
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
+        effort is logged late. At most 30.
     drift
         By parameter name, how far each wanders in a second [unit of the parameter / s^(1/2)];
         0 for those not named.
@@ -97,6 +109,8 @@ class ExtendedKalmanFilter(OnlineMethod):
     ('viscous_friction', 'coulomb_friction')
     """
 
+    counts_missing: ClassVar[bool] = True
+
     inertia: float
     offset: bool = False
     position_noise: float | None = None
@@ -104,6 +118,7 @@ class ExtendedKalmanFilter(OnlineMethod):
     rest_speed: float | None = None
     rest_force: float | None = None
     force_noise: float | None = None
+    effort_delay: float = 0.0
     drift: Mapping[str, float] | None = None
     initial_values: Mapping[str, float] | None = None
     initial_deviations: Mapping[str, float] | None = None
@@ -184,7 +199,22 @@ class ExtendedKalmanFilter(OnlineMethod):
         T = positive("sampling time", sampling_time, "s")
         s = np.zeros(at.MEMORY + _CHANNELS * self.memory)
         s[SAMPLING_TIME], s[at.MASS] = T, self.inertia
-        s[at.FORCE_VARIANCE] = (self.force_noise or 0.0) ** 2
+        if self.force_noise is None:
+            s[at.FORCE_VARIANCE] = self._first_force(spreads["coulomb_friction"] or 0.0) ** 2
+            s[at.ADAPTED] = 1.0
+        else:
+            s[at.FORCE_VARIANCE] = self.force_noise**2
+        s[at.GATE_SCALE], s[at.PARAMETERS] = 1.0, len(self._names)
+        lay_admission(
+            s,
+            at.ADMISSION,
+            sampling_time=T,
+            effort_delay=self.effort_delay,
+            inertia=self.inertia,
+            measured=(velocity_measured, False, False),
+        )
+        for batches in (at.BATCHES, at.SHARP_BATCHES):
+            lay_batches(s, batches)
         s[at.POSITION_VARIANCE] = (self.position_noise or 0.0) ** 2
         s[at.VELOCITY_VARIANCE] = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
         s[at.REST_SPEED] = self.rest_speed or 0.0
@@ -199,8 +229,15 @@ class ExtendedKalmanFilter(OnlineMethod):
         walk = slice(at.CAREFUL + at.WALK, at.CAREFUL + at.WALK + at.FRICTION)
         s[walk] = s[at.DRIFT : at.DRIFT + at.FRICTION] + at.RESOLUTION * variances
         _spread(s, at.CAREFUL)[2:, 2:] = np.diag(variances)
+        good = at.GOOD + at.FRICTION
+        s[at.GOOD : good] = s[VALUES : VALUES + at.FRICTION]
+        s[good : good + at.FRICTION**2] = np.diag(variances).ravel()
         forget_motion(s)
         return s
+
+    def _first_force(self, coulomb: float) -> float:
+        """Return the disturbance force that adaptation starts from [N or N m]: it is too large."""
+        return _FIRST_FORCE * (self.rest_force or coulomb)
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -249,10 +286,45 @@ class ExtendedKalmanFilter(OnlineMethod):
         return after, history[:, : len(self._names)], innovations
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
-        """Return the covariance of the estimates, in the order of `parameter_names` [SI]."""
+        """Return the covariance of the estimates, in the order of `parameter_names` [SI].
+
+        It is that of the filter, which takes its innovations for white. `intervals` do not.
+        """
         p = len(self._names)
         believed = at.SHARP if state[at.STAGE] == at.TRUSTED else at.CAREFUL
         return _spread(state, believed)[2 : 2 + p, 2 : 2 + p].copy()
+
+    def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
+        """Return 95 % intervals of the estimates, in the order of `parameter_names` [SI].
+
+        They allow for correlated innovations (`stickslip.estimation.online.batches`) and are
+        infinite until there are enough batches of samples in slip.
+        """
+        p = len(self._names)
+        trusted = state[at.STAGE] == at.TRUSTED
+        information = np.zeros((at.FRICTION, at.FRICTION))
+        information[:p, :p] = np.linalg.inv(self.covariance(state))
+        return intervals_of(
+            state,
+            at.SHARP_BATCHES if trusted else at.BATCHES,
+            state[VALUES : VALUES + p],
+            information,
+        )
+
+    def health(self, state: State) -> OnlineHealth:
+        """Return what was missing, rejected and reset so far."""
+        a = at.ADMISSION
+        return OnlineHealth(
+            samples=int(state[a + admission.SAMPLES_SEEN]),
+            missing_samples=int(state[a + admission.MISSING_VALUES]),
+            position_glitches=int(state[a + admission.MOTION_GLITCHES]),
+            velocity_glitches=int(state[a + admission.VELOCITY_GLITCHES]),
+            effort_glitches=int(state[a + admission.EFFORT_GLITCHES]),
+            motion_steps=int(state[a + admission.MOTION_STEPS]),
+            force_events=int(state[at.FORCE_EVENTS]),
+            resets=int(state[at.RESETS]),
+            force_noise=float(np.sqrt(state[at.FORCE_VARIANCE])),
+        )
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Return what the filter ends at, with intervals.
@@ -268,7 +340,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         """
         check_excited(log)
         log, changes = resampled(log)
-        settled = self._settled(log)
+        settled = replace(self._settled(log), force_noise=self.force_noise or 0.0)
         state, surprise = settled._filtered(log)
         if self.force_noise is None and surprise > _INCONSISTENT:
             settled, state, surprise = settled._disturbed(log)
