@@ -243,10 +243,10 @@ class Maximum:
 
 
 def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) -> Maximum:
-    """Search the parameters and the noise levels in turn.
+    """Search the maximum of the restricted likelihood of parameters and noise levels.
 
-    Gauss-Newton steps of the parameters at the noise levels, and steps of damped Fisher scoring of
-    the noise levels at the parameters.
+    Gauss-Newton steps of the parameters and Fisher-scoring steps of the noise levels, damped until
+    the likelihood rises (Levenberg-Marquardt). The information is block diagonal.
 
     Parameters
     ----------
@@ -259,32 +259,28 @@ def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) 
     """
     levels = _first_levels(problem, values)
     best = evaluate(problem, values, levels)
+    cost, gradient = _posterior(problem, best, levels)
     damping, converged = 1e-3, False
     for _ in range(tuning.max_iterations):
-        # Parameters at the noise levels
         step = inverted(best.gram[1:, 1:]) @ best.gram[1:, 0]
-        size = float(step @ best.gram[1:, 0])
-        if size > 0.1 * tuning.tolerance:
-            values = moved(problem, values, step)
-            best = evaluate(problem, values, levels)
-        # Noise levels at the parameters
-        cost, gradient = _posterior(problem, best, levels)
         hessian = 2.0 * (best.information + np.diag(problem.prior_spread**-2.0))
-        while damping < _LARGEST_DAMPING:
-            change = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
-            change = np.clip(change, -_LARGEST_STEP, _LARGEST_STEP)
-            tried = evaluate(problem, values, levels + change)
-            new_cost, _ = _posterior(problem, tried, levels + change)
-            if new_cost <= cost + 1e-9 * abs(cost):
-                break
-            damping = max(10.0 * damping, 1e-2)
-        else:
-            break
-        levels, best = levels + change, tried
-        damping = max(0.1 * damping, 1e-6)
-        if cost - new_cost < tuning.tolerance and size < tuning.tolerance:
+        change = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
+        change = np.clip(change, -_LARGEST_STEP, _LARGEST_STEP)
+        expected = float(step @ best.gram[1:, 0]) - 0.5 * float(change @ gradient)
+        if expected < tuning.tolerance:
             converged = True
             break
+        tried_values = moved(problem, values, step / (1.0 + damping))
+        tried = evaluate(problem, tried_values, levels + change)
+        tried_cost, tried_gradient = _posterior(problem, tried, levels + change)
+        if tried_cost < cost:
+            values, levels, best = tried_values, levels + change, tried
+            cost, gradient = tried_cost, tried_gradient
+            damping = max(0.1 * damping, 1e-6)
+        else:
+            damping = max(10.0 * damping, 1e-2)
+            if damping > _LARGEST_DAMPING:
+                break
     return Maximum(values=values, levels=levels, evaluation=best, converged=converged)
 
 
