@@ -9,7 +9,7 @@ import numpy as np
 from rich.progress import track
 from scipy import signal
 
-from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator
+from stickslip.estimation import EnergyEstimator, IdimLeastSquares, PublishedEnergyEstimator
 from stickslip.estimation.energy.known_inertia.free_friction import free_motion, roaming
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import demonstrate
@@ -144,8 +144,8 @@ def sampling_bias() -> None:
     figure, axes = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
     known = {"inertia": 1.0, "load_inertia": 1.0, "stiffness": 1.0}
     variants = (
-        (ReportEstimator(**known), ORANGE, "printed sums"),
-        (ReportEstimator(**known, sums="settled"), GREEN, "sums exact under a held input"),
+        (PublishedEnergyEstimator(**known), ORANGE, "printed sums"),
+        (PublishedEnergyEstimator(**known, sums="settled"), GREEN, "sums exact under a held input"),
         (EnergyEstimator(**known, offset=False), BLUE, "balance of work"),
     )
     for estimator, color, label in variants:

@@ -13,7 +13,7 @@ from pathlib import Path
 from make_study import table
 from rich.progress import Progress
 
-from stickslip.jobs import Wanted, compare_scenario
+from stickslip.jobs import EstimationTask, compare_scenario
 from stickslip.jobs.compare.scenario import StudyFile, read_study
 from stickslip.records import EstimatorScore, EstimatorStudy, ParameterScore
 
@@ -28,7 +28,8 @@ class Case:
 
     title: str
     file: str
-    wanted: Wanted
+    only: tuple[str, ...]
+    task: EstimationTask = EstimationTask()
     delay: int = 0
 
     def scenario(self) -> StudyFile:
@@ -43,28 +44,30 @@ CASES = (
     Case(
         title="velocity measured, white noise",
         file="velocity_noise.toml",
-        wanted=Wanted(only=("maximum-likelihood", "energy", "idim-iv")),
+        only=("maximum-likelihood", "energy", "idim-iv"),
     ),
     Case(
         title="the same, mass known",
         file="velocity_noise.toml",
-        wanted=Wanted(inertia=1.5, only=("maximum-likelihood", "ekf", "energy", "rls")),
+        task=EstimationTask(inertia=1.5),
+        only=("maximum-likelihood", "ekf", "energy", "rls"),
     ),
     Case(
         title="encoder only",
         file="encoder_only.toml",
-        wanted=Wanted(only=("maximum-likelihood", "energy", "idim-ls", "rls")),
+        only=("maximum-likelihood", "energy", "idim-ls", "rls"),
     ),
     Case(
         title="slow disturbing force",
         file="disturbance.toml",
-        wanted=Wanted(only=("energy", "idim-ls", "ekf", "maximum-likelihood")),
+        only=("energy", "idim-ls", "ekf", "maximum-likelihood"),
     ),
     *(
         Case(
             title=f"effort {late} late",
             file="velocity_noise.toml",
-            wanted=Wanted(largest_delay=4, only=("maximum-likelihood", "energy")),
+            task=EstimationTask(largest_delay=4),
+            only=("maximum-likelihood", "energy"),
             delay=samples,
         )
         for samples, late in ((1, "one sample"), (2, "two samples"))
@@ -118,7 +121,8 @@ def main(runs: int) -> None:
             study = compare_scenario(
                 case.scenario(),
                 runs=runs,
-                wanted=case.wanted,
+                task=case.task,
+                only=case.only,
                 progress=lambda done, _, task=task: shown.update(task, completed=done),
             )
             body += rows(case.title, study)

@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from stickslip.estimation import (
         EnergyEstimator,
         IdimLeastSquares,
-        ReportEstimator,
+        PublishedEnergyEstimator,
         StribeckEstimator,
         examine,
     )
@@ -73,9 +73,9 @@ __all__ = [
     "Notch",
     "OnlineFriction",
     "PointToPoint",
+    "PublishedEnergyEstimator",
     "PulseAmplitudeWidthController",
     "PulseWidthController",
-    "ReportEstimator",
     "RestDetection",
     "SensorSample",
     "Sensors",
@@ -112,7 +112,7 @@ _HOMES = {
     "estimation": (
         "EnergyEstimator",
         "IdimLeastSquares",
-        "ReportEstimator",
+        "PublishedEnergyEstimator",
         "StribeckEstimator",
         "examine",
     ),

@@ -171,37 +171,42 @@ LOGS: dict[str, tuple[Callable[[Path], Path], list[str], list[str]]] = {
     "a spring for a rigid method": (
         file("log.csv", csv_text(table(200))),
         ["--estimator", "idim-ls", "--stiffness", "5"],
-        ["stiffness 5", "no use", "energy estimator"],
+        ["idim-ls applies to rigid axes only", "use energy"],
     ),
     "forgetting where nothing is forgotten": (
         file("log.csv", csv_text(table(200))),
         ["--forgetting-factor", "0.99"],
-        ["forgetting factor 0.99", "no use", "report"],
+        ["forgetting factor 0.99", "energy does not use it", "published-energy"],
     ),
-    "a variant of another method": (
+    "an unknown estimator": (
         file("log.csv", csv_text(table(200))),
-        ["--estimator", "idim-ls", "--variant", "report"],
-        ["variant report", "no use", "energy estimator"],
+        ["--estimator", "report"],
+        ["'report' is not an estimator", "published-energy"],
+    ),
+    "a cutoff for a method without a filter": (
+        file("log.csv", csv_text(table(200))),
+        ["--estimator", "ekf", "--mass", "3", "--cutoff", "50"],
+        ["cutoff 50", "ekf does not use it", "energy"],
     ),
     "a forgetting factor above one": (
         file("log.csv", csv_text(table(200))),
-        ["--variant", "report", "--mass", "3", "--forgetting-factor", "1.5"],
+        ["--estimator", "published-energy", "--mass", "3", "--forgetting-factor", "1.5"],
         ["forgetting factor", "1.5", "(0, 1]"],
     ),
     "a printed recursion without a mass": (
         file("log.csv", csv_text(table(200))),
-        ["--variant", "report"],
-        ["report", "mass as known", "give the mass"],
+        ["--estimator", "published-energy"],
+        ["published-energy needs the mass", "give the mass"],
     ),
     "a printed recursion for each direction": (
         file("log.csv", csv_text(table(200))),
-        ["--variant", "report", "--mass", "3", "--per-direction"],
-        ["friction per direction", "report", "only"],
+        ["--estimator", "published-energy", "--mass", "3", "--per-direction"],
+        ["friction per direction", "published-energy", "both directions"],
     ),
     "a printed recursion with an offset": (
         file("log.csv", csv_text(table(200))),
-        ["--variant", "report", "--mass", "3", "--offset"],
-        ["an offset", "report", "only"],
+        ["--estimator", "published-energy", "--mass", "3", "--offset"],
+        ["offset is given", "published-energy does not use it"],
     ),
     "a load without a spring": (
         file("log.csv", csv_text(table(200))),

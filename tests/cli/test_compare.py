@@ -82,7 +82,7 @@ def test_every_estimator_is_there_with_its_values_or_its_reason(run: Run, good_l
     document = json.loads(outcome.out)
     assert (document["schema"], document["comparison"], document["kind"]) == (1, "log", "linear")
     estimators = {each["name"]: each for each in document["estimators"]}
-    assert tuple(estimators) == ESTIMATORS
+    assert tuple(estimators) == tuple(ESTIMATORS)
     for name in ESTIMATORS:
         each = estimators[name]
         assert name in outcome.err

@@ -7,7 +7,7 @@ import pytest
 from rich.console import Console
 
 from stickslip.cli.compare_tables import print_comparison
-from stickslip.jobs import Wanted, compare_log, compare_scenario
+from stickslip.jobs import EstimationTask, compare_log, compare_scenario
 from stickslip.records import EstimatorComparison, EstimatorStudy
 
 SCENARIO = """
@@ -39,7 +39,7 @@ def printed(found: EstimatorComparison | EstimatorStudy, width: int) -> list[str
 @pytest.mark.parametrize("width", [NARROW, 120])
 def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> None:
     chosen = ("energy", "stribeck-energy", "yazdizadeh-khorasani")
-    found = compare_log(good_log, wanted=Wanted(only=chosen))
+    found = compare_log(good_log, only=chosen)
     lines = printed(found, width)
     assert max(len(line) for line in lines) <= width
     assert "…" not in "".join(lines)
@@ -54,20 +54,21 @@ def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> 
 
 
 def test_an_estimate_that_is_not_to_be_trusted_says_why(good_log: Path) -> None:
-    found = compare_log(good_log, wanted=Wanted(only=("energy", "stribeck-energy")))
+    found = compare_log(good_log, only=("energy", "stribeck-energy"))
     text = " ".join(" ".join(printed(found, 120)).split())
     assert "Not to be trusted: - stribeck-energy: Static friction: no step" in text
-    trusted = compare_log(good_log, wanted=Wanted(only=("energy",)))
+    trusted = compare_log(good_log, only=("energy",))
     assert not any("Not to be trusted" in line for line in printed(trusted, 120))
 
 
 def test_tables_of_a_scenario_fit_and_mark_what_takes_an_inertia(tmp_path: Path) -> None:
     scenario = tmp_path / "quiet.toml"
     scenario.write_text(SCENARIO)
-    found = compare_scenario(scenario, wanted=Wanted(only=("energy", "ekf")))
+    found = compare_scenario(scenario, only=("energy", "ekf"))
     lines = printed(found, NARROW + 6)
     assert "…" not in "".join(lines)
     assert any(line.startswith(" ekf * ") for line in lines)
     assert "  * with the inertia that the energy estimator found in each run" in lines
-    known = compare_scenario(scenario, wanted=Wanted(only=("energy", "ekf"), inertia=1.5))
+    task = EstimationTask(inertia=1.5)
+    known = compare_scenario(scenario, task=task, only=("energy", "ekf"))
     assert not any("*" in line for line in printed(known, NARROW + 6))

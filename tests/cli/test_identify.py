@@ -164,18 +164,28 @@ def test_no_stribeck_effect_is_a_result_and_told(run: Run, good_log: Path) -> No
     assert "curve-plot" in page.read_text()
 
 
-def test_a_stribeck_effect_is_not_of_the_report(run: Run, good_log: Path) -> None:
-    arguments = ("--variant", "report", "--mass", MASS, "--stribeck")
+def test_published_energy_has_no_stribeck_effect(run: Run, good_log: Path) -> None:
+    arguments = ("--estimator", "published-energy", "--mass", MASS, "--stribeck")
     line = run("identify", good_log, *arguments).line()
-    assert "Stribeck effect" in line
-    assert "variant 'report'" in line
+    assert "stribeck is given" in line
+    assert "use stribeck-energy or stribeck-idim-ls" in line
+
+
+def test_an_observer_is_identified_and_has_a_page(run: Run, good_log: Path) -> None:
+    page = good_log.with_suffix(".html")
+    outcome = run(
+        *("identify", good_log, "--estimator", "rls", "--mass", MASS, "--report", page),
+        *("--json", "-"),
+    )
+    assert json.loads(outcome.out)["estimator"] == "rls"
+    assert "Coulomb friction" in page.read_text()
 
 
 def test_the_printed_recursion_takes_its_settings(run: Run, good_log: Path) -> None:
-    arguments = ["--variant", "report", "--mass", MASS, "--json", "-"]
+    arguments = ["--estimator", "published-energy", "--mass", MASS, "--json", "-"]
     plain = contract(run("identify", good_log, *arguments).out)
     other = contract(run("identify", good_log, *arguments, "--forgetting-factor", "0.999").out)
-    assert plain.provenance["options"]["variant"] == "report"
+    assert plain.provenance["options"]["estimator"] == "published-energy"
     assert other.provenance["options"]["forgetting_factor"] == 0.999
     assert plain.parameters["viscous_friction"].value != other.parameters["viscous_friction"].value
 

@@ -15,7 +15,7 @@ from stickslip.control import (
     OnlineFriction,
     PointToPoint,
 )
-from stickslip.estimation import EnergyEstimator, ReportEstimator
+from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
 from stickslip.estimation.energy.known_inertia.recursion import work_run, work_step
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError, SensorSample
@@ -265,7 +265,7 @@ def test_the_estimate_is_carried_to_the_next_run(arm, controller, online):
     [
         EnergyEstimator(inertia=1.0, offset=False),
         EnergyEstimator(offset=False),
-        ReportEstimator(inertia=1.0),
+        PublishedEnergyEstimator(inertia=1.0),
     ],
     ids=["inertia known", "inertia sought", "report"],
 )

@@ -3,7 +3,13 @@
 import numpy as np
 import pytest
 
-from stickslip.estimation import EnergyEstimator, IdimLeastSquares, ReportEstimator, examine
+from stickslip.estimation import (
+    EnergyEstimator,
+    IdimLeastSquares,
+    MaximumLikelihoodEstimator,
+    PublishedEnergyEstimator,
+    examine,
+)
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import Identification
@@ -46,6 +52,22 @@ def test_the_curve_goes_through_its_cloud(stage: Identification) -> None:
     assert np.all(curve.band_high[inside] > curve.fitted_friction[inside])
     order = np.diff(curve.fitted_velocity[inside])
     assert np.all(order >= 0)
+
+
+@pytest.mark.parametrize("known", [None, 3.0])
+def test_static_friction_of_a_rigid_axis_is_kept(known: float | None) -> None:
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=2.0, viscous_friction=5.0, static_friction=3.0
+    )
+    effort = 6.0 * np.sin(np.arange(2000) * 0.02)
+    motion = simulate(SingleMass(mass=3.0, friction=law), effort, sampling_time=0.005)
+    log = Sensors(encoder_step=1e-5, velocity="none").measure(motion)
+    estimator = MaximumLikelihoodEstimator(inertia=known, static_friction=True)
+    found = examine(log, estimator)
+    assert found.estimate.to_dict() == estimator.fit(log).to_dict()
+    assert found.estimate.value("static_friction") == pytest.approx(3.0, rel=0.05)
+    assert found.resimulation is not None
+    assert found.resimulation.fit > 0.99
 
 
 def test_the_energies_balance(stage: Identification) -> None:
@@ -110,7 +132,7 @@ def test_rows_of_any_number_are_put_together(samples: int) -> None:
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     effort = np.sign(np.sin(0.01 * np.arange(samples)))
     log = Sensors().measure(simulate(arm, effort, sampling_time=0.01))
-    estimator = ReportEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0)
+    estimator = PublishedEnergyEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0)
     residuals = examine(log, estimator).residuals
     assert residuals is not None
     assert residuals.residual.size == residuals.time.size

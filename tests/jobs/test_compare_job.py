@@ -1,6 +1,5 @@
 """Estimators side by side: arms, scenarios by direction, disturbances, and files of efforts."""
 
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +7,7 @@ import pytest
 
 from stickslip.estimation import cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import Wanted, compare_log, compare_scenario, write_effort
+from stickslip.jobs import EstimationTask, compare_log, compare_scenario, write_effort
 from stickslip.jobs.compare.scenario import read_study
 from stickslip.jobs.compare.study import disturbance, measured_log
 from stickslip.jobs.effort_file import read_effort
@@ -49,7 +48,8 @@ def test_an_arm_is_for_those_that_know_its_load() -> None:
     sensors = Sensors(position_noise=1e-5, velocity_noise=1e-4)
     log = sensors.measure(simulate(arm, effort, sampling_time=0.01), np.random.default_rng(1))
     only = ("energy", "idim-ls", "ekf", "gradient")
-    found = compare_log(log, wanted=Wanted(load_inertia=1.0, stiffness=1.0, only=only)).compared
+    task = EstimationTask(load_inertia=1.0, stiffness=1.0)
+    found = compare_log(log, task=task, only=only).compared
     energy, idim, kalman, gradient = found
     assert energy.estimate is not None
     assert energy.estimate.value("mass") == pytest.approx(1.0, rel=CLOSE)
@@ -64,15 +64,15 @@ def test_an_arm_is_for_those_that_know_its_load() -> None:
 def test_directions_apart_have_the_offset_in_them(tmp_path: Path) -> None:
     path = tmp_path / "asymmetric.toml"
     path.write_text(ASYMMETRIC)
-    wanted = Wanted(per_direction=True, only=("energy", "maximum-likelihood"))
-    study = compare_scenario(path, runs=3, wanted=wanted)
+    task = EstimationTask(per_direction=True)
+    study = compare_scenario(path, runs=3, task=task, only=("energy", "maximum-likelihood"))
     assert study.truth["coulomb_friction_positive"] == pytest.approx(2.1)
     assert study.truth["coulomb_friction_negative"] == pytest.approx(1.5)
     for each in study.applied:
         for name in ("coulomb_friction_positive", "coulomb_friction_negative", "mass"):
             score = each.scores[name]
             assert abs(score.bias) < CLOSE * score.truth, (each.name, name)
-    both = compare_scenario(path, runs=2, wanted=Wanted(only=("energy",)))
+    both = compare_scenario(path, runs=2, only=("energy",))
     assert both.truth["coulomb_friction"] == pytest.approx(1.8)
     assert both.truth["offset"] == pytest.approx(0.3)
     assert both.applied[0].scores["offset"].bias == pytest.approx(0.0, abs=CLOSE)
@@ -81,8 +81,7 @@ def test_directions_apart_have_the_offset_in_them(tmp_path: Path) -> None:
 def test_runs_are_the_same_every_time_and_differ_from_each_other(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(ASYMMETRIC)
-    wanted = Wanted(only=("idim-ls",))
-    one, again = (compare_scenario(path, runs=3, wanted=wanted) for _ in range(2))
+    one, again = (compare_scenario(path, runs=3, only=("idim-ls",)) for _ in range(2))
     score = one.applied[0].scores["mass"]
     assert again.applied[0].scores["mass"] == score
     assert score.rmse > abs(score.bias)
@@ -95,7 +94,7 @@ def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
     study = compare_scenario(
         path,
         runs=3,
-        wanted=Wanted(only=("energy",)),
+        only=("energy",),
         progress=lambda done, every: calls.append((done, every)),
     )
     assert dict(study.bound) == {}
@@ -119,8 +118,8 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     assert np.allclose(logs[0].effort[:-1], effort, rtol=NINE_DIGITS)
     assert sent.tables()["input"]["effort_delay"] == (2, "samples")
 
-    wanted = Wanted(largest_delay=3, only=("energy", "maximum-likelihood"))
-    study = compare_scenario(late, runs=2, wanted=wanted)
+    task, both = EstimationTask(largest_delay=3), ("energy", "maximum-likelihood")
+    study = compare_scenario(late, runs=2, task=task, only=both)
     energy, likelihood = study.applied
     assert energy.delay_found is None
     assert likelihood.delay_found == 1.0
@@ -128,8 +127,9 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     for name, score in likelihood.scores.items():
         assert abs(score.bias) < CLOSE * score.truth, name
     # The bound is that of the effort that acts, whose delay is a whole number and found for sure
-    assert dict(study.bound) == dict(compare_scenario(plain, runs=2, wanted=wanted).bound)
-    missed = compare_scenario(late, runs=2, wanted=replace(wanted, largest_delay=1)).applied[1]
+    assert dict(study.bound) == dict(compare_scenario(plain, runs=2, task=task, only=both).bound)
+    task = EstimationTask(largest_delay=1)
+    missed = compare_scenario(late, runs=2, task=task, only=both).applied[1]
     assert missed.delay_found == 0.0
 
 
@@ -145,7 +145,7 @@ def test_sines_begin_anywhere_and_each_run_has_its_own_bound(tmp_path: Path) -> 
     squares = [float(np.mean(effort**2)) for effort in efforts]
     assert np.ptp(squares) < 0.5 * np.mean(squares)
 
-    study = compare_scenario(read, runs=3, wanted=Wanted(only=("maximum-likelihood",)))
+    study = compare_scenario(read, runs=3, only=("maximum-likelihood",))
     variances = [
         cramer_rao_bound(
             plant,

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.jobs import Wanted, compare_scenario
+from stickslip.jobs import EstimationTask, compare_scenario
 
 CLOSE = 0.05  # relative, of ten seconds with little noise
 FAR = 0.1  # relative: what a law that lacks the step from static friction takes it for, at least
@@ -38,8 +38,7 @@ LAWS = {
 def test_an_estimator_is_scored_by_the_friction_of_steady_motion(law: str, tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(SCENARIO.format(law=LAWS[law]))
-    wanted = Wanted(only=("energy", "stribeck-energy"))
-    study = compare_scenario(path, runs=2, wanted=wanted)
+    study = compare_scenario(path, runs=2, only=("energy", "stribeck-energy"))
     assert study.truth["stribeck_velocity"] == 0.05
     assert (study.truth["coulomb_friction"], study.truth["static_friction"]) == (1.0, 1.6)
     energy, stribeck = study.applied
@@ -65,8 +64,8 @@ def test_an_estimator_is_scored_by_the_friction_of_steady_motion(law: str, tmp_p
 def test_static_friction_of_a_direction_has_the_offset_in_it(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(SCENARIO.format(law=f"offset = 0.2\n{STRIBECK}"))
-    wanted = Wanted(per_direction=True, only=("stribeck-energy",))
-    (stribeck,) = compare_scenario(path, runs=2, wanted=wanted).applied
+    task = EstimationTask(per_direction=True)
+    (stribeck,) = compare_scenario(path, runs=2, task=task, only=("stribeck-energy",)).applied
     for side, sign in (("positive", 1.0), ("negative", -1.0)):
         static = stribeck.scores[f"static_friction_{side}"]
         assert static.truth == pytest.approx(1.6 + sign * 0.2)

@@ -8,7 +8,14 @@ import numpy as np
 import pytest
 
 import stickslip
-from stickslip.estimation import ReportEstimator
+from stickslip.estimation import (
+    ESTIMATORS,
+    DetailedEstimator,
+    EnergyEstimator,
+    EstimationTask,
+    MaximumLikelihoodEstimator,
+    PublishedEnergyEstimator,
+)
 from stickslip.jobs import Demonstration, demonstrate, identify, json_text, write_json
 from stickslip.records import AxisLog, InputError
 
@@ -51,7 +58,7 @@ def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
 
 @pytest.mark.parametrize("known", ["load_inertia", "stiffness"])
 def test_a_rigid_method_refuses_what_belongs_to_an_arm(known: str, log: AxisLog) -> None:
-    with pytest.raises(InputError, match=r"use the energy estimator$"):
+    with pytest.raises(InputError, match=r"rigid axes only.*use energy, "):
         identify(log, estimator="idim-ls", **{known: 1.0})  # pyright: ignore[reportArgumentType]
 
 
@@ -111,9 +118,11 @@ def test_every_public_name_of_the_package_loads() -> None:
         _ = stickslip.nothing  # type: ignore[attr-defined]
 
 
-def test_the_reports_variant_is_its_estimator(log: AxisLog) -> None:
-    found = identify(log, variant="report", inertia=MASS, forgetting_factor=0.9999).estimate
-    direct = ReportEstimator(inertia=MASS, forgetting_factor=0.9999).fit(log)
+def test_published_energy_is_its_estimator(log: AxisLog) -> None:
+    found = identify(
+        log, estimator="published-energy", inertia=MASS, forgetting_factor=0.9999
+    ).estimate
+    direct = PublishedEnergyEstimator(inertia=MASS, forgetting_factor=0.9999).fit(log)
     assert found.to_dict() == direct.to_dict()
     assert tuple(found.parameters) == ("coulomb_friction", "viscous_friction")
 
@@ -121,13 +130,69 @@ def test_the_reports_variant_is_its_estimator(log: AxisLog) -> None:
 @pytest.mark.parametrize(
     ("asked", "message"),
     [
-        ({}, "takes the mass as known, and none is given"),
-        ({"inertia": MASS, "offset": True}, "an offset is asked for.*default"),
+        ({}, "needs the mass, and none is given.*give the mass"),
+        (
+            {"inertia": MASS, "offset": True},
+            "offset is given, and published-energy does not use it",
+        ),
+        ({"inertia": MASS, "stribeck": True}, "stribeck is given.*use stribeck-energy or"),
         ({"inertia": MASS, "per_direction": True}, "friction per direction is asked for"),
     ],
 )
-def test_the_reports_variant_refuses_what_it_does_not_estimate(
+def test_published_energy_rejects_what_it_does_not_estimate(
     asked: dict[str, Any], message: str, log: AxisLog
 ) -> None:
     with pytest.raises(InputError, match=message):
-        identify(log, variant="report", **asked)
+        identify(log, estimator="published-energy", **asked)
+
+
+def test_an_estimator_object_is_used_as_it_is(log: AxisLog) -> None:
+    estimator = MaximumLikelihoodEstimator(inertia=MASS, static_friction=True)
+    found = identify(log, estimator=estimator)
+    assert found.estimate.to_dict() == estimator.fit(log).to_dict()
+
+
+@pytest.mark.parametrize(
+    ("name", "value"), [("inertia", MASS), ("per_direction", True), ("cutoff", 50.0)]
+)
+def test_settings_beside_an_estimator_object_are_rejected(
+    name: str, value: Any, log: AxisLog
+) -> None:
+    with pytest.raises(InputError, match="beside an estimator object.*give it to the estimator"):
+        identify(log, estimator=EnergyEstimator(), **{name: value})
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_an_object_that_is_no_estimator_is_rejected(log: AxisLog) -> None:
+    with pytest.raises(InputError, match="the estimator is a int"):
+        identify(log, estimator=3)  # type: ignore[arg-type]
+
+
+def test_an_unknown_estimator_is_rejected_with_the_names(log: AxisLog) -> None:
+    with pytest.raises(InputError, match="'kalman' is not an estimator.*energy.*ekf"):
+        identify(log, estimator="kalman")
+
+
+@pytest.mark.parametrize("name", list(ESTIMATORS))
+def test_every_registered_estimator_identifies_by_name(name: str, log: AxisLog) -> None:
+    if name == "free-decay":
+        with pytest.raises(InputError, match="extremes of a swing"):
+            identify(log, estimator=name, inertia=MASS)
+        return
+    found = identify(log, estimator=name, inertia=MASS)
+    assert found.estimate.estimator == name
+    assert found.log is log
+    estimator = ESTIMATORS[name].make(EstimationTask(inertia=MASS), "linear")
+    assert (found.evolution is not None) == isinstance(estimator, DetailedEstimator)
+
+
+@pytest.mark.parametrize(
+    ("plain", "with_step"), [("energy", "stribeck-energy"), ("idim-ls", "stribeck-idim-ls")]
+)
+def test_the_stribeck_flag_stands_for_the_estimator_with_a_step(
+    plain: str, with_step: str, log: AxisLog
+) -> None:
+    flagged = identify(log, estimator=plain, stribeck=True, inertia=MASS)
+    named = identify(log, estimator=with_step, inertia=MASS)
+    assert flagged.estimate.estimator == with_step
+    assert flagged.estimate.to_dict() == named.estimate.to_dict()

@@ -172,7 +172,7 @@ def test_the_loop_compensates_what_the_log_repeats() -> None:
         generator=np.random.default_rng(2),
     )
     inside = controller.estimator_state(run.controller_state)
-    repeated, _, _ = estimator.run(state, run.log.part(0, samples))
+    repeated, _ = estimator.run(state, run.log.part(0, samples))
     np.testing.assert_array_equal(inside, repeated)
     assert controller.refused_samples(run.controller_state) == 0
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import Wanted, compare_log, write_comparison_page
+from stickslip.jobs import EstimationTask, compare_log, write_comparison_page
 from stickslip.plants import SingleMass
 from stickslip.records import (
     EstimatorComparison,
@@ -29,7 +29,7 @@ def comparison() -> EstimatorComparison:
         motion, np.random.default_rng(4), name="a <b> stage"
     )
     only = ("energy", "idim-ls", "gradient", "free-decay")
-    return compare_log(log, wanted=Wanted(only=only))
+    return compare_log(log, only=only)
 
 
 def study(**changes: object) -> EstimatorStudy:
@@ -85,8 +85,8 @@ def test_a_page_of_a_log_holds_every_estimator(
 
 
 def test_what_was_known_is_told(comparison: EstimatorComparison, tmp_path: Path) -> None:
-    known = Wanted(inertia=1.5, only=("energy", "gradient"))
-    found = compare_log(comparison.log, wanted=known)
+    task = EstimationTask(inertia=1.5)
+    found = compare_log(comparison.log, task=task, only=("energy", "gradient"))
     text = write_comparison_page(found, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Told to be known: mass 1.5 kg." in text
 

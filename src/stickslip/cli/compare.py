@@ -92,31 +92,32 @@ def compare(
     reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:
         from stickslip.jobs import (
-            Wanted,
+            EstimationTask,
             compare_log,
             compare_scenario,
             write_comparison_page,
         )
 
-        wanted = Wanted(
+        task = EstimationTask(
             inertia=known.inertia,
             load_inertia=known.load_inertia,
             stiffness=known.stiffness,
             per_direction=sought.per_direction,
             offset=sought.offset,
             largest_delay=largest_delay,
-            only=tuple(only or ()),
         )
+        chosen = tuple(only or ())
         found: EstimatorComparison | EstimatorStudy
         if scenario:
-            found = compare_scenario(source, runs=runs, wanted=wanted, progress=progress)
+            found = compare_scenario(source, runs=runs, task=task, only=chosen, progress=progress)
         else:
             found = compare_log(
                 source,
                 schema=reading.schema,
                 axis=reading.axis,
                 columns=reading.columns(),
-                wanted=wanted,
+                task=task,
+                only=chosen,
                 progress=progress,
             )
         files.write(found.to_dict, partial(write_comparison_page, found))

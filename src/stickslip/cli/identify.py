@@ -2,7 +2,7 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated, Literal
+from typing import Annotated
 
 from cyclopts import Parameter
 
@@ -34,10 +34,10 @@ def identify(
     reading: LogReading | None = None,
     known: KnownAxis | None = None,
     estimator: Annotated[
-        Literal["energy", "idim-ls"],
+        str,
         Parameter(
             group=WANTED,
-            help="energy: balance of energies; idim-ls: inverse dynamics by least squares.",
+            help="Name of the estimator: one that stickslip compare lists.",
         ),
     ] = "energy",
     sought: SoughtFriction | None = None,
@@ -46,33 +46,32 @@ def identify(
         Parameter(
             group=WANTED,
             negative="",
-            help="Estimate static friction and Stribeck velocity too: how friction falls as motion "
-            "sets in.",
+            help="Estimate static friction and Stribeck velocity too, with estimator energy or "
+            "idim-ls.",
         ),
     ] = False,
     cutoff: Annotated[
         float | None,
         Parameter(
             group=WANTED,
-            help="Cutoff of the low-pass that smooths noise, in Hz; not said: a tenth of the "
-            "sampling rate, at most 100 Hz.",
+            help="Cutoff frequency of the low-pass for noisy signals, in Hz. [default: a tenth of "
+            "the sampling rate, at most 100 Hz]",
         ),
     ] = None,
-    variant: Annotated[
-        Literal["held-effort", "report"],
-        Parameter(
-            group=WANTED,
-            help="Of energy. held-effort: exact while the effort is held over each sample; report: "
-            "sums and recursion as the report prints them, for a known mass, without an offset.",
-        ),
-    ] = "held-effort",
     forgetting_factor: Annotated[
         float | None,
-        Parameter(group=WANTED, help="Of variant report, in (0, 1]; not said: 1, forget nothing."),
+        Parameter(
+            group=WANTED,
+            help="Forgetting factor of estimator published-energy, in (0, 1]. [default: 1]",
+        ),
     ] = None,
     initial_variance: Annotated[
         float | None,
-        Parameter(group=WANTED, help="Of variant report, diagonal of P(0); not said: 1000."),
+        Parameter(
+            group=WANTED,
+            help="Initial covariance P(0) of estimator published-energy, diagonal value. [default: "
+            "1000]",
+        ),
     ] = None,
     files: ResultFiles | None = None,
 ) -> int:
@@ -102,7 +101,6 @@ def identify(
             offset=sought.offset,
             stribeck=stribeck,
             cutoff=cutoff,
-            variant="report" if variant == "report" else "held_effort",
             forgetting_factor=forgetting_factor,
             initial_variance=initial_variance,
         )

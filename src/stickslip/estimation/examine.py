@@ -7,21 +7,20 @@ from itertools import compress
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.base import DetailedEstimator, Estimator
 from stickslip.estimation.energy.estimator import EnergyEstimator
 from stickslip.estimation.energy.levels import EnergyLevels
-from stickslip.estimation.energy.published.estimator import ReportEstimator
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.likelihood import MaximumLikelihoodEstimator
-from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.regression.resimulation import (
     LARGEST_PLOT,
     OPTIONAL,
-    identified_effect,
+    identified_balance,
     identified_plant,
     resimulate,
 )
-from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+from stickslip.estimation.selection.figures import energy_balance, friction_curve
 from stickslip.estimation.signals.kinematics import (
     LowPass,
     central_difference,
@@ -40,15 +39,6 @@ from stickslip.records import (
 
 __all__ = ["examine"]
 
-Examined = (
-    EnergyEstimator
-    | IdimLeastSquares
-    | MaximumLikelihoodEstimator
-    | ReportEstimator
-    | StribeckEstimator
-)
-"""Estimators that make a regression of a log."""
-
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""
 
@@ -65,7 +55,7 @@ _CLOUD_NOISE = 0.25
 
 def examine(
     log: AxisLog,
-    estimator: Examined,
+    estimator: Estimator,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
     """Fit a log and compute all that its report shows.
@@ -75,7 +65,7 @@ def examine(
     log
         The measurement.
     estimator
-        What fits it.
+        Any offline estimator. One without `details` gives the estimate only.
     truth
         True parameter values by name [SI], where the log was simulated; only passed on.
 
@@ -91,21 +81,26 @@ def examine(
     InputError
         As ``estimator.fit`` does.
     """
-    regression = estimator.regression(log)
-    estimate = estimator.solution(log, regression)
+    if not isinstance(estimator, DetailedEstimator):
+        return Identification(log=log, estimate=estimator.fit(log), truth=truth)
+    fit = estimator.details(log)
+    estimate = fit.estimate
     values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
-    inertia = values.get("mass", values.get("inertia", estimator.inertia or 0.0))
-    needed = set(estimate.parameters)
-    method: Examined = estimator
-    if isinstance(estimator, StribeckEstimator):
-        effect = identified_effect(estimate)
-        method = replace(estimator.method, stribeck=effect)
-        if effect is None:
-            needed = {name for name in needed if not name.startswith(OPTIONAL)}
-    if inertia <= 0 or not needed <= set(values):
+    if fit.model is not None:
+        return _with_selection(log, fit, truth)
+    needed = {name for name in estimate.parameters if not name.startswith(OPTIONAL)}
+    balance = identified_balance(
+        estimate,
+        inertia=fit.inertia,
+        load_inertia=fit.load_inertia,
+        stiffness=fit.stiffness,
+        stribeck=fit.stribeck,
+        cutoff=fit.cutoff,
+        filter_order=fit.filter_order,
+    )
+    if balance is None or not needed <= set(values):
         return Identification(log=log, estimate=estimate, truth=truth)
-    regression = _with_columns(regression, [name in values for name in regression.names])
-    balance = _balance_of(method, inertia, values)
+    regression = _with_columns(fit.rows, [name in values for name in fit.rows.names])
     stretches = balance.levels(log)
     return Identification(
         log=log,
@@ -119,6 +114,35 @@ def examine(
     )
 
 
+def _with_selection(
+    log: AxisLog, fit: Fit, truth: Mapping[str, float] | None
+) -> Identification:
+    """Return what the report of a selected model shows.
+
+    The motion is simulated anew only if the simulator has all of the model's terms.
+    """
+    estimate = fit.estimate
+    if not all(parameter.identified for parameter in estimate.parameters.values()):
+        return Identification(log=log, estimate=estimate, truth=truth)
+    values = {name: estimate.value(name) for name in estimate.parameters}
+    resimulation = None
+    simulated = {"direction", "stribeck"} >= set(fit.model.names) and fit.model.viscous
+    balance = identified_balance(estimate, inertia=fit.inertia) if simulated else None
+    if balance is not None:
+        stretches = balance.levels(log)
+        resimulation = resimulate(identified_plant(estimate, balance), stretches)
+    return Identification(
+        log=log,
+        estimate=estimate,
+        truth=truth,
+        curve=friction_curve(estimate, fit.model, fit.rows),
+        energy=energy_balance(estimate, fit.model),
+        evolution=_evolution(fit.rows, estimate),
+        residuals=_residuals(fit.rows, values),
+        resimulation=resimulation,
+    )
+
+
 def _with_columns(regression: Regression, kept: Sequence[bool]) -> Regression:
     """Return the rows with some of their columns only."""
     return replace(
@@ -126,42 +150,6 @@ def _with_columns(regression: Regression, kept: Sequence[bool]) -> Regression:
         names=tuple(compress(regression.names, kept)),
         regressors=regression.regressors[:, kept],
         regressor_noise=regression.regressor_noise[kept],
-    )
-
-
-def _balance_of(
-    estimator: Examined, inertia: float, values: Mapping[str, float]
-) -> EnergyEstimator:
-    """Return what takes the energies of an axis whose inertia is known by now."""
-    if isinstance(estimator, MaximumLikelihoodEstimator):
-        load = values.get("load_mass", values.get("load_inertia", estimator.load_inertia))
-        return EnergyEstimator(
-            inertia=inertia,
-            load_inertia=load,
-            stiffness=values.get("stiffness", estimator.stiffness),
-            per_direction=estimator.per_direction,
-            offset=estimator.offset,
-        )
-    if isinstance(estimator, ReportEstimator):
-        return EnergyEstimator(
-            inertia=inertia,
-            load_inertia=estimator.load_inertia,
-            stiffness=estimator.stiffness,
-            offset=False,
-            cutoff=estimator.cutoff,
-        )
-    if isinstance(estimator, StribeckEstimator):
-        return _balance_of(estimator.method, inertia, values)
-    arm = isinstance(estimator, EnergyEstimator)
-    return EnergyEstimator(
-        inertia=inertia,
-        load_inertia=estimator.load_inertia if arm else None,
-        stiffness=estimator.stiffness if arm else None,
-        per_direction=estimator.per_direction,
-        offset=estimator.offset,
-        stribeck=estimator.stribeck,
-        cutoff=estimator.cutoff,
-        filter_order=estimator.filter_order,
     )
 
 

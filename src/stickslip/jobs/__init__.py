@@ -1,5 +1,7 @@
 """What a person asks for: identify a log, position an axis, see a demonstration, find data."""
 
+from stickslip.estimation.base import EstimationTask
+from stickslip.estimation.registry import ESTIMATORS
 from stickslip.jobs.compare import compare_log, compare_scenario
 from stickslip.jobs.demo import Demonstration, demonstrate
 from stickslip.jobs.effort_file import write_effort
@@ -13,7 +15,6 @@ from stickslip.jobs.reproduce import (
     reproduce_part_a,
     reproduce_part_b,
 )
-from stickslip.jobs.wanted import ESTIMATORS, Wanted
 from stickslip.logs import AxisSchema, find_benchmark
 from stickslip.report import write_comparison_page, write_positioning_page, write_report
 
@@ -21,9 +22,9 @@ __all__ = [
     "ESTIMATORS",
     "AxisSchema",
     "Demonstration",
+    "EstimationTask",
     "Reproduced",
     "ScenarioFile",
-    "Wanted",
     "compare_log",
     "compare_scenario",
     "demonstrate",

@@ -1,13 +1,14 @@
 """From a log to identified friction parameters: reading, fitting and examining in one call."""
 
 from collections.abc import Mapping
+from dataclasses import fields
 from pathlib import Path
-from typing import Literal
 
+from stickslip.estimation.base import EstimationTask, Estimator
+from stickslip.estimation.registry import ESTIMATORS, EstimatorEntry, entry_of
 from stickslip.jobs.reading import log_at
-from stickslip.jobs.wanted import Wanted, check_known, energy_estimator, idim_estimator
 from stickslip.logs import AxisSchema, LogSchema
-from stickslip.records import AxisKind, AxisLog, Identification, InputError
+from stickslip.records import AxisLog, Identification, InputError
 
 __all__ = ["identify"]
 
@@ -18,7 +19,7 @@ def identify(
     schema: Path | str | LogSchema | None = None,
     axis: str | int | None = None,
     columns: AxisSchema | None = None,
-    estimator: Literal["energy", "idim-ls"] = "energy",
+    estimator: str | Estimator = "energy",
     inertia: float | None = None,
     load_inertia: float | None = None,
     stiffness: float | None = None,
@@ -26,7 +27,6 @@ def identify(
     offset: bool | None = None,
     stribeck: bool = False,
     cutoff: float | None = None,
-    variant: Literal["held_effort", "report"] = "held_effort",
     forgetting_factor: float | None = None,
     initial_variance: float | None = None,
     truth: Mapping[str, float] | None = None,
@@ -42,7 +42,8 @@ def identify(
     columns
         What single columns are, in place of what the schema says of them.
     estimator
-        ``"energy"``: energy balance; ``"idim-ls"``: inverse dynamics by least squares.
+        Name in `stickslip.estimation.ESTIMATORS`, or an estimator; all settings of the latter are
+        its own, so that none can be given here.
     inertia
         Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
         it.
@@ -55,21 +56,16 @@ def identify(
     offset
         Whether a constant offset is estimated; None does unless ``per_direction``.
     stribeck
-        Whether static friction and Stribeck velocity are estimated too, by a law that falls from
-        the one to Coulomb friction as motion sets in (Gaussian;
-        `stickslip.estimation.StribeckEstimator` has the exponential one).
+        Whether static friction and Stribeck velocity are estimated too, with a Gaussian law
+        (`stickslip.estimation.StribeckEstimator` has the exponential one); ``"energy"`` then stands
+        for ``"stribeck-energy"``, ``"idim-ls"`` for ``"stribeck-idim-ls"``.
     cutoff
-        Of the low-pass that smooths what is noisy [Hz]; None takes a tenth of the sampling rate and
-        at most 100 Hz.
-    variant
-        Of the energy estimator: ``"held_effort"`` is exact while the effort is held over each
-        sample; ``"report"`` takes the sums and the recursion as printed, for a known inertia,
-        without an offset and alike in both directions (`stickslip.estimation.ReportEstimator` has
-        its compensation of noise too).
+        Cutoff frequency of the low-pass for noisy signals [Hz]; None takes a tenth of the sampling
+        rate and at most 100 Hz.
     forgetting_factor
-        Of the printed recursion, in (0, 1] [-]; None forgets nothing.
+        Of ``"published-energy"``, in (0, 1] [-]; None takes 1, which forgets nothing.
     initial_variance
-        Diagonal of P(0) of the printed recursion [squared unit of the parameters over that of the
+        Of ``"published-energy"``: diagonal of P(0) [squared unit of the parameters over that of the
         energy]; None takes 1e3.
     truth
         True values by parameter name [SI], for a log that was simulated; they are shown beside the
@@ -82,8 +78,8 @@ def identify(
     Raises
     ------
     InputError
-        If the log cannot be read or used, a known value is impossible, or a setting has no use
-        with the estimator chosen.
+        If the log cannot be read or used, a known value is impossible, there is no such estimator,
+        or the estimator does not apply to the axis or does not use a setting.
 
     Examples
     --------
@@ -100,76 +96,51 @@ def identify(
     >>> found.estimate.status.value, round(found.estimate.value("coulomb_friction"), 1)
     ('ok', 1.5)
     """
+    if isinstance(estimator, str):
+        entry_of(estimator)
     # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
     # file's name should not wait for them.
     if not isinstance(log, AxisLog):
         log = log_at(log, schema, axis, columns)
-    wanted = Wanted(
+    task = EstimationTask(
         inertia=inertia,
         load_inertia=load_inertia,
         stiffness=stiffness,
         per_direction=per_direction,
         offset=offset,
+        stribeck=stribeck,
+        cutoff=cutoff,
+        forgetting_factor=forgetting_factor,
+        initial_variance=initial_variance,
     )
-    check_known(wanted, log.kind)
-    from stickslip.estimation import ReportEstimator, StribeckEstimator, examine
+    if isinstance(estimator, str):
+        chosen = _named(estimator, task).make(task, log.kind)
+    else:
+        chosen = _checked(estimator, task)
+    from stickslip.estimation import examine
 
-    of_the_report = {"forgetting factor": forgetting_factor, "initial variance": initial_variance}
-    if estimator == "idim-ls":
-        of_energy = {
-            "load inertia": load_inertia,
-            "stiffness": stiffness,
-            "variant": None if variant == "held_effort" else variant,
-        }
-        _refuse(of_energy, "idim-ls", instead="use the energy estimator")
-        _refuse(of_the_report, "idim-ls", instead="use the energy estimator with variant 'report'")
-        rigid = idim_estimator(wanted, cutoff=cutoff)
-        return examine(log, StribeckEstimator(method=rigid) if stribeck else rigid, truth=truth)
-    if variant == "report":
-        chosen = ReportEstimator(
-            inertia=_known_to_the_report(wanted, log.kind, stribeck=stribeck),
-            load_inertia=load_inertia,
-            stiffness=stiffness,
-            cutoff=cutoff,
-            forgetting_factor=1.0 if forgetting_factor is None else forgetting_factor,
-            initial_variance=1e3 if initial_variance is None else initial_variance,
-        )
-        return examine(log, chosen, truth=truth)
-    _refuse(of_the_report, "this variant of energy", instead="use variant 'report'")
-    chosen = energy_estimator(wanted, cutoff=cutoff)
-    return examine(log, StribeckEstimator(method=chosen) if stribeck else chosen, truth=truth)
+    return examine(log, chosen, truth=truth)
 
 
-def _known_to_the_report(wanted: Wanted, kind: AxisKind, *, stribeck: bool) -> float:
-    """Return the inertia that the report's variant needs; refuse what it does not estimate."""
-    for what, asked in (
-        ("friction per direction", wanted.per_direction),
-        ("an offset", wanted.offset),
-        ("a Stribeck effect", stribeck),
-    ):
-        if asked:
-            raise InputError(
-                f"{what} is asked for, and variant 'report' estimates Coulomb and viscous friction "
-                "only",
-                remedy="leave it out, or leave the variant at its default",
-            )
-    if wanted.inertia is None:
-        body = "mass" if kind == "linear" else "inertia"
+def _named(name: str, task: EstimationTask) -> EstimatorEntry:
+    """Return the entry of a name, with the Stribeck effect if the task asks for it."""
+    entry = entry_of(name)
+    if not task.stribeck or not entry.with_stribeck:
+        return entry
+    return ESTIMATORS[entry.with_stribeck]
+
+
+def _checked(estimator: Estimator, task: EstimationTask) -> Estimator:
+    """Return an estimator object; refuse other objects, and settings beside it."""
+    if not isinstance(estimator, Estimator):  # pyright: ignore[reportUnnecessaryIsInstance]
         raise InputError(
-            f"variant 'report' takes the {body} as known, and none is given",
-            remedy=f"give the {body}, or leave the variant at its default",
+            f"the estimator is a {type(estimator).__name__}",
+            remedy="give a name or an object with name and fit(log)",
         )
-    return wanted.inertia
-
-
-def _refuse(unused: Mapping[str, object], method: str, *, instead: str) -> None:
-    """Refuse settings that were given and would have no effect; say what would have use for them.
-
-    A setting that is None was not given.
-    """
-    for what, value in unused.items():
-        if value is not None:
-            raise InputError(
-                f"{what} {value} is given, and {method} has no use for it",
-                remedy=f"leave it out, or {instead}",
-            )
+    given = [field.name for field in fields(task) if getattr(task, field.name) != field.default]
+    if given:
+        raise InputError(
+            f"{given[0].replace('_', ' ')} is given beside an estimator object",
+            remedy="give it to the estimator",
+        )
+    return estimator

@@ -12,7 +12,7 @@ from jaxtyping import Float
 
 if TYPE_CHECKING:
     from stickslip.control import FeedbackController
-    from stickslip.estimation import ReportEstimator
+    from stickslip.estimation import PublishedEnergyEstimator
     from stickslip.plants import FlexibleArm
     from stickslip.simulation import Sensors
 
@@ -166,7 +166,7 @@ def surrogate_sensors(noise: float = 1.0) -> "Sensors":
 
 
 def feedback_controller(
-    estimator: "ReportEstimator", state: Float[np.ndarray, " s"]
+    estimator: "PublishedEnergyEstimator", state: Float[np.ndarray, " s"]
 ) -> "FeedbackController":
     """Return the feedback of section 6.2, which compensates what an estimator finds on the way.
 

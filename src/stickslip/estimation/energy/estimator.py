@@ -3,14 +3,19 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.known_inertia.balance import sought_regression, work_regression
 from stickslip.estimation.energy.known_inertia.layout import SEEN
-from stickslip.estimation.energy.known_inertia.online import first_work_state, work_covariance
+from stickslip.estimation.energy.known_inertia.online import (
+    first_work_state,
+    work_covariance,
+    work_health,
+    work_intervals,
+)
 from stickslip.estimation.energy.known_inertia.recursion import work_run, work_step
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.level_regression import (
@@ -21,6 +26,7 @@ from stickslip.estimation.energy.level_regression import (
 from stickslip.estimation.energy.levels import AxisModel, EnergyLevels, energy_levels
 from stickslip.estimation.energy.online import first_state, samples_of
 from stickslip.estimation.energy.streaming import energy_run, energy_step
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import (
     check_excited,
@@ -28,6 +34,7 @@ from stickslip.estimation.fit.solve import (
     provenance_of,
     solve,
 )
+from stickslip.estimation.online.health import OnlineHealth
 from stickslip.estimation.online.recursion import VALUES, covariance_in
 from stickslip.estimation.online_method import Kernel, OnlineMethod, State
 from stickslip.estimation.settings import (
@@ -112,7 +119,11 @@ class EnergyEstimator(OnlineMethod):
         disturbing force it need not be given: 1 J is taken, on which no estimate depends unless
         there is an initial variance too.
     force_noise
-        For the recursion only: standard deviation of a disturbing force [N or N m].
+        For the recursion only: standard deviation of a disturbance force [N or N m]. None
+        estimates it from the innovations with the inertia known, and takes none otherwise.
+    effort_delay
+        For the recursion only: samples by which the effort acts after it is logged [-], also a
+        fraction; negative if the effort is logged late. At most 30.
     position_noise, velocity_noise
         For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
         None estimates it on the way. With the inertia known it is estimated on the way in any
@@ -130,6 +141,8 @@ class EnergyEstimator(OnlineMethod):
     ('viscous_friction', 'coulomb_friction')
     """
 
+    counts_missing: ClassVar[bool] = True
+
     inertia: float | None = None
     load_inertia: float | None = None
     stiffness: float | None = None
@@ -142,7 +155,8 @@ class EnergyEstimator(OnlineMethod):
     initial_values: Mapping[str, float] | None = None
     initial_variance: float | None = None
     level_noise: float | None = None
-    force_noise: float = 0.0
+    force_noise: float | None = None
+    effort_delay: float = 0.0
     position_noise: float | None = None
     velocity_noise: float | None = None
 
@@ -175,7 +189,7 @@ class EnergyEstimator(OnlineMethod):
             },
         )
         check_forgetting_factor(self.forgetting_factor)
-        if self.inertia is None and self.force_noise > 0 and self.level_noise is None:
+        if self.inertia is None and self.force_noise and self.level_noise is None:
             raise InputError(
                 f"force_noise is {self.force_noise:g} N or N m and no level_noise is given",
                 remedy="give level_noise [J] as well: their ratio decides",
@@ -221,11 +235,40 @@ class EnergyEstimator(OnlineMethod):
             If the log is too short, nothing moves or pushes in it, or it lacks the load of a
             flexible arm whose inertia is sought.
         """
-        return self.solution(log, self.regression(log))
+        return self.details(log).estimate
 
-    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
-        """Return the estimate from rows that `regression` made of this log."""
-        return solve(regression, estimator=self.name, provenance=provenance_of(log, self.options))
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        rows = self.regression(log)
+        provenance = provenance_of(log, self.options)
+        return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
+
+    def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
+        """Return an estimate and its rows with what is known of the axis.
+
+        Parameters
+        ----------
+        estimate
+            Of the rows.
+        rows
+            From `regression`, whole or changed.
+        """
+        return Fit(
+            estimate=estimate,
+            rows=rows,
+            inertia=self.inertia,
+            load_inertia=self.load_inertia,
+            stiffness=self.stiffness,
+            stribeck=self.stribeck if isinstance(self.stribeck, StribeckEffect) else None,
+            cutoff=self.cutoff,
+            filter_order=self.filter_order,
+        )
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the whitened rows of the balance.
@@ -340,6 +383,7 @@ class EnergyEstimator(OnlineMethod):
                 initial_values=self._first_guesses(),
                 initial_variance=self.initial_variance,
                 force_noise=self.force_noise,
+                effort_delay=self.effort_delay,
                 position_noise=self.position_noise,
                 velocity_noise=self.velocity_noise,
             )
@@ -354,7 +398,7 @@ class EnergyEstimator(OnlineMethod):
             initial_values=self._first_guesses(),
             initial_variance=self.initial_variance,
             level_noise=self.level_noise,
-            force_noise=self.force_noise,
+            force_noise=self.force_noise or 0.0,
             position_noise=self.position_noise,
             velocity_noise=self.velocity_noise,
         )
@@ -416,6 +460,18 @@ class EnergyEstimator(OnlineMethod):
         It is infinite for a parameter that nothing has told of yet.
         """
         return covariance_in(state) if self.inertia is None else work_covariance(state)
+
+    def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
+        """Return 95 % intervals of the estimates, in the order of `parameter_names` [SI].
+
+        They allow for correlated residuals (`stickslip.estimation.online.batches`), but not for
+        forgetting, and are infinite until there are enough batches of samples in slip.
+        """
+        return work_intervals(state)
+
+    def health(self, state: State) -> OnlineHealth:
+        """Return what was missing, rejected and reset so far."""
+        return work_health(state)
 
     @cached_property
     def _names(self) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
 from typing import Literal
 
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.likelihood.axis_parameters import (
@@ -186,14 +187,16 @@ class MaximumLikelihoodEstimator:
                 "a load inertia or stiffness is given for an axis that is not flexible",
                 remedy="leave them out, or flexible=False",
             )
-        guesses = first_guesses(self.initial_values, (*self.names("linear"), *self.names("rotary")))
+        guesses = first_guesses(
+            self.initial_values, (*self.parameter_names("linear"), *self.parameter_names("rotary"))
+        )
         object.__setattr__(self, "initial_values", guesses)
         if self.flexible:
             self._check_arm_guesses(guesses)
 
     def _check_arm_guesses(self, guesses: Mapping[str, float]) -> None:
         for one, other in (("mass", "inertia"), ("load_mass", "load_inertia"), ("stiffness",) * 2):
-            sought = one in self.names("linear")
+            sought = one in self.parameter_names("linear")
             if sought and one not in guesses and other not in guesses:
                 raise InputError(
                     f"the {other.replace('_', ' ')} of a flexible arm is sought without a first "
@@ -211,7 +214,7 @@ class MaximumLikelihoodEstimator:
         """The friction parameters that are estimated, but for static friction."""
         return FrictionTerms.asked(per_direction=self.per_direction, offset=self.offset)
 
-    def names(self, kind: AxisKind) -> tuple[str, ...]:
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated, in the order of the covariance.
 
         Parameters
@@ -235,8 +238,7 @@ class MaximumLikelihoodEstimator:
         InputError
             If the log is too short, or nothing moves or pushes in it.
         """
-        found = self._found(log)
-        return self._solved(log, self._rows(found), found.static)
+        return self.details(log).estimate
 
     def maximum(self, log: AxisLog) -> LikelihoodMaximum:
         """Return all that is likeliest: parameters, delay, noise and first states.
@@ -280,17 +282,26 @@ class MaximumLikelihoodEstimator:
         """
         return self._rows(self._found(log))
 
-    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
-        """Return the estimate from rows that `regression` made of this log."""
-        return self._solved(log, regression, None)
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
 
-    def _solved(
-        self, log: AxisLog, regression: Regression, static: StaticRange | None
-    ) -> FrictionEstimate:
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        found = self._found(log)
+        rows = self._rows(found)
         options = {field.name: getattr(self, field.name) for field in fields(self)}
         options |= {"estimator": self.name, "initial_values": dict(self.initial_values or {})}
-        estimate = solve(regression, estimator=self.name, provenance=provenance_of(log, options))
-        return estimate if static is None else static.added_to(estimate)
+        estimate = solve(rows, estimator=self.name, provenance=provenance_of(log, options))
+        return Fit(
+            estimate=estimate if found.static is None else found.static.added_to(estimate),
+            rows=rows,
+            inertia=self.inertia,
+            load_inertia=self.load_inertia,
+            stiffness=self.stiffness,
+        )
 
     def _rows(self, found: _Found) -> Regression:
         rows = rows_at(
@@ -322,7 +333,11 @@ class MaximumLikelihoodEstimator:
         cutoff, _ = chosen_cutoff(log, low_pass, _LEAST_ROWS, load=load)
         low_pass = replace(low_pass, cutoff=cutoff)
         rigid_static = self.static_friction and not self.flexible
-        names = [name for name in self.names(log.kind) if not rigid_static or "static" not in name]
+        names = [
+            name
+            for name in self.parameter_names(log.kind)
+            if not rigid_static or "static" not in name
+        ]
         own = (mass_name(log.kind), load_name(log.kind), "stiffness")
         given = zip(own, (self.inertia, self.load_inertia, self.stiffness), strict=True)
         parameters = AxisParameters(

@@ -20,6 +20,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import provenance_of, solve
 from stickslip.estimation.regression.identified_law import identified_law
@@ -28,7 +29,7 @@ from stickslip.estimation.settings import options_of
 from stickslip.estimation.signals.kinematics import LowPass, central_difference
 from stickslip.estimation.signals.resampling import resampled
 from stickslip.plants import SingleMass
-from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, positive
 from stickslip.simulation import PlantStepper
 
 __all__ = ["IdimInstrumentalVariables"]
@@ -95,6 +96,16 @@ class IdimInstrumentalVariables:
             decimation=self.decimation,
         )
 
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the rows.
+
+        Parameters
+        ----------
+        kind
+            ``"linear"`` or ``"rotary"``.
+        """
+        return self._rows.parameter_names(kind)
+
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
 
@@ -104,12 +115,25 @@ class IdimInstrumentalVariables:
             If the log is too short, or nothing moves or pushes in it, or the model that is found on
             the way does not move as the axis does.
         """
-        return self.solution(log, self.regression(log))
+        return self.details(log).estimate
 
-    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
-        """Return the estimate from rows that `regression` made of this log."""
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        rows = self.regression(log)
         provenance = provenance_of(log, options_of(self))
-        return solve(regression, estimator=self.name, provenance=provenance)
+        return Fit(
+            estimate=solve(rows, estimator=self.name, provenance=provenance),
+            rows=rows,
+            inertia=self.inertia,
+            cutoff=self.cutoff,
+            filter_order=self.filter_order,
+        )
 
     def regression(self, log: AxisLog) -> Regression:
         """Return rows whose least-squares solution is that of the instrumental variables.

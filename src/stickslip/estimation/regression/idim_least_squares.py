@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import (
     check_excited,
@@ -31,7 +32,7 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.estimation.signals.resampling import resampled
 from stickslip.friction import FrictionTerms, StribeckEffect
-from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, positive
 
 __all__ = ["IdimLeastSquares"]
 
@@ -115,6 +116,17 @@ class IdimLeastSquares:
             per_direction=self.per_direction, offset=self.offset, stribeck=self.stribeck
         )
 
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the rows.
+
+        Parameters
+        ----------
+        kind
+            ``"linear"`` or ``"rotary"``.
+        """
+        mass = "mass" if kind == "linear" else "inertia"
+        return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
+
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
 
@@ -123,11 +135,38 @@ class IdimLeastSquares:
         InputError
             If the log is too short, or nothing moves or pushes in it.
         """
-        return self.solution(log, self.regression(log))
+        return self.details(log).estimate
 
-    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
-        """Return the estimate from rows that `regression` made of this log."""
-        return solve(regression, estimator=self.name, provenance=provenance_of(log, self.options))
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        rows = self.regression(log)
+        provenance = provenance_of(log, self.options)
+        return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
+
+    def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
+        """Return an estimate and its rows with what is known of the axis.
+
+        Parameters
+        ----------
+        estimate
+            Of the rows.
+        rows
+            From `regression`, whole or changed.
+        """
+        return Fit(
+            estimate=estimate,
+            rows=rows,
+            inertia=self.inertia,
+            stribeck=self.stribeck if isinstance(self.stribeck, StribeckEffect) else None,
+            cutoff=self.cutoff,
+            filter_order=self.filter_order,
+        )
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the filtered and decimated rows of the inverse dynamic model.

@@ -21,6 +21,7 @@ from stickslip.simulation import simulate
 
 __all__ = [
     "OPTIONAL",
+    "identified_balance",
     "identified_effect",
     "identified_plant",
     "replay",
@@ -109,21 +110,60 @@ def replay(
     InputError
         If the log is too short, or lacks the load of a flexible arm.
     """
+    balance = identified_balance(
+        estimate, inertia=inertia, load_inertia=load_inertia, stiffness=stiffness
+    )
+    if balance is None:
+        return None
+    return resimulate(identified_plant(estimate, balance), balance.levels(log))
+
+
+def identified_balance(
+    estimate: FrictionEstimate,
+    *,
+    inertia: float | None = None,
+    load_inertia: float | None = None,
+    stiffness: float | None = None,
+    stribeck: StribeckEffect | None = None,
+    cutoff: float | None = None,
+    filter_order: int = 4,
+) -> EnergyEstimator | None:
+    """Return the energy balance of the identified axis.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator.
+    inertia, load_inertia, stiffness
+        Of the axis, where the estimate does not hold them [kg or kg m^2, kg or kg m^2, N/m or
+        N m/rad].
+    stribeck
+        Known Stribeck effect, where the estimate does not hold it.
+    cutoff
+        Of the low-pass for noisy signals [Hz]; None for the default one.
+    filter_order
+        Order of one pass of that low-pass.
+
+    Returns
+    -------
+    None if a parameter is missing, or the mass is not positive.
+    """
     values = _values(estimate, inertia)
     if values is None:
         return None
     mass = values.get("mass", values.get("inertia", 0.0))
     if mass <= 0.0:
         return None
-    balance = EnergyEstimator(
+    return EnergyEstimator(
         inertia=mass,
         load_inertia=values.get("load_mass", values.get("load_inertia", load_inertia)),
         stiffness=values.get("stiffness", stiffness),
         per_direction=_per_direction(estimate),
         offset="offset" in values,
-        stribeck=identified_effect(estimate),
+        stribeck=identified_effect(estimate) if stribeck is None else stribeck,
+        cutoff=cutoff,
+        filter_order=filter_order,
     )
-    return resimulate(identified_plant(estimate, balance), balance.levels(log))
 
 
 def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Plant:
@@ -224,7 +264,8 @@ def identified_effect(estimate: FrictionEstimate) -> StribeckEffect | None:
         Of any estimator.
     """
     held = estimate.parameters.get("stribeck_velocity")
-    if held is None or held.value is None:
+    static = [p for name, p in estimate.parameters.items() if name.startswith("static_friction")]
+    if held is None or held.value is None or not all(p.identified for p in static):
         return None
     return StribeckEffect(
         velocity=held.value,

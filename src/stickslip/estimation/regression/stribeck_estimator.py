@@ -13,6 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.estimator import EnergyEstimator
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.intervals import t_quantile
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import provenance_of, solve
@@ -20,7 +21,7 @@ from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.friction import StribeckEffect
 from stickslip.friction.stribeck import StribeckShape
-from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, Status
 
 __all__ = ["StribeckEstimator"]
 
@@ -94,6 +95,18 @@ class StribeckEstimator:
         """The method's own inertia if it is known [kg or kg m^2]."""
         return self.method.inertia
 
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the rows.
+
+        Parameters
+        ----------
+        kind
+            ``"linear"`` or ``"rotary"``.
+        """
+        sides = ("_positive", "_negative") if self.method.per_direction else ("",)
+        static = (f"static_friction{side}" for side in sides)
+        return (*self.method.parameter_names(kind), *static, "stribeck_velocity")
+
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
 
@@ -105,7 +118,7 @@ class StribeckEstimator:
         InputError
             As the method's own ``fit`` does.
         """
-        return self.solution(log, self.regression(log))
+        return self.details(log).estimate
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the method's rows, linearised around the Stribeck velocity that fits best.
@@ -136,8 +149,19 @@ class StribeckEstimator:
                 )
         return _without_step(plain, note)
 
-    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
-        """Return the estimate from rows that `regression` made of this log."""
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        rows = self.regression(log)
+        return self.method.fitted(self._judged(log, rows), rows)
+
+    def _judged(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
+        """Return the estimate, with the reason where the log shows no Stribeck effect."""
         found = self._solved(log, regression)
         if found.status is not Status.NOT_IDENTIFIABLE:
             return found

@@ -5,14 +5,14 @@ from collections.abc import Callable
 from pathlib import Path
 
 from stickslip import __version__
+from stickslip.estimation.base import EstimationTask
 from stickslip.jobs.compare.candidates import (
     Fitted,
-    check_wanted,
+    chosen_names,
     fitted,
     inertia_of,
 )
 from stickslip.jobs.reading import log_at
-from stickslip.jobs.wanted import Wanted
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.records import AxisLog, ComparedEstimator, EstimatorComparison, StickslipError
 
@@ -25,7 +25,8 @@ def compare_log(
     schema: Path | str | LogSchema | None = None,
     axis: str | int | None = None,
     columns: AxisSchema | None = None,
-    wanted: Wanted | None = None,
+    task: EstimationTask | None = None,
+    only: tuple[str, ...] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> EstimatorComparison:
     """Let every estimator identify the friction of an axis from one log.
@@ -41,9 +42,11 @@ def compare_log(
         How to read it, if it is a path (see `stickslip.logs.read_log`).
     columns
         What single columns are, in place of what the schema says of them.
-    wanted
+    task
         What is known of the axis, and what to estimate; None for a rigid axis of which nothing is
         known.
+    only
+        Names of the estimators to compare; empty for all.
     progress
         Called before each estimator with how many are done, of how many.
 
@@ -67,27 +70,27 @@ def compare_log(
     >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
     >>> log = AxisLog(name="stage", kind="linear", time=time, effort=effort,
     ...               measured_position=position)
-    >>> compared = compare_log(log, wanted=Wanted(only=("energy", "idim-ls"))).compared
+    >>> compared = compare_log(log, only=("energy", "idim-ls")).compared
     >>> [each.name for each in compared]
     ['energy', 'idim-ls']
     """
     if not isinstance(log, AxisLog):
         log = log_at(log, schema, axis, columns)
-    wanted = wanted or Wanted()
-    check_wanted(wanted, log.kind)
-    energy = fitted("energy", wanted, None, log)
+    task = task or EstimationTask()
+    names = chosen_names(only, task, log.kind)
+    energy = fitted("energy", task, None, log)
     inertia = inertia_of(energy.estimate)
     compared: list[ComparedEstimator] = []
-    for done, name in enumerate(wanted.names):
+    for done, name in enumerate(names):
         if progress is not None:
-            progress(done, len(wanted.names))
-        found, seconds = timed(name, wanted, inertia, log)
-        compared.append(_judged(log, wanted, name, found, seconds))
+            progress(done, len(names))
+        found, seconds = timed(name, task, inertia, log)
+        compared.append(_judged(log, task, name, found, seconds))
     return EstimatorComparison(log=log, compared=tuple(compared), stickslip_version=__version__)
 
 
 def timed(
-    name: str, wanted: Wanted, energy_inertia: float | None, log: AxisLog
+    name: str, task: EstimationTask, energy_inertia: float | None, log: AxisLog
 ) -> tuple[Fitted, float]:
     """Return what an estimator makes of a log, and the time of its fit over the samples [s].
 
@@ -95,19 +98,19 @@ def timed(
 
     Parameters
     ----------
-    name, wanted, energy_inertia, log
+    name, task, energy_inertia, log
         As `fitted` takes them.
     """
-    found = fitted(name, wanted, energy_inertia, log)
+    found = fitted(name, task, energy_inertia, log)
     if found.estimate is None:
         return found, 0.0
     begun = time.perf_counter()
-    found = fitted(name, wanted, energy_inertia, log)
+    found = fitted(name, task, energy_inertia, log)
     return found, (time.perf_counter() - begun) / len(log)
 
 
 def _judged(
-    log: AxisLog, wanted: Wanted, name: str, found: Fitted, seconds: float
+    log: AxisLog, task: EstimationTask, name: str, found: Fitted, seconds: float
 ) -> ComparedEstimator:
     """Return an estimate with how well it explains the log."""
     from stickslip.estimation import replay, unexplained_effort
@@ -115,17 +118,17 @@ def _judged(
     estimate = found.estimate
     if estimate is None:
         return ComparedEstimator(name=name, why_not=found.why_not)
-    inertia = wanted.inertia if found.assumed_inertia is None else found.assumed_inertia
+    inertia = task.inertia if found.assumed_inertia is None else found.assumed_inertia
     left = resimulation = None
     try:
-        if not wanted.flexible:
+        if not task.flexible:
             left = unexplained_effort(log, estimate, inertia=inertia)
         resimulation = replay(
             log,
             estimate,
             inertia=inertia,
-            load_inertia=wanted.load_inertia,
-            stiffness=wanted.stiffness,
+            load_inertia=task.load_inertia,
+            stiffness=task.stiffness,
         )
     except StickslipError:
         # Too short for the filters, or a motion that cannot be simulated: not told

@@ -9,9 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip import __version__
+from stickslip.estimation.base import EstimationTask
 from stickslip.jobs.compare.candidates import (
     Fitted,
-    check_wanted,
+    chosen_names,
     fitted,
     inertia_of,
 )
@@ -19,7 +20,6 @@ from stickslip.jobs.compare.log import timed
 from stickslip.jobs.compare.scenario import StudyFile, check_runs, read_study
 from stickslip.jobs.position.axis_table import LAWS, AxisTable
 from stickslip.jobs.reproduce.parallel import in_parallel
-from stickslip.jobs.wanted import Wanted
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import (
     AxisLog,
@@ -53,7 +53,8 @@ def compare_scenario(
     scenario: StudyFile | Path | str,
     *,
     runs: int | None = None,
-    wanted: Wanted | None = None,
+    task: EstimationTask | None = None,
+    only: tuple[str, ...] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> EstimatorStudy:
     """Let every estimator identify a simulated axis many times, and compare with the truth.
@@ -64,9 +65,11 @@ def compare_scenario(
         The TOML file (see the guide on comparing estimators), or what `read_study` read from it.
     runs
         How many; None for as many as the scenario says.
-    wanted
+    task
         What the estimators know of the axis, and what to estimate; None for nothing known. Load
         and spring of a flexible arm are known.
+    only
+        Names of the estimators to compare; empty for all.
     progress
         Called after each run with how many are done, of how many.
 
@@ -81,17 +84,17 @@ def compare_scenario(
         If the scenario cannot be used, or what is known of the axis cannot be.
     """
     read = scenario if isinstance(scenario, StudyFile) else read_study(scenario)
-    asked, known = read.scenario, wanted or Wanted()
+    asked, known = read.scenario, task or EstimationTask()
     count = asked.runs if runs is None else runs
     check_runs(count)
     plant = asked.axis.plant()
     if isinstance(plant, FlexibleArm):
         known = replace(known, load_inertia=plant.mass_2, stiffness=plant.stiffness)
-    check_wanted(known, plant.kind)
+    names = chosen_names(only, known, plant.kind)
     generators = np.random.default_rng(asked.sensors.seed).spawn(count)
     first = measured_log(read, generators[0])
     inertia = inertia_of(fitted("energy", known, None, first).estimate)
-    opening = {name: timed(name, known, inertia, first) for name in known.names}
+    opening = {name: timed(name, known, inertia, first) for name in names}
     bound, notes = _bound(read, plant, known, first)
     done = 1
 
@@ -104,8 +107,10 @@ def compare_scenario(
     def run(k: int) -> _Run:
         log = measured_log(read, generators[k])
         if asked.input.random_phases:
-            return _Run(found=_fitted_all(known, log), bound=_bound(read, plant, known, log)[0])
-        return _Run(found=_fitted_all(known, log), bound=bound)
+            return _Run(
+                found=_fitted_all(names, known, log), bound=_bound(read, plant, known, log)[0]
+            )
+        return _Run(found=_fitted_all(names, known, log), bound=bound)
 
     runs_done = [
         _Run(found={name: one for name, (one, _) in opening.items()}, bound=bound),
@@ -126,7 +131,7 @@ def compare_scenario(
         bound={name: _rms(np.array([run.bound[name] for run in runs_done])) for name in bound},
         scores=tuple(
             _score(name, runs_done, opening[name][1], truth, delay=asked.input.effort_delay)
-            for name in known.names
+            for name in names
         ),
         notes=notes,
         file=read.path.name,
@@ -186,16 +191,15 @@ def disturbance(
     return deviation * np.asarray(lfilter([1.0], [1.0, -correlation], white))
 
 
-def _fitted_all(wanted: Wanted, log: AxisLog) -> dict[str, Fitted]:
-    energy = fitted("energy", wanted, None, log)
+def _fitted_all(names: tuple[str, ...], task: EstimationTask, log: AxisLog) -> dict[str, Fitted]:
+    energy = fitted("energy", task, None, log)
     inertia = inertia_of(energy.estimate)
     return {
-        name: energy if name == "energy" else fitted(name, wanted, inertia, log)
-        for name in wanted.names
+        name: energy if name == "energy" else fitted(name, task, inertia, log) for name in names
     }
 
 
-def _truth(axis: AxisTable, wanted: Wanted) -> dict[str, float]:
+def _truth(axis: AxisTable, task: EstimationTask) -> dict[str, float]:
     """Return the truth by the names of parameters; of both directions together, their mean."""
     body = "mass" if axis.kind == "linear" else "inertia"
     plant, law = axis.plant(), axis.friction()
@@ -207,11 +211,11 @@ def _truth(axis: AxisTable, wanted: Wanted) -> dict[str, float]:
     truth["offset"] = law.offset
     if axis.stribeck_velocity is not None:
         truth["stribeck_velocity"] = axis.stribeck_velocity
-    if wanted.per_direction:  # an offset is then part of the friction that each direction has
+    if task.per_direction:  # an offset is then part of the friction that each direction has
         for name in ("coulomb_friction", "static_friction"):
             truth[f"{name}_positive"] += law.offset
             truth[f"{name}_negative"] -= law.offset
-    elif wanted.has_offset:  # and what sets the directions apart is part of the offset
+    elif task.has_offset:  # and what sets the directions apart is part of the offset
         apart = truth["coulomb_friction_positive"] - truth["coulomb_friction_negative"]
         truth["offset"] += 0.5 * apart
     return truth
@@ -220,17 +224,17 @@ def _truth(axis: AxisTable, wanted: Wanted) -> dict[str, float]:
 def _bound(
     read: StudyFile,
     plant: Plant,
-    wanted: Wanted,
+    task: EstimationTask,
     log: AxisLog,
 ) -> tuple[dict[str, float], tuple[str, ...]]:
     """Return the Cramer-Rao bound by parameter, and what there is to say of it."""
     from stickslip.estimation import EnergyEstimator, cramer_rao_bound
 
     terms = EnergyEstimator(
-        inertia=None, per_direction=wanted.per_direction, offset=wanted.offset
+        inertia=None, per_direction=task.per_direction, offset=task.offset
     ).terms
     body = "mass" if plant.kind == "linear" else "inertia"
-    sought = (*(() if wanted.inertia is not None else (body,)), *terms.names)
+    sought = (*(() if task.inertia is not None else (body,)), *terms.names)
     law = read.scenario.axis.law
     if law != "coulomb":
         return {}, (

@@ -1,4 +1,4 @@
-"""The report's estimator of Coulomb and viscous friction, whole (part A chapters 3 to 6)."""
+"""The energy-based estimator as published by van de Wijdeven (2002), part A chapters 3 to 6."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,6 +21,7 @@ from stickslip.estimation.energy.published.rows import (
     weighted_rows,
     without_error_terms,
 )
+from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.online.recursion import (
@@ -40,9 +41,16 @@ from stickslip.estimation.settings import (
 )
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.resampling import resampled
-from stickslip.records import AxisLog, FrictionEstimate, InputError, non_negative, positive
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    non_negative,
+    positive,
+)
 
-__all__ = ["ReportEstimator"]
+__all__ = ["PublishedEnergyEstimator"]
 
 State = Float[np.ndarray, " s"]
 
@@ -55,8 +63,8 @@ _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differenti
 
 
 @dataclass(frozen=True, kw_only=True)
-class ReportEstimator:
-    """Coulomb and viscous friction from the energy balance, as the report has it.
+class PublishedEnergyEstimator:
+    """Coulomb and viscous friction from the energy balance, as published.
 
     Input energy less stored energy is regressed on the way travelled and the integral of the
     squared velocity, level by level (Eqs. 4.3, 4.4), by recursive least squares (Eqs. 4.6-4.10).
@@ -101,9 +109,10 @@ class ReportEstimator:
 
     Examples
     --------
-    >>> arm = ReportEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0, error_terms=True,
-    ...                       compensation="printed", position_noise=0.005, velocity_noise=0.05)
-    >>> arm.parameter_names
+    >>> arm = PublishedEnergyEstimator(
+    ...     inertia=1.0, load_inertia=1.0, stiffness=1.0, error_terms=True, compensation="printed",
+    ...     position_noise=0.005, velocity_noise=0.05)
+    >>> arm.parameter_names("rotary")
     ('coulomb_friction', 'viscous_friction', 'level_bias', 'slope')
     >>> state = arm.init(sampling_time=0.01)
     >>> state, estimates = arm.step(state, (1.0, 0.0, 0.01, 0.0, 0.0))
@@ -142,7 +151,7 @@ class ReportEstimator:
         check_arm(self.load_inertia, self.stiffness)
         check_forgetting_factor(self.forgetting_factor)
         self._check_choices()
-        guesses = first_guesses(self.initial_values, self.parameter_names)
+        guesses = first_guesses(self.initial_values, self._names)
         object.__setattr__(self, "initial_values", guesses)
 
     def _check_choices(self) -> None:
@@ -172,14 +181,23 @@ class ReportEstimator:
     @property
     def name(self) -> str:
         """Name of the estimator."""
-        return "energy"
+        return "published-energy"
 
-    @cached_property
-    def parameter_names(self) -> tuple[str, ...]:
-        """Names of the parameters in the order of the estimates, Coulomb friction first.
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of the online estimates in their order, Coulomb friction first.
 
         `values_at` has the same order (that of `EnergyEstimator` differs in the two).
+
+        Parameters
+        ----------
+        kind
+            ``"linear"`` or ``"rotary"``; the names are the same for both.
         """
+        del kind
+        return self._names
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
         return (*_FRICTION, *(_ERROR_TERMS if self.error_terms else ()))
 
     @property
@@ -206,14 +224,14 @@ class ReportEstimator:
         sampling_time
             [s].
         """
-        p = len(self.parameter_names)
+        p = len(self._names)
         s = np.zeros(at.STATE_SIZE)
         s[PARAMETERS] = p
         s[FORGETTING] = self.forgetting_factor
         s[FIRST_SPREAD : FIRST_SPREAD + p] = self.initial_variance
         s[SPREAD : SPREAD + p * p] = (self.initial_variance * np.eye(p)).ravel()
         guesses = self.initial_values or {}
-        s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self.parameter_names]
+        s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self._names]
         s[at.SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
         s[at.INERTIA], s[at.LOAD_INERTIA] = self.inertia, self.load_inertia or 0.0
         s[at.STIFFNESS] = self.stiffness or 0.0
@@ -272,9 +290,7 @@ class ReportEstimator:
             raise refused(after, sample)
         return after, after[_ALL_AT if self.error_terms else _FRICTION_AT]
 
-    def run(
-        self, state: State, log: AxisLog
-    ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
+    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps.
 
         Parameters
@@ -286,8 +302,7 @@ class ReportEstimator:
 
         Returns
         -------
-        The new state, the estimates after each sample [SI], and the prediction error before it
-        [J] (Eq. 4.9).
+        The new state, and the estimates after each sample [SI].
 
         Raises
         ------
@@ -295,6 +310,28 @@ class ReportEstimator:
             If the log has a gap or another sampling time than the state, or lacks the load of a
             flexible arm.
         """
+        after, estimates, _ = self._run(state, log)
+        return after, estimates
+
+    def prediction_errors(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
+        """Return the prediction error before each sample of a log without gaps [J] (Eq. 4.9).
+
+        Parameters
+        ----------
+        state, log
+            As of `run`.
+
+        Raises
+        ------
+        InputError
+            As `run` does.
+        """
+        return self._run(state, log)[2]
+
+    def _run(
+        self, state: State, log: AxisLog
+    ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
+        """Return the new state, the estimates and the prediction errors."""
         check_fits(log, float(state[at.SAMPLING_TIME]))
         after = state.copy()
         if after[at.NOISE] < 0.0:
@@ -315,12 +352,26 @@ class ReportEstimator:
         InputError
             If the log lacks the load of a flexible arm, or nothing moves or pushes in it.
         """
-        return self.solution(log, self.regression(log))
+        return self.details(log).estimate
 
-    def solution(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
-        """Return the estimate from rows that `regression` made of this log."""
-        provenance = provenance_of(log, {"variant": "report", **options_of(self)})
-        return solve(regression, estimator=self.name, provenance=provenance)
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Raises
+        ------
+        InputError
+            As `fit` does.
+        """
+        rows = self.regression(log)
+        provenance = provenance_of(log, options_of(self))
+        return Fit(
+            estimate=solve(rows, estimator=self.name, provenance=provenance),
+            rows=rows,
+            inertia=self.inertia,
+            load_inertia=self.load_inertia,
+            stiffness=self.stiffness,
+            cutoff=self.cutoff,
+        )
 
     def regression(self, log: AxisLog) -> Regression:
         """Return rows whose least-squares solution is what the recursion ends at.

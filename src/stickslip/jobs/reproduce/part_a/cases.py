@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from stickslip.estimation import EnergyEstimator, ReportEstimator
+from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
 from stickslip.jobs import surrogate
 
 __all__ = [
@@ -27,18 +27,18 @@ def report_estimator(
     compensation: Literal["none", "printed", "settled"] = "none",
     assumed: float = 1.0,
     error_terms: bool = False,
-) -> ReportEstimator:
+) -> PublishedEnergyEstimator:
     """Return the report's estimator for the surrogate arm.
 
     Parameters
     ----------
     sums, compensation, error_terms
-        As `ReportEstimator` takes them.
+        As `PublishedEnergyEstimator` takes them.
     assumed
         Standard deviations that are assumed, over those of the surrogate values [-].
     """
     compensated = compensation != "none"
-    return ReportEstimator(
+    return PublishedEnergyEstimator(
         inertia=surrogate.MASS_1,
         load_inertia=surrogate.MASS_2,
         stiffness=surrogate.STIFFNESS,
@@ -90,7 +90,7 @@ class Case:
     key: str
     label: str
     noise: float
-    estimator: ReportEstimator
+    estimator: PublishedEnergyEstimator
 
 
 CASES = (
@@ -133,7 +133,7 @@ class Variant:
     name
         What it is called.
     sums, compensation, error_terms
-        As `ReportEstimator` takes them.
+        As `PublishedEnergyEstimator` takes them.
     """
 
     name: str
@@ -146,7 +146,7 @@ class Variant:
         """Whether it is told standard deviations."""
         return self.compensation != "none"
 
-    def estimator(self, assumed: float) -> ReportEstimator:
+    def estimator(self, assumed: float) -> PublishedEnergyEstimator:
         """Return the estimator, told this much of the surrogate's standard deviations [-]."""
         return report_estimator(
             sums=self.sums,

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation import ReportEstimator
+from stickslip.estimation import PublishedEnergyEstimator
 from stickslip.jobs import surrogate
 from stickslip.jobs.reproduce.part_a.cases import report_estimator
 from stickslip.jobs.reproduce.part_a.expectations import AbsoluteValue
@@ -118,9 +118,11 @@ def sampling_errors() -> Sampling:
     printed, exact = report_estimator(), report_estimator(sums="settled")
     truth = np.array(list(surrogate.TRUTH.values()))
 
-    def errors(estimator: ReportEstimator, sampling_time: float) -> Float[np.ndarray, " 2"]:
+    def errors(
+        estimator: PublishedEnergyEstimator, sampling_time: float
+    ) -> Float[np.ndarray, " 2"]:
         log = Sensors().measure(_motion(sampling_time))
-        _, values, _ = estimator.run(estimator.init(sampling_time=sampling_time), log)
+        _, values = estimator.run(estimator.init(sampling_time=sampling_time), log)
         return values[-1, :2] / truth - 1.0
 
     T = surrogate.SAMPLING_TIME

@@ -114,7 +114,7 @@ def _one(loop: Loop, noise: float, seed: np.random.SeedSequence) -> _Outcome:
     for variant in VARIANTS:
         for assumed in ASSUMED if variant.told else (None,):
             estimator = variant.estimator(noise * (assumed or 1.0))
-            _, values, _ = estimator.run(estimator.init(sampling_time=T), run.log)
+            _, values = estimator.run(estimator.init(sampling_time=T), run.log)
             outcome.values[variant.name, assumed] = values[-1, :2].copy()  # no view of all samples
     _robust(run.log, noise, outcome)
     return outcome

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation import ReportEstimator
+from stickslip.estimation import PublishedEnergyEstimator
 from stickslip.jobs import surrogate
 from stickslip.jobs.reproduce.part_a.cases import Case
 from stickslip.records import AxisLog
@@ -56,7 +56,7 @@ def one_run(
     loop: Loop,
     noise: float,
     generator: np.random.Generator,
-    estimator: ReportEstimator,
+    estimator: PublishedEnergyEstimator,
     state: Float[np.ndarray, " s"],
 ) -> Run:
     """Simulate the arm for the whole duration, from rest.
@@ -108,9 +108,9 @@ def five_runs(loop: Loop, case: Case, seeds: Sequence[np.random.SeedSequence]) -
         time = run.log.time
         # The log holds what the controller's own estimator was handed, so this repeats it, and
         # takes the last sample, after which nothing was commanded, as well.
-        state, estimates, error = estimator.run(state, run.log)
+        errors.append(estimator.prediction_errors(state, run.log))
+        state, estimates = estimator.run(state, run.log)
         values.append(estimates[:, :2])
-        errors.append(error)
     return Trace(loop=loop, case=case, time=time, values=np.array(values), error=np.array(errors))
 
 

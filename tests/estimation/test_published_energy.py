@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from statsmodels.regression.recursive_ls import RecursiveLS
 
 from stickslip.estimation import (
-    ReportEstimator,
+    PublishedEnergyEstimator,
     absolute_bias,
     absolute_bias_polynomial,
     examine,
@@ -52,8 +52,8 @@ def noisy() -> list[AxisLog]:
     return [arm_log(T, 1.0, seed) for seed in range(RUNS)]
 
 
-def ends(estimator: ReportEstimator, log: AxisLog) -> np.ndarray:
-    _, history, _ = estimator.run(estimator.init(sampling_time=log.sampling_time), log)
+def ends(estimator: PublishedEnergyEstimator, log: AxisLog) -> np.ndarray:
+    _, history = estimator.run(estimator.init(sampling_time=log.sampling_time), log)
     return history[-1]
 
 
@@ -79,7 +79,7 @@ def test_the_known_biases_without_noise(
     sampling_time: float, sums: Any, expected: tuple[float, float], tolerance: float
 ) -> None:
     log = arm_log(sampling_time, 0.0)
-    estimator = ReportEstimator(**ARM, sums=sums, initial_variance=1e9)
+    estimator = PublishedEnergyEstimator(**ARM, sums=sums, initial_variance=1e9)
     np.testing.assert_allclose(ends(estimator, log), expected, atol=tolerance)
 
 
@@ -100,7 +100,7 @@ def test_the_known_biases_with_noise(
     noisy: list[AxisLog], chosen: dict[str, Any], expected: tuple[float, float]
 ) -> None:
     """Both are means of 60 runs, so their difference wanders by the root of two."""
-    estimator = ReportEstimator(**ARM, **chosen)
+    estimator = PublishedEnergyEstimator(**ARM, **chosen)
     found = np.array([ends(estimator, log)[:2] for log in noisy])
     error = np.sqrt(2.0 / RUNS) * found.std(axis=0, ddof=1)
     assert np.all(np.abs(found.mean(axis=0) - expected) < STANDARD_ERRORS * error)
@@ -114,13 +114,13 @@ def test_settled_sums_stay_near_the_truth_under_noise(noisy: list[AxisLog]) -> N
         ({"compensation": "settled", **HALF}, 0.05),
         ({"compensation": "settled", "error_terms": True, **FULL}, 0.02),
     ):
-        estimator = ReportEstimator(**ARM, sums="settled", **chosen)  # type: ignore[arg-type]
+        estimator = PublishedEnergyEstimator(**ARM, sums="settled", **chosen)  # type: ignore[arg-type]
         found = np.mean([ends(estimator, log)[:2] for log in noisy], axis=0)
         # Their spread of 7 % leaves 0.9 % to a mean of 60
         np.testing.assert_allclose(found, 0.1, atol=0.1 * (largest + 3.0 * 0.009))
 
 
-def reference(log: AxisLog, estimator: ReportEstimator) -> tuple[np.ndarray, np.ndarray]:
+def reference(log: AxisLog, estimator: PublishedEnergyEstimator) -> tuple[np.ndarray, np.ndarray]:
     """Return levels and rows of a log, written down from the equations in array form."""
     u, x, v, x2, v2 = columns_of(log)
     sigma = estimator.velocity_noise or 0.0
@@ -173,7 +173,7 @@ def test_recursion_and_fit_are_the_batch_solution(
     noisy: list[AxisLog], chosen: dict[str, Any], factor: float
 ) -> None:
     """Least squares by numpy over all levels, with P(0) and the first guesses as rows."""
-    estimator = ReportEstimator(
+    estimator = PublishedEnergyEstimator(
         **ARM, **chosen, forgetting_factor=factor, initial_values={"coulomb_friction": 0.3}
     )
     # In motion: what a long rest would forget is kept
@@ -187,7 +187,9 @@ def test_recursion_and_fit_are_the_batch_solution(
     stacked = np.vstack([prior * np.eye(p), weight[:, None] * W])
     target = np.concatenate([prior * guess, weight * y])
     expected = np.linalg.lstsq(stacked, target, rcond=None)[0]
-    state, history, error = estimator.run(estimator.init(sampling_time=T), log)
+    first = estimator.init(sampling_time=T)
+    state, history = estimator.run(first, log)
+    error = estimator.prediction_errors(first, log)
     np.testing.assert_allclose(history[-1], expected, rtol=BATCH, atol=BATCH)
     np.testing.assert_allclose(
         estimator.covariance(state), np.linalg.inv(stacked.T @ stacked), rtol=1e-5, atol=1e-9
@@ -203,8 +205,10 @@ def test_recursion_and_fit_are_the_batch_solution(
 
 
 def test_the_recursion_is_that_of_another_library(noisy: list[AxisLog]) -> None:
-    estimator = ReportEstimator(**ARM, compensation="settled", **FULL, initial_variance=1e9)
-    _, history, _ = estimator.run(estimator.init(sampling_time=T), noisy[1])
+    estimator = PublishedEnergyEstimator(
+        **ARM, compensation="settled", **FULL, initial_variance=1e9
+    )
+    _, history = estimator.run(estimator.init(sampling_time=T), noisy[1])
     y, W = reference(noisy[1], estimator)
     theirs = RecursiveLS(y, W).fit().recursive_coefficients.filtered.T
     # Diffuse beginnings differ; they are forgotten after the first second
@@ -213,11 +217,11 @@ def test_the_recursion_is_that_of_another_library(noisy: list[AxisLog]) -> None:
 
 def test_five_runs_carry_over_what_was_learned(noisy: list[AxisLog]) -> None:
     """Sums begin anew with each run; estimates and P go on: all rows of all runs count alike."""
-    estimator = ReportEstimator(**ARM, compensation="printed", error_terms=True, **HALF)
+    estimator = PublishedEnergyEstimator(**ARM, compensation="printed", error_terms=True, **HALF)
     state = estimator.init(sampling_time=T)
     made = [reference(log, estimator) for log in noisy[:5]]
     for log in noisy[:5]:
-        state, history, _ = estimator.run(estimator.resume(state), log)
+        state, history = estimator.run(estimator.resume(state), log)
     stacked = np.vstack([np.eye(4) / np.sqrt(1e3), *(rows for _, rows in made)])
     target = np.concatenate([np.zeros(4), *(levels for levels, _ in made)])
     expected = np.linalg.lstsq(stacked, target, rcond=None)[0]
@@ -231,7 +235,7 @@ def test_five_runs_carry_over_what_was_learned(noisy: list[AxisLog]) -> None:
 def test_steps_and_kernel_are_the_run_and_leave_the_state_alone(
     noisy: list[AxisLog], chosen: dict[str, Any]
 ) -> None:
-    estimator = ReportEstimator(**ARM, **chosen, forgetting_factor=0.999)
+    estimator = PublishedEnergyEstimator(**ARM, **chosen, forgetting_factor=0.999)
     start = estimator.init(sampling_time=T)
     before, in_place = start.copy(), start.copy()
     part = noisy[0].part(0, 300)
@@ -239,7 +243,7 @@ def test_steps_and_kernel_are_the_run_and_leave_the_state_alone(
     for sample in zip(*(column.tolist() for column in columns_of(part)), strict=True):
         state, values = estimator.step(state, sample)
         assert estimator.kernel(in_place, *sample)
-    whole, history, _ = estimator.run(start, part)
+    whole, history = estimator.run(start, part)
     np.testing.assert_array_equal(state, whole)
     np.testing.assert_array_equal(in_place, whole)
     np.testing.assert_array_equal(values, history[-1])
@@ -248,8 +252,8 @@ def test_steps_and_kernel_are_the_run_and_leave_the_state_alone(
 
 
 def test_noise_that_is_not_given_is_estimated(noisy: list[AxisLog]) -> None:
-    estimator = ReportEstimator(**ARM, compensation="settled")
-    known = ReportEstimator(**ARM, compensation="settled", **FULL)
+    estimator = PublishedEnergyEstimator(**ARM, compensation="settled")
+    known = PublishedEnergyEstimator(**ARM, compensation="settled", **FULL)
     found = np.mean([ends(estimator, log) for log in noisy[:20]], axis=0)
     given = np.mean([ends(known, log) for log in noisy[:20]], axis=0)
     # One per cent of sigma moves the estimates by half a per cent
@@ -264,26 +268,32 @@ def test_noise_that_is_not_given_is_estimated(noisy: list[AxisLog]) -> None:
 
 
 def test_noise_that_is_not_known_yet_is_asked_for(clean: AxisLog) -> None:
-    estimator = ReportEstimator(**ARM, sums="settled")
+    estimator = PublishedEnergyEstimator(**ARM, sums="settled")
     state = estimator.init(sampling_time=T)
     sample = (1.0, 0.0, 0.0, 0.0, 0.0)
     assert not estimator.kernel(state.copy(), *sample)
     with pytest.raises(InputError, match=r"noise of the sensors is needed.*velocity_noise"):
         estimator.step(state, sample)
-    after, _, _ = estimator.run(state, clean)
+    after, _ = estimator.run(state, clean)
     estimator.step(after, sample)
 
 
 def test_a_fit_says_what_noise_does_to_it(clean: AxisLog, noisy: list[AxisLog]) -> None:
-    plain = ReportEstimator(**ARM).fit(noisy[0])
+    plain = PublishedEnergyEstimator(**ARM).fit(noisy[0])
     assert any("no interval allows for that bias" in note for note in plain.diagnostics.notes)
     coulomb = plain.parameters["coulomb_friction"].ci95
     assert plain.status is Status.BIASED
     assert coulomb is not None
     assert coulomb[1] < 0.1  # as the note says
-    notes = ReportEstimator(**ARM, compensation="printed", **FULL).fit(noisy[0]).diagnostics.notes
+    notes = (
+        PublishedEnergyEstimator(**ARM, compensation="printed", **FULL)
+        .fit(noisy[0])
+        .diagnostics.notes
+    )
     assert any("(assumed) of 0.05" in note and "biased itself" in note for note in notes)
-    assert not any("noise" in note for note in ReportEstimator(**ARM).fit(clean).diagnostics.notes)
+    assert not any(
+        "noise" in note for note in PublishedEnergyEstimator(**ARM).fit(clean).diagnostics.notes
+    )
 
 
 def test_a_rigid_axis_and_velocities_from_positions() -> None:
@@ -294,7 +304,7 @@ def test_a_rigid_axis_and_velocities_from_positions() -> None:
     log = Sensors().measure(motion, np.random.default_rng(0))
     positions_only = replace(log, measured_velocity=None)
     for sums, rel in (("printed", 0.03), ("settled", 1e-4)):
-        estimator = ReportEstimator(inertia=3.0, sums=sums, initial_variance=1e9)  # type: ignore[arg-type]
+        estimator = PublishedEnergyEstimator(inertia=3.0, sums=sums, initial_variance=1e9)  # type: ignore[arg-type]
         np.testing.assert_allclose(ends(estimator, log), [2.0, 5.0], rtol=rel)
         np.testing.assert_allclose(ends(estimator, positions_only), [2.0, 5.0], rtol=0.03)
     # In a steady swing both sums grow alike, and a fit of levels says so
@@ -313,23 +323,23 @@ def test_gaps_split_a_fit_and_refuse_a_run(clean: AxisLog) -> None:
         measured_load_position=np.tile(columns_of(clean)[3], 2),
         measured_load_velocity=np.tile(columns_of(clean)[4], 2),
     )
-    estimator = ReportEstimator(**ARM)
+    estimator = PublishedEnergyEstimator(**ARM)
     state = estimator.init(sampling_time=T)
     for _ in range(2):
-        state, history, _ = estimator.run(estimator.resume(state), clean)
+        state, history = estimator.run(estimator.resume(state), clean)
     fit = estimator.fit(twice)
-    found = [fit.value(name) for name in estimator.parameter_names]
+    found = [fit.value(name) for name in estimator.parameter_names("linear")]
     np.testing.assert_allclose(found, history[-1], rtol=BATCH)
     with pytest.raises(InputError, match="gap of 40"):
         estimator.run(estimator.init(sampling_time=T), twice)
 
 
 def test_everything_a_report_draws_is_there(noisy: list[AxisLog]) -> None:
-    found = examine(noisy[0], ReportEstimator(**ARM, compensation="settled", **FULL))
+    found = examine(noisy[0], PublishedEnergyEstimator(**ARM, compensation="settled", **FULL))
     for figure in ("curve", "energy", "evolution", "residuals", "resimulation"):
         assert getattr(found, figure) is not None, figure
     options = found.estimate.provenance.options
-    assert (options["variant"], options["compensation"]) == ("report", "settled")
+    assert (options["estimator"], options["compensation"]) == ("published-energy", "settled")
 
 
 @settings(max_examples=20)
@@ -339,10 +349,11 @@ def test_everything_a_report_draws_is_there(noisy: list[AxisLog]) -> None:
     seed=st.integers(0, RUNS - 1),
 )
 def test_no_rest_winds_it_up(noisy: list[AxisLog], factor: float, variant: int, seed: int) -> None:
-    estimator = ReportEstimator(**ARM, **VARIANTS[variant], forgetting_factor=factor)
-    state, history, error = estimator.run(estimator.init(sampling_time=T), noisy[seed])
+    estimator = PublishedEnergyEstimator(**ARM, **VARIANTS[variant], forgetting_factor=factor)
+    first = estimator.init(sampling_time=T)
+    state, history = estimator.run(first, noisy[seed])
     assert np.all(np.isfinite(history))
-    assert np.all(np.isfinite(error))
+    assert np.all(np.isfinite(estimator.prediction_errors(first, noisy[seed])))
     P = estimator.covariance(state)
     # Rounding of products of P, relative to its size
     assert np.all(np.linalg.eigvalsh(P) > -1e-9 * np.trace(P))
@@ -371,7 +382,7 @@ def test_impossible_settings_are_refused(
     without_shape_checks: None, wrong: dict[str, Any], message: str
 ) -> None:
     with pytest.raises(InputError, match=message):
-        ReportEstimator(**(ARM | wrong))
+        PublishedEnergyEstimator(**(ARM | wrong))
 
 
 @pytest.mark.parametrize(
@@ -386,7 +397,7 @@ def test_impossible_settings_are_refused(
 def test_bad_samples_are_refused(
     without_shape_checks: None, sample: tuple[Any, ...], message: str
 ) -> None:
-    estimator = ReportEstimator(**ARM)
+    estimator = PublishedEnergyEstimator(**ARM)
     state = estimator.init(sampling_time=T)
     before = state.copy()
     with pytest.raises(InputError, match=message):
@@ -395,7 +406,7 @@ def test_bad_samples_are_refused(
 
 
 def test_logs_that_do_not_fit_are_refused(clean: AxisLog) -> None:
-    estimator = ReportEstimator(**ARM)
+    estimator = PublishedEnergyEstimator(**ARM)
     state = estimator.init(sampling_time=0.02)
     with pytest.raises(InputError, match=r"0\.01 s, the state was made for 0\.02 s"):
         estimator.run(state, clean)
@@ -429,7 +440,9 @@ def test_noise_lengthens_no_settled_sum(speed: float) -> None:
     runs, samples = 400, 200
     sums = []
     for seed in range(runs):
-        estimator = ReportEstimator(inertia=1.0, sums="settled", compensation="settled", **FULL)
+        estimator = PublishedEnergyEstimator(
+            inertia=1.0, sums="settled", compensation="settled", **FULL
+        )
         state = estimator.init(sampling_time=T)
         _, rows = weighted_rows(state, [samples_of_rigid(drifting(speed, samples, seed))])
         sums.append(rows[-1])
@@ -451,7 +464,7 @@ def samples_of_rigid(log: AxisLog) -> np.ndarray:
 
 
 def test_the_share_of_noise_that_a_note_tells(clean: AxisLog, noisy: list[AxisLog]) -> None:
-    estimator = ReportEstimator(**ARM)
+    estimator = PublishedEnergyEstimator(**ARM)
     state = estimator.init(sampling_time=T)
     tables = [np.column_stack(columns_of(log)) for log in (noisy[0], clean)]
     told = noise_shares(state, tables[:1], SIGMA_V)

@@ -1,0 +1,179 @@
+"""Protocols of the estimators, and the task that each of them is made for."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    count_of,
+    positive,
+    unit_of,
+)
+
+if TYPE_CHECKING:
+    from stickslip.estimation.fit.fitted import Fit
+
+__all__ = ["DetailedEstimator", "EstimationTask", "Estimator", "OnlineEstimator"]
+
+State = Float[np.ndarray, " s"]
+
+LARGEST_DELAY = 100
+"""Largest delay of the effort that can be searched [samples]: each delay is a fit."""
+
+
+@runtime_checkable
+class Estimator(Protocol):
+    """An estimator of friction from a whole log."""
+
+    @property
+    def name(self) -> str:
+        """Name in the registry."""
+        ...
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Estimate the parameters from a whole log."""
+        ...
+
+
+@runtime_checkable
+class DetailedEstimator(Estimator, Protocol):
+    """An estimator whose estimate is the least-squares solution of rows."""
+
+    def details(self, log: AxisLog) -> "Fit":
+        """Return the estimate with its rows, for a report."""
+        ...
+
+
+@runtime_checkable
+class OnlineEstimator(Estimator, Protocol):
+    """An estimator that also takes samples one by one; its memory is one vector of fixed size."""
+
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of the parameters, in the order of the online estimates."""
+        ...
+
+    def init(self, *, sampling_time: float) -> State:
+        """Return the state before the first sample; the sampling time is in s."""
+        ...
+
+    def step(
+        self, state: State, sample: tuple[float, float, float, float, float]
+    ) -> tuple[State, Float[np.ndarray, " p"]]:
+        """Take one sample; return the new state and the estimates."""
+        ...
+
+    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
+        """Take a log without gaps; return the new state and the estimates after each sample."""
+        ...
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimationTask:
+    """Known parameters of an axis, the friction terms to estimate, and settings of the fit.
+
+    Attributes
+    ----------
+    inertia
+        Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
+        it.
+    inertia_guess
+        First guess of an unknown inertia [kg or kg m^2]; None for none.
+    load_inertia, stiffness
+        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
+    per_direction
+        Whether Coulomb and viscous friction are estimated for each direction separately.
+    offset
+        Whether a constant offset is estimated; None estimates it unless ``per_direction``.
+    stribeck
+        Whether static friction and Stribeck velocity are estimated too.
+    cutoff
+        Cutoff frequency of the low-pass for noisy signals [Hz]; None for the default one.
+    largest_delay
+        Effort delays of 0 to this many samples are compared.
+    forgetting_factor
+        Forgetting factor of the published recursion, in (0, 1] [-]; None for 1.
+    initial_variance
+        Diagonal of P(0) of the published recursion [squared unit of the parameters over that of the
+        energy]; None for 1e3.
+    """
+
+    inertia: float | None = None
+    inertia_guess: float | None = None
+    load_inertia: float | None = None
+    stiffness: float | None = None
+    per_direction: bool = False
+    offset: bool | None = None
+    stribeck: bool = False
+    cutoff: float | None = None
+    largest_delay: int = 0
+    forgetting_factor: float | None = None
+    initial_variance: float | None = None
+
+    @property
+    def has_offset(self) -> bool:
+        """Whether a constant offset is estimated."""
+        return not self.per_direction if self.offset is None else self.offset
+
+    @property
+    def flexible(self) -> bool:
+        """Whether the axis is a flexible arm."""
+        return self.load_inertia is not None or self.stiffness is not None
+
+    @property
+    def settings(self) -> Mapping[str, float | int | bool]:
+        """Settings that are given and that not every estimator has, by name."""
+        given = {
+            "offset": self.offset or None,
+            "stribeck": self.stribeck or None,
+            "cutoff": self.cutoff,
+            "largest_delay": self.largest_delay or None,
+            "forgetting_factor": self.forgetting_factor,
+            "initial_variance": self.initial_variance,
+        }
+        return {name: value for name, value in given.items() if value is not None}
+
+    def check(self, kind: AxisKind) -> None:
+        """Validate the known parameters.
+
+        Parameters
+        ----------
+        kind
+            ``"linear"`` or ``"rotary"``.
+
+        Raises
+        ------
+        InputError
+            If a value is not positive, only one of load inertia and stiffness is given, an offset
+            is combined with friction per direction, or the largest delay is out of range.
+        """
+        body = "mass" if kind == "linear" else "inertia"
+        for what, quantity, value in (
+            (body, body, self.inertia),
+            (f"load {body}", body, self.load_inertia),
+            ("stiffness", "stiffness", self.stiffness),
+        ):
+            if value is not None:
+                positive(what, value, unit_of(quantity, kind))
+        if (self.load_inertia is None) != (self.stiffness is None):
+            raise InputError(
+                "a flexible arm needs both the load inertia and the stiffness of its spring",
+                remedy="give both, or neither for a rigid axis",
+            )
+        if self.per_direction and self.offset:
+            raise InputError(
+                "an offset and friction per direction are both asked for, but an offset is the "
+                "difference of the two Coulomb frictions",
+                remedy="ask for one of them",
+            )
+        if not 0 <= self.largest_delay <= LARGEST_DELAY:
+            raise InputError(
+                f"largest_delay is {count_of(self.largest_delay, 'sample')}",
+                remedy=f"give 0 to {LARGEST_DELAY} whole samples: each of them is a fit",
+            )

@@ -1,0 +1,50 @@
+"""An estimate together with the rows and the model that it was fitted with."""
+
+from dataclasses import dataclass
+from typing import Any
+
+from stickslip.estimation.fit.rows import Regression
+from stickslip.friction import StribeckEffect
+from stickslip.records import FrictionEstimate
+
+__all__ = ["Fit"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fit:
+    """An estimate, its least-squares rows, and what the estimator knew of the axis.
+
+    Attributes
+    ----------
+    estimate
+        The result.
+    rows
+        Rows whose least-squares solution is the estimate.
+    inertia
+        Known mass or inertia, of a flexible arm that of the driven side [kg or kg m^2]; None if it
+        was estimated.
+    load_inertia
+        Known mass or inertia of the load of a flexible arm [kg or kg m^2]; None for a rigid axis,
+        or if it was estimated.
+    stiffness
+        Known stiffness of a flexible arm [N/m or N m/rad]; None for a rigid axis, or if it was
+        estimated.
+    stribeck
+        Known Stribeck effect; None if there is none, or if it was estimated.
+    cutoff
+        Cutoff frequency of the low-pass of the estimator [Hz]; None for the default one.
+    filter_order
+        Order of one pass of that low-pass.
+    model
+        Of `SelectedModelEstimator`: the selected model; None for the others.
+    """
+
+    estimate: FrictionEstimate
+    rows: Regression
+    inertia: float | None = None
+    load_inertia: float | None = None
+    stiffness: float | None = None
+    stribeck: StribeckEffect | None = None
+    cutoff: float | None = None
+    filter_order: int = 4
+    model: Any = None

@@ -1,0 +1,446 @@
+"""The registry of the estimators: what each is, what it needs, and how it is made.
+
+To add an estimator: obey `stickslip.estimation.base.Estimator` (and `OnlineEstimator` if it can
+take samples one by one), add a factory and an entry here, run ``tests/estimation/test_contract.py``
+and ``docs/make_registry.py``.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from stickslip.estimation.base import EstimationTask, Estimator
+from stickslip.records import AxisKind, InputError
+
+if TYPE_CHECKING:
+    from stickslip.estimation.energy.estimator import EnergyEstimator
+    from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+
+__all__ = ["ESTIMATORS", "EstimatorEntry", "entry_of"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EstimatorEntry:
+    """An estimator of the registry: what it is, what it needs, and how it is made.
+
+    Attributes
+    ----------
+    name
+        Name in Python, on the command line and in results.
+    summary
+        One line on the method.
+    build
+        Factory, without checks.
+    settings
+        Names of the optional settings of `EstimationTask` that it uses.
+    needs_inertia
+        Whether the mass or inertia must be known.
+    rigid_only
+        Whether it applies to rigid axes only.
+    symmetric_only
+        Whether friction is equal in both directions.
+    gives_intervals
+        Whether its estimates have confidence intervals.
+    online
+        Whether it obeys `OnlineEstimator`.
+    with_stribeck
+        Name of the estimator that adds static friction and Stribeck velocity; empty if there is
+        none.
+    """
+
+    name: str
+    summary: str
+    build: Callable[[EstimationTask], Estimator]
+    settings: frozenset[str] = frozenset()
+    needs_inertia: bool = False
+    rigid_only: bool = False
+    symmetric_only: bool = False
+    gives_intervals: bool = True
+    online: bool = False
+    with_stribeck: str = ""
+
+    def make(self, task: EstimationTask, kind: AxisKind, inertia: float | None = None) -> Estimator:
+        """Return the estimator for a task.
+
+        Parameters
+        ----------
+        task
+            What is known of the axis, and what to estimate.
+        kind
+            ``"linear"`` or ``"rotary"``.
+        inertia
+            Mass or inertia where the task gives none [kg or kg m^2]: the known one of an estimator
+            that needs it, the first guess of one that searches it.
+
+        Raises
+        ------
+        InputError
+            If the estimator does not apply to the task, or has no use for one of its settings.
+        """
+        self._check_settings(task)
+        if self.rigid_only and task.flexible:
+            raise InputError(
+                f"{self.name} applies to rigid axes only, and a flexible arm is described",
+                remedy=f"use {_listed(lambda entry: not entry.rigid_only)}",
+            )
+        if self.symmetric_only and task.per_direction:
+            raise InputError(
+                f"friction per direction is asked for, and {self.name} takes friction as equal in "
+                "both directions",
+                remedy=f"use {_listed(lambda entry: not entry.symmetric_only)}",
+            )
+        task.check(kind)
+        if self.needs_inertia and task.inertia is None:
+            if inertia is None:
+                body = "mass" if kind == "linear" else "inertia"
+                raise InputError(
+                    f"{self.name} needs the {body}, and none is given",
+                    remedy=f"give the {body}, or use "
+                    f"{_listed(lambda entry: not entry.needs_inertia)}",
+                )
+            task = replace(task, inertia=inertia)
+        elif task.inertia is None:
+            task = replace(task, inertia_guess=inertia)
+        return self.build(task)
+
+    def usable(self, task: EstimationTask) -> EstimationTask:
+        """Return a task without the optional settings that the estimator does not use.
+
+        Parameters
+        ----------
+        task
+            What is known of the axis, and what to estimate.
+        """
+        unused = set(task.settings) - self.settings
+        return replace(task, **{name: getattr(_DEFAULT, name) for name in unused})
+
+    def _check_settings(self, task: EstimationTask) -> None:
+        for name, value in task.settings.items():
+            if name in self.settings:
+                continue
+            shown = "" if value is True else f" {value:g}"
+            those = _listed(lambda entry, name=name: name in entry.settings)
+            raise InputError(
+                f"{name.replace('_', ' ')}{shown} is given, and {self.name} does not use it",
+                remedy=f"leave it out, or use {those}",
+            )
+
+
+_DEFAULT = EstimationTask()
+
+
+def entry_of(name: str) -> EstimatorEntry:
+    """Return the entry of an estimator.
+
+    Parameters
+    ----------
+    name
+        Name in the registry.
+
+    Raises
+    ------
+    InputError
+        If there is no such estimator.
+    """
+    entry = ESTIMATORS.get(name)
+    if entry is None:
+        raise InputError(
+            f"{name!r} is not an estimator", remedy=f"use one of {', '.join(ESTIMATORS)}"
+        )
+    return entry
+
+
+def _known_inertia(task: EstimationTask) -> float:
+    """Return the inertia of a task that was checked to hold one."""
+    if task.inertia is None:
+        message = "the entry of the estimator lacks needs_inertia"
+        raise ValueError(message)
+    return task.inertia
+
+
+def _listed(applies: Callable[[EstimatorEntry], bool]) -> str:
+    """Return the names of the estimators that a remedy can point to."""
+    names = [name for name, entry in ESTIMATORS.items() if applies(entry)]
+    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _energy(task: EstimationTask) -> "EnergyEstimator":
+    from stickslip.estimation.energy.estimator import EnergyEstimator
+
+    return EnergyEstimator(
+        inertia=task.inertia,
+        load_inertia=task.load_inertia,
+        stiffness=task.stiffness,
+        per_direction=task.per_direction,
+        offset=task.offset,
+        cutoff=task.cutoff,
+    )
+
+
+def _stribeck_energy(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+
+    return StribeckEstimator(method=_energy(task))
+
+
+def _published_energy(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.energy.published.estimator import PublishedEnergyEstimator
+
+    factor, variance = task.forgetting_factor, task.initial_variance
+    return PublishedEnergyEstimator(
+        inertia=_known_inertia(task),
+        load_inertia=task.load_inertia,
+        stiffness=task.stiffness,
+        cutoff=task.cutoff,
+        forgetting_factor=1.0 if factor is None else factor,
+        initial_variance=1e3 if variance is None else variance,
+    )
+
+
+def _maximum_likelihood(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.likelihood import MaximumLikelihoodEstimator
+
+    guess = None
+    if task.flexible and task.inertia is None:
+        if task.inertia_guess is None:
+            raise InputError(
+                "maximum-likelihood needs a first guess of the first mass of a flexible arm",
+                remedy="give the mass or inertia",
+            )
+        guess = {"mass": task.inertia_guess, "inertia": task.inertia_guess}
+    return MaximumLikelihoodEstimator(
+        inertia=task.inertia,
+        load_inertia=task.load_inertia,
+        stiffness=task.stiffness,
+        per_direction=task.per_direction,
+        offset=task.offset,
+        largest_delay=task.largest_delay,
+        initial_values=guess,
+    )
+
+
+def _idim_least_squares(task: EstimationTask) -> "IdimLeastSquares":
+    from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+
+    return IdimLeastSquares(
+        inertia=task.inertia,
+        per_direction=task.per_direction,
+        offset=task.offset,
+        cutoff=task.cutoff,
+    )
+
+
+def _stribeck_idim(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+
+    return StribeckEstimator(method=_idim_least_squares(task))
+
+
+def _idim_instrumental(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.regression.idim_instrumental import IdimInstrumentalVariables
+
+    return IdimInstrumentalVariables(
+        inertia=task.inertia,
+        per_direction=task.per_direction,
+        offset=task.offset,
+        cutoff=task.cutoff,
+    )
+
+
+def _free_decay(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.regression.free_decay import FreeDecayEstimator
+
+    return FreeDecayEstimator(inertia=_known_inertia(task))
+
+
+def _kalman(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.online.extended_kalman import ExtendedKalmanFilter
+
+    return ExtendedKalmanFilter(inertia=_known_inertia(task), offset=task.has_offset)
+
+
+def _recursive_least_squares(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
+
+    return LeastSquaresObserver(
+        inertia=task.inertia,
+        stiffness=task.stiffness,
+        offset=task.has_offset,
+        cutoff=task.cutoff,
+    )
+
+
+def _friedland_park(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.online.observers.friedland_park import FriedlandParkObserver
+
+    return FriedlandParkObserver(
+        inertia=_known_inertia(task),
+        stiffness=task.stiffness,
+        offset=task.has_offset,
+        cutoff=task.cutoff,
+        viscous=True,
+    )
+
+
+def _yazdizadeh_khorasani(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.online.observers.yazdizadeh_khorasani import (
+        YazdizadehKhorasaniObserver,
+    )
+
+    return YazdizadehKhorasaniObserver(
+        inertia=_known_inertia(task),
+        stiffness=task.stiffness,
+        offset=task.has_offset,
+        cutoff=task.cutoff,
+        viscous=True,
+    )
+
+
+def _liao_chien(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.online.observers.liao_chien import LiaoChienObserver
+
+    return LiaoChienObserver(
+        inertia=_known_inertia(task),
+        stiffness=task.stiffness,
+        offset=task.has_offset,
+        cutoff=task.cutoff,
+        viscous=True,
+    )
+
+
+def _gradient(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.online.observers.gradient_estimator import GradientEstimator
+
+    return GradientEstimator(
+        inertia=_known_inertia(task),
+        stiffness=task.stiffness,
+        offset=task.has_offset,
+        cutoff=task.cutoff,
+    )
+
+
+_ENTRIES = (
+    EstimatorEntry(
+        name="energy",
+        summary="energy balance, whitened by a Kalman filter",
+        build=_energy,
+        settings=frozenset({"offset", "cutoff"}),
+        online=True,
+        with_stribeck="stribeck-energy",
+    ),
+    EstimatorEntry(
+        name="maximum-likelihood",
+        summary="simulated motion with the greatest likelihood (output error)",
+        build=_maximum_likelihood,
+        settings=frozenset({"offset", "largest_delay"}),
+    ),
+    EstimatorEntry(
+        name="idim-ls",
+        summary="inverse dynamic model by least squares",
+        build=_idim_least_squares,
+        settings=frozenset({"offset", "cutoff"}),
+        rigid_only=True,
+        with_stribeck="stribeck-idim-ls",
+    ),
+    EstimatorEntry(
+        name="idim-iv",
+        summary="inverse dynamic model by instrumental variables",
+        build=_idim_instrumental,
+        settings=frozenset({"offset", "cutoff"}),
+        rigid_only=True,
+    ),
+    EstimatorEntry(
+        name="stribeck-energy",
+        summary="energy balance with static friction and Stribeck velocity",
+        build=_stribeck_energy,
+        settings=frozenset({"offset", "cutoff", "stribeck"}),
+        with_stribeck="stribeck-energy",
+    ),
+    EstimatorEntry(
+        name="stribeck-idim-ls",
+        summary="inverse dynamic model with static friction and Stribeck velocity",
+        build=_stribeck_idim,
+        settings=frozenset({"offset", "cutoff", "stribeck"}),
+        rigid_only=True,
+        with_stribeck="stribeck-idim-ls",
+    ),
+    EstimatorEntry(
+        name="ekf",
+        summary="extended Kalman filter with exact stops and breakaways",
+        build=_kalman,
+        settings=frozenset({"offset"}),
+        needs_inertia=True,
+        rigid_only=True,
+        symmetric_only=True,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="rls",
+        summary="recursive least squares on the friction force",
+        build=_recursive_least_squares,
+        settings=frozenset({"offset", "cutoff"}),
+        symmetric_only=True,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="friedland-park",
+        summary="reduced-order observer of Friedland and Park",
+        build=_friedland_park,
+        settings=frozenset({"offset", "cutoff"}),
+        needs_inertia=True,
+        symmetric_only=True,
+        gives_intervals=False,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="yazdizadeh-khorasani",
+        summary="adaptive observer of Yazdizadeh and Khorasani",
+        build=_yazdizadeh_khorasani,
+        settings=frozenset({"offset", "cutoff"}),
+        needs_inertia=True,
+        symmetric_only=True,
+        gives_intervals=False,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="liao-chien",
+        summary="adaptive observer of Liao and Chien",
+        build=_liao_chien,
+        settings=frozenset({"offset", "cutoff"}),
+        needs_inertia=True,
+        symmetric_only=True,
+        gives_intervals=False,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="gradient",
+        summary="gradient descent on the prediction error (Slotine and Li)",
+        build=_gradient,
+        settings=frozenset({"offset", "cutoff"}),
+        needs_inertia=True,
+        symmetric_only=True,
+        gives_intervals=False,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="published-energy",
+        summary="energy balance as published by van de Wijdeven (2002)",
+        build=_published_energy,
+        settings=frozenset({"cutoff", "forgetting_factor", "initial_variance"}),
+        needs_inertia=True,
+        symmetric_only=True,
+        online=True,
+    ),
+    EstimatorEntry(
+        name="free-decay",
+        summary="decaying extremes of a free oscillation at the end of the log",
+        build=_free_decay,
+        needs_inertia=True,
+        rigid_only=True,
+        symmetric_only=True,
+    ),
+)
+
+ESTIMATORS: Mapping[str, EstimatorEntry] = MappingProxyType({e.name: e for e in _ENTRIES})
+"""Every estimator by its name, in the order of tables."""
