@@ -32,6 +32,7 @@ from stickslip.estimation.likelihood.process_noise.search import (
     Problem,
     evaluate,
     maximise,
+    with_jumps,
 )
 from stickslip.estimation.likelihood.process_noise.tuning import Tuning
 from stickslip.estimation.likelihood.process_noise.uncertainty import covariance_of
@@ -172,6 +173,12 @@ class ProcessNoiseLikelihoodEstimator:
         if problem is None or _innovations(problem) < _LEAST_INNOVATIONS:
             return self._nothing(log, (*changes, *wrong))
         maximum = maximise(problem, first_guess(problem, self.largest_delay), self.tuning)
+        for _ in range(self.tuning.jump_passes):
+            marked = with_jumps(problem, maximum, self.tuning.largest_effort_innovation)
+            if marked is None:
+                break
+            problem = marked
+            maximum = maximise(problem, maximum.values, self.tuning, maximum.levels)
         return self._estimate(log, problem, maximum, (*changes, *wrong))
 
     def _estimate(
@@ -358,6 +365,9 @@ def _noise_notes(log: AxisLog, problem: Problem, maximum: Maximum) -> tuple[str,
     if std.size > VELOCITY:
         parts.append(f"velocity noise {std[VELOCITY]:.3g} {log.unit('velocity')}")
     notes = [f"estimated noise levels: {', '.join(parts)}"]
+    jumps = sum(int(np.count_nonzero(segment.jumps)) for segment in problem.segments)
+    if jumps:
+        notes.append(f"the effort jumps in {count_of(jumps, 'sample')}, where it was taken as such")
     if _DELAY in problem.layout.sought:
         covariance, _ = covariance_of(problem, maximum)
         T = problem.sampling_time

@@ -1,7 +1,7 @@
 """Innovations of a slipping axis, with their derivatives by parameters and noise levels."""
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 
 from stickslip.compiled import compiled
 from stickslip.numerics.kalman import predict, update
@@ -30,6 +30,7 @@ def innovate(
     known: Float[np.ndarray, " n"],
     measured: Float[np.ndarray, "n c"],
     direction: Int[np.ndarray, " n"],
+    renewed: Bool[np.ndarray, " n"],
     rows: Float[np.ndarray, "n c q"],
 ) -> tuple[
     Float[np.ndarray, "q q"],
@@ -76,6 +77,8 @@ def innovate(
         whole samples.
     direction
         Of travel: 1, -1, or 0 where the axis does not surely slip.
+    renewed
+        Where the effort jumps: its states start anew there.
     rows
         Takes the normalised innovations, zero where the axis does not surely slip; without room for
         them (n = 0) they are not kept.
@@ -136,8 +139,22 @@ def innovate(
             for j in range(q):
                 Z[j, _D] *= r
             continue
+        if renewed[k] and not fresh:
+            for i in range(_D + 1, _S):
+                for j in range(q):
+                    Z[j, i] = 0.0
+                    for a in range(levels):
+                        Z_n[a, j, i] = 0.0
+                for j in range(_S):
+                    P[i, j], P[j, i] = 0.0, 0.0
+                    for a in range(levels):
+                        P_n[a, i, j], P_n[a, j, i] = 0.0, 0.0
+                P[i, i] = first[i]
+                for a in range(levels):
+                    P_n[a, i, i] = first_n[a, i]
+            Z[0, _D + 1] = measured[k, 1]
         for c in range(channels):
-            if fresh and c < 2:
+            if (fresh and c < 2) or (renewed[k] and c == 1):
                 continue
             # Derivatives of the variance need the covariance before its update
             for a in range(levels):

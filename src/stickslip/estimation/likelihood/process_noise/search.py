@@ -1,6 +1,6 @@
 """Joint maximum of the likelihood over parameters and noise levels."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
@@ -23,6 +23,7 @@ __all__ = [
     "evaluate",
     "inverted",
     "maximise",
+    "with_jumps",
 ]
 
 POSITION, EFFORT, ROUGHNESS, FORCE, DISTURBANCE, TIME_CONSTANT, VELOCITY = range(7)
@@ -201,6 +202,7 @@ def evaluate(
             segment.known_with(model.shift),
             segment.measured_with(model.shift),
             segment.direction,
+            segment.jumps,
             rows,
         )
         gram += found[0]
@@ -242,7 +244,12 @@ class Maximum:
     converged: bool
 
 
-def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) -> Maximum:
+def maximise(
+    problem: Problem,
+    values: Float[np.ndarray, " p"],
+    tuning: Tuning,
+    start: Float[np.ndarray, " a"] | None = None,
+) -> Maximum:
     """Search the maximum of the restricted likelihood of parameters and noise levels.
 
     Gauss-Newton steps of the parameters and Fisher-scoring steps of the noise levels, damped until
@@ -256,8 +263,10 @@ def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) 
         First guess of the parameters sought [SI].
     tuning
         When to stop.
+    start
+        First guess of the noise levels; None takes the likeliest of a grid.
     """
-    levels = _first_levels(problem, values)
+    levels = _first_levels(problem, values) if start is None else start
     best = evaluate(problem, values, levels)
     cost, gradient = _posterior(problem, best, levels)
     damping, converged = 1e-3, False
@@ -282,6 +291,29 @@ def maximise(problem: Problem, values: Float[np.ndarray, " p"], tuning: Tuning) 
             if damping > _LARGEST_DAMPING:
                 break
     return Maximum(values=values, levels=levels, evaluation=best, converged=converged)
+
+
+def with_jumps(problem: Problem, maximum: Maximum, largest: float) -> Problem | None:
+    """Return the log with the jumps of its effort marked, None if there are no new ones.
+
+    A jump is an innovation of the effort of too many standard deviations for white noise. A
+    reversal of friction or a step of the reference makes one, and would pass for noise otherwise.
+
+    Parameters
+    ----------
+    problem, maximum
+        The log, and what was found in it.
+    largest
+        Most standard deviations of an innovation [-].
+    """
+    rows = evaluate(problem, maximum.values, maximum.levels, with_rows=True, with_changes=False).rows
+    marked = [
+        replace(segment, jumps=segment.jumps | (np.abs(row[:, 1, 0]) > largest))
+        for segment, row in zip(problem.segments, rows, strict=True)
+    ]
+    before = sum(int(np.count_nonzero(segment.jumps)) for segment in problem.segments)
+    after = sum(int(np.count_nonzero(segment.jumps)) for segment in marked)
+    return replace(problem, segments=marked) if after > before else None
 
 
 def _posterior(

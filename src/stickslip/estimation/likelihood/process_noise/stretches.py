@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Bool, Float, Int
 from scipy.signal import savgol_filter
 
 from stickslip.estimation.likelihood.process_noise.feedback import feedback_effort
@@ -29,6 +29,8 @@ class SlipSegment:
         As measured [m/s or rad/s], shape (n,), or None.
     direction
         1, -1, or 0 where the axis does not surely slip [-], shape (n,).
+    jumps
+        Where the effort jumps, shape (n,).
     smooth_velocity, smooth_acceleration, smooth_effort
         By local polynomials over one window [SI], shape (n,).
     """
@@ -39,6 +41,7 @@ class SlipSegment:
     position: Float[np.ndarray, " n"]
     velocity: Float[np.ndarray, " n"] | None
     direction: Int[np.ndarray, " n"]
+    jumps: Bool[np.ndarray, " n"]
     smooth_velocity: Float[np.ndarray, " n"]
     smooth_acceleration: Float[np.ndarray, " n"]
     smooth_effort: Float[np.ndarray, " n"]
@@ -80,9 +83,11 @@ def slip_segments(log: AxisLog, position_noise: float, tuning: Tuning) -> list[S
         default=0.0,
     )
     slow = tuning.min_speed_ratio * largest
+    if slow == 0.0:
+        return []
     # Slope of a line through w samples: its variance is 12 sigma^2/(w^3 T^2)
     needed = (12.0 * (tuning.speed_certainty * position_noise / (slow * T)) ** 2) ** (1.0 / 3.0)
-    window = min(_odd(max(needed, tuning.least_window)), long) if slow > 0 else long
+    window = min(_odd(max(needed, tuning.least_window)), long)
     noise = position_noise * float(np.sqrt(12.0 / window**3)) / T
     slow = max(slow, tuning.speed_certainty * noise)
     segments: list[SlipSegment] = []
@@ -97,6 +102,7 @@ def slip_segments(log: AxisLog, position_noise: float, tuning: Tuning) -> list[S
                 position=part.measured_position,
                 velocity=part.measured_velocity,
                 direction=_eroded(direction, window // 2 + 1, tuning.least_stretch),
+                jumps=np.zeros(direction.size, dtype=bool),
                 smooth_velocity=_polynomial(part.measured_position, long, T, 1),
                 smooth_acceleration=_polynomial(part.measured_position, long, T, 2),
                 smooth_effort=_polynomial(part.effort, long, T, 0),

@@ -34,6 +34,11 @@ class Tuning:
     """Median of the prior of the correlation time of the disturbance [s]."""
     time_constant_prior_spread: float = 1.5
     """Standard deviation of its logarithm [-]: 0.034 to 0.67 s within one."""
+    largest_effort_innovation: float = 5.0
+    """Innovation of the effort, in standard deviations, from which it is a jump [-]: one of 2e6
+    samples of white noise."""
+    jump_passes: int = 6
+    """Most searches for jumps of the effort; each shows those that larger ones hid."""
     max_iterations: int = 40
     """Most evaluations of the likelihood after the first guess."""
     tolerance: float = 1e-2
