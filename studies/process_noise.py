@@ -5,6 +5,7 @@ whose plant shares no code with the package.
 """
 
 import argparse
+import sys
 import time
 from dataclasses import dataclass, replace
 from multiprocessing import Pool
@@ -126,8 +127,11 @@ def main() -> None:
     parser.add_argument("--cases", nargs="*", default=list(CASES), help="[default: noise cases]")
     parser.add_argument("--workers", type=int, default=2, help="processes [default: 2]")
     options = parser.parse_args()
-    print("mass, viscous friction, Coulomb friction, offset; time: median processor time of a fit")
-    print(f"{'case':16s} {'RMSE / bound':24s} {'coverage [%]':26s} {'ok':>5s} {'time':>6s}  outliers")
+    out = sys.stdout
+    out.write("mass, viscous friction, Coulomb friction, offset; median processor time of a fit\n")
+    print(
+        f"{'case':16s} {'RMSE / bound':24s} {'coverage [%]':26s} {'ok':>5s} {'time':>6s}  outliers"
+    )
     with Pool(options.workers) as pool:
         for case in options.cases:
             runs = pool.map(run, [(case, seed) for seed in range(options.runs)], chunksize=1)
@@ -140,12 +144,12 @@ def main() -> None:
             ok = np.mean([each.status == "ok" for each in runs])
             seconds = float(np.median([each.seconds for each in runs]))
             worst = np.flatnonzero(np.nanmax(np.abs(error) / half, axis=1) > 2.0).tolist()
-            print(
+            out.write(
                 f"{case:16s} {' '.join(f'{r:5.2f}' for r in ratio):24s} "
                 f"{' '.join(f'{c:5.1f}' for c in coverage):26s} {100 * ok:4.0f}% {seconds:5.2f}s  "
-                f"{worst}",
-                flush=True,
+                f"{worst}\n"
             )
+            out.flush()
 
 
 if __name__ == "__main__":

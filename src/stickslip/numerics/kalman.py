@@ -5,8 +5,8 @@ The model is
     z(k+1) = A z(k) + B u(k) + w(k),    y_c(k) = h_c' z(k) + n_c(k),
 
 with white w of covariance Q and white n_c of variance R_c. Measurements are taken one by one, which
-is exact for independent noise and needs no matrix inverse. All functions are compiled; `predict` and
-`update` work in place, so that a kernel with more to carry along can call them step by step.
+is exact for independent noise and needs no matrix inverse. All functions are compiled; `predict`
+and `update` work in place, so that a kernel with more to carry along can call them step by step.
 """
 
 import numpy as np
@@ -80,20 +80,20 @@ def update(
         As `predict` takes it.
     """
     s = states if states > 0 else P.shape[0]
-    S = R
+    variance = R
     for i in range(s):
         total = 0.0
         for j in range(s):
             total += P[i, j] * h[j]
         gain[i] = total
-        S += h[i] * total
+        variance += h[i] * total
     for i in range(s):
-        gain[i] /= S
+        gain[i] /= variance
     for i in range(s):
         for j in range(i, s):
-            P[i, j] -= gain[i] * gain[j] * S
+            P[i, j] -= gain[i] * gain[j] * variance
             P[j, i] = P[i, j]
-    return S
+    return variance
 
 
 @compiled()
@@ -187,7 +187,7 @@ def smooth(
         Mean and covariance of the first state, before the first measurement.
     """
     n, channels = measured.shape
-    s, m = B.shape
+    s = A.shape[0]
     z, P = first.copy(), spread.copy()
     work = np.empty((s, s))
     gains, variances = np.empty((n, channels, s)), np.empty((n, channels))
@@ -201,15 +201,15 @@ def smooth(
             z = z + gains[k, c] * errors[k, c]
         predict(A, Q, P, work)
         z = A @ z + B @ inputs[k]
-    lam, L = np.zeros(s), np.zeros((s, s))
+    lam, lam_spread = np.zeros(s), np.zeros((s, s))
     for k in range(n - 1, -1, -1):
         for c in range(channels - 1, -1, -1):
             h, K, S = H[c], gains[k, c], variances[k, c]
             lam = lam - h * (np.sum(K * lam) + errors[k, c] / S)
             left = np.eye(s) - np.outer(K, h)
-            L = left.T @ L @ left + np.outer(h, h) / S
+            lam_spread = left.T @ lam_spread @ left + np.outer(h, h) / S
         means[k] -= covariances[k] @ lam
-        covariances[k] -= covariances[k] @ L @ covariances[k]
+        covariances[k] -= covariances[k] @ lam_spread @ covariances[k]
         lam = A.T @ lam
-        L = A.T @ L @ A
+        lam_spread = A.T @ lam_spread @ A
     return means, covariances

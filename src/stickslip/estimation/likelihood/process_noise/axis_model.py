@@ -2,12 +2,13 @@
 
 While the axis slips in the direction s = +1 or -1,
 
-    m v' = u - c v - s f_c - f_0 + d + w,    x' = v,
+    m v' = u + j - c v - s f_c - f_0 + d + w,    x' = v,
 
-with the effort u, the disturbance force d and the white force w held over each sample. The
-disturbance is a first-order autoregression, d(k+1) = r d(k) + w_d(k); the effort an integrated
-random walk, u(k+1) = u(k) + T p(k), p(k+1) = p(k) + w_p(k), beside the known feedback j(k). Over a sample of length T, with
-h = c T/m, p1 = (1 - exp(-h))/h and p2 = (1 - p1)/h,
+with the effort u + j, the disturbance force d and the white force w held over each sample. The
+disturbance is a first-order autoregression, d(k+1) = r d(k) + w_d(k). Of the effort, j is the known
+answer of the controller to the noise of the encoder, and u an integrated random walk,
+u(k+1) = u(k) + T p(k), p(k+1) = p(k) + w_p(k). Over a sample of length T, with h = c T/m,
+p1 = (1 - exp(-h))/h and p2 = (1 - p1)/h,
 
     v(k+1) = exp(-h) v(k) + b_v F(k),               b_v = p1 T/m,
     x(k+1) = x(k) + p1 T v(k) + b_x F(k),           b_x = p2 T^2/m,

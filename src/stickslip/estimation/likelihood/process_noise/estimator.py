@@ -248,9 +248,7 @@ class ProcessNoiseLikelihoodEstimator:
         tuning = {f.name: getattr(self.tuning, f.name) for f in fields(self.tuning)}
         return {"estimator": self.name, **settings, "tuning": tuning}
 
-    def _intervals(
-        self, problem: Problem, maximum: Maximum, regression: Regression
-    ) -> _Intervals:
+    def _intervals(self, problem: Problem, maximum: Maximum, regression: Regression) -> _Intervals:
         """Return the intervals, wider by what is measured where the innovations are not white."""
         covariance, degrees = covariance_of(problem, maximum)
         half = np.sqrt(np.diag(covariance)) * np.array([t_quantile(float(d)) for d in degrees])

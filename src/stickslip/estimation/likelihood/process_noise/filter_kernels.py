@@ -188,9 +188,7 @@ def innovate(
                     K_n[i] = total / S
                 for i in range(_S):
                     for j in range(_S):
-                        P_n[a, i, j] -= (K_n[i] * K[j] + K[i] * K_n[j]) * S + (
-                            K[i] * K[j] * S_n[a]
-                        )
+                        P_n[a, i, j] -= (K_n[i] * K[j] + K[i] * K_n[j]) * S + (K[i] * K[j] * S_n[a])
                 for j in range(q):
                     for i in range(_S):
                         Z_n[a, j, i] += K_n[i] * e[j] + K[i] * e_n[a, j]

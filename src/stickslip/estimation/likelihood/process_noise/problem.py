@@ -9,7 +9,7 @@ from scipy.signal import savgol_filter
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.likelihood.process_noise.axis_model import ParameterLayout
 from stickslip.estimation.likelihood.process_noise.search import Problem
-from stickslip.estimation.likelihood.process_noise.stretches import SlipSegment, slip_segments
+from stickslip.estimation.likelihood.process_noise.stretches import slip_segments
 from stickslip.estimation.likelihood.process_noise.tuning import Tuning
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.sensor_noise import position_noise
@@ -51,7 +51,7 @@ def problem_of(
     size = float(np.sqrt(np.mean(np.concatenate([s.effort for s in segments]) ** 2)))
     window = max(2 * int(0.5 * tuning.smoothing_time / T) + 1, 5)
     rests = [s.effort - s.feedback for s in segments]
-    effort = max(max(noise_level(rest) for rest in rests), _LEAST_SHARE * size)
+    effort = max(*(noise_level(rest) for rest in rests), _LEAST_SHARE * size)
     rate = max(float(np.std(savgol_filter(rest, window, 2, deriv=1, delta=T))) for rest in rests)
     rate = max(rate, _LEAST_SHARE * size / T)
     speed = max(float(np.max(np.abs(s.smooth_velocity))) for s in segments)
@@ -68,7 +68,7 @@ def problem_of(
     spread = [near, near, far, far, far, tuning.time_constant_prior_spread]
     measured = [s.velocity for s in segments if s.velocity is not None]
     if measured:
-        level = max(max(noise_level(v) for v in measured), 1e-9 * speed)
+        level = max(*(noise_level(v) for v in measured), 1e-9 * speed)
         prior.append(2.0 * np.log(level))
         spread.append(near)
     return Problem(

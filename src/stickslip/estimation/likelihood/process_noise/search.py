@@ -306,7 +306,9 @@ def with_jumps(problem: Problem, maximum: Maximum, largest: float) -> Problem | 
     largest
         Most standard deviations of an innovation [-].
     """
-    rows = evaluate(problem, maximum.values, maximum.levels, with_rows=True, with_changes=False).rows
+    rows = evaluate(
+        problem, maximum.values, maximum.levels, with_rows=True, with_changes=False
+    ).rows
     marked = [
         replace(segment, jumps=segment.jumps | (np.abs(row[:, 1, 0]) > largest))
         for segment, row in zip(problem.segments, rows, strict=True)
@@ -335,8 +337,10 @@ def _first_levels(problem: Problem, values: Float[np.ndarray, " p"]) -> Float[np
             levels[TIME_CONSTANT] = np.log(time_constant)
             evaluation = evaluate(problem, values, levels, with_changes=False)
             cost, _ = _posterior(problem, evaluation, levels)
-            cost -= evaluation.gram[0, 1:] @ inverted(evaluation.gram[1:, 1:]) @ evaluation.gram[1:, 0]
-            costs.append((cost, levels))
+            cost -= (
+                evaluation.gram[0, 1:] @ inverted(evaluation.gram[1:, 1:]) @ evaluation.gram[1:, 0]
+            )
+            costs.append((float(cost), levels))
     return min(costs, key=lambda each: each[0])[1]
 
 

@@ -42,8 +42,8 @@ class Tuning:
     max_iterations: int = 40
     """Most evaluations of the likelihood after the first guess."""
     tolerance: float = 1e-2
-    """Expected gain of twice the log likelihood below which the search ends [-]: parameters then are
-    within 10 % of a standard error of the maximum."""
+    """Expected gain of twice the log likelihood below which the search ends [-]: parameters are
+    then within 10 % of a standard error of the maximum."""
     whiteness_level: float = 1e-3
     """Probability of a false alarm of the test for white innovations [-]."""
     tolerated_widening: float = 2.0

@@ -1,0 +1,355 @@
+"""Maximum likelihood with process noise: its likelihood, derivatives, bound and recovery."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.linalg import expm
+from scipy.stats import multivariate_normal
+
+from stickslip.estimation.likelihood.process_noise import (
+    NoiseLevels,
+    ProcessNoiseLikelihoodEstimator,
+    Tuning,
+    process_noise_bound,
+)
+from stickslip.estimation.likelihood.process_noise.axis_model import AxisModel, ParameterLayout
+from stickslip.estimation.likelihood.process_noise.search import Problem, evaluate
+from stickslip.estimation.likelihood.process_noise.stretches import SlipSegment
+from stickslip.estimation.likelihood.process_noise.whiteness import whiteness_probability
+from stickslip.records import AxisLog, InputError, Status
+
+T = 0.01
+NAMES = ("mass", "viscous_friction", "coulomb_friction", "offset", "effort_delay")
+VALUES = np.array([2.0, 3.0, 1.5, 0.2, 0.004])
+LEVELS = np.log([1e-4, 0.04, 30.0, 0.02, 0.09, 0.15, 1e-3])
+DENSE_TOLERANCE = 1e-6  # relative; a diffuse start of 1e4 units costs eight digits
+DIFFERENCE_TOLERANCE = 2e-5  # relative; central differences of a step of 1e-5
+
+
+def segment(samples: int, *, with_velocity: bool = True, seed: int = 1) -> SlipSegment:
+    """Return a short record with a gap between two directions, of arbitrary measurements."""
+    generator = np.random.default_rng(seed)
+    n = samples
+    direction = np.ones(n, dtype=np.int64)
+    direction[n // 2 - 2 : n // 2 + 1] = 0
+    direction[n // 2 + 1 :] = -1
+    signals = generator.standard_normal((5, n))
+    return SlipSegment(
+        time=T * np.arange(n),
+        effort=3.0 * signals[0],
+        feedback=0.3 * signals[1],
+        position=0.05 * np.cumsum(signals[2]),
+        velocity=0.2 * signals[3] if with_velocity else None,
+        direction=direction,
+        jumps=np.zeros(n, dtype=bool),
+        smooth_velocity=signals[3],
+        smooth_acceleration=signals[4],
+        smooth_effort=signals[0],
+    )
+
+
+def problem(*segments: SlipSegment, sought: tuple[str, ...] = NAMES) -> Problem:
+    measured = segments[0].velocity is not None
+    levels = LEVELS if measured else LEVELS[:-1]
+    return Problem(
+        segments=list(segments),
+        layout=ParameterLayout(sought=sought, known={}),
+        mass_name="mass",
+        sampling_time=T,
+        speed=20.0,
+        effort_rate=200.0,
+        prior=levels,
+        prior_spread=np.ones(levels.size),
+    )
+
+
+def dense_moments(
+    part: SlipSegment, first: int, values: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return measurements, mean and covariance of one stretch, from the continuous equations.
+
+    The states are (x, v, d, u, u') of the stretch from its first sample on, from the matrix
+    exponential of the continuous axis with a held force.
+    """
+    m, c, fc, f0, delay = values
+    level = np.exp(LEVELS)
+    sign = float(part.direction[first])
+    n = 0
+    while first + n < part.direction.size and part.direction[first + n] == sign:
+        n += 1
+    rate = np.array([[0.0, 1.0, 0.0], [0.0, -c / m, 1.0 / m], [0.0, 0.0, 0.0]])
+    over = expm(rate * T)
+    b = np.append(over[:2, 2], np.zeros(3))
+    r = np.exp(-T / level[5])
+    A = np.zeros((5, 5))
+    A[:2, :2], A[:2, 2], A[:2, 3] = over[:2, :2], b[:2], b[:2]
+    A[2, 2], A[3, 3], A[3, 4], A[4, 4] = r, 1.0, T, 1.0
+    Q = level[3] * np.outer(b, b)
+    Q[2, 2] += level[4] * (1.0 - r * r)
+    Q[4, 4] += level[2] * T
+    mean, cov = np.zeros(5 * n), np.zeros((5 * n, 5 * n))
+    mean[0], mean[3] = part.position[first], (part.effort - part.feedback)[first]
+    cov[:5, :5] = np.diag([level[0], 20.0**2, level[4], level[1], 200.0**2])
+    for k in range(1, n):
+        new, last, old = slice(5 * k, 5 * k + 5), slice(5 * k - 5, 5 * k), slice(0, 5 * k)
+        known = part.feedback[first + k - 1] - sign * fc - f0
+        mean[new] = A @ mean[last] + b * known
+        cov[new, old] = A @ cov[last, old]
+        cov[old, new] = cov[new, old].T
+        cov[new, new] = A @ cov[last, last] @ A.T + Q
+    H, y, noise = [], [], []
+    effort = part.effort - part.feedback
+    for k in range(n):
+        rows = ((0, [1.0, 0, 0, 0, 0]), (1, [0, 0, 0, 1.0, delay]), (2, [0, 1.0, 0, 0, 0]))
+        for c_, row in rows:
+            if k == 0 and c_ < 2:
+                continue  # the first position and effort start the stretch
+            wide = np.zeros(5 * n)
+            wide[5 * k : 5 * k + 5] = row
+            H.append(wide)
+            y.append((part.position, effort, part.velocity)[c_][first + k])
+            noise.append((level[0], level[1], level[6])[c_])
+    H = np.array(H)
+    return np.array(y), H @ mean, H @ cov @ H.T + np.diag(noise)
+
+
+def test_likelihood_is_that_of_the_dense_covariance() -> None:
+    part = segment(24)
+    direction = part.direction.copy()
+    direction[part.direction < 0] = 0
+    one = replace(part, direction=direction)
+    y, mean, cov = dense_moments(one, 0, VALUES)
+    expected = -2.0 * multivariate_normal(mean, cov, allow_singular=True).logpdf(y)
+    expected -= y.size * np.log(2.0 * np.pi)
+    found = evaluate(problem(one), VALUES, LEVELS)
+    assert found.logs + found.gram[0, 0] == pytest.approx(expected, rel=DENSE_TOLERANCE)
+
+
+def test_gramian_of_the_linear_parameters_is_the_dense_information() -> None:
+    part = segment(24)
+    one = replace(part, direction=np.maximum(part.direction, 0))
+    base = dense_moments(one, 0, VALUES)
+    columns = []
+    for j, step in ((2, 1.0), (3, 1.0)):
+        moved = VALUES.copy()
+        moved[j] += step
+        columns.append((dense_moments(one, 0, moved)[1] - base[1]) / step)
+    X = np.array(columns).T
+    information = X.T @ np.linalg.solve(base[2], X)
+    found = evaluate(problem(one), VALUES, LEVELS).gram[3:5, 3:5]
+    np.testing.assert_allclose(found, information, rtol=DENSE_TOLERANCE)
+
+
+def test_derivatives_by_noise_levels_are_those_of_differences() -> None:
+    whole = problem(segment(60), segment(40, seed=2))
+    found = evaluate(whole, VALUES, LEVELS)
+    cost, gradient = found.restricted()
+    assert np.isfinite(cost)
+    for a in range(LEVELS.size):
+        h = 1e-5 * np.eye(LEVELS.size)[a]
+        up, down = (evaluate(whole, VALUES, LEVELS + sign * h) for sign in (1, -1))
+        np.testing.assert_allclose(
+            found.gram_change[a],
+            (up.gram - down.gram) / 2e-5,
+            rtol=DIFFERENCE_TOLERANCE,
+            atol=DIFFERENCE_TOLERANCE * np.abs(found.gram_change[a]).max(),
+        )
+        difference = (up.restricted()[0] - down.restricted()[0]) / 2e-5
+        assert gradient[a] == pytest.approx(
+            difference, rel=DIFFERENCE_TOLERANCE, abs=1e-9 * abs(cost) / 1e-5
+        )
+
+
+def innovations_at_fixed_gain(
+    part: SlipSegment, gains: list[np.ndarray], values: np.ndarray
+) -> np.ndarray:
+    """Return the innovations of a stretch from its first sample on, with given gains."""
+    layout = ParameterLayout(sought=NAMES, known={})
+    r = float(np.exp(-T / np.exp(LEVELS[5])))
+    model = AxisModel.of(layout, values, mass_name="mass", sampling_time=T, correlation=r)
+    H = np.zeros((3, 5))
+    H[0, 0], H[1, 3], H[1, 4], H[2, 1] = 1.0, 1.0, model.fraction, 1.0
+    y = part.measured_with(0)
+    z = np.array([y[0, 0], 0.0, 0.0, y[0, 1], 0.0])
+    errors = np.zeros((len(gains), 3))
+    for k, gain in enumerate(gains):
+        for c in range(3):
+            if k == 0 and c < 2:
+                continue
+            errors[k, c] = y[k, c] - H[c] @ z
+            z = z + gain[c] * errors[k, c]
+        z = model.transition[0] @ z + model.constant[0, 0]
+        z = z + model.force_response[0, 0] * part.feedback[k]
+    return errors
+
+
+def test_derivatives_by_parameters_are_those_of_differences_at_fixed_gain() -> None:
+    n = 30
+    part = replace(segment(n), direction=np.ones(n, dtype=np.int64))
+    level = np.exp(LEVELS)
+    layout = ParameterLayout(sought=NAMES, known={})
+    r = float(np.exp(-T / level[5]))
+    model = AxisModel.of(layout, VALUES, mass_name="mass", sampling_time=T, correlation=r)
+    A, b = model.transition[0], model.force_response[0, 0]
+    Q = level[3] * np.outer(b, b) + np.diag([0, 0, level[4] * (1 - r * r), 0, level[2] * T])
+    H = np.zeros((3, 5))
+    H[0, 0], H[1, 3], H[1, 4], H[2, 1] = 1.0, 1.0, VALUES[4], 1.0
+    P = np.diag([level[0], 20.0**2, level[4], level[1], 200.0**2])
+    gains, variances = [], []
+    for k in range(n):
+        gain, variance = np.zeros((3, 5)), np.ones(3)
+        for c, noise in enumerate((level[0], level[1], level[6])):
+            if k == 0 and c < 2:
+                continue
+            variance[c] = H[c] @ P @ H[c] + noise
+            gain[c] = P @ H[c] / variance[c]
+            P = P - np.outer(gain[c], gain[c]) * variance[c]
+        gains.append(gain)
+        variances.append(variance)
+        P = A @ P @ A.T + Q
+    root = np.sqrt(np.array(variances))
+    found = evaluate(problem(part), VALUES, LEVELS, with_rows=True).rows[0]
+    np.testing.assert_allclose(
+        found[:, :, 0], innovations_at_fixed_gain(part, gains, VALUES) / root, atol=1e-6
+    )
+    for j in range(VALUES.size):
+        h = 1e-5 * np.eye(VALUES.size)[j]
+        up, down = (innovations_at_fixed_gain(part, gains, VALUES + s * h) for s in (1, -1))
+        expected = -(up - down) / 2e-5 / root
+        np.testing.assert_allclose(
+            found[:, :, 1 + j], expected, atol=DIFFERENCE_TOLERANCE * np.abs(expected).max()
+        )
+
+
+def test_model_is_the_exact_discretisation() -> None:
+    layout = ParameterLayout(sought=NAMES, known={})
+    model = AxisModel.of(layout, VALUES, mass_name="mass", sampling_time=T, correlation=0.9)
+    m, c = VALUES[:2]
+    rate = np.array([[0.0, 1.0, 0.0], [0.0, -c / m, 1.0 / m], [0.0, 0.0, 0.0]])
+    over = expm(rate * T)
+    np.testing.assert_allclose(model.transition[0, :2, :2], over[:2, :2], rtol=1e-13)
+    np.testing.assert_allclose(model.force_response[0, 0, :2], over[:2, 2], rtol=1e-13)
+    assert model.shift == 0
+    assert model.fraction == VALUES[4]
+
+
+def closed_loop(
+    seed: int, *, effort_noise: float = 0.0, disturbance: float = 0.0, mass: float = 2.0
+) -> tuple[AxisLog, AxisLog]:
+    """Return a log of a PD loop around an axis that never stops, and the same without noise.
+
+    Steps of a tenth of a sample; the direction changes by a large acceleration.
+    """
+    generator = np.random.default_rng(seed)
+    n, fine, dt = 3000, 10, 1e-3
+    t = dt * np.arange(n)
+    reference = 0.1 * np.sin(2.0 * np.pi * 0.7 * t) + 0.03 * np.sin(2.0 * np.pi * 1.9 * t)
+    x, v, d = float(reference[0]), 0.2, 0.0
+    r = np.exp(-dt / 0.05)
+    true_x, read, effort = np.empty(n), np.empty(n), np.empty(n)
+    step, before = 1e-6, 0.0
+    for k in range(n):
+        reading = round(x / step) * step
+        rate = (reference[k] - reading - before) / dt if k else 0.0
+        before = reference[k] - reading
+        u = 8000.0 * before + 100.0 * rate
+        true_x[k], read[k], effort[k] = x, reading, u
+        for _ in range(fine):
+            h = dt / fine
+            force = u + d - 4.0 * v - 1.0 * np.sign(v) - 0.3
+            x, v = x + h * v + 0.5 * h * h * force / mass, v + h * force / mass
+        d = r * d + disturbance * np.sqrt(1.0 - r * r) * generator.standard_normal()
+    log = AxisLog(
+        name="loop",
+        kind="linear",
+        time=t,
+        effort=effort + effort_noise * generator.standard_normal(n),
+        measured_position=read,
+    )
+    return log, replace(log, effort=effort, measured_position=true_x)
+
+
+TRUTH = {"mass": 2.0, "viscous_friction": 4.0, "coulomb_friction": 1.0, "offset": 0.3}
+
+
+@pytest.mark.parametrize(
+    ("noise", "disturbance"), [(0.6, 0.0), (0.02, 0.2)], ids=["log noise", "force"]
+)
+def test_mass_is_not_attenuated_in_closed_loop(noise: float, disturbance: float) -> None:
+    errors = []
+    for seed in range(12):
+        log, clean = closed_loop(seed, effort_noise=noise, disturbance=disturbance)
+        estimate = ProcessNoiseLikelihoodEstimator().fit(log)
+        bound = process_noise_bound(
+            clean,
+            TRUTH,
+            NoiseLevels(
+                effort=noise,
+                correlated_force=disturbance,
+                time_constant=0.05,
+                position=1e-6 / np.sqrt(12.0),
+            ),
+        )
+        errors.append([(estimate.value(name) - TRUTH[name]) / bound.std[name] for name in TRUTH])
+    # Of 12 standard normal numbers: 0.1 % quantiles of their mean and of their rms
+    assert np.all(np.abs(np.mean(errors, axis=0)) < 1.2 * 3.3 / np.sqrt(12.0))
+    assert np.all(np.sqrt(np.mean(np.square(errors), axis=0)) < 1.2 * np.sqrt(32.9 / 12.0))
+
+
+def test_delay_of_the_effort_is_estimated_with_its_fraction() -> None:
+    log, _ = closed_loop(3, effort_noise=0.05)
+    n = len(log)
+    early = np.concatenate((log.effort[3:], np.full(3, log.effort[-1])))
+    half = 0.5 * (early + np.concatenate((early[1:], early[-1:])))
+    estimate = ProcessNoiseLikelihoodEstimator(largest_delay=6).fit(replace(log, effort=half))
+    assert n == len(log)
+    assert estimate.diagnostics.effort_delay in {3, 4}
+    assert any("the effort acts 3." in note for note in estimate.diagnostics.notes)
+    assert estimate.value("mass") == pytest.approx(2.0, rel=0.01)
+
+
+def test_known_mass_and_friction_per_direction() -> None:
+    log, _ = closed_loop(4, effort_noise=0.1)
+    estimate = ProcessNoiseLikelihoodEstimator(inertia=2.0, per_direction=True).fit(log)
+    assert set(estimate.parameters) == {
+        "coulomb_friction_positive",
+        "coulomb_friction_negative",
+        "viscous_friction_positive",
+        "viscous_friction_negative",
+    }
+    assert estimate.status is Status.OK
+    assert estimate.value("coulomb_friction_positive") == pytest.approx(1.3, abs=0.15)
+    assert estimate.value("coulomb_friction_negative") == pytest.approx(0.7, abs=0.15)
+
+
+def test_notes_name_the_noise_levels() -> None:
+    log, _ = closed_loop(5, effort_noise=0.5)
+    (note,) = [
+        note
+        for note in ProcessNoiseLikelihoodEstimator().fit(log).diagnostics.notes
+        if note.startswith("estimated noise levels")
+    ]
+    level = float(note.split("effort noise ")[1].split()[0])
+    assert level == pytest.approx(0.5, rel=0.1)
+
+
+def test_too_little_motion_is_a_status() -> None:
+    log, _ = closed_loop(6)
+    estimate = ProcessNoiseLikelihoodEstimator().fit(log.part(0, 30))
+    assert estimate.status is Status.INSUFFICIENT_EXCITATION
+
+
+def test_settings_are_checked() -> None:
+    with pytest.raises(InputError):
+        ProcessNoiseLikelihoodEstimator(largest_delay=-1)
+    with pytest.raises(InputError):
+        ProcessNoiseLikelihoodEstimator(inertia=-1.0)
+
+
+def test_whiteness_probability_is_uniform_for_white_noise_and_small_for_red() -> None:
+    generator = np.random.default_rng(8)
+    p = [whiteness_probability(generator.standard_normal(2000)) for _ in range(200)]
+    assert 0.01 < np.mean(np.array(p) < 0.1) < 0.2
+    red = np.cumsum(generator.standard_normal(2000)) * 0.05 + generator.standard_normal(2000)
+    assert whiteness_probability(red) < Tuning().whiteness_level
