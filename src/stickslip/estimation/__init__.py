@@ -71,6 +71,7 @@ if TYPE_CHECKING:
     )
     from stickslip.estimation.regression.resimulation import replay, unexplained_effort
     from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+    from stickslip.estimation.selection.estimator import SelectedModelEstimator, SelectionTuning
 
 __all__ = [
     "ESTIMATORS",
@@ -106,6 +107,8 @@ __all__ = [
     "PublishedEnergyEstimator",
     "RecursiveLeastSquares",
     "RowSettings",
+    "SelectedModelEstimator",
+    "SelectionTuning",
     "SensorNoise",
     "StribeckEstimator",
     "YazdizadehKhorasaniObserver",
@@ -152,6 +155,7 @@ _HOMES = {
     ),
     "examine": ("examine",),
     "fit.fitted": ("Fit",),
+    "selection.estimator": ("SelectedModelEstimator", "SelectionTuning"),
     "likelihood": (
         "CramerRaoBound",
         "DesignedInput",

@@ -14,6 +14,7 @@ from stickslip.estimation.fit.diagnostics import (
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression
 from stickslip.records import (
+    SIGNED_PARAMETERS,
     Diagnostics,
     FrictionEstimate,
     ParameterEstimate,
@@ -78,9 +79,11 @@ def estimate_of(
     kept = [k for k, verdict in enumerate(verdicts) if verdict.identifiable]
     every = list(parameters.values())
     status = status_of(every, relative, None, regression)
-    negative = any(p.name != "offset" and p.value is not None and p.value < 0 for p in every)
+    negative = any(p.name not in SIGNED_PARAMETERS and p.value is not None and p.value < 0 for p in every)
     if status in {Status.OK, Status.BIASED} and deviations is None and negative:
         status = Status.UNPHYSICAL
+    if status is Status.OK and deviations is None:
+        status = Status.NO_INTERVAL
     return FrictionEstimate(
         estimator=estimator,
         kind=regression.kind,

@@ -26,6 +26,7 @@ from stickslip.records.errors import (
 from stickslip.records.estimate import (
     PARAMETER_NAMES,
     SCHEMA_VERSION,
+    SIGNED_PARAMETERS,
     Diagnostics,
     FrictionEstimate,
     ParameterEstimate,
@@ -81,6 +82,7 @@ from stickslip.records.reproduction import (
     Reproduction,
     Sketch,
 )
+from stickslip.records.selection import ModelSelection, TermScore
 from stickslip.records.sensor_sample import SensorSample
 from stickslip.records.wording import (
     between_text,
@@ -102,6 +104,7 @@ __all__ = [
     "PARAMETER_NAMES",
     "QUANTITIES",
     "SCHEMA_VERSION",
+    "SIGNED_PARAMETERS",
     "ArmRun",
     "ArmSeries",
     "AxisKind",
@@ -136,6 +139,7 @@ __all__ = [
     "LearntPulses",
     "LogSource",
     "MissingExtraError",
+    "ModelSelection",
     "Panel",
     "ParameterEstimate",
     "ParameterScore",
@@ -163,6 +167,7 @@ __all__ = [
     "Status",
     "StickslipError",
     "SuccessiveSeries",
+    "TermScore",
     "VariantScore",
     "Verdict",
     "between_text",

@@ -12,10 +12,12 @@ from jaxtyping import Float
 
 from stickslip.records.errors import InputError
 from stickslip.records.quantities import AxisKind
+from stickslip.records.selection import ModelSelection
 
 __all__ = [
     "PARAMETER_NAMES",
     "SCHEMA_VERSION",
+    "SIGNED_PARAMETERS",
     "Diagnostics",
     "FrictionEstimate",
     "ParameterEstimate",
@@ -37,8 +39,45 @@ PARAMETER_NAMES: tuple[str, ...] = (
     *(f"{name}{side}" for name in _DIRECTIONAL for side in ("", "_positive", "_negative")),
     "offset",
     "stribeck_velocity",
+    "effort_delay",
+    "quadratic_friction",
+    "two_thirds_friction",
+    "presliding_friction",
+    "spring_stiffness",
+    "gravity_sine",
+    "gravity_cosine",
+    "ripple_sine",
+    "ripple_cosine",
+    "offset_drift",
+    "friction_drift",
+    "viscous_drift",
+    "gain_drift",
 )
 """Every name a parameter of an estimate can have."""
+
+SIGNED_PARAMETERS = frozenset(
+    {
+        "offset",
+        # A direction's Coulomb friction contains the offset, which may exceed it
+        *(
+            f"{name}_{side}"
+            for name in ("coulomb_friction", "static_friction")
+            for side in ("positive", "negative")
+        ),
+        "effort_delay",
+        "presliding_friction",
+        "spring_stiffness",
+        "gravity_sine",
+        "gravity_cosine",
+        "ripple_sine",
+        "ripple_cosine",
+        "offset_drift",
+        "friction_drift",
+        "viscous_drift",
+        "gain_drift",
+    }
+)
+"""Parameters whose true value may be negative."""
 
 
 class Status(Enum):
@@ -51,6 +90,7 @@ class Status(Enum):
     POOR_FIT = "poor_fit"
     BIASED = "biased"
     MODEL_MISMATCH = "model_mismatch"
+    NO_INTERVAL = "no_interval"
 
     @property
     def trusted(self) -> bool:
@@ -76,6 +116,7 @@ _STATUS_WORD = {
     Status.POOR_FIT: "Poor fit",
     Status.BIASED: "Biased estimate",
     Status.MODEL_MISMATCH: "Model mismatch",
+    Status.NO_INTERVAL: "Values without intervals",
 }
 
 _STATUS_TEXT = {
@@ -101,6 +142,10 @@ _STATUS_TEXT = {
     Status.MODEL_MISMATCH: (
         "The log violates the model in a way that cannot be modelled; the notes name the cause, "
         "its size and the remedy."
+    ),
+    Status.NO_INTERVAL: (
+        "The method gives no confidence intervals, so the errors of its values are unknown; confirm "
+        "them with an estimator that gives intervals."
     ),
 }
 
@@ -289,6 +334,8 @@ class FrictionEstimate:
         Whether the result can be trusted.
     diagnostics, provenance
         What it certifies about itself and where it came from.
+    selection
+        Which terms the log supports; None for an estimator of given terms.
     """
 
     estimator: str
@@ -298,6 +345,7 @@ class FrictionEstimate:
     status: Status
     diagnostics: Diagnostics
     provenance: Provenance
+    selection: ModelSelection | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
@@ -342,4 +390,5 @@ class FrictionEstimate:
             "status_text": self.status.text,
             "diagnostics": self.diagnostics.to_dict(),
             "provenance": self.provenance.to_dict(),
+            "selection": None if self.selection is None else self.selection.to_dict(),
         }

@@ -13,7 +13,7 @@ from stickslip.estimation.fit.rows import (
     Regression,
     least_squares,
 )
-from stickslip.records import ParameterEstimate, Status, Verdict
+from stickslip.records import SIGNED_PARAMETERS, ParameterEstimate, Status, Verdict
 
 __all__ = [
     "Determined",
@@ -255,7 +255,7 @@ def status_of(
     if max(relative_residual, cross_validation or 0.0) > POOR_FIT:
         return Status.POOR_FIT
     for p in parameters:
-        if p.name != "offset" and p.ci95 is not None and p.ci95[1] < 0:
+        if p.name not in SIGNED_PARAMETERS and p.ci95 is not None and p.ci95[1] < 0:
             return Status.UNPHYSICAL
         if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
             return Status.UNPHYSICAL

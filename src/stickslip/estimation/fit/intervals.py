@@ -20,6 +20,9 @@ MOST_FREQUENCIES = 12
 """See `frequencies`."""
 
 _ROWS_PER_FREQUENCY = 4
+_SLOWEST = 4  # cosines, which a drifting force fills
+_RED = 2.5  # ratio of mean squares: of white residuals, one in eight is as red
+_TINY = np.finfo(float).tiny
 
 
 def autocorrelation(values: Float[np.ndarray, " n"], lags: int) -> Float[np.ndarray, " values"]:
@@ -58,14 +61,14 @@ def information_time(
     return time, total**2 / float(np.sum(leverage**2))
 
 
-def frequencies(rows: float) -> int:
+def frequencies(rows: float, most: int = MOST_FREQUENCIES) -> int:
     """Return how many of the slowest cosines the long-run covariance is taken from.
 
     They must be slower than whatever correlates the residual, so that few are better; each gives
     the interval's Student distribution one degree of freedom, so that few cost width: with 12 the
     interval is 11 % wider than with all the frequencies in the world.
     """
-    return max(min(MOST_FREQUENCIES, int(rows / _ROWS_PER_FREQUENCY)), 1)
+    return max(min(most, int(rows / _ROWS_PER_FREQUENCY)), 1)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,6 +91,9 @@ def robust_uncertainty(
     orthonormal: Float[np.ndarray, "n d"],
     to_values: Float[np.ndarray, "p d"],
     residual: Float[np.ndarray, " n"],
+    most: int = MOST_FREQUENCIES,
+    *,
+    slow: bool = False,
 ) -> Uncertainty:
     """Return the uncertainty of a least-squares fit whose residual is correlated in time.
 
@@ -110,14 +116,18 @@ def robust_uncertainty(
         From those coordinates to the parameters [SI].
     residual
         Of the fit, in the unit of the target.
+    most
+        Cosines at the most.
+    slow
+        Whether to take the slowest cosines alone where they are the strongest.
     """
     n, d = orthonormal.shape
     p = to_values.shape[0]
     time, rows = information_time(np.sum(orthonormal**2, axis=1))
-    count = frequencies(rows)
+    count = frequencies(rows, most)
     cosines = np.cos(np.pi * np.outer(np.arange(1, count + 1), time))
     weights = orthonormal @ to_values.T
-    slow = np.zeros((p, count))
+    projections = np.zeros((p, count))
     degrees = np.ones(p)
     for k in range(p):
         projection = cosines * weights[:, k]
@@ -126,11 +136,18 @@ def robust_uncertainty(
         trace = float(np.trace(white))
         if trace > 0:
             scale = float(np.sum(weights[:, k] ** 2)) / trace
-            slow[k] = np.sqrt(scale) * (projection @ residual)
+            projections[k] = np.sqrt(scale) * (projection @ residual)
             degrees[k] = trace**2 / float(np.sum(white**2))
-    return Uncertainty(
-        covariance=slow @ slow.T * (n / (n - d)), degrees_of_freedom=np.maximum(degrees, 1.0)
-    )
+    covariance = projections @ projections.T * (n / (n - d))
+    if slow and count >= 2 * _SLOWEST:
+        squares = projections**2
+        first = count / _SLOWEST * np.sum(squares[:, :_SLOWEST], axis=1)
+        rest = count / (count - _SLOWEST) * np.sum(squares[:, _SLOWEST:], axis=1)
+        red = first > _RED * rest
+        growth = np.where(red, np.sqrt(first / np.maximum(np.sum(squares, axis=1), _TINY)), 1.0)
+        covariance *= np.outer(growth, growth)
+        degrees = np.where(red, degrees * _SLOWEST / count, degrees)
+    return Uncertainty(covariance=covariance, degrees_of_freedom=np.maximum(degrees, 1.0))
 
 
 def t_quantile(degrees_of_freedom: float) -> float:

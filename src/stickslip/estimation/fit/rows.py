@@ -126,6 +126,12 @@ class Regression:
         Share of the target that the rows resolve [-].
     effort_delay
         Samples that the effort was found to act late; None where none was looked for.
+    shifts
+        By which the parameters may be off beyond their sampling error, as other data or models
+        show [SI], shape (k, p); None for nothing. They widen the intervals.
+    slow_residual
+        Whether the intervals allow for a residual that is strongest where it is slowest, as under
+        a drifting force (`robust_uncertainty`).
     """
 
     kind: AxisKind
@@ -143,6 +149,8 @@ class Regression:
     smallest_singular_ratio: float = SMALLEST_SINGULAR_RATIO
     resolution: float = RESOLUTION
     effort_delay: int | None = None
+    shifts: Float[np.ndarray, "k p"] | None = None
+    slow_residual: bool = False
 
     @property
     def scale(self) -> float:

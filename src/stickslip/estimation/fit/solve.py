@@ -24,6 +24,7 @@ from stickslip.estimation.fit.intervals import (
 )
 from stickslip.estimation.fit.rows import Regression
 from stickslip.records import (
+    SIGNED_PARAMETERS,
     AxisLog,
     Diagnostics,
     FrictionEstimate,
@@ -191,7 +192,7 @@ def _withheld(name: str, value: float, half_width: float, *, partly: bool) -> st
     """Return why a value is not given although its column says something; empty if it is given."""
     if name in {"mass", "inertia"} and half_width > abs(value):
         return "its 95 % interval is wider than the value itself"
-    if partly and name != "offset" and value <= 0:
+    if partly and name not in SIGNED_PARAMETERS and value <= 0:
         return "what the log cannot tell apart leaves no positive value for it"
     return ""
 
@@ -221,8 +222,10 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     to_values = (found.right.T / found.singular) / found.norms[:, None]
     values[columns] = to_values @ (found.left.T @ regression.target)
     residual = regression.target - regression.regressors @ values
-    found_uncertainty = robust_uncertainty(found.left, to_values, residual)
-    covariance[np.ix_(columns, columns)] = found_uncertainty.covariance
+    uncertainty = robust_uncertainty(
+        found.left, to_values, residual, slow=regression.slow_residual
+    )
+    covariance[np.ix_(columns, columns)] = uncertainty.covariance
     sampling = np.diag(covariance).copy()
     resolution = regression.resolution * float(np.linalg.norm(regression.target))
     covariance[columns, columns] += (resolution / found.norms) ** 2
@@ -230,7 +233,9 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     noise = regression.target.size * regression.regressor_noise[columns] ** 2
     bias = to_values @ (to_values.T @ (noise * values[columns]))
     covariance[columns, columns] += bias**2
-    degrees[columns] = found_uncertainty.degrees_of_freedom
+    if regression.shifts is not None:
+        covariance += regression.shifts.T @ regression.shifts
+    degrees[columns] = uncertainty.degrees_of_freedom
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
     return _Fit(

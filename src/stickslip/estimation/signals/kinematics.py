@@ -18,6 +18,7 @@ __all__ = [
     "decimated_start",
     "default_cutoff",
     "noise_level",
+    "noise_quantile",
     "rests",
     "slow_speed",
 ]
@@ -138,8 +139,15 @@ def noise_level(values: Float[np.ndarray, " n"]) -> float:
         return 0.0
     difference = np.abs(np.diff(values, _NOISE_DIFFERENCE))
     scale = np.sqrt(comb(2 * _NOISE_DIFFERENCE, _NOISE_DIFFERENCE))
-    quantile = float(np.quantile(difference, _NOISE_QUANTILE))
-    return quantile / (_NOISE_QUANTILE_NORMAL * float(scale))
+    return noise_quantile(difference) / float(scale)
+
+
+def noise_quantile(magnitudes: Float[np.ndarray, " n"]) -> float:
+    """Return the standard deviation of which magnitudes of normal values have their 80 % quantile.
+
+    The largest fifth is free to be jumps of the motion.
+    """
+    return float(np.quantile(magnitudes, _NOISE_QUANTILE)) / _NOISE_QUANTILE_NORMAL
 
 
 def slow_speed(largest_speed: float, noise: float) -> float:

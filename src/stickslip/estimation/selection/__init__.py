@@ -1,0 +1,1 @@
+"""Selection of the model that a log supports, and its fit over windows of slip."""

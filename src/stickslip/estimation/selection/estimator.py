@@ -1,0 +1,404 @@
+"""Identification of a rigid axis with the model that its log supports."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.rows import Regression, least_squares
+from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.prepare import PreparedLog, prepare
+from stickslip.estimation.selection.model_rows import ModelRows, model_rows
+from stickslip.estimation.selection.motion import MotionTuning, SlipMotions, slip_motions
+from stickslip.estimation.selection.plausibility import (
+    PlausibilityTuning,
+    implausible_units,
+    too_slow_sampling,
+    unexplained_effort,
+    wrong_inertia,
+)
+from stickslip.estimation.selection.rows import window_rows
+from stickslip.estimation.selection.search import (
+    DELAY_TERM,
+    Model,
+    SearchTuning,
+    fixed_terms,
+    half_width,
+    search,
+)
+from stickslip.estimation.selection.terms import (
+    DELAY,
+    SATURATION,
+    TERM_NAMES,
+    Term,
+    candidate_terms,
+)
+from stickslip.estimation.selection.windows import Weight
+from stickslip.records import (
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    ModelSelection,
+    Status,
+    positive,
+)
+
+__all__ = ["SelectedModelEstimator", "SelectionTuning"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class IntervalTuning:
+    """Tuning of what widens the intervals beyond the sampling error."""
+
+    wide_windows: tuple[float, float] = (2.5, 4.0)
+    """Widths of further windows over that of the fit [-]; the widest also models an elastic
+    drive."""
+    fewest_deviations: float = 2.0
+    """Difference between windows, in standard deviations, that counts [-]."""
+    largest_p_value: float = 0.1
+    """Of a term that was not selected and whose effect counts all the same [-]."""
+    smallest_ratio: float = 3e-3
+    """Smallest over largest singular value of the columns of wide windows [-]: below it they do not
+    determine the parameters."""
+    fewest_moves: float = 0.7
+    """Share of the moves that wide windows must still fit into [-]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelectionTuning:
+    """Tuning of `SelectedModelEstimator`, by stage."""
+
+    motion: MotionTuning = field(default_factory=MotionTuning)
+    search: SearchTuning = field(default_factory=SearchTuning)
+    intervals: IntervalTuning = field(default_factory=IntervalTuning)
+    plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
+
+
+_SATURATED = 0.98  # of the limit: below it the drive follows
+
+
+@dataclass(frozen=True, kw_only=True)
+class SelectedModelEstimator:
+    """Least squares of the effort over windows of slip, with the terms that the log supports.
+
+    The force balance is taken in its weak form (`stickslip.estimation.selection.windows`), so that
+    noise of the logged effort costs variance and no bias, and whatever a window must not contain
+    (reversals, rests, gaps, clipped samples) is left out exactly. Terms beyond inertia, viscous and
+    Coulomb friction and offset are added one by one as long as they are significant under
+    correlated residuals and predict moves left out of the fit better, by more than one standard
+    error. The delay of the effort is one of them. Intervals allow for correlated residuals, for
+    terms that are nearly significant, and for differences between frequency bands.
+
+    Attributes
+    ----------
+    inertia
+        Known mass or inertia [kg or kg m^2]; None estimates it.
+    offset
+        Whether a constant offset is estimated.
+    terms
+        Terms to fit, whatever the log supports, of `TERM_NAMES`; None selects them.
+    without
+        Terms that are not selected.
+    effort_delay
+        Known time by which the effort acts later than it is logged [s]; None estimates it if the
+        log shows one.
+    tuning
+        Of the method.
+
+    Raises
+    ------
+    InputError
+        If the inertia is not positive, or a term is not one of `TERM_NAMES`.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stickslip.records import AxisLog
+    >>> time = np.arange(0, 10, 0.001)
+    >>> velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    >>> position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    >>> acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity + 20.0 * position
+    >>> log = AxisLog(name="stage", kind="linear", time=time, effort=effort,
+    ...               measured_position=position)
+    >>> found = SelectedModelEstimator().fit(log)
+    >>> found.selection.selected
+    ('spring', 'delay')
+    >>> round(found.value("spring_stiffness"), 1)
+    20.0
+    """
+
+    inertia: float | None = None
+    offset: bool = True
+    terms: tuple[str, ...] | None = None
+    without: tuple[str, ...] = ()
+    effort_delay: float | None = None
+    tuning: SelectionTuning = field(default_factory=SelectionTuning)
+
+    def __post_init__(self) -> None:
+        if self.inertia is not None:
+            positive("inertia", self.inertia, "kg or kg m^2")
+        for name in (*(self.terms or ()), *self.without):
+            if name not in TERM_NAMES:
+                raise InputError(
+                    f"{name!r} is not a term", remedy=f"use some of {', '.join(TERM_NAMES)}"
+                )
+
+    @property
+    def name(self) -> str:
+        """Name in the registry."""
+        return "auto"
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Estimate the parameters from a whole log.
+
+        Parameters
+        ----------
+        log
+            Of a rigid axis.
+
+        Raises
+        ------
+        InputError
+            If nothing moves or pushes in the log, or it is too short for any window.
+        """
+        return self.details(log).estimate
+
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Parameters
+        ----------
+        log
+            Of a rigid axis.
+
+        Raises
+        ------
+        InputError
+            As `fit`.
+        """
+        return self.fit_prepared(prepare(log))
+
+    def fit_prepared(self, log: PreparedLog) -> Fit:
+        """Return the estimate from a log that is prepared already, with its rows.
+
+        Parameters
+        ----------
+        log
+            As `prepare` returns it.
+
+        Raises
+        ------
+        InputError
+            As `fit`.
+        """
+        check_excited(log.log)
+        if not log.parts:
+            raise InputError(
+                f"the log has no stretch of samples without a gap that is long enough "
+                f"({len(log.log)} samples in all, one every {log.sampling_time:.4g} s)",
+                where=log.log.name,
+                remedy="record a longer log, without gaps",
+            )
+        motions = slip_motions(log, self.tuning.motion)
+        notes = list(log.notes)
+        causes = [implausible_units(log, motions, self.tuning.plausibility)]
+        model, terms = self._selected(log, motions)
+        if SATURATION in model.names:
+            limit = next(shape.value for term, shape in model.chosen if term.name == SATURATION)
+            motions, note = _without_saturation(motions, limit, log.log)
+            notes.append(note)
+            model, terms = self._selected(log, motions, saturation=False)
+        kind = "mass" if log.log.kind == "linear" else "inertia"
+        wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
+        if wrong:
+            causes.append(wrong)
+            model = replace(model, inertia=None)
+        rows = model_rows(model, kind)
+        estimate, regression = self._solved(log, motions, model, rows, notes)
+        shifts = [
+            shift
+            for shift in (
+                self._between_windows(model, rows, estimate, kind),
+                self._of_other_terms(model, rows, terms),
+            )
+            if shift is not None
+        ]
+        if shifts:
+            estimate, regression = self._solved(log, motions, model, rows, notes, np.array(shifts))
+        if estimate.status is not Status.OK:
+            causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
+        causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
+        estimate = replace(estimate, selection=_selection(model))
+        return Fit(
+            estimate=_judged(estimate, [cause for cause in causes if cause]),
+            rows=regression,
+            inertia=model.inertia,
+            model=model,
+        )
+
+    def _selected(
+        self, log: PreparedLog, motions: SlipMotions, *, saturation: bool = True
+    ) -> tuple[Model, Sequence[Term]]:
+        """Return the model that the log supports, and the terms that were tried."""
+        T = log.sampling_time
+        tuning = self.tuning.search
+        weight = Weight(half_width=half_width(motions, T, tuning), sampling_time=T)
+        model = Model(
+            rows=window_rows(motions.stretches, weight), inertia=self.inertia, offset=self.offset
+        )
+        if self.effort_delay is not None:
+            model = model.shifted(self.effort_delay / T)
+        if model.rows.size == 0:
+            return model, ()
+        terms = [DELAY_TERM, *candidate_terms(motions, log.log.kind)]
+        left_out = {*self.without, *(() if saturation else (SATURATION,))}
+        if self.effort_delay is not None:
+            left_out.add(DELAY)
+        if self.terms is None:
+            terms = [term for term in terms if term.name not in left_out]
+            return search(model, terms, tuning, ripple="ripple" not in left_out), terms
+        return fixed_terms(model, terms, self.terms, tuning), ()
+
+    def _solved(
+        self,
+        log: PreparedLog,
+        motions: SlipMotions,
+        model: Model,
+        rows: ModelRows,
+        notes: Sequence[str],
+        shifts: Float[np.ndarray, "k p"] | None = None,
+    ) -> tuple[FrictionEstimate, Regression]:
+        """Return the estimate with its rows."""
+        regression = rows.regression(log, motions, model, shifts=shifts, notes=notes)
+        provenance = provenance_of(log.log, self._options())
+        return solve(regression, estimator=self.name, provenance=provenance), regression
+
+    def _options(self) -> Mapping[str, Any]:
+        return {
+            "inertia": self.inertia,
+            "offset": self.offset,
+            "terms": None if self.terms is None else list(self.terms),
+            "without": list(self.without),
+            "effort_delay": self.effort_delay,
+        }
+
+    def _between_windows(
+        self, model: Model, rows: ModelRows, estimate: FrictionEstimate, kind: str
+    ) -> Float[np.ndarray, " p"] | None:
+        """Return by how much the parameters differ over wider windows; None if by chance only.
+
+        Wider windows leave out what is fast: a drive that resonates, presliding, a poor model of
+        transients. An elastic drive still adds a share of the fourth derivative of the position,
+        the first term in which its apparent inertia depends on frequency.
+        """
+        tuning = self.tuning.intervals
+        weight = model.rows.weight
+        shifts = np.zeros(len(rows.names))
+        for k, factor in enumerate(tuning.wide_windows):
+            wider = replace(weight, half_width=round(factor * weight.half_width))
+            wide = replace(model, rows=window_rows(model.rows.motions, wider, model.rows.delay))
+            too_few = wide.rows.size < 4 * len(rows.names)
+            if too_few or wide.rows.moves < tuning.fewest_moves * model.rows.moves:
+                continue
+            other = model_rows(wide, kind)
+            if k > 0:
+                other = other.with_column("elastic", wide.rows.snap)
+            if other.smallest_ratio() < tuning.smallest_ratio:
+                continue
+            values, stds = other.fitted()
+            for place, (name, value) in enumerate(zip(rows.names, rows.values(), strict=True)):
+                own = estimate.parameters[name].std
+                if own is None:
+                    continue
+                shift = float(values[place] - value)
+                chance = float(np.sqrt(max(stds[place] ** 2 - own**2, 0.1 * own**2)))
+                if abs(shift) > max(tuning.fewest_deviations * chance, abs(shifts[place])):
+                    shifts[place] = shift
+        return shifts if np.any(shifts) else None
+
+    def _of_other_terms(
+        self, model: Model, rows: ModelRows, terms: Sequence[Term]
+    ) -> Float[np.ndarray, " p"] | None:
+        """Return the largest change of the parameters by a term that is nearly significant."""
+        open_ = {
+            score.term
+            for score in model.scores
+            if not score.selected and score.p_value < self.tuning.intervals.largest_p_value
+        }
+        own = rows.values()
+        norms = np.linalg.norm(rows.columns, axis=0)
+        largest, found = 0.0, None
+        for term in terms:
+            if term.name not in open_ or term.name == SATURATION:
+                continue
+            for shape in term.shapes[:: max(len(term.shapes) // 3, 1)]:
+                more = np.column_stack([rows.columns, model.term_columns(term, shape)])
+                shift = least_squares(more, rows.target)[: own.size] - own
+                size = float(np.linalg.norm(shift * norms))
+                if size > largest:
+                    largest, found = size, shift
+        return found
+
+
+def _without_saturation(
+    motions: SlipMotions, limit: float, log: AxisLog
+) -> tuple[SlipMotions, str]:
+    """Return the motions without the samples whose effort did not reach the axis, and a note."""
+    over = [np.abs(m.effort) > _SATURATED * limit for m in motions.stretches]
+    stretches = tuple(
+        replace(m, usable=m.usable & ~out) for m, out in zip(motions.stretches, over, strict=True)
+    )
+    share = float(np.mean(np.concatenate(over)))
+    return replace(motions, stretches=stretches), (
+        f"logged effort beyond {limit:.3g} {log.unit('effort')} does not reach the axis, so the "
+        f"drive saturates; {100 * share:.2g} % of samples excluded"
+    )
+
+
+def _selection(model: Model) -> ModelSelection:
+    """Return the selection with its summary."""
+    chosen = [score for score in model.scores if score.selected]
+    others = [score for score in model.scores if not score.selected]
+    T = model.rows.weight.sampling_time
+    sentences = ["The model has inertia, viscous and Coulomb friction and an offset."]
+    if not model.viscous:
+        sentences = ["The model has inertia, Coulomb friction and an offset."]
+    if chosen:
+        parts = [
+            f"{score.text} (squared error on moves left out of the fit "
+            f"{-100 * score.gain:+.2g} ± {100 * score.gain_std:.2g} %, p = {score.p_value:.0e})"
+            for score in chosen
+        ]
+        sentences = [f"{sentences[0][:-1]}, and these terms were selected: {'; '.join(parts)}."]
+    elif model.names:
+        sentences = [f"{sentences[0][:-1]}, and as asked for: {', '.join(model.names)}."]
+    if DELAY in model.names:
+        late = 1e3 * model.rows.delay * T
+        sentences.append(
+            f"The effort acts {abs(late):.3g} ms {'after' if late > 0 else 'before'} its time stamp"
+            " [held over each sample]."
+        )
+    if others:
+        nearest = min(others, key=lambda score: score.p_value)
+        sentences.append(
+            f"{len(others)} other terms were tested and none is significant and predicts better; "
+            f"the nearest is {nearest.term} (p = {nearest.p_value:.1g}, "
+            f"{-100 * nearest.gain:+.2g} ± {100 * nearest.gain_std:.2g} %)."
+        )
+    return ModelSelection(
+        summary=" ".join(sentences),
+        scores=(*chosen, *others),
+        effort_delay=model.rows.delay * T,
+    )
+
+
+def _judged(estimate: FrictionEstimate, causes: Sequence[str]) -> FrictionEstimate:
+    """Return the estimate with the causes of a mismatch, the most serious first."""
+    if not causes:
+        return estimate
+    diagnostics = replace(estimate.diagnostics, notes=(*causes, *estimate.diagnostics.notes))
+    return replace(estimate, status=Status.MODEL_MISMATCH, diagnostics=diagnostics)

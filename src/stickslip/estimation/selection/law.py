@@ -1,0 +1,88 @@
+"""The friction law of an estimate: effort over velocity."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from jaxtyping import Float
+
+__all__ = ["is_velocity_term", "law_columns", "law_effort"]
+
+_TERMS = (
+    "viscous_friction",
+    "coulomb_friction",
+    "static_friction",
+    "offset",
+    "quadratic_friction",
+    "two_thirds_friction",
+    "stribeck_velocity",
+)
+
+
+def is_velocity_term(name: str) -> bool:
+    """Return whether a parameter belongs to the law of effort over velocity."""
+    return name.removesuffix("_positive").removesuffix("_negative") in _TERMS
+
+
+def law_columns(
+    names: Sequence[str],
+    velocity: Float[np.ndarray, " n"],
+    direction: Float[np.ndarray, " n"],
+    values: Mapping[str, float],
+) -> Float[np.ndarray, "n p"]:
+    """Return the effort per unit of each parameter, and its derivative for a Stribeck velocity.
+
+    Parameters
+    ----------
+    names
+        Parameters, each a velocity term.
+    velocity, direction
+        [m/s or rad/s], and its sign [-] (which tells the two ends of zero apart).
+    values
+        Of all parameters [SI]; the Stribeck effect is taken at them.
+    """
+    width = values.get("stribeck_velocity", 0.0)
+    rise = np.exp(-((velocity / width) ** 2)) if width > 0 else np.zeros(velocity.size)
+    columns: list[Float[np.ndarray, " n"]] = []
+    for name in names:
+        base = name.removesuffix("_positive").removesuffix("_negative")
+        side = {"_positive": 1.0, "_negative": -1.0}.get(name.removeprefix(base), 0.0)
+        on = np.ones(velocity.size) if side == 0.0 else (direction == side).astype(float)
+        if base == "viscous_friction":
+            column = velocity
+        elif base == "coulomb_friction":
+            column = direction * (1.0 - rise)
+        elif base == "static_friction":
+            column = direction * rise
+        elif base == "quadratic_friction":
+            column = velocity * np.abs(velocity)
+        elif base == "two_thirds_friction":
+            column = direction * np.abs(velocity) ** (2.0 / 3.0)
+        elif base == "stribeck_velocity":
+            excess = np.zeros(velocity.size)
+            for way, sign in (("", 0.0), ("_positive", 1.0), ("_negative", -1.0)):
+                if f"static_friction{way}" in values:
+                    height = values[f"static_friction{way}"] - values[f"coulomb_friction{way}"]
+                    excess += height * (np.ones(velocity.size) if sign == 0 else direction == sign)
+            column = direction * excess * rise * 2.0 * velocity**2 / max(width, 1e-300) ** 3
+        else:
+            column = np.ones(velocity.size)
+        columns.append(column * on)
+    return np.column_stack(columns)
+
+
+def law_effort(
+    values: Mapping[str, float],
+    velocity: Float[np.ndarray, " n"],
+    direction: Float[np.ndarray, " n"],
+) -> Float[np.ndarray, " n"]:
+    """Return the effort of the law at each velocity [N or N m].
+
+    Parameters
+    ----------
+    values
+        Of all parameters [SI].
+    velocity, direction
+        [m/s or rad/s], and its sign [-].
+    """
+    names = [n for n in values if is_velocity_term(n) and n != "stribeck_velocity"]
+    return law_columns(names, velocity, direction, values) @ np.array([values[n] for n in names])

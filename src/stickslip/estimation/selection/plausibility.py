@@ -1,0 +1,214 @@
+"""Whether a log can be what its units, its sampling and its known inertia say it is."""
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.prepare import PreparedLog
+from stickslip.estimation.selection.model_rows import ModelRows
+from stickslip.estimation.selection.motion import SlipMotions
+from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.significance import Basis, significance
+from stickslip.estimation.signals.kinematics import noise_level
+
+__all__ = [
+    "PlausibilityTuning",
+    "implausible_units",
+    "too_slow_sampling",
+    "unexplained_effort",
+    "wrong_inertia",
+]
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlausibilityTuning:
+    """Bounds beyond which a log is taken to be something else than it is declared to be."""
+
+    largest_speed: float = 10.0
+    """Speed of a linear axis [m/s]: the fastest linear motors reach it."""
+    largest_travel: float = 30.0
+    """Range of positions of a linear axis [m]: gantries reach it."""
+    largest_rotary_speed: float = 2500.0
+    """Speed of a rotary axis [rad/s], 24 000 rpm: spindles reach it, positioning axes do not."""
+    shortest_move: float = 8.0
+    """Samples that a move must have for its windows [-]."""
+    largest_inertia_error: float = 0.02
+    """Of a given inertia, beyond which it is reported [-]: data sheets are as exact."""
+    largest_p_value: float = 1e-3
+    """Of that error."""
+    largest_residual: float = 0.25
+    """Share of the effort that no term and no noise explains [-], beyond which the model is not
+    what moves the axis."""
+
+
+_LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
+_FEWEST_BITS = 9
+_MOST_BITS = 32
+_CONVERTED = {
+    "mm": "convert it, for instance --position '1e-3 * COLUMN'",
+    "deg": "convert it, for instance --position 'COLUMN * pi / 180'",
+}
+
+
+def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
+    """Return why the position cannot be in the unit that it is declared in; empty if it can.
+
+    A stage that moves at 100 m/s moves at 100 mm/s. An encoder whose turn of 360 units has exactly
+    2^n steps counts degrees.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared.
+    tuning
+        What is plausible.
+    """
+    speed = motions.largest_speed
+    travel = float(np.ptp(motions.moving(lambda m: m.position)))
+    if log.log.kind == "linear":
+        if speed > tuning.largest_speed or travel > tuning.largest_travel:
+            return (
+                f"travel of {travel:.3g} m at up to {speed:.3g} m/s: is the position in mm? "
+                + _CONVERTED["mm"]
+            )
+        return ""
+    if speed > tuning.largest_rotary_speed or _counts_degrees(log):
+        return (
+            f"travel of {travel:.3g} rad at up to {speed:.3g} rad/s"
+            f"{', read from an encoder that divides 360 units' if _counts_degrees(log) else ''}: "
+            "is the position in degrees? " + _CONVERTED["deg"]
+        )
+    return ""
+
+
+def _counts_degrees(log: PreparedLog) -> bool:
+    """Return whether the readings divide 360 units, and not 2 pi, into a usual number of counts.
+
+    Readings rounded to decimals divide 360 too; their step is a power of ten, or 2 or 5 times one.
+    """
+    values = np.unique(log.log.measured_position)
+    steps = np.diff(values)
+    steps = steps[steps > 1e-12 * max(float(np.ptp(values)), 1.0)]
+    if steps.size < 10:
+        return False
+    step = _common_step(steps)
+    if step == 0 or _is_count(2.0 * np.pi / step):
+        return False
+    leading = step / 10.0 ** np.floor(np.log10(step * (1.0 + _LATTICE)))
+    decimal = bool(np.any(np.abs(leading / np.array([1.0, 2.0, 5.0]) - 1.0) < _LATTICE))
+    return _is_count(360.0 / step) and not decimal
+
+
+def _common_step(steps: Float[np.ndarray, " n"]) -> float:
+    """Return the step that all differences of readings are multiples of; 0 if there is none."""
+    step = float(np.min(steps))
+    near = steps < 1e3 * step  # where rounding of the step leaves the counts apart
+    counts = np.rint(steps[near] / step)
+    step = float(np.sum(steps[near]) / np.sum(counts))
+    off = np.abs(steps[near] / step - counts)
+    return step if float(np.max(off)) < 0.02 else 0.0
+
+
+def _is_count(counts: float) -> bool:
+    """Return whether an encoder has so many counts a turn: a power of two, or a round number."""
+    if not 2.0**_FEWEST_BITS <= counts <= 2.0**_MOST_BITS:
+        return False
+    power = 2.0 ** round(float(np.log2(counts)))
+    hundreds = 100.0 * round(counts / 100.0)
+    near_hundreds = abs(counts - hundreds) < 0.01 * min(1.0, 1e6 / counts)
+    return abs(counts / power - 1.0) < _LATTICE or (counts < 1e6 and near_hundreds)
+
+
+def too_slow_sampling(log: PreparedLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
+    """Return that the samples are too far apart for the moves; empty if they are not.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared.
+    tuning
+        What is plausible.
+    """
+    lengths: list[int] = []
+    for motion in motions.stretches:
+        edges = np.flatnonzero(np.diff(np.concatenate(([0], motion.direction, [0]))))
+        lengths += [
+            stop - start for start, stop in pairwise(edges.tolist()) if motion.direction[start] != 0
+        ]
+    if not lengths:
+        return ""
+    # Moves of a sample or two are noise; the time in motion is in the others
+    every = np.sort(lengths)
+    typical = float(every[np.searchsorted(np.cumsum(every), 0.5 * np.sum(every))])
+    T = log.sampling_time
+    if typical >= tuning.shortest_move:
+        return ""
+    return f"{1.0 / T:.3g} Hz sampling is too slow for moves of {typical * T:.2g} s; record faster"
+
+
+def unexplained_effort(
+    motions: SlipMotions,
+    model: Model,
+    rows: ModelRows,
+    tuning: PlausibilityTuning,
+) -> str:
+    """Return how much of the effort no term and no noise explains; empty if it is little.
+
+    Parameters
+    ----------
+    motions
+        As prepared.
+    model, rows
+        As fitted.
+    tuning
+        What is plausible.
+    """
+    if model.rows.size <= rows.columns.shape[1]:
+        return ""
+    weight = model.rows.weight
+    values = rows.values()
+    residual = float(np.mean((rows.target - rows.columns @ values) ** 2))
+    inertia = abs(float(values[0])) if model.inertia is None else model.inertia
+    position = inertia * motions.position_noise * float(np.linalg.norm(weight.second()))
+    effort = noise_level(np.concatenate([m.effort for m in motions.stretches]))
+    effort *= float(np.linalg.norm(weight.held(0.0)))
+    left = max(residual - position**2 - effort**2, 0.0)
+    share = float(np.sqrt(left / max(float(np.mean(model.rows.effort**2)), _TINY)))
+    if share < tuning.largest_residual:
+        return ""
+    return (
+        f"{100 * share:.0f} % of the effort is explained by no term and no noise; check the "
+        "columns and their units, and whether another axis, a load or a stop acts on this one"
+    )
+
+
+_TINY = np.finfo(float).tiny
+
+
+def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning) -> str:
+    """Return that a known inertia disagrees with the log; empty if it does not.
+
+    Parameters
+    ----------
+    model
+        With a known inertia.
+    kind, unit
+        ``"mass"`` or ``"inertia"``, and its unit.
+    tuning
+        What is plausible.
+    """
+    if model.inertia is None or model.rows.size < 3 * model.columns().shape[1]:
+        return ""
+    basis = Basis.of(model.columns(), model.target())
+    partial = basis.partial(model.rows.acceleration[:, None])
+    if partial is None or significance(basis, partial) > tuning.largest_p_value:
+        return ""
+    error = float(partial.values[0])
+    if abs(error) < tuning.largest_inertia_error * model.inertia:
+        return ""
+    return (
+        f"the given {kind} of {model.inertia:.4g} {unit} disagrees with the log, which shows "
+        f"{model.inertia + error:.4g} {unit}; check it, or leave it out to have it estimated"
+    )

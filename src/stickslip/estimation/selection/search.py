@@ -1,0 +1,426 @@
+"""Forward search for the terms that a log supports."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+from jaxtyping import Float
+from scipy.optimize import minimize_scalar
+
+from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.selection.motion import SlipMotions
+from stickslip.estimation.selection.rows import WindowRows, window_rows
+from stickslip.estimation.selection.significance import (
+    Basis,
+    Partial,
+    held_out_errors,
+    significance,
+)
+from stickslip.estimation.selection.terms import DELAY, SATURATION, Shape, Term, ripple_term
+from stickslip.estimation.selection.windows import Weight
+from stickslip.records import TermScore
+
+__all__ = ["DELAY_TERM", "Model", "SearchTuning", "fixed_terms", "half_width", "search"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SearchTuning:
+    """Tuning of the windows and of the search."""
+
+    shortest_window: float = 0.01
+    """Half of the narrowest window [s]: drives act on friction below 100 Hz."""
+    fewest_samples: int = 3
+    """The same in samples, which the integrals over a window need."""
+    widest_window: float = 0.1
+    """Half of the widest window [s], which moves must outlast."""
+    largest_attenuation: float = 5e-4
+    """Share of the inertia that noise of the position may take, above which windows widen [-]."""
+    largest_p_value: float = 2e-3
+    """Of a term that is selected [-]: some ten terms give 2 % of false selections."""
+    fewest_deviations: float = 1.0
+    """Gain on moves left out of the fit, in its standard errors (one-standard-error rule) [-]."""
+    smallest_gain: float = 0.02
+    """The same relative to the squared error [-]: less makes no difference to a user."""
+    smallest_share: float = 1e-3
+    """Of the effort that a term must explain [-]: errors of a sampled motion can be as large."""
+    smallest_ratio: float = 0.015
+    """Smallest over largest singular value of the columns with the term, scaled to unit norm [-]:
+    below 0.01 parameters count as not identifiable, and no term is worth that."""
+    most_terms: int = 6
+    """In one model, beyond the first four."""
+    largest_delay: float = 0.05
+    """Of the effort, either way [s]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A force balance with some terms beyond inertia, viscous and Coulomb friction and offset.
+
+    Attributes
+    ----------
+    rows
+        The windows, with the delay of the effort that belongs to the model.
+    inertia
+        Known mass or inertia [kg or kg m^2]; None if it is estimated.
+    offset
+        Whether a constant effort acts.
+    viscous
+        Whether friction has a part that is proportional to the speed.
+    chosen
+        Terms and their shapes, in the order of their selection.
+    scores
+        Of every term that was looked at.
+    """
+
+    rows: WindowRows
+    inertia: float | None
+    offset: bool = True
+    viscous: bool = True
+    chosen: tuple[tuple[Term, Shape], ...] = ()
+    scores: tuple[TermScore, ...] = ()
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the selected terms."""
+        return tuple(term.name for term, _ in self.chosen)
+
+    def target(self) -> Float[np.ndarray, " n"]:
+        """Return the effort, without the known inertia's [N or N m]."""
+        effort = self.rows.effort
+        return effort if self.inertia is None else effort - self.inertia * self.rows.acceleration
+
+    def base(self) -> Float[np.ndarray, "n p"]:
+        """Return the columns of inertia, viscous friction, Coulomb friction and offset."""
+        rows = self.rows
+        columns = [rows.direction]
+        if self.offset:
+            columns.append(np.ones(rows.size))
+        if self.viscous:
+            columns.insert(0, rows.velocity)
+        if self.inertia is None:
+            columns.insert(0, rows.acceleration)
+        return np.column_stack(columns)
+
+    def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
+        """Return the columns of a term."""
+        if term.name == DELAY:
+            return -self.rows.effort_slope[:, None]
+        return self.rows.means(shape)
+
+    def columns(self, without: str = "") -> Float[np.ndarray, "n p"]:
+        """Return all columns, or those without one term."""
+        kept = [self.term_columns(t, s) for t, s in self.chosen if t.name != without]
+        return np.column_stack([self.base(), *kept])
+
+    def coefficients(self, name: str) -> Float[np.ndarray, " p"]:
+        """Return the coefficients of a selected term [SI]."""
+        values = least_squares(self.columns(), self.target())
+        at = self.base().shape[1]
+        for term, shape in self.chosen:
+            width = len(shape.names)
+            if term.name == name:
+                return values[at : at + width]
+            at += width
+        raise KeyError(name)
+
+    def shifted(self, delay: float) -> "Model":
+        """Return the model with another delay of the effort [samples]."""
+        margin = ceil(abs(delay)) + 1
+        if margin <= self.rows.weight.margin:
+            return replace(self, rows=replace(self.rows, delay=delay))
+        weight = replace(self.rows.weight, margin=margin + 1)
+        return replace(self, rows=window_rows(self.rows.motions, weight, delay))
+
+
+EXCLUSIVE = {
+    "two-thirds": ("quadratic", "direction", "stribeck"),
+    "quadratic": ("two-thirds",),
+    "direction": ("two-thirds",),
+    "stribeck": ("two-thirds",),
+}
+"""Terms that are not tried beside a selected one: two bends of one curve."""
+
+DELAY_TERM = Term(
+    name=DELAY,
+    text="the effort acts later or earlier than it is logged",
+    shapes=(Shape(names=("effort_delay",), columns=()),),
+)
+
+
+def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning) -> int:
+    """Return half of the width of windows that is wide enough for the noise of the positions.
+
+    Noise of the position is a noisy regressor, worst at high frequencies. It attenuates the inertia
+    by its share of what the acceleration holds beyond the other columns.
+
+    Parameters
+    ----------
+    motions
+        Of the log.
+    sampling_time
+        [s].
+    tuning
+        Of the search.
+    """
+    half = max(tuning.fewest_samples, round(tuning.shortest_window / sampling_time))
+    while True:
+        weight = Weight(half_width=half, sampling_time=sampling_time)
+        model = Model(rows=window_rows(motions.stretches, weight), inertia=None)
+        wider = int(1.3 * half) + 1
+        if wider * sampling_time > tuning.widest_window or model.rows.size < _FEWEST_ROWS:
+            return half
+        columns = model.base()
+        content = float(np.sum(Basis.of(columns[:, 1:], columns[:, 0]).residual ** 2))
+        noise = motions.position_noise * float(np.linalg.norm(weight.second()))
+        if columns.shape[0] * noise**2 <= tuning.largest_attenuation * content:
+            return half
+        half = wider
+
+
+_FEWEST_ROWS = 20
+
+
+def search(
+    model: Model, terms: Sequence[Term], tuning: SearchTuning, *, ripple: bool = True
+) -> Model:
+    """Add terms one by one, the best first, as long as they are significant and predict better.
+
+    Parameters
+    ----------
+    model
+        To start from.
+    terms
+        To choose from.
+    tuning
+        Of the search.
+    ripple
+        Whether to look for forces that repeat along the travel.
+    """
+    found: list[TermScore] = []
+    while len(model.chosen) < tuning.most_terms and model.rows.moves > 3:
+        columns, target = model.columns(), model.target()
+        if columns.shape[0] < 3 * columns.shape[1]:
+            break
+        basis = Basis.of(columns, target)
+        errors = held_out_errors(columns, target, model.rows.move)
+        taken = {name for chosen in model.names for name in (chosen, *EXCLUSIVE.get(chosen, ()))}
+        candidates = [term for term in terms if term.name not in taken]
+        if ripple and "ripple" not in model.names:
+            candidates += _ripples(model, basis)
+        tried = [_tried(model, term, basis, columns, errors) for term in candidates]
+        tried = [trial for trial in tried if trial is not None]
+        others = tuple(trial.score for trial in tried)
+        accepted = [trial for trial in tried if _accepted(trial, tuning)]
+        if not accepted:
+            return replace(model, scores=(*found, *others))
+        best = max(accepted, key=lambda trial: trial.score.gain)
+        found.append(replace(best.score, selected=True))
+        model = _refined(replace(model, chosen=(*model.chosen, (best.term, best.shape))))
+        if best.term.name == "two-thirds":
+            model = _without_viscous(model, tuning)
+        if best.term.name == SATURATION:
+            break
+        if DELAY in model.names:
+            model = _settled(model, tuning)
+    return replace(model, scores=tuple(found))
+
+
+def fixed_terms(
+    model: Model, terms: Sequence[Term], names: Sequence[str], tuning: SearchTuning
+) -> Model:
+    """Return the model with given terms, each in the shape that fits best.
+
+    Parameters
+    ----------
+    model
+        To start from.
+    terms
+        Terms that the motion could show.
+    names
+        Of the terms to add, in this order; those that the motion cannot show are left out.
+    tuning
+        Of the search.
+    """
+    for name in names:
+        basis = Basis.of(model.columns(), model.target())
+        offered = [*terms, *_ripples(model, basis)]
+        term = next((term for term in offered if term.name == name), None)
+        fits = None if term is None else _best_shape(model, term, basis)
+        if term is not None and fits is not None:
+            model = _refined(replace(model, chosen=(*model.chosen, (term, fits[0]))))
+            if DELAY in model.names:
+                model = _settled(model, tuning)
+    return model
+
+
+def _without_viscous(model: Model, tuning: SearchTuning) -> Model:
+    """Return the model without viscous friction unless that belongs to it too."""
+    without = replace(model, viscous=False)
+    basis = Basis.of(without.columns(), model.target())
+    partial = basis.partial(model.rows.velocity[:, None])
+    if partial is None or significance(basis, partial) > tuning.largest_p_value:
+        return without
+    return model
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Trial:
+    """A term that was tried, in its best shape."""
+
+    term: Term
+    shape: Shape
+    score: TermScore
+    ratio: float
+
+
+def _tried(
+    model: Model,
+    term: Term,
+    basis: Basis,
+    columns: Float[np.ndarray, "n p"],
+    errors: Float[np.ndarray, " moves"],
+) -> _Trial | None:
+    """Return the best shape of a term with its score; None if no shape has the right sign."""
+    best = _best_shape(model, term, basis)
+    if best is None:
+        return None
+    shape, partial = best
+    own = model.term_columns(term, shape)
+    target, move = basis.target, model.rows.move
+    gains = errors - held_out_errors(np.column_stack([columns, own]), target, move)
+    total = max(float(np.sum(errors)), np.finfo(float).tiny)
+    every = np.column_stack([columns, own])
+    if term.name == "two-thirds":  # it may take the place of viscous friction
+        every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
+    singular = np.linalg.svd(every / np.linalg.norm(every, axis=0), compute_uv=False)
+    score = TermScore(
+        term=term.name,
+        text=term.text,
+        selected=False,
+        # One of several shapes is significant by chance more often (Bonferroni)
+        p_value=min(significance(basis, partial) * term.trials, 1.0),
+        gain=float(np.sum(gains)) / total,
+        gain_std=float(np.std(gains, ddof=1)) * float(np.sqrt(gains.size)) / total,
+        share=basis.share(partial),
+    )
+    return _Trial(term=term, shape=shape, score=score, ratio=float(singular[-1] / singular[0]))
+
+
+def _best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial] | None:
+    """Return the shape that explains most; None if none has coefficients that it may have."""
+    best: tuple[Shape, Partial] | None = None
+    largest = -1.0
+    for shape in term.shapes:
+        partial = basis.partial(model.term_columns(term, shape))
+        if partial is None or not shape.allows(partial.values):
+            continue
+        explained = float(np.sum(partial.coordinates**2))
+        if explained > largest:
+            largest, best = explained, (shape, partial)
+    return best
+
+
+def _accepted(trial: _Trial, tuning: SearchTuning) -> bool:
+    score = trial.score
+    return (
+        trial.ratio > tuning.smallest_ratio
+        and score.p_value < tuning.largest_p_value
+        and score.gain > max(tuning.fewest_deviations * score.gain_std, tuning.smallest_gain)
+        and score.share > tuning.smallest_share
+    )
+
+
+_SHAPE_STEPS = 15
+_SHAPE_TOLERANCE = 1e-3  # of the logarithm of its value
+_RIPPLE_SPAN = 0.5  # of a wave along the travel: beyond it another peak begins
+
+
+def _refined(model: Model) -> Model:
+    """Return the model with the shapes of its terms between those that were tried."""
+    for place, (term, _) in enumerate(model.chosen):
+        if term.family is not None:
+            model = _refined_term(model, place, term.family)
+    return model
+
+
+def _refined_term(model: Model, place: int, family: Callable[[float], Shape]) -> Model:
+    """Return the model with the best value of one term's shape near the present one."""
+    term, shape = model.chosen[place]
+
+    def changed(logarithm: float) -> Model:
+        chosen = list(model.chosen)
+        chosen[place] = (term, family(float(np.exp(logarithm))))
+        return replace(model, chosen=tuple(chosen))
+
+    def left(logarithm: float) -> float:
+        trial = changed(logarithm)
+        columns, target = trial.columns(), trial.target()
+        return float(np.sum((target - columns @ least_squares(columns, target)) ** 2))
+
+    low, high = _around(model, term, shape)
+    found = minimize_scalar(
+        left,
+        bounds=(float(np.log(low)), float(np.log(high))),
+        method="bounded",
+        options={"maxiter": _SHAPE_STEPS, "xatol": _SHAPE_TOLERANCE},
+    )
+    return changed(float(found.x)) if found.fun < left(float(np.log(shape.value))) else model
+
+
+def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
+    """Return the values between which the best shape of a family lies [SI]."""
+    if term.name == "ripple":
+        wave = 1.0 / shape.value
+        half = _RIPPLE_SPAN / float(np.ptp(model.rows.position))
+        return 1.0 / (wave + half), 1.0 / max(wave - half, 0.5 * wave)
+    values = [other.value for other in term.shapes]
+    ratio = values[1] / values[0]
+    return shape.value / ratio, shape.value * ratio
+
+
+_DELAY_STEPS = 12
+_LARGEST_STEP = 3.0  # samples, within which the effort is nearly linear in the delay
+_SETTLED = 0.005  # samples
+
+
+def _settled(model: Model, tuning: SearchTuning) -> Model:
+    """Return the model at the delay that fits best (Gauss-Newton)."""
+    T = model.rows.weight.sampling_time
+    most = tuning.largest_delay / T
+    for _ in range(_DELAY_STEPS):
+        step = float(np.clip(model.coefficients(DELAY)[0], -_LARGEST_STEP, _LARGEST_STEP))
+        delay = float(np.clip(model.rows.delay + step, -most, most))
+        model = model.shifted(delay)
+        if abs(step) < _SETTLED:
+            break
+    return model
+
+
+_FEWEST_PERIODS = 3  # along the travel: slower forces are springs and offsets
+_MOST_PERIODS = 300
+_RIPPLE_PEAKS = 2
+_MOST_ROWS = 2000
+
+
+def _ripples(model: Model, basis: Basis) -> list[Term]:
+    """Return the term of the strongest waves of the residual along the travel."""
+    position = model.rows.position
+    extent = float(np.ptp(position))
+    every = max(position.size // _MOST_ROWS, 1)
+    at, residual = position[::every] - position[0], basis.residual[::every]
+    if extent == 0 or at.size < 50:
+        return []
+    # A window holds less than a third of a wave
+    width = 2.0 * model.rows.weight.duration * float(np.median(np.abs(model.rows.velocity)))
+    most = min(_MOST_PERIODS, int(extent / max(3.0 * width, extent / _MOST_PERIODS)))
+    waves = np.arange(_FEWEST_PERIODS, most, 0.25) / extent
+    if waves.size < 3:
+        return []
+    power = np.abs(np.exp(2j * np.pi * np.outer(waves, at)) @ residual) ** 2
+    peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
+    strongest = peaks[np.argsort(power[peaks])[::-1][:_RIPPLE_PEAKS]]
+    if strongest.size == 0:
+        return []
+    # The peaks are the largest of all the waves that the travel resolves
+    return [ripple_term([1.0 / float(waves[k]) for k in strongest], waves.size // 4)]

@@ -1,0 +1,135 @@
+"""Whether columns belong to a model: a robust test, and prediction of moves left out of the fit."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float, Int
+from scipy.special import fdtrc
+
+from stickslip.estimation.fit.intervals import robust_uncertainty
+
+__all__ = ["Basis", "Partial", "held_out_errors", "significance"]
+
+_COSINES = (12, 6)
+_COLLINEAR = 1e-6  # of its norm: what is left of a column that the others make up
+_DEGENERATE = 1e-4  # ratio of singular values of the further columns
+
+
+@dataclass(frozen=True, kw_only=True)
+class Basis:
+    """A model's columns in orthonormal coordinates, with what they leave of the target.
+
+    Attributes
+    ----------
+    vectors
+        Shape (n, p) [-].
+    target, residual
+        Shape (n,) [any unit].
+    """
+
+    vectors: Float[np.ndarray, "n p"]
+    target: Float[np.ndarray, " n"]
+    residual: Float[np.ndarray, " n"]
+
+    @classmethod
+    def of(cls, columns: Float[np.ndarray, "n p"], target: Float[np.ndarray, " n"]) -> "Basis":
+        """Return the basis of columns of any scale."""
+        norms = np.linalg.norm(columns, axis=0)
+        vectors, _ = np.linalg.qr(columns / np.where(norms > 0, norms, 1.0))
+        return cls(vectors=vectors, target=target, residual=target - vectors @ (vectors.T @ target))
+
+    def share(self, partial: "Partial") -> float:
+        """Return what columns explain beyond the basis, over the target, in rms [-]."""
+        size = float(np.linalg.norm(partial.coordinates))
+        return size / max(float(np.linalg.norm(self.target)), np.finfo(float).tiny)
+
+    def partial(self, further: Float[np.ndarray, "n q"]) -> "Partial | None":
+        """Return further columns without what the basis makes of them; None if nothing is left."""
+        rest = further - self.vectors @ (self.vectors.T @ further)
+        norms, whole = np.linalg.norm(rest, axis=0), np.linalg.norm(further, axis=0)
+        if np.any(norms <= _COLLINEAR * whole):
+            return None
+        left, singular, right = np.linalg.svd(rest / norms, full_matrices=False)
+        if singular[-1] < _DEGENERATE * singular[0]:
+            return None
+        coordinates = left.T @ self.residual
+        return Partial(
+            vectors=left,
+            coordinates=coordinates,
+            values=(right.T @ (coordinates / singular)) / norms,
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Partial:
+    """Further columns beyond a basis.
+
+    Attributes
+    ----------
+    vectors
+        In orthonormal coordinates, shape (n, q) [-].
+    coordinates
+        Of the residual along them, shape (q,) [any unit].
+    values
+        Coefficients of the columns, shape (q,) [SI].
+    """
+
+    vectors: Float[np.ndarray, "n q"]
+    coordinates: Float[np.ndarray, " q"]
+    values: Float[np.ndarray, " q"]
+
+
+def significance(basis: Basis, partial: Partial) -> float:
+    """Return the p-value of the hypothesis that coefficients are zero (robust F test) [-].
+
+    The long-run covariance is that of `robust_uncertainty` with nu equal-weighted cosines, so that
+    (nu - q + 1) / (nu q) times the Wald statistic follows F(q, nu - q + 1) (Lazarus, Lewis, Stock
+    and Watson 2018). A residual whose slowest variations are its strongest, such as a drifting
+    force, is not flat over many cosines: the larger p-value of many and of few is returned.
+
+    Parameters
+    ----------
+    basis
+        Of the model so far.
+    partial
+        The columns tested.
+    """
+    p, q = basis.vectors.shape[1], partial.vectors.shape[1]
+    residual = basis.residual - partial.vectors @ partial.coordinates
+    vectors = np.column_stack([basis.vectors, partial.vectors])
+    p_values: list[float] = []
+    for most in _COSINES:
+        found = robust_uncertainty(vectors, np.eye(p + q)[p:], residual, most)
+        nu = float(np.min(found.degrees_of_freedom))
+        degrees = nu - q + 1.0
+        if degrees <= 0 or not np.any(found.covariance):
+            return 1.0
+        wald = float(partial.coordinates @ np.linalg.pinv(found.covariance) @ partial.coordinates)
+        p_values.append(float(fdtrc(q, degrees, wald * degrees / (nu * q))))
+    return max(p_values)
+
+
+def held_out_errors(
+    columns: Float[np.ndarray, "n p"],
+    target: Float[np.ndarray, " n"],
+    group: Int[np.ndarray, " n"],
+) -> Float[np.ndarray, " groups"]:
+    """Return the sum of squared errors on each group of rows of the fit to all the others.
+
+    Parameters
+    ----------
+    columns, target
+        Of the fit [SI].
+    group
+        Number of the group of each row, from 0 and without decrease [-].
+    """
+    norms = np.linalg.norm(columns, axis=0)
+    table = np.column_stack([columns / np.where(norms > 0, norms, 1.0), target])
+    starts = np.flatnonzero(np.diff(group, prepend=-1))
+    products = np.add.reduceat(table[:, :, None] * table[:, None, :], starts, axis=0)
+    rest = np.sum(products, axis=0) - products
+    values = np.linalg.pinv(rest[:, :-1, :-1], rcond=1e-10, hermitian=True) @ rest[:, :-1, -1:]
+    own, cross = products[:, :-1, :-1], products[:, :-1, -1:]
+    squares = products[:, -1, -1] - 2.0 * (np.swapaxes(values, 1, 2) @ cross)[:, 0, 0]
+    squares += (np.swapaxes(values, 1, 2) @ own @ values)[:, 0, 0]
+    return np.maximum(squares, 0.0)

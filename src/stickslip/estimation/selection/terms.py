@@ -1,0 +1,263 @@
+"""The terms that a force balance may have beyond inertia, Coulomb and viscous friction and offset.
+
+Every term is linear in its parameters once its shape (a Stribeck velocity, the period of a ripple)
+is fixed. A term with several shapes is a family, of which the best-fitting member is tested.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.selection.motion import SlipMotion, SlipMotions
+from stickslip.records import AxisKind
+
+__all__ = ["DELAY", "SATURATION", "TERM_NAMES", "Shape", "Term", "candidate_terms", "ripple_term"]
+
+Column = Callable[[SlipMotion], Float[np.ndarray, " n"]]
+
+DELAY = "delay"
+"""Name of the term that is the derivative of the effort with respect to its delay."""
+
+SATURATION = "saturation"
+"""Name of the term that is the excess of the logged effort over a limit."""
+
+ANY = (-np.inf, np.inf)
+POSITIVE = (0.0, np.inf)
+NEGATIVE = (-np.inf, 0.0)
+_ALL_OF_IT = (0.7, 1.3)  # an effort that does not reach the axis at all has the coefficient 1
+TERM_NAMES = (
+    "delay",
+    "direction",
+    "quadratic",
+    "two-thirds",
+    "stribeck",
+    "presliding",
+    "spring",
+    "gravity",
+    "ripple",
+    "offset drift",
+    "friction drift",
+    "gain drift",
+    "saturation",
+)
+"""Names of all terms."""
+
+_STRIBECK_SHAPES = 9
+_PRESLIDING_SHAPES = 7
+_SATURATION_SHAPES = 12
+_SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
+_FAR = 3.0  # ranges of the position: an axis whose origin is so far away has its spring elsewhere
+
+
+@dataclass(frozen=True, kw_only=True)
+class Shape:
+    """One member of a family of terms.
+
+    Attributes
+    ----------
+    names
+        Parameter of each column.
+    columns
+        The columns, sample by sample, each a function of the motion.
+    value
+        What makes the shape, such as a Stribeck velocity [SI]; 0 if there is one shape only.
+    bounds
+        Between which the coefficients must lie for the term to be what it is named after [SI].
+    """
+
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    value: float = 0.0
+    bounds: tuple[float, float] = ANY
+
+    def allows(self, values: Float[np.ndarray, " p"]) -> bool:
+        """Return whether the term can have these coefficients."""
+        return bool(np.all((values > self.bounds[0]) & (values < self.bounds[1])))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Term:
+    """A term with its possible shapes.
+
+    Attributes
+    ----------
+    name
+        Of the term, such as ``"stribeck"``.
+    text
+        What it says about the axis, in words.
+    shapes
+        At least one.
+    tests
+        Number of shapes that these are the best of; 0 if they are all.
+    family
+        The shape with any value, for a search between those of ``shapes``; None if there is no
+        other.
+    """
+
+    name: str
+    text: str
+    shapes: tuple[Shape, ...]
+    tests: int = 0
+    family: Callable[[float], Shape] | None = None
+
+    @property
+    def trials(self) -> int:
+        """Number of shapes that a test of the best one must allow for."""
+        return max(self.tests, len(self.shapes))
+
+
+def _plain(name: str, text: str, *, bounds: tuple[float, float] = ANY, **columns: Column) -> Term:
+    shape = Shape(names=tuple(columns), columns=tuple(columns.values()), bounds=bounds)
+    return Term(name=name, text=text, shapes=(shape,))
+
+
+def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
+    """Return the terms that the motion of a log could show.
+
+    Parameters
+    ----------
+    motions
+        Of the log.
+    kind
+        ``"linear"`` or ``"rotary"``.
+    """
+    slow, largest = motions.slow, motions.largest_speed
+    position, time = motions.moving(lambda m: m.position), motions.moving(lambda m: m.time)
+    largest_effort = float(np.max(np.abs(motions.moving(lambda m: m.effort))))
+    middle, extent = 0.5 * float(np.max(position) + np.min(position)), float(np.ptp(position))
+    origin = middle if abs(middle) > _FAR * extent else 0.0
+    centre = 0.5 * float(time[0] + time[-1])
+    terms = [
+        _plain(
+            "direction",
+            "viscous friction differs between the directions",
+            viscous_asymmetry=lambda m: np.abs(m.velocity),
+        ),
+        _plain(
+            "quadratic",
+            "friction grows with the square of the speed",
+            bounds=POSITIVE,
+            quadratic_friction=lambda m: m.velocity * np.abs(m.velocity),
+        ),
+        _plain(
+            "two-thirds",
+            "friction grows with the 2/3 power of the speed",
+            bounds=POSITIVE,
+            two_thirds_friction=lambda m: m.direction * np.abs(m.velocity) ** (2.0 / 3.0),
+        ),
+        _family(
+            "stribeck",
+            "friction falls as the speed rises from zero (Stribeck effect)",
+            _stribeck,
+            np.geomspace(1.5 * slow, max(0.5 * largest, 2.0 * slow), _STRIBECK_SHAPES),
+        ),
+        _family(
+            "presliding",
+            "friction builds up over a distance after each reversal (presliding)",
+            _presliding,
+            np.geomspace(1e-4 * extent, 0.05 * extent, _PRESLIDING_SHAPES),
+        ),
+        _plain(
+            "spring",
+            "a spring acts on the axis",
+            spring_stiffness=lambda m: m.position - origin,
+        ),
+        _plain(
+            "offset drift",
+            "a constant effort drifts during the log",
+            offset_drift=lambda m: m.time - centre,
+        ),
+        _plain(
+            "friction drift",
+            "friction drifts during the log",
+            friction_drift=lambda m: m.direction * (m.time - centre),
+            viscous_drift=lambda m: m.velocity * (m.time - centre),
+        ),
+        _plain(
+            "gain drift",
+            "the gain from logged to true effort drifts during the log",
+            gain_drift=lambda m: -m.effort * (m.time - centre),
+        ),
+        Term(
+            name=SATURATION,
+            text="the drive saturates below the largest logged effort",
+            shapes=tuple(
+                Shape(
+                    names=("effort_excess",),
+                    columns=(_excess(limit),),
+                    value=limit,
+                    bounds=_ALL_OF_IT,
+                )
+                for limit in np.linspace(
+                    0.3 * largest_effort, 0.98 * largest_effort, _SATURATION_SHAPES
+                ).tolist()
+            ),
+        ),
+    ]
+    if kind == "rotary" and extent > _SWING:
+        terms.append(
+            _plain(
+                "gravity",
+                "gravity acts on a swinging load",
+                gravity_sine=lambda m: np.sin(m.position),
+                gravity_cosine=lambda m: np.cos(m.position),
+            )
+        )
+    return tuple(terms)
+
+
+def ripple_term(periods: Sequence[float], tests: int) -> Term:
+    """Return the term of a force that repeats along the travel.
+
+    Parameters
+    ----------
+    periods
+        Its likeliest periods [m or rad].
+    tests
+        Number of periods that these are the likeliest of.
+    """
+    values = np.array(periods)
+    term = _family("ripple", "a force repeats along the travel (ripple)", _ripple, values)
+    return replace(term, tests=tests)
+
+
+def _family(
+    name: str, text: str, family: Callable[[float], Shape], values: Float[np.ndarray, " n"]
+) -> Term:
+    shapes = tuple(family(value) for value in values.tolist())
+    return Term(name=name, text=text, shapes=shapes, family=family)
+
+
+def _stribeck(velocity: float) -> Shape:
+    """Return ``sign(v) exp(-(v / v_s)^2)``."""
+    return Shape(
+        names=("static_friction",),
+        columns=(lambda m: m.direction * np.exp(-((m.velocity / velocity) ** 2)),),
+        value=velocity,
+        bounds=POSITIVE,
+    )
+
+
+def _presliding(distance: float) -> Shape:
+    """Return ``sign(v) exp(-s / d)``, with the distance s since the direction changed (Dahl)."""
+    return Shape(
+        names=("presliding_friction",),
+        columns=(lambda m: m.direction * np.exp(-m.travelled / distance),),
+        value=distance,
+        bounds=NEGATIVE,
+    )
+
+
+def _excess(limit: float) -> Column:
+    return lambda m: np.sign(m.effort) * np.maximum(np.abs(m.effort) - limit, 0.0)
+
+
+def _ripple(period: float) -> Shape:
+    wave = 2.0 * np.pi / period
+    return Shape(
+        names=("ripple_sine", "ripple_cosine"),
+        columns=(lambda m: np.sin(wave * m.position), lambda m: np.cos(wave * m.position)),
+        value=period,
+    )

@@ -1,0 +1,80 @@
+"""The model that was selected for a log, and what every other term would have brought."""
+
+from dataclasses import dataclass
+from typing import Any
+
+__all__ = ["ModelSelection", "TermScore"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class TermScore:
+    """What one term would add to the selected model, or what it adds as a part of it.
+
+    Attributes
+    ----------
+    term
+        Name of the term, such as ``"stribeck"``.
+    text
+        What it says about the axis, in words.
+    selected
+        Whether the model contains it.
+    p_value
+        Of the hypothesis that its coefficients are zero, under correlated residuals [-].
+    gain, gain_std
+        Relative decrease of the squared error on moves left out of the fit, and its standard error
+        [-].
+    share
+        Root mean square of what only this term explains, relative to that of the effort [-].
+    """
+
+    term: str
+    text: str
+    selected: bool
+    p_value: float
+    gain: float
+    gain_std: float
+    share: float
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the score as plain JSON types."""
+        return {
+            "term": self.term,
+            "text": self.text,
+            "selected": self.selected,
+            "p_value": self.p_value,
+            "gain": self.gain,
+            "gain_std": self.gain_std,
+            "share": self.share,
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelSelection:
+    """Which terms a log supports beyond inertia, viscous friction, Coulomb friction and offset.
+
+    Attributes
+    ----------
+    summary
+        One paragraph: what was selected and why.
+    scores
+        One a term: the selected ones in the order of their selection, then the others.
+    effort_delay
+        Time by which the effort acts later than it is logged [s].
+    """
+
+    summary: str
+    scores: tuple[TermScore, ...]
+    effort_delay: float = 0.0
+
+    @property
+    def selected(self) -> tuple[str, ...]:
+        """Names of the selected terms, in the order of their selection."""
+        return tuple(score.term for score in self.scores if score.selected)
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the selection as plain JSON types."""
+        return {
+            "summary": self.summary,
+            "effort_delay": self.effort_delay,
+            "scores": [score.to_dict() for score in self.scores],
+        }
