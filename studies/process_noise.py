@@ -129,9 +129,7 @@ def main() -> None:
     options = parser.parse_args()
     out = sys.stdout
     out.write("mass, viscous friction, Coulomb friction, offset; median processor time of a fit\n")
-    print(
-        f"{'case':16s} {'RMSE / bound':24s} {'coverage [%]':26s} {'ok':>5s} {'time':>6s}  outliers"
-    )
+    out.write(f"{'case':16s} {'RMSE / bound':24s} {'coverage [%]':26s}    ok   time  outliers\n")
     with Pool(options.workers) as pool:
         for case in options.cases:
             runs = pool.map(run, [(case, seed) for seed in range(options.runs)], chunksize=1)

@@ -252,7 +252,9 @@ class ProcessNoiseLikelihoodEstimator:
         """Return the intervals, wider by what is measured where the innovations are not white."""
         covariance, degrees = covariance_of(problem, maximum)
         half = np.sqrt(np.diag(covariance)) * np.array([t_quantile(float(d)) for d in degrees])
-        rows = evaluate(problem, maximum.values, maximum.levels, with_rows=True).rows
+        rows = evaluate(
+            problem, maximum.values, maximum.levels, with_rows=True, with_changes=False
+        ).rows
         slipping = [s.direction != 0 for s in problem.segments]
         channels = rows[0].shape[1]
         probability = channels * min(
@@ -319,7 +321,9 @@ def _innovations(problem: Problem) -> int:
 
 def _regression(log: AxisLog, problem: Problem, maximum: Maximum) -> Regression:
     """Return the innovations as rows that are linear in the parameters around the maximum."""
-    rows = evaluate(problem, maximum.values, maximum.levels, with_rows=True).rows
+    rows = evaluate(
+        problem, maximum.values, maximum.levels, with_rows=True, with_changes=False
+    ).rows
     kept = [s.direction != 0 for s in problem.segments]
     stacked = np.concatenate([r[k] for r, k in zip(rows, kept, strict=True)])
     time = np.concatenate([s.time[k] for s, k in zip(problem.segments, kept, strict=True)])

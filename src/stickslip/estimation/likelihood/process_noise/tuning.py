@@ -37,7 +37,7 @@ class Tuning:
     largest_effort_innovation: float = 5.0
     """Innovation of the effort, in standard deviations, from which it is a jump [-]: one of 2e6
     samples of white noise."""
-    jump_passes: int = 6
+    jump_passes: int = 4
     """Most searches for jumps of the effort; each shows those that larger ones hid."""
     max_iterations: int = 40
     """Most evaluations of the likelihood after the first guess."""
