@@ -1,6 +1,7 @@
 """Tables of estimators side by side: nothing of them is cut, however narrow the terminal is."""
 
 import io
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -8,7 +9,7 @@ from rich.console import Console
 
 from stickslip.cli.compare_tables import print_comparison
 from stickslip.jobs import EstimationTask, compare_log, compare_scenario
-from stickslip.records import EstimatorComparison, EstimatorStudy
+from stickslip.records import EstimatorComparison, EstimatorStudy, Status
 
 SCENARIO = """
 runs = 2
@@ -59,6 +60,60 @@ def test_an_estimate_that_is_not_to_be_trusted_says_why(good_log: Path) -> None:
     assert "Not to be trusted: - stribeck-energy: Static friction: no step" in text
     trusted = compare_log(good_log, only=("energy",))
     assert not any("Not to be trusted" in line for line in printed(trusted, 120))
+
+
+def test_a_method_without_intervals_is_not_ok(good_log: Path) -> None:
+    observers = ("gradient", "liao-chien")
+    found = compare_log(good_log, only=("energy", *observers))
+    document = found.to_dict()
+    for each in document["estimators"]:
+        without = all(p["ci95"] is None for p in each["estimate"]["parameters"].values())
+        assert (
+            (each["estimate"]["status"] == "no_interval") == without == (each["name"] in observers)
+        )
+    text = " ".join(" ".join(printed(found, 120)).split())
+    assert "liao-chien, gradient: The method gives no confidence intervals" in text
+
+
+def test_contradictory_results_are_named_with_their_intervals(good_log: Path) -> None:
+    found = compare_log(good_log, only=("energy", "idim-ls"))
+    assert found.contradictions == ()
+    assert not any("Contradictory" in line for line in printed(found, 120))
+    energy, other = found.compared
+    assert energy.estimate is not None
+    assert other.estimate is not None
+    mass = energy.estimate.parameters["mass"]
+    assert mass.value is not None
+    assert mass.std is not None
+    value = mass.value + 20.0 * mass.std
+    shifted = replace(mass, value=value, ci95=(value - 2.0 * mass.std, value + 2.0 * mass.std))
+    estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": shifted})
+    contradicting = replace(found, compared=(energy, replace(other, estimate=estimate)))
+    (one,) = contradicting.contradictions
+    assert one.parameter == "mass"
+    assert dict(one.intervals) == {"energy": mass.ci95, "idim-ls": shifted.ci95}
+    assert contradicting.to_dict()["contradictions"] == [one.to_dict()]
+    text = " ".join(" ".join(printed(contradicting, 120)).split())
+    assert "Contradictory results: at least one method is wrong. - Mass [kg]: energy" in text
+    doubted = replace(estimate, status=Status.POOR_FIT)
+    doubtful = replace(found, compared=(energy, replace(other, estimate=doubted)))
+    assert doubtful.contradictions == ()
+
+
+@pytest.mark.parametrize(("gap", "contradicts"), [(-1e-9, False), (0.0, False), (1e-9, True)])
+def test_intervals_that_touch_do_not_contradict(
+    gap: float, contradicts: bool, good_log: Path
+) -> None:
+    found = compare_log(good_log, only=("energy",))
+    (energy,) = found.compared
+    assert energy.estimate is not None
+    mass = energy.estimate.parameters["mass"]
+    assert mass.ci95 is not None
+    low = mass.ci95[1] + gap
+    moved = replace(mass, value=low + 1.0, ci95=(low, low + 2.0))
+    estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
+    pair = (energy, replace(energy, name="other", estimate=estimate))
+    assert bool(replace(found, compared=pair).contradictions) == contradicts
 
 
 def test_tables_of_a_scenario_fit_and_mark_what_takes_an_inertia(tmp_path: Path) -> None:

@@ -112,3 +112,21 @@ def test_what_cannot_be_trusted_is_said_first(tmp_path: Path) -> None:
     scores = (EstimatorScore(name="energy", why_not="nothing moves"),)
     text = write_comparison_page(study(scores=scores), tmp_path / "page.html").read_text()
     assert "None of the estimates can be trusted" in text
+
+
+def test_contradictory_results_are_on_the_page(
+    comparison: EstimatorComparison, tmp_path: Path
+) -> None:
+    plain = write_comparison_page(comparison, tmp_path / "plain.html").read_text()
+    assert ("Contradictory results" in plain) == bool(comparison.contradictions)
+    energy = comparison.compared[0]
+    assert energy.estimate is not None
+    mass = energy.estimate.parameters["mass"]
+    moved = replace(mass, value=9.0, ci95=(8.9, 9.1))
+    estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
+    other = replace(energy, name="idim-ls", estimate=estimate)
+    found = replace(comparison, compared=(energy, other))
+    text = write_comparison_page(found, tmp_path / "contradictory.html").read_text()
+    assert "Contradictory results: at least one method is wrong." in text
+    assert "idim-ls 9 ± 0.1" in text
+    assert "Some of these contradict each other." in text

@@ -53,6 +53,10 @@ def print_comparison(console: "Console", found: "EstimatorComparison | Estimator
         if doubts:
             console.print("Not to be trusted:")
             _listed(console, doubts)
+        contradictions = _contradictions(found)
+        if contradictions:
+            console.print("Contradictory results: at least one method is wrong.", style="bold red")
+            _listed(console, contradictions)
     else:
         for name in found.parameters:
             console.print(_of_parameter(found, name))
@@ -160,7 +164,7 @@ def _doubts(found: "EstimatorComparison") -> list[str]:
     """Return why each estimate that is not to be trusted is not."""
     from stickslip.records import in_words, parameter_label
 
-    doubts: list[str] = []
+    doubts: dict[str, list[str]] = {}
     for each in found.applied:
         if each.estimate is None or each.estimate.status.trusted:
             continue
@@ -169,8 +173,28 @@ def _doubts(found: "EstimatorComparison") -> list[str]:
             for verdict in each.estimate.diagnostics.verdicts
             if not verdict.identifiable
         ]
-        doubts.append(f"{each.name}: {'; '.join(reasons) or each.estimate.status.text}")
-    return doubts
+        doubts.setdefault("; ".join(reasons) or each.estimate.status.text, []).append(each.name)
+    return [f"{', '.join(names)}: {why}" for why, names in doubts.items()]
+
+
+def _contradictions(found: "EstimatorComparison") -> list[str]:
+    """Return a sentence for each parameter of which trusted intervals do not overlap."""
+    from stickslip.records import parameter_label, unit_of, unit_text
+
+    sentences: list[str] = []
+    for each in found.contradictions:
+        unit = unit_text(unit_of(each.parameter, found.log.kind))
+        values = [_value_of(found, name, each.parameter) for name in each.intervals]
+        shown = ", ".join(
+            f"{name} {value}" for name, value in zip(each.intervals, values, strict=True)
+        )
+        label = parameter_label(each.parameter, found.log.kind)
+        sentences.append(f"{label} [{unit}]: {shown}")
+    return sentences
+
+
+def _value_of(found: "EstimatorComparison", estimator: str, parameter: str) -> str:
+    return next(_value(each, parameter) for each in found.compared if each.name == estimator)
 
 
 def _of_parameter(found: "EstimatorStudy", name: str) -> "Table":

@@ -5,6 +5,7 @@ from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
 from stickslip.records.checks import finite_vector, non_negative, positive
 from stickslip.records.comparison import (
     ComparedEstimator,
+    Contradiction,
     EstimatorComparison,
     EstimatorScore,
     EstimatorStudy,
@@ -112,6 +113,7 @@ __all__ = [
     "CarriedRuns",
     "Claim",
     "ComparedEstimator",
+    "Contradiction",
     "ConjunctionReproduction",
     "ControllerScore",
     "Curve",

@@ -14,6 +14,7 @@ from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 
 __all__ = [
     "ComparedEstimator",
+    "Contradiction",
     "EstimatorComparison",
     "EstimatorScore",
     "EstimatorStudy",
@@ -32,6 +33,8 @@ _LOG_LEGEND = {
     "the identified axis is driven by the logged effort and starts anew twenty times",
     "assumed_inertia": "mass or inertia that it was given, though it was not known: that "
     "of the energy estimator on the same log; null if it needed none",
+    "contradictions": "parameters of which estimates of status ok have 95 % intervals that do not "
+    "overlap, with these intervals: at least one of the methods is wrong on this log",
 }
 
 _STUDY_LEGEND = {
@@ -95,6 +98,32 @@ class ComparedEstimator:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Contradiction:
+    """Trusted estimates of one parameter whose 95 % intervals do not overlap.
+
+    Attributes
+    ----------
+    parameter
+        One of `PARAMETER_NAMES`.
+    intervals
+        95 % intervals (low, high) by estimator [SI], each without overlap with at least one other.
+    """
+
+    parameter: str
+    intervals: Mapping[str, tuple[float, float]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "intervals", MappingProxyType(dict(self.intervals)))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain JSON types."""
+        return {
+            "parameter": self.parameter,
+            "intervals": {name: list(interval) for name, interval in self.intervals.items()},
+        }
+
+
+@dataclass(frozen=True, kw_only=True)
 class EstimatorComparison:
     """Estimators side by side on one log.
 
@@ -135,6 +164,32 @@ class EstimatorComparison:
             each.estimate is not None and each.estimate.status.trusted for each in self.compared
         )
 
+    @property
+    def contradictions(self) -> tuple[Contradiction, ...]:
+        """Parameters of which trusted estimates have intervals that do not overlap."""
+        found: list[Contradiction] = []
+        for name in self.parameters:
+            intervals = self._trusted_intervals(name)
+            apart = {
+                key: own
+                for key, own in intervals.items()
+                if any(own[1] < other[0] or other[1] < own[0] for other in intervals.values())
+            }
+            if apart:
+                found.append(Contradiction(parameter=name, intervals=apart))
+        return tuple(found)
+
+    def _trusted_intervals(self, name: str) -> dict[str, tuple[float, float]]:
+        """Return the 95 % intervals of a parameter by trusted estimator [SI]."""
+        intervals: dict[str, tuple[float, float]] = {}
+        for each in self.compared:
+            if each.estimate is None or not each.estimate.status.trusted:
+                continue
+            parameter = each.estimate.parameters.get(name)
+            if parameter is not None and parameter.ci95 is not None:
+                intervals[each.name] = parameter.ci95
+        return intervals
+
     def to_dict(self) -> dict[str, Any]:
         """Return the comparison as plain JSON types (schema 1)."""
         log, source = self.log, self.log.source
@@ -150,6 +205,7 @@ class EstimatorComparison:
                 "duration": float(log.time[-1] - log.time[0]),
             },
             "estimators": [each.to_dict() for each in self.compared],
+            "contradictions": [each.to_dict() for each in self.contradictions],
             "provenance": {
                 "stickslip_version": self.stickslip_version,
                 "files": [] if source is None else list(source.files),

@@ -145,7 +145,7 @@ _STATUS_TEXT = {
     ),
     Status.NO_INTERVAL: (
         "The method gives no confidence intervals, so the errors of its values are unknown; confirm "
-        "them with an estimator that gives intervals."
+        "them with a method that gives intervals."
     ),
 }
 

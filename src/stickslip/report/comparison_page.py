@@ -94,6 +94,8 @@ def _log_page(found: EstimatorComparison) -> Iterable[str]:
         f"{'applies' if len(applied) == 1 else 'apply'} to this log; {good} "
         f"{'gives' if good == 1 else 'give'} an estimate that can be trusted."
     )
+    if found.contradictions:
+        verdict += " Some of these contradict each other."
     yield from _page(
         sections,
         [*drawn, *motions],
@@ -199,6 +201,7 @@ def _estimates(found: EstimatorComparison) -> str:
     )
     return (
         wide(f"{_head_row(heads)}<tbody>\n{body}</tbody>")
+        + _contradictions(found)
         + '<p class="reason">Values with half of their 95 % interval. Effort left: norm of effort '
         "less inertia force and friction over norm of the effort, smoothed and decimated alike for "
         "every estimator. Position explained: 1 less the norm of simulated less measured position "
@@ -206,6 +209,28 @@ def _estimates(found: EstimatorComparison) -> str:
         "logged effort and started anew twenty times. A sample: time of a whole fit over the "
         "samples of the log."
         f"{star}{_known(found)}</p>\n"
+    )
+
+
+def _contradictions(found: EstimatorComparison) -> str:
+    """Return the parameters of which trusted intervals do not overlap; empty for none."""
+    kind = found.log.kind
+    items: list[str] = []
+    for each in found.contradictions:
+        shown = ", ".join(
+            f"{html.escape(name)} "
+            + f"{0.5 * (low + high):.4g} ± {0.5 * (high - low):.2g}".replace("-", "−")
+            for name, (low, high) in each.intervals.items()
+        )
+        unit = unit_text(unit_of(each.parameter, kind))
+        label = parameter_label(each.parameter, kind)
+        items.append(f"<li>{label} [{unit}]: {shown}</li>")
+    if not items:
+        return ""
+    return (
+        "<p><strong>Contradictory results: at least one method is wrong.</strong> The 95 % "
+        f'intervals of these estimates do not overlap.</p>\n<ul class="plain">{"".join(items)}'
+        "</ul>\n"
     )
 
 
