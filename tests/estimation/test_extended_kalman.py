@@ -297,7 +297,8 @@ def test_steps_and_runs_are_the_same() -> None:
         initial_deviations={"viscous_friction": 1.0, "coulomb_friction": 1.0},
     )
     first = ekf.init(sampling_time=T)
-    after, history, innovations = ekf.run(first, log)
+    after, history = ekf.run(first, log)
+    innovations = ekf.normalised_innovations(first, log)
     state = first
     values = np.zeros(2)
     v = log.measured_velocity

@@ -247,9 +247,7 @@ class ExtendedKalmanFilter(OnlineMethod):
     def _places(self) -> list[int]:
         return list(range(VALUES, VALUES + len(self._names)))
 
-    def run(
-        self, state: State, log: AxisLog
-    ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
+    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps.
 
         Parameters
@@ -261,8 +259,7 @@ class ExtendedKalmanFilter(OnlineMethod):
 
         Returns
         -------
-        The new state, the estimates after each sample [SI], and the squared innovations over their
-        variances, summed over the sensors [-].
+        The new state, and the estimates after each sample [SI].
 
         Raises
         ------
@@ -270,6 +267,28 @@ class ExtendedKalmanFilter(OnlineMethod):
             If the log has a gap or another sampling time than the state, or holds no velocity
             where the state was made for one.
         """
+        after, history, _ = self._run(state, log)
+        return after, history
+
+    def normalised_innovations(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
+        """Return the squared innovations over their variances, summed over the sensors [-].
+
+        Parameters
+        ----------
+        state, log
+            As of `run`.
+
+        Raises
+        ------
+        InputError
+            As `run` does.
+        """
+        return self._run(state, log)[2]
+
+    def _run(
+        self, state: State, log: AxisLog
+    ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
+        """Return the new state, the estimates and the squared innovations over their variances."""
         check_fits(log, float(state[SAMPLING_TIME]))
         measured = log.measured_velocity
         if measured is None and np.isfinite(state[at.VELOCITY_VARIANCE]):
@@ -381,7 +400,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         innovations: list[Float[np.ndarray, " n"]] = []
         for part in log.segments():
             forget_motion(state)
-            state, _, squared = self.run(state, part)
+            state, _, squared = self._run(state, part)
             innovations.append(squared[1:])
         return state, float(np.mean(np.concatenate(innovations))) / (1 + measured)
 
