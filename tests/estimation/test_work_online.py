@@ -157,19 +157,18 @@ def test_its_covariance_is_that_of_its_errors() -> None:
     assert all(low < total < high for total in squares.values())
 
 
-@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
-@pytest.mark.parametrize("place", range(5))
-def test_a_value_that_is_not_finite_is_refused(place: int, bad: float) -> None:
+@pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf, 1e200])
+@pytest.mark.parametrize("place", range(3))
+def test_an_impossible_value_is_counted_and_teaches_nothing(place: int, bad: float) -> None:
     log = logged(swing(300))
     state, _ = RIGID.run(RIGID.init(sampling_time=T), log)
-    before = state.copy()
     sample: Any = [1.0, 0.1, 0.2, 0.0, 0.0]
     sample[place] = bad
-    with pytest.raises(InputError, match=f"of the sample is {bad}"):
-        RIGID.step(state, tuple(sample))
-    np.testing.assert_array_equal(state, before)
-    assert not RIGID.kernel(state, *sample)
-    np.testing.assert_array_equal(state, before)
+    after, values = RIGID.step(state, tuple(sample))
+    np.testing.assert_allclose(values, state[RIGID._places], rtol=0.01)
+    assert RIGID.health(after).missing_samples == 1
+    assert np.all(np.isfinite(values))
+    assert RIGID.kernel(state.copy(), *sample) == bool(np.isfinite(bad))
 
 
 @settings(max_examples=25)
@@ -273,7 +272,7 @@ def test_a_change_of_friction_is_followed(sensors: Sensors) -> None:
     log = warmed_up(before, 20_000, sensors)
     ends = {}
     for factor in (1.0, 1.0 - 1.0 / memory):
-        estimator = replace(RIGID, forgetting_factor=factor)
+        estimator = replace(RIGID, forgetting_factor=factor, force_noise=0.0)
         state = estimator.init(sampling_time=T, velocity_measured=log.measured_velocity is not None)
         _, history = estimator.run(state, log)
         np.testing.assert_allclose(history[before], TRUTH, rtol=0.05)

@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -20,8 +20,10 @@ _SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
 class OnlineMethod(ABC):
     """An estimator all of whose memory is one vector, which a compiled kernel steps in place."""
 
-    counts_missing: ClassVar[bool] = False
-    """Whether a sample that is not finite is counted in the state instead of refused."""
+    @property
+    def counts_missing(self) -> bool:
+        """Whether a sample that is not finite is counted in the state instead of refused."""
+        return False
 
     @property
     @abstractmethod

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
 from functools import cached_property
-from typing import Any, ClassVar
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -120,7 +120,8 @@ class EnergyEstimator(OnlineMethod):
         there is an initial variance too.
     force_noise
         For the recursion only: standard deviation of a disturbance force [N or N m]. None
-        estimates it from the innovations with the inertia known, and takes none otherwise.
+        estimates it from the innovations with the inertia known and nothing forgotten, and takes
+        none otherwise.
     effort_delay
         For the recursion only: samples by which the effort acts after it is logged [-], also a
         fraction; negative if the effort is logged late. At most 30.
@@ -140,8 +141,6 @@ class EnergyEstimator(OnlineMethod):
     >>> EnergyEstimator(inertia=95.1, offset=False).terms.names
     ('viscous_friction', 'coulomb_friction')
     """
-
-    counts_missing: ClassVar[bool] = True
 
     inertia: float | None = None
     load_inertia: float | None = None
@@ -404,6 +403,11 @@ class EnergyEstimator(OnlineMethod):
         )
 
     @property
+    def counts_missing(self) -> bool:
+        """Whether a sample that is not finite is counted in the state instead of refused."""
+        return self.inertia is not None
+
+    @property
     def kernel(self) -> Kernel:
         """The compiled step (see `OnlineMethod.kernel`); the estimates stand at `values_at`."""
         return energy_step if self.inertia is None else work_step
@@ -466,12 +470,33 @@ class EnergyEstimator(OnlineMethod):
 
         They allow for correlated residuals (`stickslip.estimation.online.batches`), but not for
         forgetting, and are infinite until there are enough batches of samples in slip.
+
+        Raises
+        ------
+        InputError
+            If the inertia is sought.
         """
+        self._check_supervised()
         return work_intervals(state)
 
     def health(self, state: State) -> OnlineHealth:
-        """Return what was missing, rejected and reset so far."""
+        """Return what was missing, rejected and reset so far.
+
+        Raises
+        ------
+        InputError
+            If the inertia is sought.
+        """
+        self._check_supervised()
         return work_health(state)
+
+    def _check_supervised(self) -> None:
+        """Raise unless the recursion is the one with the inertia known."""
+        if self.inertia is None:
+            raise InputError(
+                "the inertia is sought, and the recursion has neither intervals nor counts then",
+                remedy="give the inertia",
+            )
 
     @cached_property
     def _names(self) -> tuple[str, ...]:

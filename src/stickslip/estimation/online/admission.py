@@ -138,7 +138,9 @@ def lay_admission(
     s[at + _LAG], s[at + _FRACTION], s[at + _MOTION_LAG] = lag, fraction, motion_lag
     s[at + _SAMPLING_TIME] = sampling_time
     s[at + _MOBILITY] = 0.0 if inertia is None else sampling_time / inertia
-    s[at + _HAS_VELOCITY : at + _HAS_VELOCITY + 3] = measured
+    velocity, load, load_velocity = measured
+    s[at + _HAS_VELOCITY] = velocity
+    s[at + _HAS_LOAD], s[at + _HAS_LOAD_VELOCITY] = load, load_velocity
 
 
 @compiled(inline=True)

@@ -9,7 +9,6 @@ exact derivatives, and through stops and breakaways too as soon as it is known w
 
 from collections.abc import Mapping
 from dataclasses import dataclass, fields, replace
-from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -17,12 +16,11 @@ from jaxtyping import Float
 from stickslip.estimation.energy.published.noise_compensation import sensor_noise_of
 from stickslip.estimation.energy.published.rows import check_fits
 from stickslip.estimation.fit.solve import check_excited, provenance_of
-from stickslip.estimation.online import admission
 from stickslip.estimation.online import ekf_kernels as at
 from stickslip.estimation.online.admission import lay_admission
 from stickslip.estimation.online.batches import intervals_of, lay_batches
 from stickslip.estimation.online.ekf_kernels import ekf_run, ekf_step, forget_motion
-from stickslip.estimation.online.health import OnlineHealth
+from stickslip.estimation.online.health import OnlineHealth, health_of
 from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.online.recursion import SAMPLING_TIME, VALUES
 from stickslip.estimation.online_method import Kernel, OnlineMethod, State
@@ -109,8 +107,6 @@ class ExtendedKalmanFilter(OnlineMethod):
     ('viscous_friction', 'coulomb_friction')
     """
 
-    counts_missing: ClassVar[bool] = True
-
     inertia: float
     offset: bool = False
     position_noise: float | None = None
@@ -155,6 +151,11 @@ class ExtendedKalmanFilter(OnlineMethod):
         """Return the names of what is estimated, in the order of the online estimates."""
         del kind
         return _FRICTION if self.offset else _FRICTION[:2]
+
+    @property
+    def counts_missing(self) -> bool:
+        """Whether a sample that is not finite is counted in the state instead of refused."""
+        return True
 
     @property
     def kernel(self) -> Kernel:
@@ -332,16 +333,11 @@ class ExtendedKalmanFilter(OnlineMethod):
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
-        a = at.ADMISSION
-        return OnlineHealth(
-            samples=int(state[a + admission.SAMPLES_SEEN]),
-            missing_samples=int(state[a + admission.MISSING_VALUES]),
-            position_glitches=int(state[a + admission.MOTION_GLITCHES]),
-            velocity_glitches=int(state[a + admission.VELOCITY_GLITCHES]),
-            effort_glitches=int(state[a + admission.EFFORT_GLITCHES]),
-            motion_steps=int(state[a + admission.MOTION_STEPS]),
-            force_events=int(state[at.FORCE_EVENTS]),
-            resets=int(state[at.RESETS]),
+        return health_of(
+            state,
+            at.ADMISSION,
+            force_events=state[at.FORCE_EVENTS],
+            resets=state[at.RESETS],
             force_noise=float(np.sqrt(state[at.FORCE_VARIANCE])),
         )
 

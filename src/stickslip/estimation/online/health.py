@@ -2,7 +2,12 @@
 
 from dataclasses import dataclass
 
-__all__ = ["OnlineHealth"]
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.online import admission
+
+__all__ = ["OnlineHealth", "health_of"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,3 +62,35 @@ class OnlineHealth:
                 "steps of the position accepted: check the sensors and their cables"
             )
         return f"{self.samples} samples, none rejected"
+
+
+def health_of(
+    state: Float[np.ndarray, " s"],
+    at: int,
+    *,
+    force_events: float,
+    resets: float,
+    force_noise: float,
+) -> OnlineHealth:
+    """Return the health of a state.
+
+    Parameters
+    ----------
+    state, at
+        State, and where its admission begins.
+    force_events, resets
+        Counts of the estimator.
+    force_noise
+        Standard deviation of the disturbance force [N or N m].
+    """
+    return OnlineHealth(
+        samples=int(state[at + admission.SAMPLES_SEEN]),
+        missing_samples=int(state[at + admission.MISSING_VALUES]),
+        position_glitches=int(state[at + admission.MOTION_GLITCHES]),
+        velocity_glitches=int(state[at + admission.VELOCITY_GLITCHES]),
+        effort_glitches=int(state[at + admission.EFFORT_GLITCHES]),
+        motion_steps=int(state[at + admission.MOTION_STEPS]),
+        force_events=int(force_events),
+        resets=int(resets),
+        force_noise=float(force_noise),
+    )

@@ -1,15 +1,21 @@
-"""What lies where in the state of the balance of work on line.
+"""State layout of the online energy estimator with known inertia.
 
 The state is that of `stickslip.estimation.online.recursion`, with room for four parameters, and
 behind it what the two filters need.
 """
 
+from stickslip.estimation.online.admission import ADMISSION_SIZE
+from stickslip.estimation.online.batches import batch_size
 from stickslip.estimation.online.recursion import VALUES
 
 __all__ = [
+    "ADAPTED",
+    "ADMISSION",
     "AXIS",
+    "BATCHES",
     "BEGAN",
     "CERTAINTIES",
+    "CHAIN",
     "CHANNELS",
     "COVARIANCE",
     "DEPTH",
@@ -18,19 +24,29 @@ __all__ = [
     "DISTURBANCE",
     "EARLIER_VELOCITY",
     "FORCES",
+    "FORCE_EVENTS",
     "FREE",
     "FRICTION",
     "GAINS",
+    "GATE_SCALE",
+    "GOOD",
+    "GOOD_SIZE",
     "GUESS",
     "GUESSED",
     "HEADING",
     "INERTIA",
+    "INFORMATION",
     "KEPT_EFFORT",
     "KEPT_STRETCH",
+    "KEPT_UNKNOWN",
     "LAG",
+    "MISMATCH",
+    "MISMATCHED",
+    "MOST",
     "NET",
     "NOISE",
     "REFRESH",
+    "RESETS",
     "RESIDUALS",
     "RESPONSES",
     "RING",
@@ -90,5 +106,23 @@ AXIS = TAPS + 2 * DEPTH  # transition (4 x 4), held and ramped response
 COVARIANCE = AXIS + 24  # of the second filter
 RESPONSES = COVARIANCE + 16  # its states, for the measurements and each regressor
 RING = RESPONSES + 4 * 5
-WIDTH = 8  # effort, four channels, predicted velocity, two innovations
-STATE_SIZE = RING + WIDTH * DEPTH
+WIDTH = 10
+"""Effort, four channels, predicted velocity, two innovations, missing channels (a sum of
+2^channel), variance of an unknown force in the interval that begins."""
+MOST = 4  # parameters
+(
+    ADAPTED,  # number of adaptations of the disturbance force, from 1 on; 0 if it is given
+    MISMATCH,  # sum of squared innovations over their variances since the last one
+    MISMATCHED,  # number of rows in it
+    GATE_SCALE,  # running mean of squared innovations over their variances
+    FORCE_EVENTS,  # samples whose innovation asked for an unknown force
+    RESETS,  # times that a state was replaced by the last valid one
+    KEPT_UNKNOWN,  # variance of the unknown force of the sample that has just left the ring
+) = range(RING + WIDTH * DEPTH, RING + WIDTH * DEPTH + 7)
+CHAIN = KEPT_UNKNOWN + 1  # measurements of each channel in a row
+INFORMATION = CHAIN + CHANNELS  # eta, then J: sums of row times target, and of row times row'
+GOOD = INFORMATION + MOST + MOST * MOST  # estimates, P, eta and J at the last valid batch
+GOOD_SIZE = 2 * (MOST + MOST * MOST)
+BATCHES = GOOD + GOOD_SIZE
+ADMISSION = BATCHES + batch_size(MOST)
+STATE_SIZE = ADMISSION + ADMISSION_SIZE

@@ -11,6 +11,7 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.known_inertia.layout import (
     CERTAINTIES,
+    CHAIN,
     CHANNELS,
     DEPTH,
     DIFFERENCES,
@@ -62,9 +63,10 @@ def tally(s: Float[np.ndarray, " s"], value: float, channel: int) -> None:
     third = second - s[at + 2]
     s[at], s[at + 1], s[at + 2] = value, first, second
     s[SQUARES + channel] += value * value
-    if s[COUNT] >= 3.0 and third != 0.0:
+    if s[CHAIN + channel] >= 3.0 and third != 0.0:
         s[ROUGHNESS + channel] += third * third
         s[TALLIED + channel] += 1.0
+    s[CHAIN + channel] += 1.0
 
 
 @compiled(inline=True)
@@ -80,14 +82,15 @@ def compare(s: Float[np.ndarray, " s"], before: int, at: int) -> None:
     stretching = s[at + 1] - s[at + 3] - s[before + 1] + s[before + 3]
     for mass in range(2):
         x, place = 1 + 2 * mass, DISAGREEMENT + 4 * mass
-        if s[SEEN + 2 * mass + 1] == 0.0:
+        chain = min(s[CHAIN + 2 * mass], s[CHAIN + 2 * mass + 1])
+        if s[SEEN + 2 * mass + 1] == 0.0 or chain < 2.0:
             continue
         bent = T / 12.0 * s[STIFFNESS] * stretching
         bent /= s[INERTIA] if mass == 0 else -s[LOAD_INERTIA]
         mean = 0.5 * (s[at + x + 1] + s[before + x + 1]) + bent
         d = (s[at + x] - s[before + x]) / T - mean
         told = s[at + x] != s[before + x] or s[at + x + 1] != s[before + x + 1]
-        if s[COUNT] >= 2.0 and told:
+        if chain >= 3.0 and told:
             s[place + 1] += (d - s[place]) ** 2
             s[place + 2] += (d + s[place]) ** 2
             s[place + 3] += 1.0
@@ -216,12 +219,13 @@ def refresh(s: Float[np.ndarray, " s"]) -> None:
 def innovate(s: Float[np.ndarray, " s"], at: int) -> None:
     """Update the first filter with the sample at a place of the ring, and note what was new."""
     z0, z1, z2 = s[FREE], s[FREE + 1], s[FREE + 2]
-    e0 = s[at + 1] - z0
+    missing = int(s[at + 8])
+    e0 = s[at + 1] - z0 if missing & 1 == 0 else 0.0
     s[at + 5] = z1
     z0 += s[GAINS] * e0
     z1 += s[GAINS + 1] * e0
     z2 += s[GAINS + 2] * e0
-    e1 = s[at + 2] - z1 if s[SEEN + 1] > 0.0 else 0.0
+    e1 = s[at + 2] - z1 if s[SEEN + 1] > 0.0 and missing & 2 == 0 else 0.0
     z0 += s[GAINS + 3] * e1
     z1 += s[GAINS + 4] * e1
     z2 += s[GAINS + 5] * e1

@@ -10,25 +10,38 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.known_inertia.layout import (
+    ADAPTED,
+    ADMISSION,
     AXIS,
+    BATCHES,
     BEGAN,
     CERTAINTIES,
+    CHAIN,
     CHANNELS,
     COVARIANCE,
     DEPTH,
     DISTURBANCE,
     EARLIER_VELOCITY,
+    FORCE_EVENTS,
     FORCES,
     FREE,
     FRICTION,
+    GATE_SCALE,
+    GOOD,
     HEADING,
     INERTIA,
+    INFORMATION,
     KEPT_EFFORT,
     KEPT_STRETCH,
+    KEPT_UNKNOWN,
     LAG,
+    MISMATCH,
+    MISMATCHED,
+    MOST,
     NET,
     NOISE,
     REFRESH,
+    RESETS,
     RESIDUALS,
     RESPONSES,
     RING,
@@ -36,6 +49,7 @@ from stickslip.estimation.energy.known_inertia.layout import (
     SEEN,
     SETTLED,
     SPREAD_OF_VELOCITY,
+    SQUARES,
     TALLIED,
     TURNS,
     UNCERTAIN,
@@ -49,14 +63,18 @@ from stickslip.estimation.energy.known_inertia.motion import (
     smoothed_velocity,
     tally,
 )
+from stickslip.estimation.online.admission import LARGEST_EFFORT, admit
+from stickslip.estimation.online.batches import close_batch, count_sample, scale_batches
 from stickslip.estimation.online.recursion import (
     COUNT,
+    FIRST_SPREAD,
     FORGETTING,
     LOAD_INERTIA,
     PARAMETERS,
     PER_DIRECTION,
     ROW,
     SAMPLING_TIME,
+    SPREAD,
     STIFFNESS,
     STRIBECK,
     VALUES,
@@ -71,6 +89,17 @@ CERTAIN = 5.0
 
 _LARGER = 100.0
 """How many times what the samples show the variance of a load's first stretch is."""
+
+_GATE = 64.0  # squared innovation over its variance beyond which there was an unknown force
+_GATE_MEMORY = 1.0 / 256.0  # weight of a row in the running mean that scales the gate
+_ADAPTATION = 64.0  # rows from one adaptation of the disturbance force to the next
+_LEAST_ADAPTATION = 0.05  # exponent of an adaptation after many of them
+_LARGEST_ADAPTATION = 16.0  # factor of an adaptation
+_OVERCONFIDENT = 2.0
+"""Mismatch beyond which what was learned so far is trusted less, and q follows at once: 1 in 10^5
+adaptations exceeds it by chance."""
+_PLAUSIBLE = 5.0
+"""Friction over the largest effort beyond which an estimate is not plausible."""
 
 _TRUST = 7e-4
 """Of friction's root mean square: no model is trusted beyond that."""
@@ -142,6 +171,41 @@ def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
 
 
 @compiled(inline=True)
+def _allow_unknown_force(s: Float[np.ndarray, " s"], at: int, missing: int) -> None:
+    """Let an unknown force explain an innovation of the driven mass that nothing else explains.
+
+    With the friction estimated so far the innovation is e = z - z_0 - sum_j theta_j z_j, with the
+    variance S + row P row'. Beyond the gate P of the second filter grows by q B B' with
+    q = (e / B)^2: its states follow the measurement, and the row gets next to no weight.
+    """
+    p = int(s[PARAMETERS])
+    limit = _GATE * max(1.0, s[GATE_SCALE])
+    for c in range(2):
+        if s[SEEN + c] == 0.0 or (missing >> c) & 1 == 1:
+            continue
+        variance = s[COVARIANCE + 5 * c] + s[NOISE + c]
+        e = s[at + 1 + c] - s[RESPONSES + c]
+        for j in range(p):
+            e -= s[RESPONSES + 4 * (j + 1) + c] * s[VALUES + j]
+        if e * e <= limit * variance:
+            continue
+        for i in range(p):
+            for j in range(p):
+                row = s[RESPONSES + 4 * (i + 1) + c] * s[RESPONSES + 4 * (j + 1) + c]
+                variance += row * s[SPREAD + i * p + j]
+        if s[ROWS] == 0.0 or e * e <= limit * variance:
+            continue
+        q = (e / s[AXIS + 16 + c]) ** 2
+        for i in range(4):
+            for j in range(4):
+                s[COVARIANCE + 4 * i + j] += q * s[AXIS + 16 + i] * s[AXIS + 16 + j]
+        s[FORCE_EVENTS] += 1.0
+        s[GATE_SCALE] += _GATE_MEMORY * (limit - s[GATE_SCALE])
+        s[MISMATCH] += limit
+        s[MISMATCHED] += 1.0
+
+
+@compiled(inline=True)
 def _regress(s: Float[np.ndarray, " s"], at: int, certain: bool) -> None:
     """Update the second filter with the sample at a place of the ring; its rows are regressed.
 
@@ -149,8 +213,11 @@ def _regress(s: Float[np.ndarray, " s"], at: int, certain: bool) -> None:
     """
     p = int(s[PARAMETERS])
     forgetting = s[FORGETTING] if certain else 1.0
+    missing = int(s[at + 8])
+    if certain:
+        _allow_unknown_force(s, at, missing)
     for c in range(CHANNELS):
-        if s[SEEN + c] == 0.0:
+        if s[SEEN + c] == 0.0 or (missing >> c) & 1 == 1:
             continue
         S = s[COVARIANCE + 5 * c] + s[NOISE + c]
         scale = 1.0 / np.sqrt(S)
@@ -177,9 +244,110 @@ def _regress(s: Float[np.ndarray, " s"], at: int, certain: bool) -> None:
                 s[COVARIANCE + 4 * i + j] = value
                 s[COVARIANCE + 4 * j + i] = value
         error = update(s, y, forgetting, False)
+        for i in range(p):
+            s[INFORMATION + i] += s[ROW + i] * y
+            for j in range(p):
+                s[INFORMATION + MOST + i * MOST + j] += s[ROW + i] * s[ROW + j]
         if certain:
             s[RESIDUALS] += error
             s[ROWS] += 1.0
+            s[GATE_SCALE] += _GATE_MEMORY * (error - s[GATE_SCALE])
+            s[MISMATCH] += error
+            s[MISMATCHED] += 1.0
+
+
+@compiled(inline=True)
+def _adapt(s: Float[np.ndarray, " s"]) -> None:
+    """Let the disturbance force follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
+
+    The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
+    the information so far was counted too high by their mean square, and is reduced.
+    """
+    if s[ADAPTED] == 0.0 or s[MISMATCHED] < _ADAPTATION:
+        return
+    mean = s[MISMATCH] / s[MISMATCHED]
+    s[MISMATCH], s[MISMATCHED] = 0.0, 0.0
+    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(s[ADAPTED]))
+    if mean > _OVERCONFIDENT:
+        gamma = 1.0
+    s[ADAPTED] += 1.0
+    factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** (0.5 * gamma)
+    least = _TRUST * np.sqrt(s[FRICTION])
+    s[DISTURBANCE] = max(factor * s[DISTURBANCE], least)
+    if s[DISTURBANCE] > np.sqrt(s[FRICTION]):
+        # Not even a force as large as friction explains the innovations: the sensors' noise is not
+        # as modelled (a velocity differentiated from the same encoder), and no force is sought
+        s[DISTURBANCE], s[ADAPTED] = least, 0.0
+    if mean > _OVERCONFIDENT:
+        p = int(s[PARAMETERS])
+        factor = min(mean, _LARGEST_ADAPTATION)
+        for i in range(p):  # a given prior holds
+            if s[FIRST_SPREAD + i] > 0.0:
+                factor = min(factor, s[FIRST_SPREAD + i] / s[SPREAD + i * p + i])
+        factor = max(factor, 1.0)
+        for i in range(p * p):
+            s[SPREAD + i] *= factor
+        for i in range(MOST + MOST * MOST):
+            s[INFORMATION + i] /= factor
+        s[RESIDUALS], s[ROWS] = 1.0, 1.0
+        scale_batches(s, BATCHES, MOST, 1.0 / factor)
+
+
+@compiled(inline=True)
+def _close_batch(
+    s: Float[np.ndarray, " s"],
+    columns: tuple[float, float, float, float, float, float, float, float],
+) -> None:
+    """Keep the information so far, and the state as valid if its friction is plausible."""
+    p = int(s[PARAMETERS])
+    friction, variance = 0.0, 0.0
+    for i in range(p):
+        friction += columns[i] * s[VALUES + i]
+        for j in range(p):
+            variance += columns[i] * columns[j] * s[SPREAD + i * p + j]
+    most = s[ADMISSION + LARGEST_EFFORT] + np.sqrt(max(variance, 0.0))
+    if abs(friction) > _PLAUSIBLE * most:
+        _reset(s)
+        return
+    J = s[INFORMATION + MOST : INFORMATION + MOST + MOST * MOST].reshape(MOST, MOST)
+    close_batch(s, BATCHES, MOST, J, s[INFORMATION : INFORMATION + MOST])
+    _keep_good(s)
+
+
+@compiled(inline=True)
+def _keep_good(s: Float[np.ndarray, " s"]) -> None:
+    """Keep estimates, P and information as the last valid ones."""
+    p, size = int(s[PARAMETERS]), MOST + MOST * MOST
+    for i in range(p):
+        s[GOOD + i] = s[VALUES + i]
+    for i in range(p * p):
+        s[GOOD + MOST + i] = s[SPREAD + i]
+    for i in range(size):
+        s[GOOD + size + i] = s[INFORMATION + i]
+
+
+@compiled(inline=True)
+def _reset(s: Float[np.ndarray, " s"]) -> None:
+    """Return to the last valid estimates; the motion begins again."""
+    p, size = int(s[PARAMETERS]), MOST + MOST * MOST
+    for i in range(p):
+        s[VALUES + i] = s[GOOD + i]
+    for i in range(p * p):
+        s[SPREAD + i] = s[GOOD + MOST + i]
+    for i in range(size):
+        s[INFORMATION + i] = s[GOOD + size + i]
+    s[GATE_SCALE], s[MISMATCH], s[MISMATCHED] = 1.0, 0.0, 0.0
+    s[RESIDUALS], s[ROWS] = 1.0, 1.0
+    s[RESETS] += 1.0
+    _restart(s)
+
+
+@compiled(inline=True)
+def _restart(s: Float[np.ndarray, " s"]) -> None:
+    """Begin the motion again; friction and noise are known as before."""
+    s[COUNT], s[REFRESH], s[UNCERTAIN] = 0.0, 0.0, 0.0
+    for c in range(CHANNELS):
+        s[CHAIN + c], s[SQUARES + c] = 0.0, 0.0
 
 
 @compiled(inline=True)
@@ -225,12 +393,18 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
         unknown += s[FRICTION] * max(crossing, 1.0)
     else:
         s[UNCERTAIN] = 0.0
+    unknown += s[KEPT_UNKNOWN]
     _propagate(s, u0, unknown)
     for j in range(int(s[PARAMETERS])):
         z = RESPONSES + 4 * (j + 1)
         for i in range(4):
             s[z + i] -= s[AXIS + 16 + i] * columns[j] + s[AXIS + 20 + i] * columns[4 + j]
-    _regress(s, at, direction != 0.0)
+    certain = direction != 0.0 and s[KEPT_UNKNOWN] == 0.0
+    _regress(s, at, certain)
+    if certain:
+        _adapt(s)
+        if count_sample(s, BATCHES):
+            _close_batch(s, columns)
 
 
 @compiled(inline=True)
@@ -240,6 +414,10 @@ def _begin(s: Float[np.ndarray, " s"], oldest: int, last: int, velocity: float) 
     A load that is not measured begins anywhere, as fast as it likes.
     """
     T = s[SAMPLING_TIME]
+    for i in range(4 * (MOST + 1)):
+        s[RESPONSES + i] = 0.0
+    for i in range(16):
+        s[COVARIANCE + i] = 0.0
     for c in range(CHANNELS):
         s[RESPONSES + c] = s[oldest + 1 + c]
         s[COVARIANCE + 5 * c] = s[NOISE + c] if s[SEEN + c] > 0.0 else 0.0
@@ -268,23 +446,63 @@ def _told(s: Float[np.ndarray, " s"]) -> bool:
 
 
 @compiled(inline=True)
+def _fill(s: Float[np.ndarray, " s"], before: int, at: int) -> int:
+    """Fill missing values of a sample by constant velocity; return which ones were missing."""
+    T = s[SAMPLING_TIME]
+    missing = 0
+    for mass in range(2):
+        x, v = 1 + 2 * mass, 2 + 2 * mass
+        if s[SEEN + v - 1] == 0.0:
+            s[at + v] = 0.0
+        elif np.isnan(s[at + v]):
+            missing += 1 << (v - 1)
+            s[at + v] = s[before + v]
+        if s[SEEN + x - 1] == 0.0:
+            s[at + x] = s[at + 1]
+        elif np.isnan(s[at + x]):
+            missing += 1 << (x - 1)
+            if s[SEEN + v - 1] > 0.0:
+                s[at + x] = s[before + x] + 0.5 * T * (s[before + v] + s[at + v])
+            elif mass == 0 and s[REFRESH] > 0.0:
+                s[at + x] = s[before + x] + T * s[FREE + 1]
+            else:
+                s[at + x] = s[before + x]
+    return missing
+
+
+@compiled(inline=True)
 def _advance(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> None:
     """Take one sample into the state, in place."""
+    ready, u, unknown, x, v, x2, v2, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    if not ready:
+        return
+    if stepped:
+        _restart(s)
     n = int(s[COUNT])
     slot = n % DEPTH
     at = RING + WIDTH * slot
-    if _load_unseen(s):
-        x2, v2 = x, v  # the first filter has the spring's force in the free one
+    before = RING + WIDTH * ((n + DEPTH - 1) % DEPTH)
     s[at], s[at + 1], s[at + 2], s[at + 3], s[at + 4] = u, x, v, x2, v2
+    missing = _fill(s, before, at)
+    if missing > 0 and s[REFRESH] == 0.0:
+        _restart(s)  # the filters begin with complete samples
+        return
+    if _load_unseen(s):
+        s[at + 3], s[at + 4] = s[at + 1], s[at + 2]
+        # The first filter has the spring's force in the free one
+    s[at + 8] = missing
+    s[at + 9] = s[ADMISSION + LARGEST_EFFORT] ** 2 if unknown else 0.0
     for c in range(CHANNELS):
-        if s[SEEN + c] > 0.0:
+        if (missing >> c) & 1 == 1:
+            s[CHAIN + c] = 0.0
+        elif s[SEEN + c] > 0.0:
             tally(s, s[at + 1 + c], c)
-    net = u - s[STIFFNESS] * (x - x2)
+    net = u - s[STIFFNESS] * (s[at + 1] - s[at + 3])
     s[NET] = max(s[NET], net * net)
     if n > 0:
-        compare(s, RING + WIDTH * ((n - 1) % DEPTH), at)
+        compare(s, before, at)
     s[COUNT] += 1.0
     begins = s[REFRESH] == 0.0
     if n < LAG or (begins and not _told(s)):
@@ -293,6 +511,8 @@ def _advance(
     oldest = RING + WIDTH * first
     if begins:
         refresh(s)
+        if s[ADAPTED] == 1.0:
+            s[DISTURBANCE] = _TRUST * np.sqrt(s[FRICTION])
         s[REFRESH] = 2.0 * s[TALLIED]
         s[BEGAN] = s[COUNT]
         s[FREE] = s[oldest + 1]
@@ -303,7 +523,7 @@ def _advance(
             predict(s, RING + WIDTH * ((first + k) % DEPTH), to)
             innovate(s, to)
     else:
-        predict(s, RING + WIDTH * ((n - 1) % DEPTH), at)
+        predict(s, before, at)
         innovate(s, at)
     velocity = smoothed_velocity(s, first)
     if begins:
@@ -312,10 +532,24 @@ def _advance(
         _balance(s, first, velocity)
     s[KEPT_EFFORT] = s[oldest]
     s[KEPT_STRETCH] = s[oldest + 1] - s[oldest + 3]
+    s[KEPT_UNKNOWN] = s[oldest + 9]
     s[EARLIER_VELOCITY] = velocity
-    if s[TALLIED] >= s[REFRESH]:
+    if s[REFRESH] > 0.0 and s[TALLIED] >= s[REFRESH]:
         refresh(s)
         s[REFRESH] *= 2.0
+    if not _is_valid(s):
+        _reset(s)
+
+
+@compiled(inline=True)
+def _is_valid(s: Float[np.ndarray, " s"]) -> bool:
+    """Return whether the estimates and the states of both filters are finite."""
+    total = s[FREE] + s[FREE + 1] + s[FREE + 2]
+    for i in range(4):
+        total += s[RESPONSES + i] + s[COVARIANCE + 5 * i]
+    for i in range(int(s[PARAMETERS])):
+        total += s[VALUES + i]
+    return np.isfinite(total)
 
 
 @compiled(brief=True)
@@ -324,14 +558,10 @@ def work_step(
 ) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite.
 
-    One that is not is not taken.
+    Of a sample that is not only the rest is used.
     """
-    finite = (
-        np.isfinite(u) and np.isfinite(x) and np.isfinite(v) and np.isfinite(x2) and np.isfinite(v2)
-    )
-    if finite:
-        _advance(s, u, x, v, x2, v2)
-    return finite
+    _advance(s, u, x, v, x2, v2)
+    return np.isfinite(u + x + v + x2 + v2)
 
 
 @compiled()
