@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import fields
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 
-from stickslip.records import InputError
+from stickslip.records import InputError, ReadOnlyMapping
 
 __all__ = ["check_arm", "check_forgetting_factor", "check_given", "first_guesses", "options_of"]
 
@@ -41,7 +40,7 @@ def first_guesses(
                 f"the first guess of {name!r} is {value}, it must be finite",
                 remedy="leave it out to begin at 0",
             )
-    return MappingProxyType(guesses)
+    return ReadOnlyMapping(guesses)
 
 
 def check_given(

@@ -73,6 +73,7 @@ from stickslip.records.quantities import (
     quantity_name,
     unit_of,
 )
+from stickslip.records.read_only import ReadOnlyMapping
 from stickslip.records.reproduction import (
     Claim,
     Curve,
@@ -113,8 +114,8 @@ __all__ = [
     "CarriedRuns",
     "Claim",
     "ComparedEstimator",
-    "Contradiction",
     "ConjunctionReproduction",
+    "Contradiction",
     "ControllerScore",
     "Curve",
     "CurveRole",
@@ -155,6 +156,7 @@ __all__ = [
     "PulseRecord",
     "PulseReproduction",
     "Quantity",
+    "ReadOnlyMapping",
     "Reading",
     "ReferenceSeries",
     "ReproducedFigure",

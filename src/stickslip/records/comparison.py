@@ -3,7 +3,6 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
-from types import MappingProxyType
 from typing import Any
 
 from stickslip.records.axis_log import AxisLog
@@ -11,6 +10,7 @@ from stickslip.records.estimate import PARAMETER_NAMES, FrictionEstimate
 from stickslip.records.identification import Resimulation
 from stickslip.records.positioning import ScenarioTables
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = [
     "ComparedEstimator",
@@ -113,7 +113,7 @@ class Contradiction:
     intervals: Mapping[str, tuple[float, float]]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "intervals", MappingProxyType(dict(self.intervals)))
+        object.__setattr__(self, "intervals", ReadOnlyMapping(dict(self.intervals)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return it as plain JSON types."""
@@ -287,7 +287,7 @@ class EstimatorScore:
     scores: Mapping[str, ParameterScore] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "scores", MappingProxyType(dict(self.scores)))
+        object.__setattr__(self, "scores", ReadOnlyMapping(dict(self.scores)))
 
     def to_dict(self, kind: AxisKind) -> dict[str, Any]:
         """Return it as plain JSON types."""
@@ -344,9 +344,9 @@ class EstimatorStudy:
 
     def __post_init__(self) -> None:
         for name in ("truth", "bound"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
-        tables = {name: MappingProxyType(dict(table)) for name, table in self.scenario.items()}
-        object.__setattr__(self, "scenario", MappingProxyType(tables))
+            object.__setattr__(self, name, ReadOnlyMapping(dict(getattr(self, name))))
+        tables = {name: ReadOnlyMapping(dict(table)) for name, table in self.scenario.items()}
+        object.__setattr__(self, "scenario", ReadOnlyMapping(tables))
 
     @property
     def applied(self) -> tuple[EstimatorScore, ...]:

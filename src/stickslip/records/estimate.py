@@ -4,7 +4,6 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from jaxtyping import Float
 
 from stickslip.records.errors import InputError
 from stickslip.records.quantities import AxisKind
+from stickslip.records.read_only import ReadOnlyMapping
 from stickslip.records.selection import ModelSelection
 
 __all__ = [
@@ -144,8 +144,8 @@ _STATUS_TEXT = {
         "its size and the remedy."
     ),
     Status.NO_INTERVAL: (
-        "The method gives no confidence intervals, so the errors of its values are unknown; confirm "
-        "them with a method that gives intervals."
+        "The method gives no confidence intervals, so the errors of its values are unknown; "
+        "confirm them with a method that gives intervals."
     ),
 }
 
@@ -259,7 +259,7 @@ class Diagnostics:
     effort_delay: int | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "classical_std", MappingProxyType(dict(self.classical_std)))
+        object.__setattr__(self, "classical_std", ReadOnlyMapping(dict(self.classical_std)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the diagnostics as plain JSON types."""
@@ -303,7 +303,7 @@ class Provenance:
     assumptions: tuple[str, ...] = ()
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "options", MappingProxyType(dict(self.options)))
+        object.__setattr__(self, "options", ReadOnlyMapping(dict(self.options)))
 
     def to_dict(self) -> dict[str, Any]:
         """Return the provenance as plain JSON types."""
@@ -348,7 +348,7 @@ class FrictionEstimate:
     selection: ModelSelection | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", MappingProxyType(dict(self.parameters)))
+        object.__setattr__(self, "parameters", ReadOnlyMapping(dict(self.parameters)))
         covariance = np.array(self.covariance, dtype=np.float64)
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)

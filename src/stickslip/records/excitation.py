@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = ["Excitation", "ExpectedParameter"]
 
@@ -68,7 +68,7 @@ class Excitation:
 
     def __post_init__(self) -> None:
         for name in ("expected", "options"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, ReadOnlyMapping(dict(getattr(self, name))))
 
     @property
     def duration(self) -> float:

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.axis_log import AxisLog
 from stickslip.records.estimate import FrictionEstimate
+from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = [
     "EnergyBalance",
@@ -85,8 +85,8 @@ class EstimateEvolution:
     stds: Mapping[str, Float[np.ndarray, " n"]]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
-        object.__setattr__(self, "stds", MappingProxyType(dict(self.stds)))
+        object.__setattr__(self, "values", ReadOnlyMapping(dict(self.values)))
+        object.__setattr__(self, "stds", ReadOnlyMapping(dict(self.stds)))
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,0 +1,274 @@
+"""The contract of every registered estimator, offline and online."""
+
+import pickle
+import subprocess
+import sys
+from dataclasses import fields, replace
+
+import numpy as np
+import pytest
+
+from stickslip.estimation import ESTIMATORS, EstimationTask, Estimator, OnlineEstimator
+from stickslip.estimation.registry import entry_of
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import (
+    PARAMETER_NAMES,
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    Status,
+    unit_of,
+)
+from stickslip.simulation import Sensors, simulate
+
+MASS, STIFFNESS, T = 1.5, 60.0, 0.005
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=3.0)
+HEAVY = ("numba", "scipy", "plotly", "pint")
+
+NAMES = tuple(ESTIMATORS)
+ONLINE = tuple(name for name, entry in ESTIMATORS.items() if entry.online)
+KINDS: tuple[AxisKind, ...] = ("linear", "rotary")
+
+
+def moved_log(kind: AxisKind) -> AxisLog:
+    """Return 6 s of a rigid axis that moves both ways, fast at first and slowly at the end."""
+    time = T * np.arange(1200)
+    envelope = np.linspace(1.0, 0.3, time.size)
+    effort = envelope * (9.0 * np.sin(3.0 * time) + 2.0 * np.sin(11.0 * time))
+    motion = simulate(SingleMass(mass=MASS, friction=LAW, kind=kind), effort, sampling_time=T)
+    return Sensors(position_noise=1e-6, velocity_noise=1e-5).measure(
+        motion, np.random.default_rng(3), name="contract"
+    )
+
+
+def decay_log(kind: AxisKind) -> AxisLog:
+    """Return how a mass on a spring swings out: a heavy load stands for the clamped end."""
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.5)
+    arm = FlexibleArm(mass_1=MASS, mass_2=1e9, stiffness=STIFFNESS, friction=law, kind=kind)
+    motion = simulate(arm, np.zeros(1200), sampling_time=T, initial_state=(0.3, 0.0, 0.0, 0.0))
+    log = Sensors(position_noise=1e-6, velocity="none", load=False).measure(
+        motion, np.random.default_rng(3), name="contract"
+    )
+    return replace(log, measured_load_position=None, measured_load_velocity=None)
+
+
+def log_for(name: str, kind: AxisKind = "linear") -> AxisLog:
+    return decay_log(kind) if name == "free-decay" else moved_log(kind)
+
+
+def made(name: str, kind: AxisKind = "linear") -> Estimator:
+    entry = ESTIMATORS[name]
+    return entry.make(EstimationTask(inertia=MASS if entry.needs_inertia else None), kind)
+
+
+@pytest.fixture(scope="module")
+def fitted() -> dict[str, FrictionEstimate]:
+    return {name: made(name).fit(log_for(name)) for name in NAMES}
+
+
+def test_the_registry_is_cheap_to_import() -> None:
+    code = (
+        "import sys, stickslip.estimation.registry\n"
+        f"print([name for name in {HEAVY!r} if name in sys.modules])"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, check=True, timeout=60
+    )
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_an_entry_describes_its_estimator(name: str) -> None:
+    entry, estimator = ESTIMATORS[name], made(name)
+    assert entry_of(name) is entry
+    assert entry.name == estimator.name == name
+    assert entry.summary
+    assert not entry.summary.endswith(".")
+    assert isinstance(estimator, Estimator)
+    assert isinstance(estimator, OnlineEstimator) == entry.online
+    assert entry.settings <= {field.name for field in fields(EstimationTask)}
+    assert entry.with_stribeck == "" or entry.with_stribeck in ESTIMATORS
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_fit_has_known_parameters_units_and_intervals(
+    name: str, fitted: dict[str, FrictionEstimate]
+) -> None:
+    estimate = fitted[name]
+    assert isinstance(estimate, FrictionEstimate)
+    assert estimate.estimator == name
+    assert estimate.kind == "linear"
+    assert set(estimate.parameters) <= set(PARAMETER_NAMES)
+    for key, parameter in estimate.parameters.items():
+        assert parameter.name == key
+        assert parameter.unit == unit_of(key, "linear")
+        if parameter.identified:
+            assert (parameter.ci95 is not None) == ESTIMATORS[name].gives_intervals
+    assert {verdict.parameter for verdict in estimate.diagnostics.verdicts} == set(
+        estimate.parameters
+    )
+    assert estimate.value("coulomb_friction") > 0
+    if not ESTIMATORS[name].gives_intervals:
+        assert estimate.status is not Status.OK
+    assert estimate.provenance.options["estimator"] == name
+
+
+@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("name", NAMES)
+def test_the_names_of_a_fit_are_those_of_the_kind(name: str, kind: AxisKind) -> None:
+    estimate = made(name, kind).fit(log_for(name, kind))
+    assert estimate.kind == kind
+    wrong = "inertia" if kind == "linear" else "mass"
+    assert wrong not in estimate.parameters
+    for key, parameter in estimate.parameters.items():
+        assert parameter.unit == unit_of(key, kind)
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_fit_is_repeatable_and_leaves_the_log_alone(
+    name: str, fitted: dict[str, FrictionEstimate]
+) -> None:
+    log, untouched = log_for(name), log_for(name)
+    assert made(name).fit(log).to_dict() == fitted[name].to_dict()
+    for field in ("time", "effort", "measured_position"):
+        np.testing.assert_array_equal(getattr(log, field), getattr(untouched, field))
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_estimators_and_estimates_pickle(name: str, fitted: dict[str, FrictionEstimate]) -> None:
+    estimator = pickle.loads(pickle.dumps(made(name)))  # noqa: S301 - its own bytes
+    assert estimator == made(name)
+    estimate = pickle.loads(pickle.dumps(fitted[name]))  # noqa: S301
+    assert estimate.to_dict() == fitted[name].to_dict()
+
+
+def still(log: AxisLog) -> AxisLog:
+    return replace(
+        log,
+        measured_position=np.full(len(log), 0.1),
+        measured_velocity=None if log.measured_velocity is None else np.zeros(len(log)),
+    )
+
+
+def short(log: AxisLog) -> AxisLog:
+    return log.part(0, 12)
+
+
+@pytest.mark.parametrize("spoilt", [still, short], ids=["an axis at rest", "twelve samples"])
+@pytest.mark.parametrize("name", NAMES)
+def test_a_bad_log_is_an_input_error_or_not_trusted(name: str, spoilt: object) -> None:
+    assert callable(spoilt)
+    log = spoilt(log_for(name))
+    error = None
+    try:
+        trusted = made(name).fit(log).status.trusted
+    except InputError as caught:
+        error, trusted = caught, False
+    assert not trusted
+    assert error is None or error.remedy
+
+
+@pytest.mark.parametrize("name", NAMES)
+def test_a_task_that_does_not_apply_is_an_input_error_with_a_remedy(name: str) -> None:
+    entry, known = ESTIMATORS[name], EstimationTask(inertia=MASS)
+    settings = {
+        "offset": True,
+        "stribeck": True,
+        "cutoff": 50.0,
+        "largest_delay": 2,
+        "forgetting_factor": 0.999,
+        "initial_variance": 10.0,
+    }
+    cases = [
+        (replace(known, **{key: value}), key in entry.settings) for key, value in settings.items()
+    ]  # type: ignore[arg-type]
+    cases += [
+        (replace(known, per_direction=True), not entry.symmetric_only),
+        (replace(known, load_inertia=2.0, stiffness=STIFFNESS), not entry.rigid_only),
+        (EstimationTask(), not entry.needs_inertia),
+    ]
+    for task, applies in cases:
+        if applies:
+            assert entry.make(task, "linear").name
+            continue
+        with pytest.raises(InputError) as caught:
+            entry.make(task, "linear")
+        assert name in caught.value.what
+        assert caught.value.remedy
+    for wrong in ({"inertia": -1.0}, {"load_inertia": 2.0}, {"largest_delay": 101}):
+        with pytest.raises(InputError):
+            entry.make(replace(known, **wrong), "linear")  # type: ignore[arg-type]
+
+
+def test_usable_leaves_out_the_settings_that_are_not_used() -> None:
+    task = EstimationTask(inertia=MASS, cutoff=50.0, offset=True)
+    usable = ESTIMATORS["free-decay"].usable(task)
+    assert usable == EstimationTask(inertia=MASS)
+    assert ESTIMATORS["energy"].usable(task) == task
+
+
+def online(name: str) -> OnlineEstimator:
+    """Return an estimator whose state can be made without a log."""
+    estimator = made(name)
+    needed = {
+        "position_noise": 1e-6,
+        "velocity_noise": 1e-5,
+        "rest_speed": 0.05,
+        "rest_force": 5.0,
+        "speed": 1.0,
+        "initial_deviations": {"viscous_friction": 10.0, "coulomb_friction": 10.0, "offset": 10.0},
+    }
+    own = {field.name for field in fields(estimator)}  # type: ignore[arg-type]
+    wanted = ("ekf", "friedland-park", "yazdizadeh-khorasani", "liao-chien", "gradient")
+    if name in wanted:
+        given = {key: value for key, value in needed.items() if key in own}
+        estimator = replace(estimator, **given)  # type: ignore[type-var]
+    assert isinstance(estimator, OnlineEstimator)
+    return estimator
+
+
+def samples(log: AxisLog) -> list[tuple[float, float, float, float, float]]:
+    assert log.measured_velocity is not None
+    columns = (log.effort, log.measured_position, log.measured_velocity)
+    return [(u, x, v, 0.0, 0.0) for u, x, v in zip(*(c.tolist() for c in columns), strict=True)]
+
+
+@pytest.mark.parametrize("name", ONLINE)
+def test_online_steps_are_pure_of_fixed_size_and_repeated_by_run(name: str) -> None:
+    estimator = online(name)
+    log = moved_log("linear").part(0, 400)
+    first = estimator.init(sampling_time=T)
+    np.testing.assert_array_equal(first, estimator.init(sampling_time=T))
+    names = estimator.parameter_names("linear")
+    assert len(set(names)) == len(names)
+    state, untouched = first, first.copy()
+    history: list[np.ndarray] = []
+    for sample in samples(log):
+        before = state.copy()
+        after, estimates = estimator.step(state, sample)
+        np.testing.assert_array_equal(state, before)
+        assert after.shape == first.shape
+        assert estimates.shape == (len(names),)
+        state = after
+        history.append(estimates)
+    np.testing.assert_array_equal(first, untouched)
+    found = estimator.run(first, log)
+    assert len(found) == 2
+    np.testing.assert_array_equal(first, untouched)
+    np.testing.assert_allclose(found[1], history, rtol=1e-9, atol=1e-12)
+    np.testing.assert_allclose(found[0], state, rtol=1e-9, atol=1e-12)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize("name", ONLINE)
+def test_an_online_estimator_rejects_another_sampling_time_and_half_a_sample(name: str) -> None:
+    estimator = online(name)
+    state = estimator.init(sampling_time=T)
+    with pytest.raises(InputError):
+        estimator.run(estimator.init(sampling_time=2.0 * T), moved_log("linear"))
+    with pytest.raises(InputError):
+        estimator.step(state, (1.0, 0.0, 0.1))  # type: ignore[arg-type]
+    with pytest.raises(InputError):
+        estimator.init(sampling_time=0.0)
