@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from stickslip import __version__
+from stickslip.estimation import ESTIMATORS
 from stickslip.jobs import demonstrate, position, write_positioning_page
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
 
@@ -48,6 +49,23 @@ def _write_tables() -> None:
     ]
     (folder / "quantities.md").write_text(
         _table(("quantity", "symbol", "linear axis", "rotary axis"), quantities)
+    )
+    (folder / "estimators.md").write_text(
+        _table(
+            ("name", "method", "axis", "friction", "mass or inertia", "intervals", "online"),
+            [
+                (
+                    f"`{entry.name}`",
+                    entry.summary,
+                    "rigid" if entry.rigid_only else "rigid, flexible",
+                    "equal" if entry.symmetric_only else "equal, per direction",
+                    "must be known" if entry.needs_inertia else "estimated or known",
+                    "yes" if entry.gives_intervals else "no",
+                    "yes" if entry.online else "no",
+                )
+                for entry in ESTIMATORS.values()
+            ],
+        )
     )
     (folder / "statuses.md").write_text(
         _table(
