@@ -171,12 +171,12 @@ LOGS: dict[str, tuple[Callable[[Path], Path], list[str], list[str]]] = {
     "a spring for a rigid method": (
         file("log.csv", csv_text(table(200))),
         ["--estimator", "idim-ls", "--stiffness", "5"],
-        ["idim-ls applies to rigid axes only", "use energy"],
+        ["idim-ls applies to rigid axes only", "use auto, energy"],
     ),
     "forgetting where nothing is forgotten": (
         file("log.csv", csv_text(table(200))),
         ["--forgetting-factor", "0.99"],
-        ["forgetting factor 0.99", "energy does not use it", "published-energy"],
+        ["forgetting factor 0.99", "auto does not use it", "published-energy"],
     ),
     "an unknown estimator": (
         file("log.csv", csv_text(table(200))),

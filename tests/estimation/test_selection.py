@@ -165,17 +165,17 @@ def test_known_delay_is_not_estimated() -> None:
 
 def test_terms_can_be_fixed_and_left_out() -> None:
     log = log_of(EXTRAS["spring"][0])
-    fixed = SelectedModelEstimator(terms=("spring", "direction")).fit(log)
+    fixed = SelectedModelEstimator(include=("spring", "direction"), select=False).fit(log)
     assert {"spring_stiffness", "viscous_friction_positive"} <= set(fixed.parameters)
-    without = SelectedModelEstimator(without=("spring",)).fit(log)
+    without = SelectedModelEstimator(exclude=("spring",)).fit(log)
     assert "spring_stiffness" not in without.parameters
-    plain = SelectedModelEstimator(terms=()).fit(log)
+    plain = SelectedModelEstimator(select=False).fit(log)
     assert set(plain.parameters) == set(TRUTH)
 
 
 def test_unknown_term_is_rejected() -> None:
     with pytest.raises(InputError, match="springs"):
-        SelectedModelEstimator(terms=("springs",))
+        SelectedModelEstimator(include=("springs",))
 
 
 def test_clipped_effort_is_excluded() -> None:

@@ -28,7 +28,7 @@ def test_a_mass_that_was_known_is_found_in_it(stribeck: bool, tmp_path: Path) ->
     log = Sensors(position_noise=2e-5, velocity_noise=2e-3).measure(
         motion, np.random.default_rng(1)
     )
-    estimate = identify(log, inertia=MASS, stribeck=stribeck).estimate
+    estimate = identify(log, estimator="energy", inertia=MASS, stribeck=stribeck).estimate
     assert estimate.status is Status.OK
     path = tmp_path / "estimate.json"
     write_json(estimate.to_dict(), path)

@@ -58,7 +58,7 @@ def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
 
 @pytest.mark.parametrize("known", ["load_inertia", "stiffness"])
 def test_a_rigid_method_refuses_what_belongs_to_an_arm(known: str, log: AxisLog) -> None:
-    with pytest.raises(InputError, match=r"rigid axes only.*use energy, "):
+    with pytest.raises(InputError, match=r"rigid axes only.*use auto, energy, "):
         identify(log, estimator="idim-ls", **{known: 1.0})  # pyright: ignore[reportArgumentType]
 
 
@@ -135,7 +135,7 @@ def test_published_energy_is_its_estimator(log: AxisLog) -> None:
             {"inertia": MASS, "offset": True},
             "offset is given, and published-energy does not use it",
         ),
-        ({"inertia": MASS, "stribeck": True}, "stribeck is given.*use stribeck-energy or"),
+        ({"inertia": MASS, "stribeck": True}, "stribeck is given.*use auto, stribeck-energy or"),
         ({"inertia": MASS, "per_direction": True}, "friction per direction is asked for"),
     ],
 )

@@ -39,23 +39,23 @@ def identify(
             group=WANTED,
             help="Name of the estimator: one that stickslip compare lists.",
         ),
-    ] = "energy",
+    ] = "auto",
     sought: SoughtFriction | None = None,
     stribeck: Annotated[
         bool,
         Parameter(
             group=WANTED,
             negative="",
-            help="Estimate static friction and Stribeck velocity too, with estimator energy or "
-            "idim-ls.",
+            help="Estimate static friction and Stribeck velocity too, with estimator auto, energy "
+            "or idim-ls.",
         ),
     ] = False,
     cutoff: Annotated[
         float | None,
         Parameter(
             group=WANTED,
-            help="Cutoff frequency of the low-pass for noisy signals, in Hz. [default: a tenth of "
-            "the sampling rate, at most 100 Hz]",
+            help="Cutoff frequency of the low-pass for noisy signals, in Hz, with estimator energy "
+            "or idim-ls. [default: a tenth of the sampling rate, at most 100 Hz]",
         ),
     ] = None,
     forgetting_factor: Annotated[
@@ -71,6 +71,36 @@ def identify(
             group=WANTED,
             help="Initial covariance P(0) of estimator published-energy, diagonal value. [default: "
             "1000]",
+        ),
+    ] = None,
+    include: Annotated[
+        list[str] | None,
+        Parameter(
+            group=WANTED,
+            negative="",
+            help="Term that the model of estimator auto has in any case, such as spring, gravity "
+            "or stribeck; repeat the option for several.",
+        ),
+    ] = None,
+    exclude: Annotated[
+        list[str] | None,
+        Parameter(
+            group=WANTED,
+            negative="",
+            help="Term that the model of estimator auto does not have; repeat the option for "
+            "several.",
+        ),
+    ] = None,
+    select: Annotated[
+        bool,
+        Parameter(group=WANTED, help="Whether estimator auto selects the terms of its model."),
+    ] = True,
+    effort_delay: Annotated[
+        float | None,
+        Parameter(
+            group=WANTED,
+            help="Known time by which the effort acts later than it is logged, in s, with "
+            "estimator auto. [default: estimated, if the log shows one]",
         ),
     ] = None,
     files: ResultFiles | None = None,
@@ -103,6 +133,10 @@ def identify(
             cutoff=cutoff,
             forgetting_factor=forgetting_factor,
             initial_variance=initial_variance,
+            include=include or (),
+            exclude=exclude or (),
+            select=select,
+            effort_delay=effort_delay,
         )
         files.write(found.estimate.to_dict, partial(write_report, found))
     files.tell(found.estimate.to_dict, partial(print_identification, identification=found))

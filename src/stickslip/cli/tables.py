@@ -37,12 +37,15 @@ def print_identification(console: "Console", identification: "Identification") -
     )
     if any(parameter.identified for parameter in estimate.parameters.values()):
         crossed = diagnostics.cross_validation_residual
-        on_others = "" if crossed is None else f", {crossed:.2%} on data left out of the fit"
+        crossed = "" if crossed is None else f" ({crossed:.2%} in cross-validation)"
         console.print(
-            f"The {estimate.estimator} fit leaves {diagnostics.relative_residual:.2%} "
-            f"unexplained{on_others}. Its {diagnostics.samples} samples are worth "
-            f"{diagnostics.effective_samples:.0f} independent ones."
+            f"Unexplained by estimator {estimate.estimator}: {diagnostics.relative_residual:.2%}"
+            f"{crossed}. Effective sample size: {diagnostics.effective_samples:.0f} of "
+            f"{diagnostics.samples}."
         )
+    if estimate.selection is not None:
+        console.print("Model selection:")
+        _listed(console, [estimate.selection.summary])
     reasons: dict[str, list[str]] = {}
     for verdict in diagnostics.verdicts:
         if not verdict.identifiable:
@@ -68,7 +71,14 @@ def _table(identification: "Identification") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.records import Status, parameter_label, rounded, rounded_interval, unit_text
+    from stickslip.records import (
+        SIGNED_PARAMETERS,
+        Status,
+        parameter_label,
+        rounded,
+        rounded_interval,
+        unit_text,
+    )
 
     truth, estimate = identification.truth, identification.estimate
     verdicts = {each.parameter: each for each in estimate.diagnostics.verdicts}
@@ -95,9 +105,11 @@ def _table(identification: "Identification") -> "Table":
             cells.append("-" if true_value is None else f"{true_value:.6g}")
             cells.append(f"{value / true_value - 1:+.2%}" if value and true_value else "-")
         verdict = verdicts.get(name)
-        impossible = name != "offset" and value is not None and value <= 0
+        impossible = name not in SIGNED_PARAMETERS and value is not None and value <= 0
         if impossible and estimate.status is Status.UNPHYSICAL:
             judged = Text("unphysical")
+        elif parameter.identified and not estimate.status.usable:
+            judged = Text("not to be used")
         elif parameter.identified and (verdict is None or verdict.identifiable):
             judged = Text("identified", style="green")
         else:

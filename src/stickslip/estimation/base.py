@@ -102,6 +102,13 @@ class EstimationTask:
     initial_variance
         Diagonal of P(0) of the published recursion [squared unit of the parameters over that of the
         energy]; None for 1e3.
+    include, exclude
+        Terms that a selected model has in any case, and terms that it never has
+        (`stickslip.estimation.SelectedModelEstimator`).
+    select
+        Whether further terms are selected.
+    effort_delay
+        Known time by which the effort acts later than it is logged [s]; None for unknown.
     """
 
     inertia: float | None = None
@@ -115,6 +122,10 @@ class EstimationTask:
     largest_delay: int = 0
     forgetting_factor: float | None = None
     initial_variance: float | None = None
+    include: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+    select: bool = True
+    effort_delay: float | None = None
 
     @property
     def has_offset(self) -> bool:
@@ -127,7 +138,7 @@ class EstimationTask:
         return self.load_inertia is not None or self.stiffness is not None
 
     @property
-    def settings(self) -> Mapping[str, float | int | bool]:
+    def settings(self) -> Mapping[str, float | int | bool | str]:
         """Settings that are given and that not every estimator has, by name."""
         given = {
             "offset": self.offset or None,
@@ -136,6 +147,10 @@ class EstimationTask:
             "largest_delay": self.largest_delay or None,
             "forgetting_factor": self.forgetting_factor,
             "initial_variance": self.initial_variance,
+            "include": ", ".join(self.include) or None,
+            "exclude": ", ".join(self.exclude) or None,
+            "select": None if self.select else "none",
+            "effort_delay": self.effort_delay,
         }
         return {name: value for name, value in given.items() if value is not None}
 

@@ -114,9 +114,7 @@ def examine(
     )
 
 
-def _with_selection(
-    log: AxisLog, fit: Fit, truth: Mapping[str, float] | None
-) -> Identification:
+def _with_selection(log: AxisLog, fit: Fit, truth: Mapping[str, float] | None) -> Identification:
     """Return what the report of a selected model shows.
 
     The motion is simulated anew only if the simulator has all of the model's terms.

@@ -79,7 +79,9 @@ def estimate_of(
     kept = [k for k, verdict in enumerate(verdicts) if verdict.identifiable]
     every = list(parameters.values())
     status = status_of(every, relative, None, regression)
-    negative = any(p.name not in SIGNED_PARAMETERS and p.value is not None and p.value < 0 for p in every)
+    negative = any(
+        p.name not in SIGNED_PARAMETERS and p.value is not None and p.value < 0 for p in every
+    )
     if status in {Status.OK, Status.BIASED} and deviations is None and negative:
         status = Status.UNPHYSICAL
     if status is Status.OK and deviations is None:

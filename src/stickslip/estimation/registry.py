@@ -119,7 +119,7 @@ class EstimatorEntry:
         for name, value in task.settings.items():
             if name in self.settings:
                 continue
-            shown = "" if value is True else f" {value:g}"
+            shown = "" if value is True else f" {value if isinstance(value, str) else f'{value:g}'}"
             those = _listed(lambda entry, name=name: name in entry.settings)
             raise InputError(
                 f"{name.replace('_', ' ')}{shown} is given, and {self.name} does not use it",
@@ -163,6 +163,26 @@ def _listed(applies: Callable[[EstimatorEntry], bool]) -> str:
     """Return the names of the estimators that a remedy can point to."""
     names = [name for name, entry in ESTIMATORS.items() if applies(entry)]
     return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+
+
+def _selected(task: EstimationTask) -> Estimator:
+    """Return the estimator that selects its model; that of a flexible arm has a given one."""
+    if task.flexible:
+        return _energy(task)
+    from stickslip.estimation.selection.estimator import SelectedModelEstimator
+
+    return SelectedModelEstimator(
+        inertia=task.inertia,
+        offset=task.offset is not False,
+        include=(
+            *(("direction",) if task.per_direction else ()),
+            *(("stribeck",) if task.stribeck else ()),
+            *task.include,
+        ),
+        exclude=task.exclude,
+        select=task.select,
+        effort_delay=task.effort_delay,
+    )
 
 
 def _energy(task: EstimationTask) -> "EnergyEstimator":
@@ -321,6 +341,13 @@ def _gradient(task: EstimationTask) -> Estimator:
 
 
 _ENTRIES = (
+    EstimatorEntry(
+        name="auto",
+        summary="effort over windows of slip, with the terms that the log supports",
+        build=_selected,
+        settings=frozenset({"offset", "stribeck", "include", "exclude", "select", "effort_delay"}),
+        with_stribeck="auto",
+    ),
     EstimatorEntry(
         name="energy",
         summary="energy balance, whitened by a Kalman filter",

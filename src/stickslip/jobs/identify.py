@@ -1,6 +1,6 @@
 """From a log to identified friction parameters: reading, fitting and examining in one call."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 from pathlib import Path
 
@@ -19,7 +19,7 @@ def identify(
     schema: Path | str | LogSchema | None = None,
     axis: str | int | None = None,
     columns: AxisSchema | None = None,
-    estimator: str | Estimator = "energy",
+    estimator: str | Estimator = "auto",
     inertia: float | None = None,
     load_inertia: float | None = None,
     stiffness: float | None = None,
@@ -29,6 +29,10 @@ def identify(
     cutoff: float | None = None,
     forgetting_factor: float | None = None,
     initial_variance: float | None = None,
+    include: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    select: bool = True,
+    effort_delay: float | None = None,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
     """Identify the friction of an axis from a log.
@@ -67,6 +71,14 @@ def identify(
     initial_variance
         Of ``"published-energy"``: diagonal of P(0) [squared unit of the parameters over that of the
         energy]; None takes 1e3.
+    include, exclude
+        Of ``"auto"``: terms that the model has, whatever the log supports, and terms that it does
+        not have (`stickslip.estimation.SelectedModelEstimator`).
+    select
+        Of ``"auto"``: whether further terms are selected.
+    effort_delay
+        Of ``"auto"``: known time by which the effort acts later than it is logged [s]; None
+        estimates it if the log shows one.
     truth
         True values by parameter name [SI], for a log that was simulated; they are shown beside the
         estimates and used for nothing else.
@@ -112,6 +124,10 @@ def identify(
         cutoff=cutoff,
         forgetting_factor=forgetting_factor,
         initial_variance=initial_variance,
+        include=tuple(include),
+        exclude=tuple(exclude),
+        select=select,
+        effort_delay=effort_delay,
     )
     if isinstance(estimator, str):
         chosen = _named(estimator, task).make(task, log.kind)

@@ -98,6 +98,11 @@ class Status(Enum):
         return self is Status.OK
 
     @property
+    def usable(self) -> bool:
+        """Whether the values that are given can be used, though others may be missing."""
+        return self in {Status.OK, Status.NOT_IDENTIFIABLE}
+
+    @property
     def word(self) -> str:
         """A heading of a few words."""
         return _STATUS_WORD[self]

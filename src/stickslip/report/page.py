@@ -54,9 +54,13 @@ def _page(identification: Identification) -> Iterable[str]:
     yield head(f"Friction of {identification.log.name}", policy=SCRIPT_POLICY)
     yield tables.header(identification)
     named = [(anchor, name) for anchor, name, _, _ in sections]
-    yield contents([("parameters", "Parameters"), *named, ("provenance", "Provenance")])
+    chosen = tables.selection(identification)
+    model = [("model", "Model selection")] if chosen else []
+    yield contents([("parameters", "Parameters"), *model, *named, ("provenance", "Provenance")])
     yield "<main>\n"
     yield section("parameters", "Parameters", tables.parameters(identification))
+    if chosen:
+        yield section("model", "Model selection", chosen)
     for anchor, name, lead, drawn in sections:
         yield section(anchor, name, _figures(anchor, lead, drawn))
     if missing:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from stickslip.records import (
+    SIGNED_PARAMETERS,
     AxisLog,
     Identification,
     ParameterEstimate,
@@ -20,7 +21,7 @@ from stickslip.records import (
 )
 from stickslip.report.drawing import symbol
 
-__all__ = ["footer", "header", "parameters", "provenance"]
+__all__ = ["footer", "header", "parameters", "provenance", "selection"]
 
 _KIND = {"linear": "linear axis", "rotary": "rotary axis"}
 
@@ -61,19 +62,19 @@ def _facts(identification: Identification) -> str:
             f"one every {1e3 * log.sampling_time:.4g}\u00a0ms",
         ),
         (
-            "Left unexplained",
+            "Unexplained",
             _share(diagnostics.relative_residual),
             "norm of the residual over norm of the fitted signal",
         ),
         (
-            "On data left out of the fit",
+            "In cross-validation",
             _share(crossed),
-            "cross-validation; much larger than the fit's means overfitting or drift",
+            "on data left out of the fit; much larger values mean overfitting or drift",
         ),
         (
-            "Independent samples",
+            "Effective sample size",
             f"{diagnostics.effective_samples:.0f} of {diagnostics.samples}",
-            "what the correlated residual is worth",
+            "independent samples with the same information as the correlated residual",
         ),
         (
             "Condition number",
@@ -104,6 +105,8 @@ def parameters(identification: Identification) -> str:
             cells.append(("True (error)", "number", _true_value(parameter, truth.get(name))))
         if estimate.status is Status.UNPHYSICAL and _impossible(parameter):
             word = "<span>unphysical: it cannot be negative</span>"
+        elif parameter.identified and not estimate.status.usable:
+            word = "<span>not to be used</span>"
         elif parameter.identified and (verdict is None or verdict.identifiable):
             word = '<span class="mark-yes">✓ identified</span>'
         else:
@@ -124,9 +127,42 @@ def parameters(identification: Identification) -> str:
     )
 
 
+def selection(identification: Identification) -> str:
+    """Return the summary of the model selection and the table of all terms; empty without one."""
+    selected = identification.estimate.selection
+    if selected is None:
+        return ""
+    rows = "".join(
+        f'<tr><th scope="row">{_escape(score.text)}</th>'
+        f'<td data-label="Selected">{"✓ selected" if score.selected else "–"}</td>'
+        f'<td class="number" data-label="Gain">{100 * score.gain:.2g} ± '
+        f"{100 * score.gain_std:.2g} %</td>"
+        f'<td class="number" data-label="p">{score.p_value:.1g}</td>'
+        f'<td class="number" data-label="Share">{100 * score.share:.2g} %</td></tr>\n'
+        for score in selected.scores
+    )
+    heads = (
+        "Term",
+        "Selected",
+        "Squared error saved on moves left out",
+        "p-value",
+        "Share of the effort",
+    )
+    columns = "".join(f'<th scope="col">{head}</th>' for head in heads)
+    return (
+        f'<p class="lead">{_escape(selected.summary)}</p>\n'
+        f'<table class="parameters"><thead><tr>{columns}</tr></thead>\n'
+        f"<tbody>\n{rows}</tbody></table>\n"
+    )
+
+
 def _impossible(parameter: ParameterEstimate) -> bool:
     """Return whether a value is negative that cannot be."""
-    return parameter.name != "offset" and parameter.value is not None and parameter.value <= 0
+    return (
+        parameter.name not in SIGNED_PARAMETERS
+        and parameter.value is not None
+        and parameter.value <= 0
+    )
 
 
 def _parameter_cells(parameter: ParameterEstimate) -> list[tuple[str, str, str]]:

@@ -149,7 +149,8 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         half = std * t_quantile(float(fit.degrees_of_freedom[k]))
-        reason = _withheld(name, value, half, partly=found.undetermined != ())
+        effect = half * float(np.linalg.norm(regressors[:, k])) / regression.scale
+        reason = _withheld(name, value, half, effect, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
             verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
@@ -188,9 +189,18 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     )
 
 
-def _withheld(name: str, value: float, half_width: float, *, partly: bool) -> str:
-    """Return why a value is not given although its column says something; empty if it is given."""
-    if name in {"mass", "inertia"} and half_width > abs(value):
+LARGEST_EFFECT = 0.1
+"""Half of an interval, as its effect relative to the fitted signal [-], that is informative however
+small the value is: "viscous friction is next to nothing" is a result."""
+
+
+def _withheld(name: str, value: float, half_width: float, effect: float, *, partly: bool) -> str:
+    """Return why a value is not given although its column says something; empty if it is given.
+
+    An interval is informative if its half-width is less than the value, or if its effect is small
+    beside the fitted signal; that of a mass must be less than the value.
+    """
+    if half_width > abs(value) and (name in {"mass", "inertia"} or effect > LARGEST_EFFECT):
         return "its 95 % interval is wider than the value itself"
     if partly and name not in SIGNED_PARAMETERS and value <= 0:
         return "what the log cannot tell apart leaves no positive value for it"
@@ -222,9 +232,7 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     to_values = (found.right.T / found.singular) / found.norms[:, None]
     values[columns] = to_values @ (found.left.T @ regression.target)
     residual = regression.target - regression.regressors @ values
-    uncertainty = robust_uncertainty(
-        found.left, to_values, residual, slow=regression.slow_residual
-    )
+    uncertainty = robust_uncertainty(found.left, to_values, residual, slow=regression.slow_residual)
     covariance[np.ix_(columns, columns)] = uncertainty.covariance
     sampling = np.diag(covariance).copy()
     resolution = regression.resolution * float(np.linalg.norm(regression.target))

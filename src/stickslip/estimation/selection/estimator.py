@@ -25,9 +25,9 @@ from stickslip.estimation.selection.search import (
     DELAY_TERM,
     Model,
     SearchTuning,
-    fixed_terms,
     half_width,
     search,
+    with_terms,
 )
 from stickslip.estimation.selection.terms import (
     DELAY,
@@ -98,10 +98,11 @@ class SelectedModelEstimator:
         Known mass or inertia [kg or kg m^2]; None estimates it.
     offset
         Whether a constant offset is estimated.
-    terms
-        Terms to fit, whatever the log supports, of `TERM_NAMES`; None selects them.
-    without
-        Terms that are not selected.
+    include, exclude
+        Terms of `TERM_NAMES` that the model has, whatever the log supports, and terms that it does
+        not have.
+    select
+        Whether further terms are selected.
     effort_delay
         Known time by which the effort acts later than it is logged [s]; None estimates it if the
         log shows one.
@@ -133,15 +134,16 @@ class SelectedModelEstimator:
 
     inertia: float | None = None
     offset: bool = True
-    terms: tuple[str, ...] | None = None
-    without: tuple[str, ...] = ()
+    include: tuple[str, ...] = ()
+    exclude: tuple[str, ...] = ()
+    select: bool = True
     effort_delay: float | None = None
     tuning: SelectionTuning = field(default_factory=SelectionTuning)
 
     def __post_init__(self) -> None:
         if self.inertia is not None:
             positive("inertia", self.inertia, "kg or kg m^2")
-        for name in (*(self.terms or ()), *self.without):
+        for name in (*self.include, *self.exclude):
             if name not in TERM_NAMES:
                 raise InputError(
                     f"{name!r} is not a term", remedy=f"use some of {', '.join(TERM_NAMES)}"
@@ -209,9 +211,18 @@ class SelectedModelEstimator:
         model, terms = self._selected(log, motions)
         if SATURATION in model.names:
             limit = next(shape.value for term, shape in model.chosen if term.name == SATURATION)
-            motions, note = _without_saturation(motions, limit, log.log)
-            notes.append(note)
-            model, terms = self._selected(log, motions, saturation=False)
+            followed, note = _without_saturation(motions, limit, log.log)
+            model, terms = self._selected(log, followed, saturation=False)
+            if _saturates(model, motions, limit):
+                motions = followed
+                notes.append(note)
+            else:
+                model, terms = self._selected(log, motions, saturation=False)
+        notes += [
+            f"the log shows no term {name!r}, which was asked for; it is left out"
+            for name in self.include
+            if name not in model.names
+        ]
         kind = "mass" if log.log.kind == "linear" else "inertia"
         wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
         if wrong:
@@ -255,13 +266,14 @@ class SelectedModelEstimator:
         if model.rows.size == 0:
             return model, ()
         terms = [DELAY_TERM, *candidate_terms(motions, log.log.kind)]
-        left_out = {*self.without, *(() if saturation else (SATURATION,))}
+        left_out = {*self.exclude, *(() if saturation else (SATURATION,))}
         if self.effort_delay is not None:
             left_out.add(DELAY)
-        if self.terms is None:
-            terms = [term for term in terms if term.name not in left_out]
-            return search(model, terms, tuning, ripple="ripple" not in left_out), terms
-        return fixed_terms(model, terms, self.terms, tuning), ()
+        model = with_terms(model, terms, self.include, tuning)
+        if not self.select:
+            return model, ()
+        terms = [term for term in terms if term.name not in left_out]
+        return search(model, terms, tuning, ripple="ripple" not in left_out), terms
 
     def _solved(
         self,
@@ -279,10 +291,12 @@ class SelectedModelEstimator:
 
     def _options(self) -> Mapping[str, Any]:
         return {
+            "estimator": self.name,
             "inertia": self.inertia,
             "offset": self.offset,
-            "terms": None if self.terms is None else list(self.terms),
-            "without": list(self.without),
+            "include": list(self.include),
+            "exclude": list(self.exclude),
+            "select": self.select,
             "effort_delay": self.effort_delay,
         }
 
@@ -359,6 +373,41 @@ def _without_saturation(
     )
 
 
+def _saturates(model: Model, motions: SlipMotions, limit: float) -> bool:
+    """Return whether the effort that moves the axis stays at a limit where the logged one does not.
+
+    The model is that of the samples within the limit. The excess of an effort over a limit explains
+    part of any effort, so that its coefficient alone proves nothing.
+
+    Parameters
+    ----------
+    model
+        Fitted to the windows in which the effort is within the limit.
+    motions
+        All of the motion.
+    limit
+        [N or N m].
+    """
+    every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
+    if model.rows.size < _FEWEST_FOLLOWED * every.rows.size:
+        return False
+    values = least_squares(model.columns(), model.target())
+    logged = every.target()
+    excess = every.rows.mean(
+        lambda m: np.sign(m.effort) * np.maximum(np.abs(m.effort) - limit, 0.0)
+    )
+    beyond = np.abs(excess) > _SATURATION_SEEN * limit
+    needed = (every.columns() @ values)[beyond]
+    followed = float(np.sum((needed - logged[beyond]) ** 2))
+    limited = float(np.sum((needed - logged[beyond] + excess[beyond]) ** 2))
+    return bool(np.any(beyond)) and limited < _SATURATION_PROVED * followed
+
+
+_FEWEST_FOLLOWED = 0.4  # of the windows: a limit that is met in most of them is friction
+_SATURATION_SEEN = 0.02  # of the limit: windows with a smaller excess tell little
+_SATURATION_PROVED = 0.25  # of the squared error without a limit
+
+
 def _selection(model: Model) -> ModelSelection:
     """Return the selection with its summary."""
     chosen = [score for score in model.scores if score.selected]
@@ -374,8 +423,9 @@ def _selection(model: Model) -> ModelSelection:
             for score in chosen
         ]
         sentences = [f"{sentences[0][:-1]}, and these terms were selected: {'; '.join(parts)}."]
-    elif model.names:
-        sentences = [f"{sentences[0][:-1]}, and as asked for: {', '.join(model.names)}."]
+    given = [term.text for term, _ in model.chosen if term.name not in {s.term for s in chosen}]
+    if given:
+        sentences.append(f"These terms were given: {'; '.join(given)}.")
     if DELAY in model.names:
         late = 1e3 * model.rows.delay * T
         sentences.append(
@@ -385,9 +435,10 @@ def _selection(model: Model) -> ModelSelection:
     if others:
         nearest = min(others, key=lambda score: score.p_value)
         sentences.append(
-            f"{len(others)} other terms were tested and none is significant and predicts better; "
-            f"the nearest is {nearest.term} (p = {nearest.p_value:.1g}, "
-            f"{-100 * nearest.gain:+.2g} ± {100 * nearest.gain_std:.2g} %)."
+            f"{len(others)} other terms were tested and not selected; the nearest is "
+            f"{nearest.term} (p = {nearest.p_value:.1g}, squared error "
+            f"{-100 * nearest.gain:+.2g} ± {100 * nearest.gain_std:.2g} %, "
+            f"{100 * nearest.share:.1g} % of the effort)."
         )
     return ModelSelection(
         summary=" ".join(sentences),

@@ -21,7 +21,7 @@ from stickslip.estimation.selection.terms import DELAY, SATURATION, Shape, Term,
 from stickslip.estimation.selection.windows import Weight
 from stickslip.records import TermScore
 
-__all__ = ["DELAY_TERM", "Model", "SearchTuning", "fixed_terms", "half_width", "search"]
+__all__ = ["DELAY_TERM", "Model", "SearchTuning", "half_width", "search", "with_terms"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -226,7 +226,7 @@ def search(
     return replace(model, scores=tuple(found))
 
 
-def fixed_terms(
+def with_terms(
     model: Model, terms: Sequence[Term], names: Sequence[str], tuning: SearchTuning
 ) -> Model:
     """Return the model with given terms, each in the shape that fits best.

@@ -47,6 +47,7 @@ TERM_NAMES = (
 _STRIBECK_SHAPES = 9
 _PRESLIDING_SHAPES = 7
 _SATURATION_SHAPES = 12
+_MOST_SATURATED = 0.4  # of the samples in motion: a drive that saturates more often is another axis
 _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
 _FAR = 3.0  # ranges of the position: an axis whose origin is so far away has its spring elsewhere
 
@@ -124,11 +125,13 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
         ``"linear"`` or ``"rotary"``.
     """
     slow, largest = motions.slow, motions.largest_speed
-    position, time = motions.moving(lambda m: m.position), motions.moving(lambda m: m.time)
-    largest_effort = float(np.max(np.abs(motions.moving(lambda m: m.effort))))
+    position = motions.moving(lambda m: m.position)
+    efforts = np.abs(motions.moving(lambda m: m.effort))
+    largest_effort = float(np.max(efforts))
+    lowest_limit = max(float(np.quantile(efforts, 1.0 - _MOST_SATURATED)), 1e-3 * largest_effort)
     middle, extent = 0.5 * float(np.max(position) + np.min(position)), float(np.ptp(position))
     origin = middle if abs(middle) > _FAR * extent else 0.0
-    centre = 0.5 * float(time[0] + time[-1])
+    centre = 0.5 * float(motions.stretches[0].time[0] + motions.stretches[-1].time[-1])
     terms = [
         _plain(
             "direction",
@@ -190,8 +193,8 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
                     value=limit,
                     bounds=_ALL_OF_IT,
                 )
-                for limit in np.linspace(
-                    0.3 * largest_effort, 0.98 * largest_effort, _SATURATION_SHAPES
+                for limit in np.geomspace(
+                    lowest_limit, 0.98 * largest_effort, _SATURATION_SHAPES
                 ).tolist()
             ),
         ),

@@ -72,6 +72,7 @@ from stickslip.estimation.online.recursion import (
     LOAD_INERTIA,
     PARAMETERS,
     PER_DIRECTION,
+    RELATIVE_PRIOR,
     ROW,
     SAMPLING_TIME,
     SPREAD,
@@ -282,7 +283,7 @@ def _adapt(s: Float[np.ndarray, " s"]) -> None:
         p = int(s[PARAMETERS])
         factor = min(mean, _LARGEST_ADAPTATION)
         for i in range(p):  # a given prior holds
-            if s[FIRST_SPREAD + i] > 0.0:
+            if s[RELATIVE_PRIOR] == 0.0:
                 factor = min(factor, s[FIRST_SPREAD + i] / s[SPREAD + i * p + i])
         factor = max(factor, 1.0)
         for i in range(p * p):
