@@ -158,7 +158,7 @@ def test_an_estimator_object_is_used_as_it_is(log: AxisLog) -> None:
 def test_settings_beside_an_estimator_object_are_rejected(
     name: str, value: Any, log: AxisLog
 ) -> None:
-    with pytest.raises(InputError, match="beside an estimator object.*give it to the estimator"):
+    with pytest.raises(InputError, match=r"beside an estimator object.*give it to the estimator"):
         identify(log, estimator=EnergyEstimator(), **{name: value})
 
 
@@ -169,7 +169,7 @@ def test_an_object_that_is_no_estimator_is_rejected(log: AxisLog) -> None:
 
 
 def test_an_unknown_estimator_is_rejected_with_the_names(log: AxisLog) -> None:
-    with pytest.raises(InputError, match="'kalman' is not an estimator.*energy.*ekf"):
+    with pytest.raises(InputError, match=r"'kalman' is not an estimator.*energy.*ekf"):
         identify(log, estimator="kalman")
 
 

@@ -240,6 +240,17 @@ def _maximum_likelihood(task: EstimationTask) -> Estimator:
     )
 
 
+def _process_noise_likelihood(task: EstimationTask) -> Estimator:
+    from stickslip.estimation.likelihood.process_noise import ProcessNoiseLikelihoodEstimator
+
+    return ProcessNoiseLikelihoodEstimator(
+        inertia=task.inertia,
+        per_direction=task.per_direction,
+        offset=task.offset,
+        largest_delay=task.largest_delay,
+    )
+
+
 def _idim_least_squares(task: EstimationTask) -> "IdimLeastSquares":
     from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
 
@@ -361,6 +372,13 @@ _ENTRIES = (
         summary="simulated motion with the greatest likelihood (output error)",
         build=_maximum_likelihood,
         settings=frozenset({"offset", "largest_delay"}),
+    ),
+    EstimatorEntry(
+        name="maximum-likelihood-process-noise",
+        summary="greatest likelihood under noise of the effort, of the sensors and of forces",
+        build=_process_noise_likelihood,
+        settings=frozenset({"offset", "largest_delay"}),
+        rigid_only=True,
     ),
     EstimatorEntry(
         name="idim-ls",

@@ -10,6 +10,11 @@ from stickslip.estimation.likelihood.input_design import (
     InputLimits,
     design_input,
 )
+from stickslip.estimation.likelihood.process_noise import (
+    NoiseLevels,
+    ProcessNoiseLikelihoodEstimator,
+    process_noise_bound,
+)
 
 __all__ = [
     "CramerRaoBound",
@@ -17,6 +22,9 @@ __all__ = [
     "InputLimits",
     "LikelihoodMaximum",
     "MaximumLikelihoodEstimator",
+    "NoiseLevels",
+    "ProcessNoiseLikelihoodEstimator",
     "cramer_rao_bound",
     "design_input",
+    "process_noise_bound",
 ]
