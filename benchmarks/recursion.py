@@ -19,8 +19,8 @@ from benchmarks.other_recursions import (
 )
 from stickslip.estimation import (
     EnergyEstimator,
-    RecursiveLeastSquares,
     PublishedEnergyEstimator,
+    RecursiveLeastSquares,
     absolute_bias,
     kinetic_energy_bias,
     potential_energy_bias,
