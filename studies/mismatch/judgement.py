@@ -110,7 +110,9 @@ def judge(found: Identification, recorded: Recorded) -> dict[str, Any]:
         "status": estimate.status.value,
         "ok": estimate.status.trusted,
         "model": _model(estimate),
-        "plain": names - {"mass", "inertia"} == expected,
+        "plain": names - {"mass", "inertia"} == expected
+        if estimate.selection is None
+        else not estimate.selection.selected,
         "notes": list(estimate.diagnostics.notes),
         "parameters": {
             name: {
@@ -128,18 +130,18 @@ def judge(found: Identification, recorded: Recorded) -> dict[str, Any]:
         "curve": curve,
         "outside": any(not p.covered for p in judged.values()),
         "critical": any(p.critical for p in judged.values()),
-        "delay": estimate.diagnostics.effort_delay,
+        "delay": None
+        if estimate.selection is None
+        else estimate.selection.effort_delay / recorded.log.sampling_time,
         "true_delay": recorded.delay,
     }
 
 
 def _model(estimate: FrictionEstimate) -> str:
     """Return the selected terms, or the names of the parameters."""
-    selection: Any = getattr(estimate, "selection", None)
-    if selection is None:
+    if estimate.selection is None:
         return ", ".join(name.replace("inertia", "mass") for name in estimate.parameters)
-    terms = getattr(selection, "terms", selection)
-    return terms if isinstance(terms, str) else ", ".join(str(term) for term in terms)
+    return ", ".join(estimate.selection.selected)
 
 
 def _judged(estimate: FrictionEstimate, recorded: Recorded) -> tuple[dict[str, Judged], list[str]]:

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -272,6 +273,137 @@ def test_unexplained_effort_is_a_mismatch() -> None:
     other = 1.5 * np.sin(3.3 * TIME) * np.sin(0.77 * TIME)
     estimate = SelectedModelEstimator().fit(replace(log, effort=log.effort + other))
     assert estimate.status is Status.MODEL_MISMATCH
+
+
+def turning(period: float = 2.0 * np.pi) -> AxisLog:
+    """Return the log of a rotary axis that turns several times, in units of its period."""
+    log = log_of()
+    angle = 20.0 * Motion(time=TIME).position * period
+    return replace(log, kind="rotary", measured_position=angle)
+
+
+@pytest.mark.parametrize("period", [360.0, 1.0])
+def test_wrap_at_another_period_is_a_mismatch_of_units(period: float) -> None:
+    log = turning(period)
+    wrapped = replace(log, measured_position=np.mod(log.measured_position, period))
+    estimate = SelectedModelEstimator().fit(wrapped)
+    assert estimate.status is Status.MODEL_MISMATCH
+    assert f"wraps every {period:g}" in estimate.diagnostics.notes[0]
+
+
+def test_wrapped_angle_with_glitches_is_continued() -> None:
+    log = turning()
+    wrapped = np.mod(log.measured_position, 2.0 * np.pi)
+    wrapped[[2000, 7000, 11111]] = 0.0
+    prepared = prepare(replace(log, measured_position=wrapped))
+    good = prepared.parts[0].usable
+    off = prepared.parts[0].position - log.measured_position
+    assert np.ptp(off[good]) < 1e-9
+    assert np.sum(~good) >= 2  # one of the three may be at its place
+
+
+def test_position_set_anew_is_continued() -> None:
+    log = log_of()
+    moved = log.measured_position + 0.5 * (TIME > 6.0) - 0.3 * (TIME > 13.0)
+    estimate = SelectedModelEstimator().fit(replace(log, measured_position=moved))
+    assert estimate.status is Status.OK
+    assert "position jumps in 2 places" in " ".join(estimate.diagnostics.notes)
+    assert estimate.value("mass") == pytest.approx(3.0, rel=0.01)
+
+
+def test_dropouts_of_the_effort_are_excluded() -> None:
+    log = log_of()
+    effort = log.effort.copy()
+    for k in range(500, 19_500, 490):
+        effort[k : k + 5] = 0.0
+    estimate = SelectedModelEstimator().fit(replace(log, effort=effort))
+    mass = estimate.parameters["mass"]
+    assert mass.ci95 is not None
+    assert mass.ci95[0] < 3.0 < mass.ci95[1]
+
+
+def test_pulse_that_moves_the_axis_is_no_glitch() -> None:
+    effort = np.zeros(4000)
+    effort[1000:1002] = effort[3000:3002] = 600.0
+    velocity = np.maximum(np.cumsum(effort) * 1e-3 / 2.0 - np.cumsum(effort > -1) * 0.0, 0.0)
+    log = AxisLog(
+        name="pulses",
+        kind="linear",
+        time=1e-3 * np.arange(4000),
+        effort=effort,
+        measured_position=np.cumsum(velocity) * 1e-3,
+    )
+    assert prepare(log).repaired == 0
+
+
+def test_delay_beyond_its_bound_is_a_mismatch() -> None:
+    estimate = SelectedModelEstimator().fit(log_of(delay=0.1))
+    assert estimate.status is not Status.OK
+
+
+def test_log_at_rest_identifies_nothing() -> None:
+    rng = np.random.default_rng(0)
+    log = AxisLog(
+        name="rest",
+        kind="linear",
+        time=TIME[:100],
+        effort=rng.standard_normal(100),
+        measured_position=1e-6 * rng.standard_normal(100),
+    )
+    estimate = SelectedModelEstimator().fit(log)
+    assert not estimate.status.trusted
+    assert all(not parameter.identified for parameter in estimate.parameters.values())
+
+
+def test_coasting_log_identifies_nothing() -> None:
+    time = 1e-3 * np.arange(1000)
+    effort = np.zeros(1000)
+    effort[0] = 1e-3
+    log = AxisLog(
+        name="coasting",
+        kind="linear",
+        time=time,
+        effort=effort,
+        measured_position=0.5 * time - 0.1 * time**2,
+    )
+    assert not SelectedModelEstimator().fit(log).status.trusted
+
+
+@pytest.mark.parametrize("include", [("direction",), ("presliding", "ripple", "friction drift")])
+def test_terms_of_a_one_way_log_do_not_break_the_fit(include: tuple[str, ...]) -> None:
+    position = 0.05 * TIME + 0.002 * np.sin(3.0 * TIME)
+    log = replace(log_of(), measured_position=position)
+    SelectedModelEstimator(include=include).fit(log)
+
+
+def test_term_of_narrow_support_is_not_identified_by_a_wide_interval() -> None:
+    estimate = SelectedModelEstimator(include=("presliding",)).fit(log_of())
+    parameter = estimate.parameters.get("presliding_friction")
+    if parameter is not None and parameter.ci95 is not None:
+        assert parameter.ci95[1] - parameter.ci95[0] < 2.0
+
+
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"include": ("spring", "spring")},
+        {"include": ("spring",), "exclude": ("spring",)},
+        {"include": ("saturation",)},
+        {"include": ("delay",), "effort_delay": 0.001},
+        {"effort_delay": float("nan")},
+        {"effort_delay": 1e3},
+    ],
+)
+def test_contradicting_settings_are_rejected(settings: dict[str, Any]) -> None:
+    with pytest.raises(InputError):
+        SelectedModelEstimator(**settings)
+
+
+def test_reversed_sign_is_named_beside_a_given_mass() -> None:
+    log = log_of()
+    estimate = SelectedModelEstimator(inertia=3.0).fit(replace(log, effort=-log.effort))
+    assert estimate.status is Status.MODEL_MISMATCH
+    assert "sign" in estimate.diagnostics.notes[0]
 
 
 # The parts

@@ -21,6 +21,7 @@ from stickslip.estimation.regression.resimulation import (
     resimulate,
 )
 from stickslip.estimation.selection.figures import energy_balance, friction_curve
+from stickslip.estimation.selection.search import Model
 from stickslip.estimation.signals.kinematics import (
     LowPass,
     central_difference,
@@ -87,7 +88,7 @@ def examine(
     estimate = fit.estimate
     values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
     if fit.model is not None:
-        return _with_selection(log, fit, truth)
+        return _with_selection(log, fit, fit.model, truth)
     needed = {name for name in estimate.parameters if not name.startswith(OPTIONAL)}
     balance = identified_balance(
         estimate,
@@ -114,7 +115,9 @@ def examine(
     )
 
 
-def _with_selection(log: AxisLog, fit: Fit, truth: Mapping[str, float] | None) -> Identification:
+def _with_selection(
+    log: AxisLog, fit: Fit, model: Model, truth: Mapping[str, float] | None
+) -> Identification:
     """Return what the report of a selected model shows.
 
     The motion is simulated anew only if the simulator has all of the model's terms.
@@ -124,7 +127,7 @@ def _with_selection(log: AxisLog, fit: Fit, truth: Mapping[str, float] | None) -
         return Identification(log=log, estimate=estimate, truth=truth)
     values = {name: estimate.value(name) for name in estimate.parameters}
     resimulation = None
-    simulated = {"direction", "stribeck"} >= set(fit.model.names) and fit.model.viscous
+    simulated = {"direction", "stribeck"} >= set(model.names) and model.viscous
     balance = identified_balance(estimate, inertia=fit.inertia) if simulated else None
     if balance is not None:
         stretches = balance.levels(log)
@@ -133,8 +136,8 @@ def _with_selection(log: AxisLog, fit: Fit, truth: Mapping[str, float] | None) -
         log=log,
         estimate=estimate,
         truth=truth,
-        curve=friction_curve(estimate, fit.model, fit.rows),
-        energy=energy_balance(estimate, fit.model),
+        curve=friction_curve(estimate, model, fit.rows),
+        energy=energy_balance(estimate, model),
         evolution=_evolution(fit.rows, estimate),
         residuals=_residuals(fit.rows, values),
         resimulation=resimulation,

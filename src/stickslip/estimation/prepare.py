@@ -9,6 +9,7 @@ from itertools import pairwise
 
 import numpy as np
 from jaxtyping import Bool, Float
+from scipy import ndimage
 
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.resampling import resampled
@@ -30,7 +31,14 @@ class PreparationTuning:
     """Deviation from the neighbours, beyond twice their own changes, in standard deviations of the
     second difference [-]: white noise is at most 25 standard deviations off then."""
     longest_glitch: int = 3
-    """Samples; a longer one is a step there and back."""
+    """Samples of a glitch, however slow the sampling."""
+    longest_dropout: float = 0.01
+    """Duration of a glitch [s], however fast the sampling: a few cycles of a bus."""
+    jump_ratio: float = 5.0
+    """Step of the position over its neighbours, and over all but the largest 1 % of the steps, that
+    is no motion [-]."""
+    most_jumps: int = 20
+    """Steps of the position beyond which they are how the position is recorded."""
     most_glitches: float = 0.05
     """Share of the samples [-] beyond which they are not glitches but the signal."""
     fewest_levels: int = 20
@@ -71,6 +79,8 @@ class PreparedLog:
         [s].
     position_noise
         Standard deviation of the noise of a position, rounding included [m or rad].
+    wrap_period
+        Period by which the position was found to wrap [m or rad]; 0 if it does not.
     repaired, clipped
         Numbers of samples repaired, and of samples with a clipped effort [-].
     notes
@@ -81,6 +91,7 @@ class PreparedLog:
     parts: tuple[PreparedPart, ...]
     sampling_time: float
     position_noise: float
+    wrap_period: float
     repaired: int
     clipped: int
     notes: tuple[str, ...]
@@ -100,10 +111,13 @@ def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
         What counts as a defect.
     """
     clipped, notes = _clipped(log, tuning)
-    log, found = _unwrapped(log, tuning)
+    log, period, found = _unwrapped(log, tuning)
     notes += found
     log, repaired, found = _without_glitches(log, tuning)
     notes += found
+    log, jumped, found = _without_jumps(log, tuning)
+    notes += found
+    repaired |= jumped
     even, found = resampled(log)
     notes += found
     spoiled = np.interp(even.time, log.time, (clipped | repaired).astype(float)) > 0.0
@@ -126,6 +140,7 @@ def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
         parts=tuple(parts),
         sampling_time=even.sampling_time,
         position_noise=max(noise_level(longest), step / float(np.sqrt(12.0))),
+        wrap_period=period,
         repaired=int(np.sum(repaired)),
         clipped=int(np.sum(clipped)),
         notes=tuple(notes),
@@ -145,6 +160,8 @@ def _clipped(log: AxisLog, tuning: PreparationTuning) -> tuple[Bool[np.ndarray, 
     for extreme in (levels[0], levels[-1]):
         at = u == extreme
         share = float(np.mean(at))
+        if extreme == 0.0:  # no effort is how a drive rests
+            continue
         expected = 5.0 / levels.size + 5.0 * repeats * share
         if np.sum(at[1:] & at[:-1]) >= 3 and share > expected:
             marks |= at
@@ -157,45 +174,80 @@ def _clipped(log: AxisLog, tuning: PreparationTuning) -> tuple[Bool[np.ndarray, 
     return marks, notes
 
 
-def _unwrapped(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, list[str]]:
-    """Return the log with an angle continued where it jumps by its period.
+def _unwrapped(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
+    """Return the log with an angle continued where it jumps by its period, and that period.
 
-    After a wrap the motion goes on from the other end of the range; a glitch returns at once.
+    Readings between the ends of a period may cross it back and forth, so that every step is taken
+    modulo the period. A linear axis does not wrap.
     """
     x = log.measured_position
-    steps, extent = np.diff(x), float(np.ptp(x))
-    jumps = np.flatnonzero(np.abs(steps) > tuning.wrap_share * extent)
-    if jumps.size == 0 or np.any(np.diff(jumps) <= tuning.longest_glitch):
-        return log, []
-    others = np.abs(np.delete(steps, jumps))
-    if others.size == 0 or extent < 10.0 * float(np.max(others)):
-        return log, []
-    turn = 2.0 * np.pi
-    is_turn = log.kind == "rotary" and abs(extent / turn - 1.0) < 1.0 - tuning.wrap_share
-    if is_turn:
-        period = turn
-    else:  # the motion within the step of a jump is that of its neighbours
-        around = 0.5 * (steps[np.maximum(jumps - 1, 0)] + steps[np.minimum(jumps + 1, len(x) - 2)])
-        period = float(np.median(np.abs(steps[jumps] - around)))
-    turns = np.zeros(x.size)
-    turns[jumps + 1] = -np.sign(steps[jumps])
+    steps = np.abs(np.diff(x))
+    low, high = np.quantile(x, [0.005, 0.995])
+    extent = float(high - low)
+    jumps = steps[steps > tuning.wrap_share * extent]
+    if log.kind != "rotary" or extent == 0.0 or jumps.size == 0:
+        return log, 0.0, []
+    size = float(np.median(jumps))
+    period = min(_PERIODS, key=lambda usual: abs(size / usual - 1.0))
+    if abs(size / period - 1.0) > 1.0 - tuning.wrap_share:
+        return log, 0.0, []
+    if extent > (2.0 - tuning.wrap_share) * period or extent < tuning.wrap_share * period:
+        return log, 0.0, []
     note = (
         f"position jumps by {period:.4g} {log.unit('position')} in "
         f"{count_of(jumps.size, 'place')}; unwrapped"
     )
-    return replace(log, measured_position=x + period * np.cumsum(turns)), [note]
+    return replace(log, measured_position=np.unwrap(x, period=period)), period, [note]
+
+
+_PERIODS = (2.0 * np.pi, 360.0, 1.0)
+"""Periods of an angle in rad, degrees and turns."""
+
+
+def _without_jumps(
+    log: AxisLog, tuning: PreparationTuning
+) -> tuple[AxisLog, Bool[np.ndarray, " n"], list[str]]:
+    """Return the log with steps of the position taken out, as of an encoder that was set anew."""
+    x = log.measured_position
+    steps = np.diff(x)
+    marks = np.zeros(x.size, dtype=bool)
+    size = np.abs(steps)
+    if size.size < 50:
+        return log, marks, []
+    around = np.maximum(
+        ndimage.maximum_filter1d(np.concatenate(([0.0] * 3, size[:-3])), 5),
+        ndimage.maximum_filter1d(np.concatenate((size[3:], [0.0] * 3)), 5),
+    )
+    usual = max(float(np.quantile(size, 0.99)), np.finfo(float).tiny)
+    jumps = np.flatnonzero(size > tuning.jump_ratio * np.maximum(around, usual))
+    if jumps.size == 0 or jumps.size > tuning.most_jumps:
+        return log, marks, []
+    taken = np.zeros(x.size)
+    for k in jumps.tolist():
+        beside = [steps[j] for j in (k - 1, k + 1) if 0 <= j < steps.size and j not in jumps]
+        taken[k + 1] = steps[k] - (float(np.mean(beside)) if beside else 0.0)
+        marks[k : k + 2] = True
+    unit = log.unit("position")
+    sizes = ", ".join(f"{taken[k + 1]:.3g} {unit} at {log.time[k + 1]:.4g} s" for k in jumps[:3])
+    note = f"position jumps in {count_of(jumps.size, 'place')} ({sizes}); continued behind it"
+    return replace(log, measured_position=x - np.cumsum(taken)), marks, [note]
 
 
 def _without_glitches(
     log: AxisLog, tuning: PreparationTuning
 ) -> tuple[AxisLog, Bool[np.ndarray, " n"], list[str]]:
-    """Return the log with glitches interpolated and steps of the position taken out."""
+    """Return the log with glitches interpolated; a pulse that moves the axis is none."""
     repaired = np.zeros(len(log), dtype=bool)
     notes: list[str] = []
     changed: dict[str, Float[np.ndarray, " n"]] = {}
-    for name in ("effort", "measured_position"):
+    T = log.sampling_time
+    length = max(tuning.longest_glitch, round(tuning.longest_dropout / T))
+    wild = _glitches(log.measured_position, length, tuning)
+    for name in ("measured_position", "effort"):
         values = getattr(log, name)
-        wild = _glitches(values, tuning)
+        if name == "effort":
+            answers = _answers(changed.get("measured_position", log.measured_position), length)
+            wild = _glitches(values, length, tuning) & ~answers
         if np.any(wild):
             good = np.flatnonzero(~wild)
             changed[name] = np.interp(np.arange(values.size), good, values[good])
@@ -207,7 +259,19 @@ def _without_glitches(
     return (replace(log, **changed) if changed else log), repaired, notes
 
 
-def _glitches(values: Float[np.ndarray, " n"], tuning: PreparationTuning) -> Bool[np.ndarray, " n"]:
+_ANSWER = 5.0  # times what the position usually accelerates by
+
+
+def _answers(position: Float[np.ndarray, " n"], length: int) -> Bool[np.ndarray, " n"]:
+    """Mark the samples around which the axis accelerates as it seldom does."""
+    second = np.abs(np.diff(position, 2, prepend=position[0], append=position[-1]))
+    usual = float(np.quantile(second, 0.95))
+    return ndimage.maximum_filter1d(second, 2 * length + 3) > _ANSWER * usual
+
+
+def _glitches(
+    values: Float[np.ndarray, " n"], longest: int, tuning: PreparationTuning
+) -> Bool[np.ndarray, " n"]:
     """Mark runs of a few samples that are far off the line through their neighbours."""
     n = values.size
     wild = np.zeros(n, dtype=bool)
@@ -216,7 +280,7 @@ def _glitches(values: Float[np.ndarray, " n"], tuning: PreparationTuning) -> Boo
         return wild
     # Quantiles of the magnitudes of normal values: the one is robust, the other sees coarse steps
     scale = max(float(np.median(second)) / 0.6745, float(np.quantile(second, 0.9)) / 1.645)
-    for length in range(1, tuning.longest_glitch + 1):
+    for length in range(1, longest + 1):
         at = np.arange(2, n - length - 1)
         before, after = values[at - 1], values[at + length]
         middle = np.stack([values[at + k] for k in range(length)])

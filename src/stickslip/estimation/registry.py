@@ -168,6 +168,12 @@ def _listed(applies: Callable[[EstimatorEntry], bool]) -> str:
 def _selected(task: EstimationTask) -> Estimator:
     """Return the estimator that selects its model; that of a flexible arm has a given one."""
     if task.flexible:
+        if task.include or task.exclude or not task.select or task.effort_delay is not None:
+            raise InputError(
+                "terms or a delay of the effort are given, and auto does not select the model of a "
+                "flexible arm",
+                remedy="leave them out",
+            )
         return _energy(task)
     from stickslip.estimation.selection.estimator import SelectedModelEstimator
 

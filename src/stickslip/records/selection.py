@@ -25,6 +25,9 @@ class TermScore:
         [-].
     share
         Root mean square of what only this term explains, relative to that of the effort [-].
+    shape
+        What makes its shape [SI]: the period of a ripple, the distance of presliding, the Stribeck
+        velocity; 0 if it has no shape.
     """
 
     term: str
@@ -34,6 +37,7 @@ class TermScore:
     gain: float
     gain_std: float
     share: float
+    shape: float = 0.0
 
     def to_dict(self) -> dict[str, Any]:
         """Return the score as plain JSON types."""
@@ -45,6 +49,7 @@ class TermScore:
             "gain": self.gain,
             "gain_std": self.gain_std,
             "share": self.share,
+            "shape": self.shape,
         }
 
 
@@ -60,11 +65,17 @@ class ModelSelection:
         One a term: the selected ones in the order of their selection, then the others.
     effort_delay
         Time by which the effort acts later than it is logged [s].
+    reference_time
+        Time at which drifting parameters have the values given [s].
+    reference_position
+        Position at which a spring has no effort [m or rad].
     """
 
     summary: str
     scores: tuple[TermScore, ...]
     effort_delay: float = 0.0
+    reference_time: float = 0.0
+    reference_position: float = 0.0
 
     @property
     def selected(self) -> tuple[str, ...]:
@@ -76,5 +87,7 @@ class ModelSelection:
         return {
             "summary": self.summary,
             "effort_delay": self.effort_delay,
+            "reference_time": self.reference_time,
+            "reference_position": self.reference_position,
             "scores": [score.to_dict() for score in self.scores],
         }

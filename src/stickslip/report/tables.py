@@ -135,10 +135,10 @@ def selection(identification: Identification) -> str:
     rows = "".join(
         f'<tr><th scope="row">{_escape(score.text)}</th>'
         f'<td data-label="Selected">{"✓ selected" if score.selected else "–"}</td>'
-        f'<td class="number" data-label="Gain">{100 * score.gain:.2g} ± '
-        f"{100 * score.gain_std:.2g} %</td>"
+        f'<td class="number" data-label="Gain">{100 * score.gain:.1f} ± '
+        f"{100 * score.gain_std:.1f} %</td>"
         f'<td class="number" data-label="p">{score.p_value:.1g}</td>'
-        f'<td class="number" data-label="Share">{100 * score.share:.2g} %</td></tr>\n'
+        f'<td class="number" data-label="Share">{100 * score.share:.2f} %</td></tr>\n'
         for score in selected.scores
     )
     heads = (

@@ -1,11 +1,14 @@
 """An estimate together with the rows and the model that it was fitted with."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING
 
 from stickslip.estimation.fit.rows import Regression
 from stickslip.friction import StribeckEffect
 from stickslip.records import FrictionEstimate
+
+if TYPE_CHECKING:
+    from stickslip.estimation.selection.search import Model
 
 __all__ = ["Fit"]
 
@@ -47,4 +50,4 @@ class Fit:
     stribeck: StribeckEffect | None = None
     cutoff: float | None = None
     filter_order: int = 4
-    model: Any = None
+    model: "Model | None" = None

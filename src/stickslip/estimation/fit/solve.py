@@ -135,7 +135,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     regressors = regression.regressors
     n, p = regressors.shape
     least = _LEAST_ROWS_PER_PARAMETER * p
-    if hardly_moves(regression.motion) or n < least:
+    if hardly_moves(regression.motion) or n < least or regression.scale == 0.0:
         return _nothing_identified(regression, least, estimator=estimator, provenance=provenance)
     found = determined(regressors, regression.regressor_noise, regression.smallest_singular_ratio)
     mask = found.mask(p)
@@ -149,7 +149,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         half = std * t_quantile(float(fit.degrees_of_freedom[k]))
-        effect = half * float(np.linalg.norm(regressors[:, k])) / regression.scale
+        effect = half * _largest_effect(regression, k)
         reason = _withheld(name, value, half, effect, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
@@ -189,6 +189,22 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     )
 
 
+def _largest_effect(regression: Regression, k: int) -> float:
+    """Return the effect of a unit of a parameter relative to the fitted signal [1 / SI].
+
+    Rows of effort are compared one by one, as a term may act in a few of them only; levels of
+    energy grow with the log.
+    """
+    column = regression.regressors[:, k]
+    if regression.quantity == "effort":
+        largest = float(np.max(np.abs(regression.target)))
+        return float(np.max(np.abs(column))) / max(largest, np.finfo(float).tiny)
+    return float(np.linalg.norm(column)) / regression.scale
+
+
+_NEVER_SMALL = frozenset({"mass", "inertia", "static_friction", "stribeck_velocity"})
+"""Parameters of which next to nothing is no result."""
+
 LARGEST_EFFECT = 0.1
 """Half of an interval, as its effect relative to the fitted signal [-], that is informative however
 small the value is: "viscous friction is next to nothing" is a result."""
@@ -198,9 +214,11 @@ def _withheld(name: str, value: float, half_width: float, effect: float, *, part
     """Return why a value is not given although its column says something; empty if it is given.
 
     An interval is informative if its half-width is less than the value, or if its effect is small
-    beside the fitted signal; that of a mass must be less than the value.
+    beside the fitted signal; a mass, static friction or a Stribeck velocity must be larger than
+    its half-width.
     """
-    if half_width > abs(value) and (name in {"mass", "inertia"} or effect > LARGEST_EFFECT):
+    base = name.removesuffix("_positive").removesuffix("_negative")
+    if half_width > abs(value) and (base in _NEVER_SMALL or effect > LARGEST_EFFECT):
         return "its 95 % interval is wider than the value itself"
     if partly and name not in SIGNED_PARAMETERS and value <= 0:
         return "what the log cannot tell apart leaves no positive value for it"

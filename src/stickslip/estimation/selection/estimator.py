@@ -18,6 +18,7 @@ from stickslip.estimation.selection.plausibility import (
     implausible_units,
     too_slow_sampling,
     unexplained_effort,
+    unsettled_delay,
     wrong_inertia,
 )
 from stickslip.estimation.selection.rows import window_rows
@@ -27,6 +28,7 @@ from stickslip.estimation.selection.search import (
     SearchTuning,
     half_width,
     search,
+    smallest_ratio,
     with_terms,
 )
 from stickslip.estimation.selection.terms import (
@@ -35,6 +37,7 @@ from stickslip.estimation.selection.terms import (
     TERM_NAMES,
     Term,
     candidate_terms,
+    effort_excess,
 )
 from stickslip.estimation.selection.windows import Weight
 from stickslip.records import (
@@ -43,6 +46,7 @@ from stickslip.records import (
     InputError,
     ModelSelection,
     Status,
+    TermScore,
     positive,
 )
 
@@ -77,6 +81,7 @@ class SelectionTuning:
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
 
 
+_LARGEST_DELAY = 1.0  # s
 _SATURATED = 0.98  # of the limit: below it the drive follows
 
 
@@ -148,6 +153,31 @@ class SelectedModelEstimator:
                 raise InputError(
                     f"{name!r} is not a term", remedy=f"use some of {', '.join(TERM_NAMES)}"
                 )
+        twice = [name for name in self.include if self.include.count(name) > 1]
+        both = [name for name in self.include if name in self.exclude]
+        if twice or both:
+            raise InputError(
+                f"the term {(twice or both)[0]!r} is "
+                f"{'included twice' if twice else 'both included and excluded'}",
+                remedy="give it once",
+            )
+        if SATURATION in self.include:
+            raise InputError(
+                "saturation is included, but it is a defect of a log and no term of an axis",
+                remedy="leave it out; it is looked for unless it is excluded",
+            )
+        if self.effort_delay is not None:
+            if not abs(self.effort_delay) <= _LARGEST_DELAY:
+                raise InputError(
+                    f"the effort delay is {self.effort_delay:g} s; it must be within "
+                    f"{_LARGEST_DELAY:g} s",
+                    remedy="align the columns of the log",
+                )
+            if DELAY in self.include:
+                raise InputError(
+                    "the effort delay is given and the term 'delay' is included",
+                    remedy="leave one of them out",
+                )
 
     @property
     def name(self) -> str:
@@ -182,6 +212,7 @@ class SelectedModelEstimator:
         InputError
             As `fit`.
         """
+        check_excited(log)
         return self.fit_prepared(prepare(log))
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
@@ -197,7 +228,6 @@ class SelectedModelEstimator:
         InputError
             As `fit`.
         """
-        check_excited(log.log)
         if not log.parts:
             raise InputError(
                 f"the log has no stretch of samples without a gap that is long enough "
@@ -219,7 +249,7 @@ class SelectedModelEstimator:
             else:
                 model, terms = self._selected(log, motions, saturation=False)
         notes += [
-            f"the log shows no term {name!r}, which was asked for; it is left out"
+            f"the term {name!r} is left out: this motion cannot show it"
             for name in self.include
             if name not in model.names
         ]
@@ -227,7 +257,8 @@ class SelectedModelEstimator:
         wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
         if wrong:
             causes.append(wrong)
-            model = replace(model, inertia=None)
+            model, terms = replace(self, inertia=None)._selected(log, motions, saturation=False)
+        causes.append(unsettled_delay(model, self.tuning.search))
         rows = model_rows(model, kind)
         estimate, regression = self._solved(log, motions, model, rows, notes)
         shifts = [
@@ -243,7 +274,7 @@ class SelectedModelEstimator:
         if estimate.status is not Status.OK:
             causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
-        estimate = replace(estimate, selection=_selection(model))
+        estimate = replace(estimate, selection=_selection(model, motions, self.effort_delay))
         return Fit(
             estimate=_judged(estimate, [cause for cause in causes if cause]),
             rows=regression,
@@ -269,6 +300,8 @@ class SelectedModelEstimator:
         left_out = {*self.exclude, *(() if saturation else (SATURATION,))}
         if self.effort_delay is not None:
             left_out.add(DELAY)
+        if not self.offset:  # which friction per direction would bring back
+            left_out.add("direction")
         model = with_terms(model, terms, self.include, tuning)
         if not self.select:
             return model, ()
@@ -321,7 +354,7 @@ class SelectedModelEstimator:
             other = model_rows(wide, kind)
             if k > 0:
                 other = other.with_column("elastic", wide.rows.snap)
-            if other.smallest_ratio() < tuning.smallest_ratio:
+            if smallest_ratio(other.columns) < tuning.smallest_ratio:
                 continue
             values, stds = other.fitted()
             for place, (name, value) in enumerate(zip(rows.names, rows.values(), strict=True)):
@@ -393,9 +426,7 @@ def _saturates(model: Model, motions: SlipMotions, limit: float) -> bool:
         return False
     values = least_squares(model.columns(), model.target())
     logged = every.target()
-    excess = every.rows.mean(
-        lambda m: np.sign(m.effort) * np.maximum(np.abs(m.effort) - limit, 0.0)
-    )
+    excess = every.rows.mean(effort_excess(limit))
     beyond = np.abs(excess) > _SATURATION_SEEN * limit
     needed = (every.columns() @ values)[beyond]
     followed = float(np.sum((needed - logged[beyond]) ** 2))
@@ -408,42 +439,63 @@ _SATURATION_SEEN = 0.02  # of the limit: windows with a smaller excess tell litt
 _SATURATION_PROVED = 0.25  # of the squared error without a limit
 
 
-def _selection(model: Model) -> ModelSelection:
+def _selection(model: Model, motions: SlipMotions, known_delay: float | None) -> ModelSelection:
     """Return the selection with its summary."""
     chosen = [score for score in model.scores if score.selected]
     others = [score for score in model.scores if not score.selected]
-    T = model.rows.weight.sampling_time
-    sentences = ["The model has inertia, viscous and Coulomb friction and an offset."]
-    if not model.viscous:
-        sentences = ["The model has inertia, Coulomb friction and an offset."]
+    shapes = {term.name: shape.value for term, shape in model.chosen}
+    chosen = [replace(score, shape=shapes.get(score.term, 0.0)) for score in chosen]
+    delay = model.rows.delay * model.rows.weight.sampling_time
+    sentences = [f"The model has {_parts(model)}."]
     if chosen:
-        parts = [
-            f"{score.text} (squared error on moves left out of the fit "
-            f"{-100 * score.gain:+.2g} ± {100 * score.gain_std:.2g} %, p = {score.p_value:.0e})"
-            for score in chosen
-        ]
-        sentences = [f"{sentences[0][:-1]}, and these terms were selected: {'; '.join(parts)}."]
+        selected = "; ".join(f"{score.text} ({_gain(score)})" for score in chosen)
+        sentences.append(f"Selected: {selected}.")
     given = [term.text for term, _ in model.chosen if term.name not in {s.term for s in chosen}]
     if given:
-        sentences.append(f"These terms were given: {'; '.join(given)}.")
-    if DELAY in model.names:
-        late = 1e3 * model.rows.delay * T
+        sentences.append(f"Included as asked: {'; '.join(given)}.")
+    if delay:
+        known = "" if known_delay is None else ", as given"
         sentences.append(
-            f"The effort acts {abs(late):.3g} ms {'after' if late > 0 else 'before'} its time stamp"
-            " [held over each sample]."
+            f"The effort, held over each sample, acts {abs(1e3 * delay):.3g} ms "
+            f"{'after' if delay > 0 else 'before'} its time stamp{known}."
         )
     if others:
         nearest = min(others, key=lambda score: score.p_value)
         sentences.append(
             f"{len(others)} other terms were tested and not selected; the nearest is "
-            f"{nearest.term} (p = {nearest.p_value:.1g}, squared error "
-            f"{-100 * nearest.gain:+.2g} ± {100 * nearest.gain_std:.2g} %, "
-            f"{100 * nearest.share:.1g} % of the effort)."
+            f"{nearest.term} ({_gain(nearest)}, {100 * nearest.share:.2f} % of the effort)."
         )
     return ModelSelection(
         summary=" ".join(sentences),
         scores=(*chosen, *others),
-        effort_delay=model.rows.delay * T,
+        effort_delay=delay,
+        reference_time=motions.reference_time,
+        reference_position=motions.reference_position,
+    )
+
+
+def _parts(model: Model) -> str:
+    """Return what every model has, and what was given."""
+    parts = ["Coulomb friction"]
+    if model.viscous:
+        parts.append("viscous friction")
+    if model.offset:
+        parts.append("an offset")
+    inertia = "inertia" if model.inertia is None else "the given inertia"
+    return (
+        f"{inertia}, {', '.join(parts[:-1])} and {parts[-1]}"
+        if parts[1:]
+        else (f"{inertia} and {parts[0]}")
+    )
+
+
+def _gain(score: TermScore) -> str:
+    """Return in words how much better a model with a term predicts."""
+    less = "lower" if score.gain >= 0 else "higher"
+    shape = f"shape {score.shape:.4g}, " if score.shape else ""
+    return (
+        f"{shape}squared error on moves left out {abs(100 * score.gain):.1f} ± "
+        f"{100 * score.gain_std:.1f} % {less}, p = {score.p_value:.1g}"
     )
 
 

@@ -46,7 +46,8 @@ def friction_curve(
     covariance = estimate.covariance[np.ix_(keep, keep)]
     quantile = max(estimate.parameters[name].quantile for name in names)
     parts: list[Float[np.ndarray, "p 4"]] = []
-    for end in (float(np.min(velocity)), float(np.max(velocity))):
+    ends = [float(np.min(velocity)), float(np.max(velocity))]
+    for end in (end for end, way in zip(ends, (-1.0, 1.0), strict=True) if end * way > 0):
         grid = np.linspace(end, 0.0, _CURVE_POINTS)
         sign = np.full(grid.size, np.sign(end))
         law = law_effort(values, grid, sign)
@@ -55,7 +56,9 @@ def friction_curve(
         half = quantile * np.sqrt(np.maximum(variance, 0.0))
         block = np.column_stack([grid, law, law - half, law + half])
         parts.append(block if end < 0 else block[::-1])
-    grid, law, low, high = np.vstack([parts[0], np.full((1, 4), np.nan), parts[1]]).T
+    if len(parts) > 1:
+        parts.insert(1, np.full((1, 4), np.nan))
+    grid, law, low, high = np.vstack(parts).T
     step = -(-velocity.size // _LARGEST_PLOT)
     return FrictionCurve(
         velocity=velocity[::step],

@@ -45,12 +45,6 @@ class ModelRows:
         columns = np.column_stack([self.columns, column])
         return replace(self, names=(*self.names, name), columns=columns)
 
-    def smallest_ratio(self) -> float:
-        """Return the smallest over the largest singular value of the scaled columns [-]."""
-        scaled = self.columns / np.linalg.norm(self.columns, axis=0)
-        singular = np.linalg.svd(scaled, compute_uv=False)
-        return float(singular[-1] / singular[0])
-
     def fitted(self) -> tuple[Float[np.ndarray, " p"], Float[np.ndarray, " p"]]:
         """Return the least-squares parameters and their standard deviations [SI]."""
         norms = np.linalg.norm(self.columns, axis=0)

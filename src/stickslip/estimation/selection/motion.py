@@ -82,11 +82,29 @@ class SlipMotions:
         return np.concatenate([values(m)[m.direction != 0] for m in self.stretches])
 
     @property
+    def reference_time(self) -> float:
+        """Middle of the log [s], at which drifting parameters have the values given."""
+        return 0.5 * float(self.stretches[0].time[0] + self.stretches[-1].time[-1])
+
+    @property
+    def reference_position(self) -> float:
+        """Position at which a spring has no effort [m or rad].
+
+        The origin; the middle of the travel if that is far from the origin.
+        """
+        position = self.moving(lambda m: m.position)
+        if position.size == 0:
+            return 0.0
+        middle = 0.5 * float(np.max(position) + np.min(position))
+        return middle if abs(middle) > _FAR * float(np.ptp(position)) else 0.0
+
+    @property
     def largest_speed(self) -> float:
         """Largest smoothed speed [m/s or rad/s]."""
         return max(float(np.max(np.abs(m.velocity))) for m in self.stretches)
 
 
+_FAR = 3.0  # ranges of the position: an axis whose origin is so far away has its spring elsewhere
 _GROWTH = 1.4  # of a window, from one trial to the next
 _LEAST_WINDOWS = 20  # in the longest stretch
 _DIFFERENCE = 6  # order of the difference that leaves noise and removes smooth motion
@@ -128,7 +146,7 @@ def slip_motions(log: PreparedLog, tuning: MotionTuning) -> SlipMotions:
 
 def _velocities(
     log: PreparedLog, noise: float, tuning: MotionTuning
-) -> tuple[Weight, list[Float[np.ndarray, " n"]]]:
+) -> tuple[Weight, list[Float[np.ndarray, " _"]]]:
     """Return velocities smoothed over the narrowest window that quiets the encoder."""
     T = log.sampling_time
     half = tuning.narrowest
@@ -146,7 +164,7 @@ def _velocities(
 
 
 def _slow(
-    velocities: list[Float[np.ndarray, " n"]], noise: float, weight: Weight, tuning: MotionTuning
+    velocities: list[Float[np.ndarray, " _"]], noise: float, weight: Weight, tuning: MotionTuning
 ) -> float:
     largest = max(float(np.max(np.abs(v))) for v in velocities)
     noisy = noise * float(np.linalg.norm(weight.first()))
@@ -161,7 +179,7 @@ def _smoothed(position: Float[np.ndarray, " n"], weight: Weight) -> Float[np.nda
 
 
 def _noise_in_motion(
-    log: PreparedLog, velocities: list[Float[np.ndarray, " n"]], slow: float
+    log: PreparedLog, velocities: list[Float[np.ndarray, " _"]], slow: float
 ) -> float:
     """Return the noise of positions while the axis moves, where the jitter of a clock shows."""
     differences: list[Float[np.ndarray, " _"]] = []

@@ -9,7 +9,7 @@ from jaxtyping import Float
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model_rows import ModelRows
 from stickslip.estimation.selection.motion import SlipMotions
-from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.search import Model, SearchTuning
 from stickslip.estimation.selection.significance import Basis, significance
 from stickslip.estimation.signals.kinematics import noise_level
 
@@ -18,6 +18,7 @@ __all__ = [
     "implausible_units",
     "too_slow_sampling",
     "unexplained_effort",
+    "unsettled_delay",
     "wrong_inertia",
 ]
 
@@ -34,6 +35,8 @@ class PlausibilityTuning:
     """Speed of a rotary axis [rad/s], 24 000 rpm: spindles reach it, positioning axes do not."""
     shortest_move: float = 8.0
     """Samples that a move must have for its windows [-]."""
+    fastest_sampling: float = 2e-3
+    """Sampling time [s] below which short moves are noise."""
     largest_inertia_error: float = 0.02
     """Of a given inertia, beyond which it is reported [-]: data sheets are as exact."""
     largest_p_value: float = 1e-3
@@ -46,6 +49,8 @@ class PlausibilityTuning:
 _LATTICE = 1e-5  # relative, to which readings of an encoder are multiples of its step
 _FEWEST_BITS = 9
 _MOST_BITS = 32
+_TURN = 0.02  # relative, of the period of an angle in rad
+_TURN_OR_DEGREES = 10.0  # units
 _CONVERTED = {
     "mm": "convert it, for instance --position '1e-3 * COLUMN'",
     "deg": "convert it, for instance --position 'COLUMN * pi / 180'",
@@ -66,7 +71,10 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
         What is plausible.
     """
     speed = motions.largest_speed
-    travel = float(np.ptp(motions.moving(lambda m: m.position)))
+    moving = motions.moving(lambda m: m.position)
+    if moving.size == 0:
+        return ""
+    travel = float(np.ptp(moving))
     if log.log.kind == "linear":
         if speed > tuning.largest_speed or travel > tuning.largest_travel:
             return (
@@ -74,6 +82,11 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
                 + _CONVERTED["mm"]
             )
         return ""
+    if log.wrap_period > 0 and abs(log.wrap_period / (2.0 * np.pi) - 1.0) > _TURN:
+        return (
+            f"the position wraps every {log.wrap_period:.4g} units: is it in "
+            f"{'degrees' if log.wrap_period > _TURN_OR_DEGREES else 'turns'}? " + _CONVERTED["deg"]
+        )
     if speed > tuning.largest_rotary_speed or _counts_degrees(log):
         return (
             f"travel of {travel:.3g} rad at up to {speed:.3g} rad/s"
@@ -143,9 +156,27 @@ def too_slow_sampling(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
     every = np.sort(lengths)
     typical = float(every[np.searchsorted(np.cumsum(every), 0.5 * np.sum(every))])
     T = log.sampling_time
-    if typical >= tuning.shortest_move:
+    if typical >= tuning.shortest_move or tuning.fastest_sampling > T:
         return ""
-    return f"{1.0 / T:.3g} Hz sampling is too slow for moves of {typical * T:.2g} s; record faster"
+    return f"{1.0 / T:.4g} Hz sampling is too slow for moves of {typical * T:.2g} s; record faster"
+
+
+def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
+    """Return that the delay of the effort was not found within its bounds; empty if it was.
+
+    Parameters
+    ----------
+    model
+        As selected.
+    tuning
+        Of the search.
+    """
+    if model.settled:
+        return ""
+    return (
+        f"the effort acts more than {1e3 * tuning.largest_delay:.3g} ms before or after its time "
+        "stamp, or its delay cannot be found; align the columns, or give the delay"
+    )
 
 
 def unexplained_effort(
@@ -206,6 +237,11 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
     if partial is None or significance(basis, partial) > tuning.largest_p_value:
         return ""
     error = float(partial.values[0])
+    if model.inertia + error <= 0.0:
+        return (
+            f"with the given {kind} of {model.inertia:.4g} {unit} the log shows a negative one: "
+            "the sign of the effort or of the position is reversed"
+        )
     if abs(error) < tuning.largest_inertia_error * model.inertia:
         return ""
     return (

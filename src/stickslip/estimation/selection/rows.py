@@ -151,7 +151,7 @@ def window_rows(motions: Sequence[SlipMotion], weight: Weight, delay: float = 0.
 
 
 def _strided(marks: Bool[np.ndarray, " n"], stride: int) -> Int[np.ndarray, " m"]:
-    """Return every so-manieth marked index, counted from the start of each run."""
+    """Return the marked indices that are a stride apart, counted from the start of each run."""
     index = np.flatnonzero(marks)
     if index.size == 0:
         return index

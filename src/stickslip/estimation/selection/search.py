@@ -21,7 +21,15 @@ from stickslip.estimation.selection.terms import DELAY, SATURATION, Shape, Term,
 from stickslip.estimation.selection.windows import Weight
 from stickslip.records import TermScore
 
-__all__ = ["DELAY_TERM", "Model", "SearchTuning", "half_width", "search", "with_terms"]
+__all__ = [
+    "DELAY_TERM",
+    "Model",
+    "SearchTuning",
+    "half_width",
+    "search",
+    "smallest_ratio",
+    "with_terms",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -71,6 +79,8 @@ class Model:
         Terms and their shapes, in the order of their selection.
     scores
         Of every term that was looked at.
+    settled
+        Whether the delay of the effort was found within its bounds.
     """
 
     rows: WindowRows
@@ -79,6 +89,7 @@ class Model:
     viscous: bool = True
     chosen: tuple[tuple[Term, Shape], ...] = ()
     scores: tuple[TermScore, ...] = ()
+    settled: bool = True
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -248,6 +259,9 @@ def with_terms(
         term = next((term for term in offered if term.name == name), None)
         fits = None if term is None else _best_shape(model, term, basis)
         if term is not None and fits is not None:
+            own = model.term_columns(term, fits[0])
+            if smallest_ratio(np.column_stack([model.columns(), own])) < tuning.smallest_ratio:
+                continue
             model = _refined(replace(model, chosen=(*model.chosen, (term, fits[0]))))
             if DELAY in model.names:
                 model = _settled(model, tuning)
@@ -293,7 +307,6 @@ def _tried(
     every = np.column_stack([columns, own])
     if term.name == "two-thirds":  # it may take the place of viscous friction
         every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
-    singular = np.linalg.svd(every / np.linalg.norm(every, axis=0), compute_uv=False)
     score = TermScore(
         term=term.name,
         text=term.text,
@@ -304,7 +317,16 @@ def _tried(
         gain_std=float(np.std(gains, ddof=1)) * float(np.sqrt(gains.size)) / total,
         share=basis.share(partial),
     )
-    return _Trial(term=term, shape=shape, score=score, ratio=float(singular[-1] / singular[0]))
+    return _Trial(term=term, shape=shape, score=score, ratio=smallest_ratio(every))
+
+
+def smallest_ratio(columns: Float[np.ndarray, "n p"]) -> float:
+    """Return the smallest over the largest singular value of the columns at unit norm [-]."""
+    norms = np.linalg.norm(columns, axis=0)
+    if np.any(norms == 0) or columns.shape[0] < columns.shape[1]:
+        return 0.0
+    singular = np.linalg.svd(columns / norms, compute_uv=False)
+    return float(singular[-1] / singular[0])
 
 
 def _best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial] | None:
@@ -376,7 +398,7 @@ def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
         return 1.0 / (wave + half), 1.0 / max(wave - half, 0.5 * wave)
     values = [other.value for other in term.shapes]
     ratio = values[1] / values[0]
-    return shape.value / ratio, shape.value * ratio
+    return max(shape.value / ratio, values[0]), min(shape.value * ratio, values[-1])
 
 
 _DELAY_STEPS = 12
@@ -393,8 +415,8 @@ def _settled(model: Model, tuning: SearchTuning) -> Model:
         delay = float(np.clip(model.rows.delay + step, -most, most))
         model = model.shifted(delay)
         if abs(step) < _SETTLED:
-            break
-    return model
+            return replace(model, settled=True)
+    return replace(model, settled=False)
 
 
 _FEWEST_PERIODS = 3  # along the travel: slower forces are springs and offsets

@@ -13,7 +13,16 @@ from jaxtyping import Float
 from stickslip.estimation.selection.motion import SlipMotion, SlipMotions
 from stickslip.records import AxisKind
 
-__all__ = ["DELAY", "SATURATION", "TERM_NAMES", "Shape", "Term", "candidate_terms", "ripple_term"]
+__all__ = [
+    "DELAY",
+    "SATURATION",
+    "TERM_NAMES",
+    "Shape",
+    "Term",
+    "candidate_terms",
+    "effort_excess",
+    "ripple_term",
+]
 
 Column = Callable[[SlipMotion], Float[np.ndarray, " n"]]
 
@@ -49,7 +58,6 @@ _PRESLIDING_SHAPES = 7
 _SATURATION_SHAPES = 12
 _MOST_SATURATED = 0.4  # of the samples in motion: a drive that saturates more often is another axis
 _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
-_FAR = 3.0  # ranges of the position: an axis whose origin is so far away has its spring elsewhere
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -87,7 +95,7 @@ class Term:
     name
         Of the term, such as ``"stribeck"``.
     text
-        What it says about the axis, in words.
+        What it means for the axis, in words.
     shapes
         At least one.
     tests
@@ -129,9 +137,8 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
     efforts = np.abs(motions.moving(lambda m: m.effort))
     largest_effort = float(np.max(efforts))
     lowest_limit = max(float(np.quantile(efforts, 1.0 - _MOST_SATURATED)), 1e-3 * largest_effort)
-    middle, extent = 0.5 * float(np.max(position) + np.min(position)), float(np.ptp(position))
-    origin = middle if abs(middle) > _FAR * extent else 0.0
-    centre = 0.5 * float(motions.stretches[0].time[0] + motions.stretches[-1].time[-1])
+    extent = float(np.ptp(position))
+    origin, centre = motions.reference_position, motions.reference_time
     terms = [
         _plain(
             "direction",
@@ -189,7 +196,7 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
             shapes=tuple(
                 Shape(
                     names=("effort_excess",),
-                    columns=(_excess(limit),),
+                    columns=(effort_excess(limit),),
                     value=limit,
                     bounds=_ALL_OF_IT,
                 )
@@ -253,7 +260,8 @@ def _presliding(distance: float) -> Shape:
     )
 
 
-def _excess(limit: float) -> Column:
+def effort_excess(limit: float) -> Column:
+    """Return what an effort has beyond a limit [N or N m]."""
     return lambda m: np.sign(m.effort) * np.maximum(np.abs(m.effort) - limit, 0.0)
 
 

@@ -1,0 +1,70 @@
+"""The mismatch study, reduced: how often `identify` is ok and wrong on an independent plant."""
+
+from collections.abc import Iterable
+from typing import Any
+
+import pytest
+from scipy.stats import binom
+
+from studies.mismatch.cases import CASES
+from studies.mismatch.judgement import judge_run
+
+SEEDS = range(3)
+CHANCE = 1e-3
+"""Probability with which a bound below is passed although the rate is as claimed."""
+
+CRITICAL = 0.03
+"""Rate of ok results with a parameter outside its interval by a large error, over all cases; of
+unbiased results whose standard errors are 6 %, one in 20 of each parameter is such."""
+
+REFUSED = 0.05
+"""Rate of results that are not ok although the truth is among the candidate models."""
+
+SPURIOUS = 0.05
+"""Rate of terms selected for an axis that has none."""
+
+
+def most(runs: int, rate: float) -> int:
+    """Return the count that is passed with the probability `CHANCE` at a given rate."""
+    return int(binom.ppf(1.0 - CHANCE, runs, rate))
+
+
+@pytest.fixture(scope="module")
+def judged() -> list[dict[str, Any]]:
+    return [judge_run(name, seed, {}) for name in CASES for seed in SEEDS]
+
+
+def of_groups(runs: Iterable[dict[str, Any]], *groups: str) -> list[dict[str, Any]]:
+    return [run for run in runs if CASES[run["case"]].group in groups]
+
+
+def test_no_log_crashes_identify(judged: list[dict[str, Any]]) -> None:
+    assert [run for run in judged if run["status"].startswith(("crash", "refused"))] == []
+
+
+def test_ok_results_are_seldom_wrong(judged: list[dict[str, Any]]) -> None:
+    critical = [run for run in judged if run["ok"] and run["critical"]]
+    assert len(critical) <= most(len(judged), CRITICAL), [
+        (run["case"], run["seed"]) for run in critical
+    ]
+
+
+def test_truth_among_the_candidates_is_not_refused(judged: list[dict[str, Any]]) -> None:
+    runs = of_groups(judged, "ideal", "noise", "in_class")
+    refused = [(run["case"], run["seed"], run["status"]) for run in runs if not run["ok"]]
+    assert len(refused) <= most(len(runs), REFUSED), refused
+
+
+def test_plain_axes_get_the_plain_model(judged: list[dict[str, Any]]) -> None:
+    runs = of_groups(judged, "ideal", "noise")
+    spurious = [(run["case"], run["seed"], run["model"]) for run in runs if not run["plain"]]
+    assert len(spurious) <= most(len(runs), SPURIOUS), spurious
+
+
+def test_intervals_cover_under_noise(judged: list[dict[str, Any]]) -> None:
+    runs = [run for run in of_groups(judged, "noise") if run["ok"]]
+    values = [value for run in runs for value in run["parameters"].values()]
+    missed = sum(not value["covered"] for value in values)
+    # Parameters of one log are correlated: as many independent ones as logs
+    share = most(len(runs), 0.05) / len(runs)
+    assert missed / len(values) <= share
