@@ -30,11 +30,11 @@ def predict(
     Parameters
     ----------
     A, Q
-        Transition and covariance of the process noise of the sample.
+        Transition and covariance of the process noise of the sample [any units].
     P
-        Covariance of the states.
+        Covariance of the states [any units].
     work
-        Overwritten.
+        Overwritten [any units].
     states
         Their number; a constant lets the compiler unroll the loops. 0 takes it from P.
     """
@@ -69,13 +69,13 @@ def update(
     Parameters
     ----------
     h
-        Row that maps the states to the measurement.
+        Row that maps the states to the measurement [any units].
     R
-        Variance of its noise.
+        Variance of its noise [any units].
     P
-        Covariance of the states.
+        Covariance of the states [any units].
     gain
-        Overwritten.
+        Overwritten [any units].
     states
         As `predict` takes it.
     """
@@ -116,13 +116,13 @@ def whiten(
     Parameters
     ----------
     A, B, Q
-        Model over a sample.
+        Model over a sample [any units].
     H, R
-        Rows of the measurements, and variances of their noise.
+        Rows of the measurements, and variances of their noise [any units].
     inputs, measured
-        Of each sample and signal.
+        Of each sample and signal [any units].
     first, spread
-        Mean of the first state of each signal, and its covariance, before the first measurement.
+        Mean of the first state of each signal, and its covariance, before the first measurement [any units].
     """
     n, channels, q = measured.shape
     s, m = B.shape
@@ -180,11 +180,11 @@ def smooth(
     Parameters
     ----------
     A, B, Q, H, R
-        Model over a sample; see `whiten`.
+        Model over a sample; see `whiten` [any units].
     inputs, measured
-        Of each sample.
+        Of each sample [any units].
     first, spread
-        Mean and covariance of the first state, before the first measurement.
+        Mean and covariance of the first state, before the first measurement [any units].
     """
     n, channels = measured.shape
     s = A.shape[0]

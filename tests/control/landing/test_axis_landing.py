@@ -47,7 +47,10 @@ def controller(
         "axis": replace(axis, friction=CoulombViscousFriction.symmetric(**values)),
         "effort_limit": 400.0,
         "estimator": EnergyEstimator(
-            inertia=axis.mass, offset=False, initial_values=values if guess else None
+            force_noise=0.0,
+            inertia=axis.mass,
+            offset=False,
+            initial_values=values if guess else None,
         ),
     }
     return AxisLandingController(**(usual | settings))

@@ -250,8 +250,6 @@ def status_of(
     """
     if hardly_moves(regression.motion):
         return Status.INSUFFICIENT_EXCITATION
-    if not all(p.identified for p in parameters):
-        return Status.NOT_IDENTIFIABLE
     if max(relative_residual, cross_validation or 0.0) > POOR_FIT:
         return Status.POOR_FIT
     for p in parameters:
@@ -259,4 +257,6 @@ def status_of(
             return Status.UNPHYSICAL
         if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
             return Status.UNPHYSICAL
+    if not all(p.identified for p in parameters):
+        return Status.NOT_IDENTIFIABLE
     return Status.BIASED if regression.biased else Status.OK

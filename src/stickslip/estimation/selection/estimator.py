@@ -132,7 +132,7 @@ class SelectedModelEstimator:
     ...               measured_position=position)
     >>> found = SelectedModelEstimator().fit(log)
     >>> found.selection.selected
-    ('spring', 'delay')
+    ('spring',)
     >>> round(found.value("spring_stiffness"), 1)
     20.0
     """
@@ -271,8 +271,7 @@ class SelectedModelEstimator:
         ]
         if shifts:
             estimate, regression = self._solved(log, motions, model, rows, notes, np.array(shifts))
-        if estimate.status is not Status.OK:
-            causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
+        causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
         estimate = replace(estimate, selection=_selection(model, motions, self.effort_delay))
         return Fit(

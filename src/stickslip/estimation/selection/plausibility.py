@@ -33,8 +33,9 @@ class PlausibilityTuning:
     """Range of positions of a linear axis [m]: gantries reach it."""
     largest_rotary_speed: float = 2500.0
     """Speed of a rotary axis [rad/s], 24 000 rpm: spindles reach it, positioning axes do not."""
-    shortest_move: float = 8.0
-    """Samples that a move must have for its windows [-]."""
+    shortest_move: float = 20.0
+    """Samples that half of the time in motion must have in a move [-]: its ramps have a fifth of
+    them, which the narrowest window needs."""
     fastest_sampling: float = 2e-3
     """Sampling time [s] below which short moves are noise."""
     largest_inertia_error: float = 0.02

@@ -176,6 +176,7 @@ def _chosen(scenario: Scenario, beliefs: Beliefs, learnt: LearntPulses | None = 
         if name in beliefs.values
     }
     estimator = EnergyEstimator(
+        force_noise=0.0,
         inertia=arm.mass_1,
         load_inertia=arm.mass_2,
         stiffness=arm.stiffness,

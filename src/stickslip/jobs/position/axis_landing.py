@@ -68,7 +68,9 @@ def axis_landing(
         tolerance=aim,
         axis=SingleMass(mass=mass, friction=law, kind=scenario.axis.kind),
         effort_limit=table.effort_limit,
-        estimator=EnergyEstimator(inertia=mass, offset=False, initial_values=values or None),
+        estimator=EnergyEstimator(
+            inertia=mass, offset=False, force_noise=0.0, initial_values=values or None
+        ),
         rest=rest,
         position_noise=sqrt(sensors.position_noise**2 + sensors.encoder_step**2 / 12.0),
         velocity_noise=sensors.velocity_noise,

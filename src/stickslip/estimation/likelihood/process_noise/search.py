@@ -98,7 +98,7 @@ class Evaluation:
         l = sum log S + e'e + log det X'X: the last term makes up for the parameters that are fitted
         beside the noise levels (REML; Patterson and Thompson 1971).
         """
-        scale = np.sqrt(np.diag(self.gram)[1:])
+        scale = np.sqrt(np.maximum(np.diag(self.gram)[1:], 0.0))
         scale = np.where(scale > 0, scale, 1.0)
         inner = self.gram[1:, 1:] / np.outer(scale, scale)
         _, determinant = np.linalg.slogdet(inner)

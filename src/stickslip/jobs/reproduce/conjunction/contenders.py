@@ -70,6 +70,7 @@ def landing_controller(arm: RandomArm, case: Case) -> LandingController:
         arm_uncertainty=case.parameter_error,
         effort_limit=arm.effort_limit,
         estimator=EnergyEstimator(
+            force_noise=0.0,
             inertia=believed.mass_1,
             load_inertia=believed.mass_2,
             stiffness=believed.stiffness,

@@ -226,6 +226,7 @@ def _controller(case: Case) -> LandingController:
         ),
         effort_limit=EFFORT_LIMIT,
         estimator=EnergyEstimator(
+            force_noise=0.0,
             inertia=true.mass_1,
             load_inertia=true.mass_2,
             stiffness=true.stiffness,

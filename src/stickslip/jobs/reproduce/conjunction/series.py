@@ -174,6 +174,7 @@ def _successive(error: float, *, learning: bool) -> SuccessiveSeries:
     """Fire series after series from wherever the one before has left both masses."""
     coulomb, viscous = FRICTION * (1.0 + error), FRICTION
     estimator = EnergyEstimator(
+        force_noise=0.0,
         inertia=surrogate.MASS_1,
         load_inertia=surrogate.MASS_2,
         stiffness=surrogate.STIFFNESS,
