@@ -12,8 +12,9 @@ from jaxtyping import Bool, Float
 from scipy import ndimage
 
 from stickslip.estimation.signals.kinematics import noise_level
+from stickslip.estimation.signals.observation import fuse
 from stickslip.estimation.signals.resampling import resampled
-from stickslip.estimation.signals.sensor_noise import encoder_step
+from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
 from stickslip.records import AxisLog, count_of
 
 __all__ = ["PreparationTuning", "PreparedLog", "PreparedPart", "prepare"]
@@ -43,6 +44,12 @@ class PreparationTuning:
     """Share of the samples [-] beyond which they are not glitches but the signal."""
     fewest_levels: int = 20
     """Distinct efforts: with fewer of them, extremes that repeat are how the drive works."""
+    useful_velocity: float = 0.3
+    """Noise of fused over that of measured positions, squared, below which a velocity is used."""
+    velocity_scale: float = 0.003
+    """Relative error of a velocity's scale beyond which it is not used [-]."""
+    velocity_delay: float = 0.3
+    """Delay of a velocity beyond which it is not used [samples]."""
     most_clipped: float = 0.4
     """Share of the samples [-] at an extreme beyond which the input is switched, not clipped."""
 
@@ -121,6 +128,8 @@ def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
     even, found = resampled(log)
     notes += found
     spoiled = np.interp(even.time, log.time, (clipped | repaired).astype(float)) > 0.0
+    even, fused, found = _with_velocity(even, tuning)
+    notes += found
     parts: list[PreparedPart] = []
     starts = [*even.segment_starts.tolist(), len(even)]
     for start, stop in pairwise(starts):
@@ -139,7 +148,7 @@ def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
         log=log,
         parts=tuple(parts),
         sampling_time=even.sampling_time,
-        position_noise=max(noise_level(longest), step / float(np.sqrt(12.0))),
+        position_noise=fused or max(noise_level(longest), step / float(np.sqrt(12.0))),
         wrap_period=period,
         repaired=int(np.sum(repaired)),
         clipped=int(np.sum(clipped)),
@@ -267,6 +276,43 @@ def _answers(position: Float[np.ndarray, " n"], length: int) -> Bool[np.ndarray,
     second = np.abs(np.diff(position, 2, prepend=position[0], append=position[-1]))
     usual = float(np.quantile(second, 0.95))
     return ndimage.maximum_filter1d(second, 2 * length + 3) > _ANSWER * usual
+
+
+def _with_velocity(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
+    """Return the log with positions fused with a measured velocity, and their noise; 0 if not.
+
+    A velocity is used if it makes the positions quieter, and if neither its scale nor its delay
+    shows beside the differences of the positions.
+    """
+    x, v, T = log.measured_position, log.measured_velocity, log.sampling_time
+    if v is None or len(log) < _VELOCITY_WINDOW * _FEWEST_WINDOWS or log.segment_starts.size > 1:
+        return log, 0.0, []
+    position, velocity = position_noise(x), noise_level(v)
+    # Smoothed local level: steps of variance q between measurements of variance position^2
+    q = (T * velocity) ** 2
+    share = float(np.sqrt(q / (q + 4.0 * position**2))) if q > 0 else 0.0
+    if position == 0.0 or velocity == 0.0 or share > tuning.useful_velocity:
+        return log, 0.0, []
+    n = (len(log) - 1) // _VELOCITY_WINDOW * _VELOCITY_WINDOW
+    mean = (0.5 * (v[1:] + v[:-1]))[:n].reshape(-1, _VELOCITY_WINDOW).mean(axis=1)
+    moved = np.diff(x[: n + 1 : _VELOCITY_WINDOW]) / (_VELOCITY_WINDOW * T)
+    columns = np.column_stack([mean, np.gradient(mean, _VELOCITY_WINDOW * T)])
+    scale, delay = np.linalg.lstsq(columns, moved, rcond=None)[0].tolist()
+    if abs(scale - 1.0) > tuning.velocity_scale or abs(delay) > tuning.velocity_delay * T:
+        return (
+            log,
+            0.0,
+            [
+                f"the measured velocity is {scale:.4g} times that of the positions and "
+                f"{1e3 * delay:.3g} ms late; not used"
+            ],
+        )
+    fused = fuse(x, v, position, velocity, T)
+    return replace(log, measured_position=fused), position * float(np.sqrt(share)), []
+
+
+_VELOCITY_WINDOW = 10  # samples, over which noise averages out and a delay shows
+_FEWEST_WINDOWS = 20
 
 
 def _glitches(

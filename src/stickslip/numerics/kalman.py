@@ -122,7 +122,8 @@ def whiten(
     inputs, measured
         Of each sample and signal [any units].
     first, spread
-        Mean of the first state of each signal, and its covariance, before the first measurement [any units].
+        Mean of the first state of each signal, and its covariance, before the first measurement
+        [any units].
     """
     n, channels, q = measured.shape
     s, m = B.shape
