@@ -238,18 +238,11 @@ class SelectedModelEstimator:
         motions = slip_motions(log, self.tuning.motion)
         notes = list(log.notes)
         causes = [implausible_units(log, motions, self.tuning.plausibility)]
-        model, terms = self._selected(log, motions)
-        if SATURATION in model.names:
-            limit = next(shape.value for term, shape in model.chosen if term.name == SATURATION)
-            followed, note = _without_saturation(motions, limit, log.log)
-            model, terms = self._selected(log, followed, saturation=False)
-            if _saturates(model, motions, limit):
-                motions = followed
-                notes.append(note)
-            else:
-                model, terms = self._selected(log, motions, saturation=False)
+        driven = motions
+        model, terms, motions, found = self._followed(log, driven)
         notes += [
-            f"the term {name!r} is left out: this motion cannot show it"
+            f"the term {name!r} is left out: this log does not determine it, or gives its "
+            "coefficient the wrong sign"
             for name in self.include
             if name not in model.names
         ]
@@ -257,7 +250,8 @@ class SelectedModelEstimator:
         wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
         if wrong:
             causes.append(wrong)
-            model, terms = replace(self, inertia=None)._selected(log, motions, saturation=False)
+            model, terms, motions, found = replace(self, inertia=None)._followed(log, driven)
+        notes += found
         causes.append(unsettled_delay(model, self.tuning.search))
         rows = model_rows(model, kind)
         estimate, regression = self._solved(log, motions, model, rows, notes)
@@ -280,6 +274,21 @@ class SelectedModelEstimator:
             inertia=model.inertia,
             model=model,
         )
+
+    def _followed(
+        self, log: PreparedLog, motions: SlipMotions
+    ) -> tuple[Model, Sequence[Term], SlipMotions, list[str]]:
+        """Return model, tried terms, the motion without saturated samples, and notes."""
+        model, terms = self._selected(log, motions)
+        if SATURATION not in model.names:
+            return model, terms, motions, []
+        limit = next(shape.value for term, shape in model.chosen if term.name == SATURATION)
+        followed, note = _without_saturation(motions, limit, log.log)
+        model, terms = self._selected(log, followed, saturation=False)
+        if _saturates(model, motions, limit):
+            return model, terms, followed, [note]
+        model, terms = self._selected(log, motions, saturation=False)
+        return model, terms, motions, []
 
     def _selected(
         self, log: PreparedLog, motions: SlipMotions, *, saturation: bool = True
