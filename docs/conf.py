@@ -22,7 +22,7 @@ extensions = [
 ]
 myst_enable_extensions = ["dollarmath", "amsmath", "deflist", "colon_fence"]
 myst_heading_anchors = 3
-exclude_patterns = ["_build", "_generated"]
+exclude_patterns = ["_build", "_generated", "evidence/mismatch-table.md"]
 html_extra_path = ["_generated/pages"]
 html_theme = "furo"
 html_title = "stickslip"

@@ -132,6 +132,9 @@ class Regression:
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
         a drifting force (`robust_uncertainty`).
+    shapes_estimated
+        Whether the shape of a term is a parameter, so that a static friction or Stribeck velocity
+        next to nothing is no result.
     """
 
     kind: AxisKind
@@ -151,6 +154,7 @@ class Regression:
     effort_delay: int | None = None
     shifts: Float[np.ndarray, "k p"] | None = None
     slow_residual: bool = False
+    shapes_estimated: bool = False
 
     @property
     def scale(self) -> float:

@@ -150,6 +150,9 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         half = std * t_quantile(float(fit.degrees_of_freedom[k]))
         effect = half * _largest_effect(regression, k)
+        base = name.removesuffix("_positive").removesuffix("_negative")
+        if base in {"mass", "inertia"} or (regression.shapes_estimated and base in _NEVER_SMALL):
+            effect = np.inf
         reason = _withheld(name, value, half, effect, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
@@ -192,18 +195,18 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
 def _largest_effect(regression: Regression, k: int) -> float:
     """Return the effect of a unit of a parameter relative to the fitted signal [1 / SI].
 
-    Rows of effort are compared one by one, as a term may act in a few of them only; levels of
-    energy grow with the log.
+    Where shapes are estimated, rows are compared one by one, as a term may act in a few of them
+    only.
     """
     column = regression.regressors[:, k]
-    if regression.quantity == "effort":
-        largest = float(np.max(np.abs(regression.target)))
-        return float(np.max(np.abs(column))) / max(largest, np.finfo(float).tiny)
-    return float(np.linalg.norm(column)) / regression.scale
+    if not regression.shapes_estimated:
+        return float(np.linalg.norm(column)) / regression.scale
+    largest = float(np.max(np.abs(regression.target)))
+    return float(np.max(np.abs(column))) / max(largest, np.finfo(float).tiny)
 
 
-_NEVER_SMALL = frozenset({"mass", "inertia", "static_friction", "stribeck_velocity"})
-"""Parameters of which next to nothing is no result."""
+_NEVER_SMALL = frozenset({"static_friction", "stribeck_velocity"})
+"""Parameters of which next to nothing is no result, as the effort shows them in few rows."""
 
 LARGEST_EFFECT = 0.1
 """Half of an interval, as its effect relative to the fitted signal [-], that is informative however
@@ -217,8 +220,7 @@ def _withheld(name: str, value: float, half_width: float, effect: float, *, part
     beside the fitted signal; a mass, static friction or a Stribeck velocity must be larger than
     its half-width.
     """
-    base = name.removesuffix("_positive").removesuffix("_negative")
-    if half_width > abs(value) and (base in _NEVER_SMALL or effect > LARGEST_EFFECT):
+    if half_width > abs(value) and effect > LARGEST_EFFECT:
         return "its 95 % interval is wider than the value itself"
     if partly and name not in SIGNED_PARAMETERS and value <= 0:
         return "what the log cannot tell apart leaves no positive value for it"

@@ -103,6 +103,7 @@ class ModelRows:
             effect=float(np.linalg.norm(model.rows.effort)),
             shifts=shifts,
             slow_residual=True,
+            shapes_estimated=True,
         )
 
 
