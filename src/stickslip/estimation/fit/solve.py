@@ -33,6 +33,7 @@ from stickslip.records import (
     Provenance,
     Status,
     Verdict,
+    quantity_name,
     unit_of,
 )
 
@@ -150,7 +151,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         half = std * t_quantile(float(fit.degrees_of_freedom[k]))
         effect = half * _largest_effect(regression, k)
-        base = name.removesuffix("_positive").removesuffix("_negative")
+        base = quantity_name(name)
         if base in {"mass", "inertia"} or (regression.shapes_estimated and base in _NEVER_SMALL):
             effect = np.inf
         reason = _withheld(name, value, half, effect, partly=found.undetermined != ())

@@ -5,6 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.records import quantity_name
+
 __all__ = ["is_velocity_term", "law_columns", "law_effort"]
 
 _TERMS = (
@@ -20,7 +22,7 @@ _TERMS = (
 
 def is_velocity_term(name: str) -> bool:
     """Return whether a parameter belongs to the law of effort over velocity."""
-    return name.removesuffix("_positive").removesuffix("_negative") in _TERMS
+    return quantity_name(name) in _TERMS
 
 
 def law_columns(
@@ -44,7 +46,7 @@ def law_columns(
     rise = np.exp(-((velocity / width) ** 2)) if width > 0 else np.zeros(velocity.size)
     columns: list[Float[np.ndarray, " n"]] = []
     for name in names:
-        base = name.removesuffix("_positive").removesuffix("_negative")
+        base = quantity_name(name)
         side = {"_positive": 1.0, "_negative": -1.0}.get(name.removeprefix(base), 0.0)
         on = np.ones(velocity.size) if side == 0.0 else (direction == side).astype(float)
         if base == "viscous_friction":
