@@ -2,14 +2,19 @@
 PYTHON ?= python3
 BIN := .venv/bin
 OUT ?= demo-output
+STUDIES ?= build/studies
+HYPOTHESIS ?= explore
 
-.PHONY: demo test check docs study bench lock clean
+.PHONY: demo test test-all check docs studies bench lock clean
 
 demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, land it, write the reports
 	$(BIN)/stickslip demo --out $(OUT)
 
-test: .venv/dev.stamp ## the whole test suite
-	$(BIN)/python -m pytest -n auto
+test: .venv/dev.stamp ## the tests without those marked slow, in five minutes on two cores
+	$(BIN)/python -m pytest -n auto -m "not slow"
+
+test-all: .venv/dev.stamp ## every test, with new examples of the property tests
+	$(BIN)/python -m pytest -n auto --hypothesis-profile=$(HYPOTHESIS)
 
 check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings as errors
 	$(BIN)/ruff format --check .
@@ -18,20 +23,23 @@ check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings a
 	$(BIN)/lint-imports
 	$(BIN)/sphinx-build -W --keep-going -q -b html docs docs/_build/html
 
-docs: .venv/dev.stamp ## the documentation, with its figures made anew
-	$(BIN)/python docs/make_figures.py
-	$(BIN)/python docs/make_pulse_figures.py
-	$(BIN)/python docs/make_conjunction_figures.py
-	$(BIN)/python docs/make_friction_laws.py
+docs: .venv/dev.stamp ## the documentation, with its figures
+	$(BIN)/python -m studies.documentation.figures
+	$(BIN)/python -m studies.documentation.pulse_figures
+	$(BIN)/python -m studies.documentation.conjunction_figures
+	$(BIN)/python -m studies.documentation.friction_laws
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
-study: .venv/dev.stamp ## the large Monte Carlo studies that the documentation shows (some eighty minutes)
-	$(BIN)/python docs/make_study.py
-	$(BIN)/python docs/make_estimators.py
-	$(BIN)/python docs/make_pid_tuning.py
-	$(BIN)/python docs/make_controller_study.py
-	$(BIN)/python docs/make_limits.py
-	$(BIN)/python docs/make_landing_study.py
+studies: .venv/dev.stamp ## the Monte Carlo studies in the documentation, and van de Wijdeven (2002); some ninety minutes
+	$(BIN)/python -m studies.documentation.variants
+	$(BIN)/python -m studies.documentation.estimators
+	$(BIN)/python -m studies.documentation.pid_tuning
+	$(BIN)/python -m studies.documentation.controllers
+	$(BIN)/python -m studies.documentation.limits
+	$(BIN)/python -m studies.documentation.landing
+	$(BIN)/python -m studies.van_de_wijdeven part-a --out $(STUDIES)/part-a
+	$(BIN)/python -m studies.van_de_wijdeven part-b --out $(STUDIES)/part-b
+	$(BIN)/python -m studies.van_de_wijdeven conjunction --out $(STUDIES)/conjunction
 
 bench: .venv/dev.stamp ## speed and accuracy beside other tools, in one run
 	$(BIN)/python -m benchmarks

@@ -2,9 +2,9 @@
 
 from pathlib import Path
 
-from stickslip import __version__
+from stickslip import __version__, write_positioning_page
 from stickslip.estimation import ESTIMATORS
-from stickslip.jobs import demonstrate, position, write_positioning_page
+from stickslip.jobs import demonstrate, position
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
 
 project = "stickslip"

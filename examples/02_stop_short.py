@@ -35,7 +35,7 @@ class ProportionalDerivative:
         return 0.0
 
 
-# The positioning table of the report's part B, Table 1
+# The positioning table of van de Wijdeven (2002), part B, Table 1
 law = CoulombViscousFriction.symmetric(
     coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0
 )

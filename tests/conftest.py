@@ -12,9 +12,11 @@ from hypothesis import settings
 _ROOT = Path(__file__).parents[1]
 _PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout, then the user's cache"
 
-# The same examples in every run, and no deadline: a first call may compile.
-settings.register_profile("stickslip", derandomize=True, deadline=None)
-settings.load_profile("stickslip")
+# No deadline: a first call may compile. `make test` takes the same examples in every run, and
+# `make test-all` new ones; the blob printed with a failure reproduces it.
+settings.register_profile("repeat", derandomize=True, deadline=None)
+settings.register_profile("explore", deadline=None, print_blob=True)
+settings.load_profile("repeat")
 
 
 def _modules_without_kernels() -> list[str]:

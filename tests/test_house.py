@@ -16,7 +16,7 @@ import stickslip
 
 ROOT = Path(__file__).parents[1]
 LARGEST_FILE = 800  # files are split by meaning; one thought may be long
-HEAVY = ("numba", "scipy", "plotly", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
+HEAVY = ("numba", "scipy", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
 
 
 def public_objects() -> Iterator[tuple[str, object]]:
@@ -82,11 +82,22 @@ def test_public_names_are_documented_with_units(name: str, thing: object) -> Non
 def test_no_file_outgrows_its_reader() -> None:
     long = {
         str(path.relative_to(ROOT)): lines
-        for folder in ("src", "tests", "benchmarks", "examples", "docs")
+        for folder in ("src", "tests", "benchmarks", "examples", "studies", "docs")
         for path in (ROOT / folder).rglob("*.py")
         if (lines := len(path.read_text().splitlines())) > LARGEST_FILE
     }
     assert not long, f"split these files (over {LARGEST_FILE} lines): {long}"
+
+
+def test_only_the_tests_of_studies_import_studies() -> None:
+    """The import contract keeps the package itself free of them."""
+    importing = [
+        str(path.relative_to(ROOT))
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        if ROOT / "tests" / "studies" not in path.parents
+        and re.search(r"^\s*(from|import) studies\b", path.read_text(), flags=re.MULTILINE)
+    ]
+    assert importing == []
 
 
 @pytest.mark.parametrize("module", ["stickslip", "stickslip.cli"])

@@ -371,11 +371,13 @@ def true_values(setup: Setup) -> dict[str, float]:
         "spring_stiffness": plant.spring,
         "gravity_sine": plant.gravity_sine,
         "gravity_cosine": plant.gravity_cosine,
-        "friction_drift": plant.friction_drift * coulomb / setup.duration,
-        "viscous_drift": plant.friction_drift * viscous / setup.duration,
+        "friction_drift": plant.friction_drift / setup.duration,
+        "viscous_drift": 0.0,
         "gain_drift": plant.gain_drift / setup.duration,
         "offset_drift": 0.0,
     }
+    if setup.ripple != 0.0:
+        truth["ripple_period"] = plant.ripple_period
     if setup.static > 1.0:
         truth |= {
             "static_friction": setup.static * coulomb,
@@ -405,7 +407,7 @@ def scales(setup: Setup) -> dict[str, float]:
         "quadratic_friction": viscous / setup.top_speed,
         "two_thirds_friction": coulomb / setup.top_speed ** (2 / 3),
         "spring_stiffness": coulomb / setup.travel,
-        "friction_drift": coulomb / setup.duration,
+        "friction_drift": 1.0 / setup.duration,
         "viscous_drift": viscous / setup.duration,
         "gain_drift": 1.0 / setup.duration,
         "offset_drift": coulomb / setup.duration,

@@ -7,10 +7,12 @@ from statistics import median
 from typing import Any
 
 import numpy as np
+from scipy.stats import norm
 
 from studies.mismatch.cases import CASES
+from studies.mismatch.judgement import LARGE_ERROR
 
-__all__ = ["markdown", "summarize", "wilson"]
+__all__ = ["markdown", "nominal_rate", "summarize", "wilson"]
 
 Run = Mapping[str, Any]
 
@@ -92,6 +94,7 @@ def _summary(runs: Sequence[Run]) -> dict[str, Any]:
         "critical": critical / len(runs),
         "critical_count": critical,
         "critical_bounds": wilson(critical, len(runs)),
+        "nominal": sum(nominal_rate(run["parameters"].values()) for run in ok) / len(runs),
         "critical_seeds": [run["seed"] for run in ok if run["critical"]],
         "curve_critical": curve_critical / len(runs),
         "curve_critical_seeds": [
@@ -107,6 +110,26 @@ def _summary(runs: Sequence[Run]) -> dict[str, Any]:
         "median_seconds": median(run["seconds"] for run in runs),
         "crashes": sorted({run["status"] for run in runs if run["status"].startswith("crash")}),
     }
+
+
+def nominal_rate(parameters: Iterable[Mapping[str, float]]) -> float:
+    """Return the probability of a critical result if intervals so wide held with exactly 95 % [-].
+
+    Errors are taken for normal and independent of each other.
+
+    Parameters
+    ----------
+    parameters
+        Value, truth, relative error and interval of each.
+    """
+    kept = 1.0
+    for each in parameters:
+        half = 0.5 * (each["high"] - each["low"])
+        if each["error"] == 0.0 or half == 0.0:
+            continue
+        scale = abs((each["value"] - each["truth"]) / each["error"])
+        kept *= 1.0 - 2.0 * float(norm.sf(_NORMAL * max(1.0, LARGE_ERROR * scale / half)))
+    return 1.0 - kept
 
 
 def _failed(group: str, case: Mapping[str, Any]) -> list[str]:
@@ -189,16 +212,17 @@ def markdown(summary: Mapping[str, Any], title: str) -> str:
         "",
         "Rates in per cent. *outside*: `ok`, and the true value of a reported parameter outside "
         "its 95 % interval. *critical*: the same, and its error above 5 % (offset: of Coulomb "
-        "friction); in brackets the Wilson 95 % bounds. *curve*: the friction curve at twenty "
+        "friction); in brackets the Wilson 95 % bounds. *nominal*: the rate of critical results if "
+        "intervals of these widths held with exactly 95 %. *curve*: the friction curve at twenty "
         "driven velocities. *coverage* and *RMSE* are of `ok` runs. A criterion marked (!) is "
         "missed by more than chance.",
         "",
-        "| case | group | runs | ok | outside | critical | curve critical | "
+        "| case | group | runs | ok | outside | critical | nominal | curve critical | "
         + " | ".join(f"{part} cov." for part in _MAIN)
         + " | curve cov. | "
         + " | ".join(f"{part} RMSE" for part in _MAIN)
         + " | plain | time [s] |",
-        "|---|---|" + "---:|" * 17,
+        "|---|---|" + "---:|" * 18,
     ]
     rows = [(name, case, case["group"]) for name, case in summary["cases"].items()]
     for name, case, group in [*rows, ("**all**", summary["all"], "")]:
@@ -210,6 +234,7 @@ def markdown(summary: Mapping[str, Any], title: str) -> str:
             _percent(case["ok"]),
             _percent(case["outside"]),
             f"{_percent(case['critical'], 1)} [{_percent(low, 1)}, {_percent(high, 1)}]",
+            _percent(case["nominal"], 1),
             _percent(case["curve_critical"], 1),
             *(_percent(_pooled(case, part, "coverage")) for part in _MAIN),
             _percent(case["curve_coverage"]),

@@ -8,12 +8,15 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 import stickslip
-from stickslip.records import AxisLog, InputError
+from stickslip.estimation import predict_effort
+from stickslip.estimation.selection.law import is_velocity_term, law_columns, law_effort
+from stickslip.records import AxisLog, FrictionEstimate, InputError
 from studies.real_axes.logs import RealLog, ReferenceValue
 from studies.real_axes.reference import (
+    FEWEST_ROWS,
     PLAIN_TERMS,
     FilteredLog,
     MotionRows,
@@ -37,6 +40,8 @@ NO_WORSE = 1.05
 counts as "no worse" [-]; 5 % is about what the choice of the reference's cutoff moves it by."""
 
 TRUSTED = "ok"
+USABLE = frozenset({TRUSTED, "not_identifiable"})
+"""Statuses whose values can be used."""
 
 _REST = 0.02
 _REST_SEARCH = 0.15
@@ -59,8 +64,13 @@ class Outcome:
         Value of each parameter [SI]; those that are not identified are absent.
     half_widths
         Half of each 95 % interval [same unit].
+    plain
+        Viscous and Coulomb friction and offset of the plain law that is nearest over the speeds of
+        the log: value and half of the 95 % interval [same unit].
     units
         Unit of each parameter.
+    selected
+        Terms that were selected.
     notes
         Notes of the diagnostics.
     seconds
@@ -71,9 +81,29 @@ class Outcome:
     message: str = ""
     values: Mapping[str, float] = field(default_factory=dict)
     half_widths: Mapping[str, float] = field(default_factory=dict)
+    plain: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     units: Mapping[str, str] = field(default_factory=dict)
+    selected: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
     seconds: float = math.nan
+
+    @property
+    def law(self) -> frozenset[str]:
+        """Parameters of the law of effort over velocity."""
+        return frozenset(name for name in self.values if is_velocity_term(name))
+
+    def comparable(self, *, plain: bool) -> dict[str, tuple[float, float]]:
+        """Return value and half of the 95 % interval by parameter.
+
+        Parameters
+        ----------
+        plain
+            Whether the law is reduced to the plain one.
+        """
+        own = {name: (self.values[name], half) for name, half in self.half_widths.items()}
+        if not plain or not self.plain:
+            return own
+        return {n: pair for n, pair in own.items() if n not in self.law} | dict(self.plain)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -96,6 +126,11 @@ class Agreement:
     def agree(self) -> bool:
         """Whether the difference is within what is allowed."""
         return abs(self.first - self.second) <= self.allowed
+
+    @property
+    def z(self) -> float:
+        """Difference in standard deviations, with 1.96 for the largest that is allowed [-]."""
+        return 1.96 * (self.first - self.second) / self.allowed
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,21 +176,30 @@ class Judgement:
         return self.whole.status == TRUSTED
 
     @property
+    def usable(self) -> bool:
+        """Whether the values that the whole log gives can be used."""
+        return self.whole.status in USABLE
+
+    @property
+    def usable_halves(self) -> bool:
+        """Whether both halves give values that can be used."""
+        return {self.first.status, self.second.status} <= USABLE
+
+    @property
     def prediction_ratio(self) -> float:
         """Prediction error of the estimate over that of least squares with the same terms [-]."""
         return self.prediction["estimate"] / self.prediction["same_terms"]
 
     @property
     def faults(self) -> tuple[str, ...]:
-        """What is wrong with a result that claims to be right; empty without status ``ok``."""
-        if not self.trusted:
+        """What is wrong with values that can be used; empty if there are none."""
+        if not self.usable:
             return ()
-        found = [] if self.log.usable else ["no effort law fits this log"]
-        both = self.first.status == self.second.status == TRUSTED
-        if both:
+        found = [] if self.log.usable or not self.trusted else ["no effort law fits this log"]
+        if self.usable_halves:
             found += [f"halves differ: {name}" for name, a in self.halves.items() if not a.agree]
         found += [f"reference outside: {name}" for name, a in self.inside.items() if not a.agree]
-        if both and self.prediction_ratio > NO_WORSE:
+        if self.prediction_ratio > NO_WORSE:
             found.append(f"predicts worse, x {self.prediction_ratio:.2f}")
         return tuple(found)
 
@@ -175,9 +219,13 @@ class Judgement:
             "whole": asdict(self.whole),
             "first_half": asdict(self.first),
             "second_half": asdict(self.second),
-            "halves": {name: asdict(a) | {"agree": a.agree} for name, a in self.halves.items()},
+            "halves": {
+                name: asdict(a) | {"agree": a.agree, "z": a.z} for name, a in self.halves.items()
+            },
             "reference": {name: asdict(value) for name, value in self.reference.items()},
-            "inside": {name: asdict(a) | {"agree": a.agree} for name, a in self.inside.items()},
+            "inside": {
+                name: asdict(a) | {"agree": a.agree, "z": a.z} for name, a in self.inside.items()
+            },
             "delay": self.delay,
             "terms": list(self.terms),
             "prediction": dict(self.prediction),
@@ -200,11 +248,14 @@ def judge(real: RealLog, tick: Callable[[str], None]) -> Judgement:
     found: list[tuple[Outcome, Any]] = []
     for what, log in (("whole", real.log), ("first half", parts[0]), ("second half", parts[1])):
         tick(what)
-        found.append(_identify(log))
+        found.append(_identify(log, real))
     tick("reference")
     (whole, _), (first, _), (second, _) = found
     reference, delay = _reference_of(real, parts)
     terms = _terms_of(first.values)
+    ours = whole.comparable(plain=True)
+    if not set(_terms_of(whole.values)) & _OF_POSITION <= set(real.terms):
+        ours.pop("offset", None)  # it is what the spring has at its origin
     return Judgement(
         log=real,
         whole=whole,
@@ -214,12 +265,10 @@ def judge(real: RealLog, tick: Callable[[str], None]) -> Judgement:
         reference=reference,
         inside={
             name: Agreement(
-                first=whole.values[name],
-                second=known.value,
-                allowed=whole.half_widths[name] + known.tolerance,
+                first=ours[name][0], second=known.value, allowed=ours[name][1] + known.tolerance
             )
             for name, known in reference.items()
-            if name in whole.half_widths
+            if name in ours
         },
         delay=delay,
         terms=terms,
@@ -239,7 +288,7 @@ def split_index(log: AxisLog) -> int:
     return middle if not resting.size else int(resting[np.argmin(np.abs(resting - middle))])
 
 
-def _identify(log: AxisLog) -> tuple[Outcome, Any]:
+def _identify(log: AxisLog, real: RealLog) -> tuple[Outcome, Any]:
     """Return the outcome, and what `stickslip.identify` returned, None after an error."""
     start = time.perf_counter()
     try:
@@ -250,14 +299,46 @@ def _identify(log: AxisLog) -> tuple[Outcome, Any]:
         return _failed("crash", error, start), None
     estimate = found.estimate
     known = {name: p for name, p in estimate.parameters.items() if p.value is not None}
+    values = {name: float(p.value) for name, p in known.items() if p.value is not None}
+    half_widths = {name: (p.ci95[1] - p.ci95[0]) / 2 for name, p in known.items() if p.ci95}
     return Outcome(
         status=estimate.status.value,
-        values={name: float(p.value) for name, p in known.items() if p.value is not None},
-        half_widths={name: float(p.ci95[1] - p.ci95[0]) / 2 for name, p in known.items() if p.ci95},
+        selected=() if estimate.selection is None else estimate.selection.selected,
+        values=values,
+        half_widths=half_widths,
+        plain=_plain(estimate, real),
         units={name: p.unit for name, p in known.items()},
         notes=tuple(getattr(estimate.diagnostics, "notes", ())),
         seconds=time.perf_counter() - start,
     ), found
+
+
+def _plain(estimate: FrictionEstimate, real: RealLog) -> dict[str, tuple[float, float]]:
+    """Return what a fit of viscous and Coulomb friction and offset makes of the law of an estimate.
+
+    The law is projected on these three terms over the speeds of the whole log. A bent law, or one
+    of its own for each direction, can so be compared with the values of a plain one. Empty if a
+    parameter of the law is not identified.
+    """
+    names = [name for name in estimate.parameters if is_velocity_term(name)]
+    if not all(estimate.parameters[name].identified for name in names):
+        return {}
+    values = {name: estimate.value(name) for name in names}
+    rows = real.filtered().rows()
+    velocity = rows.velocity[rows.moving]
+    if velocity.size < FEWEST_ROWS or not _both_ways(rows):
+        return {}
+    sign = np.sign(velocity)
+    to_plain = np.linalg.pinv(np.column_stack([velocity, sign, np.ones(sign.size)]))
+    jacobian = to_plain @ law_columns(names, velocity, sign, values)
+    found = to_plain @ law_effort(values, velocity, sign)
+    every = [name for name, p in estimate.parameters.items() if p.identified]
+    keep = [every.index(name) for name in names]
+    covariance = jacobian @ estimate.covariance[np.ix_(keep, keep)] @ jacobian.T
+    quantile = max(estimate.parameters[name].quantile for name in names)
+    half = quantile * np.sqrt(np.diag(covariance))
+    plain = ("viscous_friction", "coulomb_friction", "offset")
+    return {name: (float(v), float(h)) for name, v, h in zip(plain, found, half, strict=True)}
 
 
 def _failed(status: str, error: Exception, start: float) -> Outcome:
@@ -269,19 +350,21 @@ def _failed(status: str, error: Exception, start: float) -> Outcome:
 
 
 def _agreements(first: Outcome, second: Outcome) -> dict[str, Agreement]:
-    shared = [name for name in first.half_widths if name in second.half_widths]
+    plain = first.law != second.law
+    ours, theirs = first.comparable(plain=plain), second.comparable(plain=plain)
     return {
         name: Agreement(
-            first=first.values[name],
-            second=second.values[name],
-            allowed=math.hypot(first.half_widths[name], second.half_widths[name]),
+            first=ours[name][0],
+            second=theirs[name][0],
+            allowed=math.hypot(ours[name][1], theirs[name][1]),
         )
-        for name in shared
+        for name in ours
+        if name in theirs
     }
 
 
 def repeats_agree(judgements: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
-    """Return for each group and parameter how the repeats agree, over those with status ``ok``.
+    """Return for each group and parameter how the repeats agree, over those with usable values.
 
     Returns
     -------
@@ -290,25 +373,27 @@ def repeats_agree(judgements: Sequence[Judgement]) -> dict[str, dict[str, Any]]:
     """
     groups: dict[str, list[Judgement]] = {}
     for judgement in judgements:
-        if judgement.log.group is not None and judgement.trusted:
+        if judgement.log.group is not None and judgement.usable:
             groups.setdefault(judgement.log.group, []).append(judgement)
     out: dict[str, dict[str, Any]] = {}
     for group, members in groups.items():
         if len(members) < 2:
             continue
-        names = set.intersection(*({*m.whole.half_widths} for m in members))
-        out[group] = {name: _spread(members, name) for name in sorted(names)}
+        plain = len({m.whole.law for m in members}) > 1
+        tables = [m.whole.comparable(plain=plain) for m in members]
+        names = set.intersection(*({*table} for table in tables))
+        out[group] = {name: _spread([table[name] for table in tables]) for name in sorted(names)}
     return out
 
 
-def _spread(members: Sequence[Judgement], name: str) -> dict[str, float]:
-    pairs = [_agreements(a.whole, b.whole)[name].agree for a, b in combinations(members, 2)]
-    values = np.array([m.whole.values[name] for m in members])
-    widths = np.array([m.whole.half_widths[name] for m in members])
+def _spread(pairs: Sequence[tuple[float, float]]) -> dict[str, float]:
+    """Return how the values and half-widths of repeats agree."""
+    agree = [abs(a[0] - b[0]) <= math.hypot(a[1], b[1]) for a, b in combinations(pairs, 2)]
+    values, widths = np.array(pairs).T
     return {
-        "logs": len(members),
-        "pairs": len(pairs),
-        "agree": sum(pairs),
+        "logs": len(pairs),
+        "pairs": len(agree),
+        "agree": sum(agree),
         "mean": float(values.mean()),
         "relative_spread": float(np.ptp(values) / abs(values.mean())),
         "half_width_ratio": float(widths.max() / widths.min()),
@@ -322,6 +407,7 @@ def _reference_of(
 
     The tolerance of a least-squares value is the largest of 5 %, half of the difference between the
     halves, and what half of the cutoff changes; a value that is doubtful by half of itself is none.
+    A least-squares value of others has at least the tolerance of what half of the cutoff changes.
     """
     whole = real.filtered()
     delay = find_delay(whole, real.terms)
@@ -343,58 +429,43 @@ def _reference_of(
             made[mass if term == "inertia" else term] = ReferenceValue(
                 value=value, tolerance=max(doubt), source="least squares here"
             )
-    return made | dict(real.reference), delay
+    for name, known in real.reference.items():
+        term = "inertia" if name == mass else name
+        if known.source.startswith("least squares") and changed is not None and term in fit.values:
+            doubt = abs(changed.values[term] - fit.values[term])
+            made[name] = replace(known, tolerance=max(known.tolerance, doubt))
+        else:
+            made[name] = known
+    return made, delay
 
 
-_Column = Callable[[MotionRows], Float[np.ndarray, " n"]]
-
-_ESTIMATED: Mapping[str, tuple[tuple[str, ...], _Column]] = {
-    "mass": (("inertia",), lambda r: r.acceleration),
-    "inertia": (("inertia",), lambda r: r.acceleration),
-    "viscous_friction": (("viscous_friction",), lambda r: r.velocity),
-    "viscous_friction_positive": (
-        ("viscous_friction", "viscous_asymmetry"),
-        lambda r: r.velocity * (r.velocity > 0),
-    ),
-    "viscous_friction_negative": (
-        ("viscous_friction", "viscous_asymmetry"),
-        lambda r: r.velocity * (r.velocity < 0),
-    ),
-    "coulomb_friction": (("coulomb_friction",), lambda r: np.sign(r.velocity)),
-    "coulomb_friction_positive": (
-        ("coulomb_friction", "offset"),
-        lambda r: 1.0 * (r.velocity > 0),
-    ),
-    "coulomb_friction_negative": (
-        ("coulomb_friction", "offset"),
-        lambda r: -1.0 * (r.velocity < 0),
-    ),
-    "offset": (("offset",), lambda r: np.ones_like(r.velocity)),
+_TERMS_OF: Mapping[str, tuple[str, ...]] = {
+    "viscous_friction_positive": ("viscous_asymmetry",),
+    "static_friction": ("stribeck",),
+    "static_friction_positive": ("stribeck",),
+    "low_speed_friction": ("stribeck",),
+    "quadratic_friction": ("quadratic",),
+    "two_thirds_friction": ("two_thirds",),
+    "presliding_friction": (),
+    "spring_stiffness": ("spring",),
+    "gravity_sine": ("gravity_sine",),
+    "gravity_cosine": ("gravity_cosine",),
+    "ripple_sine": ("ripple_sine",),
+    "ripple_cosine": ("ripple_cosine",),
+    "offset_drift": ("drift_offset",),
+    "friction_drift": ("drift_coulomb", "drift_viscous"),
+    "gain_drift": ("drift_offset", "drift_coulomb", "drift_viscous"),
 }
-"""By parameter: terms of the reference that span its column, and the column."""
+"""By parameter: terms of the reference beyond the plain ones that stand for it."""
 
-_FURTHER_TERMS: Mapping[str, tuple[str, ...]] = {
-    "gravity": ("gravity_sine", "gravity_cosine"),
-    "spring": ("spring",),
-    "stiffness": ("spring",),
-    "stribeck": ("stribeck",),
-    "static": ("stribeck",),
-    "quadratic": ("quadratic",),
-    "two_thirds": ("two_thirds",),
-    "power": ("two_thirds",),
-    "drift": ("drift_offset", "drift_coulomb"),
-}
-"""By a part of a parameter's name: terms of the reference that stand for it."""
+
+_OF_POSITION = {"spring", "gravity_sine", "gravity_cosine"}
 
 
 def _terms_of(parameters: Mapping[str, float]) -> tuple[str, ...]:
     """Return the reference's terms for the law with these parameters."""
-    terms = list(PLAIN_TERMS)
-    for name in parameters:
-        own = _ESTIMATED[name][0] if name in _ESTIMATED else ()
-        further = (t for part, ts in _FURTHER_TERMS.items() if part in name for t in ts)
-        terms += [term for term in (*own, *further) if term not in terms]
-    return tuple(terms)
+    further = [term for name in parameters for term in _TERMS_OF.get(name, ())]
+    return (*PLAIN_TERMS, *dict.fromkeys(further))
 
 
 def _predictions(
@@ -402,7 +473,8 @@ def _predictions(
 ) -> dict[str, float]:
     """Return the relative error of the effort on the other half, mean of both ways [-].
 
-    A half that moves one way only does not tell Coulomb friction from the offset: NaN.
+    All three are compared on the same rows. A half that moves one way only does not determine
+    Coulomb friction and offset: NaN.
     """
     errors: dict[str, list[float]] = {"estimate": [], "same_terms": [], "own_terms": []}
     for (outcome, identification), train, test in (
@@ -412,13 +484,17 @@ def _predictions(
         filtered, target = real.filtered(train), real.filtered(test)
         if not _both_ways(filtered.rows()):
             return dict.fromkeys(errors, math.nan)
-        delay = 0.0
+        predicted, usable = _predicted(identification, test, target)
         for key, terms in (("own_terms", real.terms), ("same_terms", _terms_of(outcome.values))):
-            delay = find_delay(filtered, tuple(t for t in terms if t != "stribeck"))
-            fit = fit_rows(filtered.rows(delay), terms)
-            rows = target.rows(delay)
+            rippled = any(term.startswith("ripple") for term in terms)
+            shapes = {"ripple": _ripple(identification)} if rippled else {}
+            linear = tuple(t for t in terms if not t.startswith(("stribeck", "ripple")))
+            delay = find_delay(filtered, linear)
+            fit = fit_rows(filtered.rows(delay), terms, shapes)
+            rows = replace(target.rows(delay), moving=usable)
             errors[key].append(math.nan if fit is None else relative_error(rows, fit.predict(rows)))
-        errors["estimate"].append(_prediction_error(outcome, identification, test, target, delay))
+        rows = replace(target.rows(), moving=usable)
+        errors["estimate"].append(relative_error(rows, predicted))
     return {name: float(np.mean(pair)) for name, pair in errors.items()}
 
 
@@ -427,26 +503,26 @@ def _both_ways(rows: MotionRows) -> bool:
     return _BOTH_WAYS < forward < 1.0 - _BOTH_WAYS
 
 
-def _prediction_error(
-    outcome: Outcome, identification: Any, test: AxisLog, target: FilteredLog, delay: float
-) -> float:
-    """Return the relative error of an estimate's prediction; NaN without a complete law [-].
+def _ripple(identification: Any) -> float:
+    """Return the period of the ripple that was selected [m or rad]."""
+    return next(s.shape for s in identification.estimate.selection.scores if s.term == "ripple")
 
-    An estimate that predicts efforts predicts the logged effort, its delay included. The plain
-    parameters are judged on the effort without the delay of the least-squares fit.
+
+def _predicted(
+    identification: Any, test: AxisLog, target: FilteredLog
+) -> tuple[Float[np.ndarray, " n"], Bool[np.ndarray, " n"]]:
+    """Return the effort that an estimate predicts, low-passed, and the moving rows that have one.
+
+    Samples without a prediction take the logged effort, so that the low-pass carries nothing else
+    into the rows beside them.
     """
-    if identification is None:
-        return math.nan
-    for holder in (identification.estimate, identification):
-        predict = getattr(holder, "predict_effort", None)
-        if predict is not None:
-            predicted = np.nan_to_num(np.asarray(predict(test), dtype=float))
-            rows = target.rows()
-            return relative_error(rows, replace(target, effort=predicted).rows().effort)
-    rows = target.rows(delay)
-    known = [name for name in outcome.values if name in _ESTIMATED]
-    if not any(name.startswith("coulomb") for name in known):
-        return math.nan
-    return relative_error(
-        rows, sum((outcome.values[n] * _ESTIMATED[n][1](rows) for n in known), np.zeros(1))
-    )
+    rows = target.rows()
+    try:
+        # The low-pass of the reference smooths it
+        effort = predict_effort(identification.estimate, test, window=0.0)
+    except (AttributeError, InputError):  # refused or not identified
+        return np.full(rows.time.size, np.nan), rows.moving
+    known = np.isfinite(effort)
+    filled = replace(target, effort=np.where(known, effort, test.effort))
+    usable = rows.moving & (np.interp(rows.time, test.time, known.astype(float)) == 1.0)
+    return filled.rows().effort, usable

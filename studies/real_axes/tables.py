@@ -9,7 +9,7 @@ from typing import Any
 
 import stickslip
 from studies.real_axes.contents import Contents
-from studies.real_axes.study import Agreement, Judgement, Outcome, repeats_agree
+from studies.real_axes.study import NO_WORSE, Agreement, Judgement, Outcome, repeats_agree
 
 __all__ = ["SCHEMA_VERSION", "contents_table", "page", "results", "summary", "write_whole"]
 
@@ -68,32 +68,39 @@ def _without_nan(value: Any) -> Any:
 
 def summary(judgements: Sequence[Judgement]) -> list[str]:
     """Return the counts that the acceptance of the estimator rests on, one line each."""
-    usable = [j for j in judgements if j.log.usable]
+    sound = [j for j in judgements if j.log.usable]
     rest = [j for j in judgements if not j.log.usable]
-    trusted = [j for j in usable if j.trusted]
-    both = [j for j in trusted if j.first.status == j.second.status == "ok"]
-    halves = [a for j in both for a in j.halves.values()]
-    inside = [a for j in trusted for a in j.inside.values()]
+    given = [j for j in judgements if j.usable]
+    halves = [a for j in given if j.usable_halves for a in j.halves.values()]
+    inside = [a for j in given for a in j.inside.values()]
     repeats = [s for group in repeats_agree(judgements).values() for s in group.values()]
-    ratios = [j.prediction_ratio for j in both if math.isfinite(j.prediction_ratio)]
+    ratios = [j.prediction_ratio for j in given if math.isfinite(j.prediction_ratio)]
     times = sorted(j.whole.seconds for j in judgements)
     return [
-        f"{len(trusted)} of {len(usable)} usable logs have status ok, "
-        f"{sum(j.trusted for j in rest)} of {len(rest)} others.",
-        f"{sum(bool(j.faults) for j in judgements)} logs with status ok have a fault.",
-        f"Halves, both ok: {_share(a.agree for a in halves)} parameters agree, "
-        f"{_share(all(a.agree for a in j.halves.values()) for j in both)} logs in all.",
-        f"Reference inside the interval: {_share(a.agree for a in inside)} parameters, "
-        f"{_share(all(a.agree for a in j.inside.values()) for j in trusted)} logs in all.",
+        f"{len(judgements)} logs, {len(sound)} of which an effort law fits: "
+        f"{sum(j.trusted for j in sound)} have status ok, {sum(j.usable for j in sound)} give "
+        f"values; of the others {sum(j.trusted for j in rest)} have status ok.",
+        f"{sum(bool(j.faults) for j in given if j.trusted)} of {sum(j.trusted for j in given)} "
+        "logs with status ok have a fault, "
+        f"{sum(bool(j.faults) for j in given if not j.trusted)} of "
+        f"{sum(not j.trusted for j in given)} with status not_identifiable.",
+        f"Halves: {_share(a.agree for a in halves)} parameters agree, the root mean square of "
+        f"their differences is {_rms(a.z for a in halves):.2f} standard deviations.",
+        f"Reference inside the interval: {_share(a.agree for a in inside)} parameters.",
         f"Repeats: {sum(int(s['agree']) for s in repeats)} of "
         f"{sum(int(s['pairs']) for s in repeats)} pairs agree; the widest interval is up to "
         f"{max((s['half_width_ratio'] for s in repeats), default=math.nan):.1f} times the "
         "narrowest of its group.",
-        f"Prediction of the other half no worse than least squares with the same terms: "
-        f"{_share(ratio <= 1.05 for ratio in ratios)} logs.",
+        "Prediction of the other half no worse than least squares with the same terms: "
+        f"{_share(ratio <= NO_WORSE for ratio in ratios)} logs.",
         f"Time of a call: median {times[len(times) // 2]:.2f} s, longest {times[-1]:.2f} s, "
         f"{sum(j.whole.status == 'crash' for j in judgements)} crashes.",
     ]
+
+
+def _rms(values: Iterable[float]) -> float:
+    listed = list(values)
+    return math.sqrt(sum(v * v for v in listed) / len(listed)) if listed else math.nan
 
 
 def _share(flags: Iterable[bool]) -> str:

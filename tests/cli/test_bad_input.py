@@ -247,7 +247,7 @@ def test_a_refusal_leaves_old_results_alone(case: str, run: Run, tmp_path: Path)
     ("arguments", "words"),
     [
         (["identify"], ["LOG", "requires", "identify --help"]),
-        (["identify", "a.csv", "b.csv"], ["b.csv", "identify --help"]),
+        (["identify", "a.csv", "b.csv"], ["a.csv", "no such file"]),
         (["identify", "a.csv", "--bogus"], ["--bogus", "identify --help"]),
         (["identify", "a.csv", "--estimator", "magic"], ["magic", "energy", "idim-ls"]),
         (["identify", "a.csv", "--kind", "round"], ["round", "linear", "rotary"]),

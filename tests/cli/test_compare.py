@@ -6,7 +6,7 @@ from pathlib import Path
 import pytest
 from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
 
-from stickslip.jobs import ESTIMATORS
+from stickslip import ESTIMATORS
 
 CLOSE = 0.03  # relative; the log has 1 % noise and a velocity that is differentiated from positions
 

@@ -7,8 +7,9 @@ from pathlib import Path
 import pytest
 from rich.console import Console
 
+from stickslip import EstimationTask
 from stickslip.cli.compare_tables import print_comparison
-from stickslip.jobs import EstimationTask, compare_log, compare_scenario
+from stickslip.jobs import compare_log, compare_scenario
 from stickslip.records import EstimatorComparison, EstimatorStudy, Status
 
 SCENARIO = """
@@ -57,7 +58,8 @@ def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> 
 def test_an_estimate_that_is_not_to_be_trusted_says_why(good_log: Path) -> None:
     found = compare_log(good_log, only=("energy", "stribeck-energy"))
     text = " ".join(" ".join(printed(found, 120)).split())
-    assert "Not to be trusted: - stribeck-energy: Static friction: no step" in text
+    reason = "stribeck-energy: Static friction, Stribeck velocity: no step"
+    assert f"Not to be trusted: - {reason}" in text
     trusted = compare_log(good_log, only=("energy",))
     assert not any("Not to be trusted" in line for line in printed(trusted, 120))
 
@@ -114,6 +116,52 @@ def test_intervals_that_touch_do_not_contradict(
     estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
     pair = (energy, replace(energy, name="other", estimate=estimate))
     assert bool(replace(found, compared=pair).contradictions) == contradicts
+
+
+@pytest.mark.parametrize(
+    ("places", "alone"),
+    [
+        ((0.0, 0.0, 3.0), "c"),
+        ((0.0, 3.0, 0.0), "b"),
+        ((0.0, 3.0), ""),
+        ((0.0, 3.0, 6.0), ""),
+        ((0.0, 1.5, 3.0), ""),  # the middle one overlaps both
+        ((0.0, 0.0, 3.0, 3.0), ""),
+        ((0.0, 0.5, 1.0, 4.0), "d"),
+        ((0.0, 3.0, 3.5, 1.5), ""),  # the last one overlaps all
+    ],
+)
+def test_the_method_that_stands_alone_is_named(
+    places: tuple[float, ...], alone: str, good_log: Path
+) -> None:
+    """Intervals of half-width 1 around the places; they are estimators a, b, c and d."""
+    found = compare_log(good_log, only=("energy",))
+    (energy,) = found.compared
+    assert energy.estimate is not None
+    estimate = energy.estimate
+    mass = estimate.parameters["mass"]
+    compared = tuple(
+        replace(
+            energy,
+            name=name,
+            estimate=replace(
+                estimate,
+                parameters={
+                    **estimate.parameters,
+                    "mass": replace(mass, value=place, ci95=(place - 1.0, place + 1.0)),
+                },
+            ),
+        )
+        for name, place in zip("abcd", places, strict=False)
+    )
+    contradicting = replace(found, compared=compared)
+    (one,) = contradicting.contradictions
+    assert one.alone == alone
+    assert contradicting.alone == ({alone} if alone else frozenset())
+    assert one.to_dict()["alone"] == (alone or None)
+    text = " ".join(" ".join(printed(contradicting, 120)).split())
+    assert (f"{alone} stands alone, the others agree" in text) == bool(alone)
+    assert ("ok, alone" in text) == bool(alone)
 
 
 def test_tables_of_a_scenario_fit_and_mark_what_takes_an_inertia(tmp_path: Path) -> None:

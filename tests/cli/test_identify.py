@@ -338,3 +338,79 @@ def test_the_robot_benchmark(
     # The wrist's coupling disturbs the Coulomb friction of joint 4.
     assert found["coulomb_friction"].value == pytest.approx(coulomb, rel=tolerance)
     assert found["inertia"].unit == "kg m^2"
+
+
+def several(tmp_path: Path, *more_coulomb: float) -> list[Path]:
+    """Return logs of one axis in files, each with the Coulomb friction of the first and more."""
+    paths: list[Path] = []
+    for k, more in enumerate(more_coulomb):
+        columns = table()
+        sign = np.sign(
+            0.1 * np.sin(2 * columns["time [s]"]) + 0.05 * np.sin(5 * columns["time [s]"])
+        )
+        noise = np.random.default_rng(k).normal(0.0, 0.02, sign.size)
+        columns["force [N]"] = columns["force [N]"] + more * sign + 0.1 * k + noise
+        paths.append(tmp_path / f"log{k}.csv")
+        paths[-1].write_text(csv_text(columns))
+    return paths
+
+
+def test_several_logs_are_fitted_jointly(run: Run, tmp_path: Path) -> None:
+    logs = several(tmp_path, 0.0, 0.0)
+    page = tmp_path / "joint.html"
+    outcome = run("identify", *logs, "--report", page, "--json", "-")
+    assert outcome.code == 0, outcome.err
+    found = json.loads(outcome.out)
+    assert found["parameters"]["coulomb_friction"]["value"] == pytest.approx(COULOMB, rel=CLOSE)
+    for k in range(2):
+        value = found["parameters"][f"offset[log{k}]"]["value"]
+        assert value == pytest.approx(OFFSET + 0.1 * k, abs=CLOSE)
+    assert found["joint"]["consistent"]
+    assert [log["name"] for log in found["joint"]["logs"]] == ["log0", "log1"]
+    assert found["provenance"]["files"] == ["log0.csv", "log1.csv"]
+    for words in ("Offset [log1]", "The logs are consistent", "log0: 4000 samples"):
+        assert words in outcome.err
+    text = page.read_text()
+    for words in ("<h1>log0 and log1</h1>", "The logs are consistent", "curve-plot", "Log log1"):
+        assert words in text
+
+
+def test_a_log_that_differs_is_named_and_the_exit_code_says_so(run: Run, tmp_path: Path) -> None:
+    outcome = run("identify", *several(tmp_path, 0.0, 0.0, 0.3))
+    assert outcome.code == 1
+    assert "model_mismatch" in outcome.out
+    assert "log2 shows" in outcome.out
+    assert "more Coulomb friction than the others" in outcome.out
+
+
+def test_an_input_of_several_is_not_overwritten(run: Run, tmp_path: Path) -> None:
+    logs = several(tmp_path, 0.0, 0.0)
+    before = logs[1].read_text()
+    assert run("identify", *logs, "--report", logs[1]).code == 2
+    assert logs[1].read_text() == before
+
+
+@pytest.mark.parametrize(
+    ("words", "message"),
+    [
+        (("log0=0.001", "log0=0.002"), "--effort-delay is given twice for log0"),
+        (("log0=0.001", "log1=late"), "--effort-delay log1=late is not understood"),
+        (("0.001", "log1=0.001"), "given for all logs and again"),
+        (("log7=0.001",), "'log7', which is none of the logs"),
+    ],
+)
+def test_delays_that_make_no_sense_are_refused(
+    words: tuple[str, ...], message: str, run: Run, tmp_path: Path
+) -> None:
+    options = [part for word in words for part in ("--effort-delay", word)]
+    outcome = run("identify", *several(tmp_path, 0.0, 0.0), *options)
+    assert outcome.code == 2
+    assert message in outcome.line()
+
+
+def test_delays_are_given_by_log(run: Run, tmp_path: Path) -> None:
+    logs = several(tmp_path, 0.0, 0.0)
+    options = ("--effort-delay", "log0=0", "--effort-delay", "log1=-0.0001", "--json", "-")
+    found = json.loads(run("identify", *logs, *options).out)
+    assert found["provenance"]["options"]["effort_delays"] == {"log0": 0.0, "log1": -0.0001}
+    assert not any(name.startswith("effort_delay") for name in found["parameters"])

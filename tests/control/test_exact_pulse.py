@@ -10,16 +10,16 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from random_axes import (
+    ENCODER_STEP,
+    POSITION_NOISE,
+    random_axes,
+)
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control import exact_pulse_learning as at
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
-from stickslip.jobs.reproduce.part_b.random_axes import (
-    ENCODER_STEP,
-    POSITION_NOISE,
-    random_axes,
-)
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome, SensorSample

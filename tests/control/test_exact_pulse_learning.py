@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from random_axes import random_axes
 from scipy.optimize import least_squares
 
 from stickslip.control import ExactPulseController, PulseWidthController, RestDetection
@@ -13,7 +14,6 @@ from stickslip.control import exact_pulse_learning as at
 from stickslip.control import pulse_kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
-from stickslip.jobs.reproduce.part_b.random_axes import random_axes
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, LearntPulses, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop

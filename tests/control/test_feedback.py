@@ -16,7 +16,7 @@ from stickslip.control import (
     PointToPoint,
 )
 from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
-from stickslip.estimation.energy.known_inertia.recursion import work_run, work_step
+from stickslip.estimation.energy.known_inertia.online.recursion import work_run, work_step
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError, SensorSample
 from stickslip.simulation import Sensors, simulate_closed_loop

@@ -74,6 +74,7 @@ def test_a_series_moves_it_as_the_exact_simulator_says(example: ModuleType) -> N
     assert example.swing(arm) < EULER_END
 
 
+@pytest.mark.slow
 def test_it_lands_on_one_target_after_the_other(example: ModuleType) -> None:
     arm, pilot = example.MuJoCoArm(), example.controller(1.0)
     generator = np.random.default_rng(3)

@@ -45,6 +45,7 @@ def test_velocity_of_a_sliding_mass_in_closed_form() -> None:
     assert bound.information[0, 0] == pytest.approx(expected**-2, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_maximum_likelihood_attains_the_bound() -> None:
     sensors = Sensors(position_noise=1e-2, velocity_noise=0.1)
     bound = cramer_rao_bound(

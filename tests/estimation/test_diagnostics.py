@@ -1,6 +1,7 @@
 """What a log cannot tell is said, with the reason, and never given a number."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,6 +13,7 @@ from stickslip.estimation.fit.diagnostics import (
     determined,
 )
 from stickslip.estimation.fit.rows import Regression, summarise_motion
+from stickslip.estimation.fit.solve import provenance_of, solve
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import AxisLog, FrictionEstimate, Status
 
@@ -218,3 +220,29 @@ def test_cross_validation_leaves_out_information_and_not_time() -> None:
     inside = np.linalg.norm(target - columns @ [2.0, 3.0]) / np.linalg.norm(target)
     # Left-out rows are predicted from four fifths: the error grows by a few per cent
     assert left_out == pytest.approx(inside, rel=0.1)
+
+
+@pytest.mark.parametrize(("noise", "informative"), [(0.1, True), (0.4, False)])
+def test_an_effect_is_small_beside_the_effort_and_not_beside_derivatives(
+    noise: float, informative: bool
+) -> None:
+    """Limit: half of the interval has 10 % of the largest effort; derivatives are 50 times that."""
+    time = np.arange(400.0)
+    sign = np.sign(np.sin(0.3 * time + 0.1))
+    effort = sign + noise * np.random.default_rng(6).normal(size=time.size)
+    weak = np.zeros(time.size)
+    weak[::50] = [1.0, -1.0] * 4
+    derivative = 50.0 * np.cos(0.05 * time)
+    rows = replace(
+        rows_of(effort + derivative, np.column_stack([sign, weak, derivative])),
+        names=("coulomb_friction", "offset", "effort_delay"),
+        effort=effort,
+        motion=summarise_motion([np.sin(0.1 * time)], [0.1 * np.cos(0.1 * time)], 1.0, (0.0, 0.0)),
+    )
+    source = provenance_of(log_of(good_motion), {})
+    found = solve(rows, estimator="least squares", provenance=source)
+    half = 1.96 * noise / np.sqrt(8)
+    assert (half / np.max(np.abs(effort)) < 0.1) == informative
+    assert half / np.max(np.abs(rows.target)) < 0.1  # the limit would not hold there
+    assert found.parameters["offset"].identified == informative
+    assert ("wider than the value" in reasons(found).get("offset", "")) != informative

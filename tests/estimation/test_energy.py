@@ -85,6 +85,7 @@ def test_the_mass_is_one_more_parameter(clean_arm: AxisLog) -> None:
     assert found == pytest.approx(expected, rel=1e-5, abs=1e-5)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("settings", "largest_spread"),
     [
@@ -232,6 +233,7 @@ def test_steps_are_the_run_and_leave_the_state_alone(clean_arm: AxisLog) -> None
     np.testing.assert_array_equal(start, before)
 
 
+@pytest.mark.slow
 @settings(max_examples=15, deadline=None)
 @given(
     factor=st.floats(0.5, 1.0, exclude_min=True),
@@ -320,6 +322,7 @@ def test_a_log_that_is_too_short_is_refused() -> None:
         EnergyEstimator().fit(log)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.99])
 def test_intervals_hold_under_a_slow_disturbance_and_encoder_noise(correlation: float) -> None:
     """The reduced form of the coverage figure of the documentation."""

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from stickslip.estimation import ExtendedKalmanFilter, cramer_rao_bound
-from stickslip.estimation.online import ekf_kernels as at
-from stickslip.estimation.online.ekf_motion import predicted
+from stickslip.estimation.online.kalman import kernels as at
+from stickslip.estimation.online.kalman.motion import predicted
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, InputError, Status
@@ -104,6 +104,7 @@ def test_friction_is_found_without_noise(measured: bool) -> None:
     assert found.status is Status.OK
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("measured", [True, False])
 def test_intervals_cover_under_white_noise(measured: bool) -> None:
     runs = 60
@@ -157,6 +158,7 @@ def found_in_short_runs(
     return np.array(errors), np.array(widths)
 
 
+@pytest.mark.slow
 def test_it_comes_near_the_cramer_rao_bound() -> None:
     runs = 100
     errors, widths = found_in_short_runs(2.0, runs)
@@ -266,6 +268,7 @@ def test_a_disturbing_force_is_found_and_widens_the_intervals() -> None:
         assert abs(found.value(name) - true) < STANDARD_ERRORS * std
 
 
+@pytest.mark.slow
 def test_intervals_cover_under_a_slow_disturbing_force() -> None:
     runs, coefficient, deviation = 25, 0.98, 0.1
     plant = SingleMass(mass=MASS, friction=LAW)

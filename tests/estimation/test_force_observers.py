@@ -1,6 +1,7 @@
 """Observers of the friction force: their own equations, Lyapunov functions, biases and limits."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from stickslip.estimation import (
     GradientEstimator,
     LeastSquaresObserver,
     LiaoChienObserver,
+    PublishedEnergyEstimator,
     YazdizadehKhorasaniObserver,
 )
 from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
@@ -40,6 +42,7 @@ EXACT = 1e-9  # relative: rounding in 10 000 steps
 HELD = 2e-3  # relative: the differential equation and its steps of 1 ms differ by terms of T
 MEAN_SPEED = 1e-7  # (c T / m)^2 / 12, by which the mean of two velocities is not that of a sample
 STANDARD_ERRORS = 4.0
+DELAY_LEFT = 0.1  # error with a removed delay over that with the same delay not removed
 
 
 def law(viscous: float) -> CoulombViscousFriction:
@@ -364,7 +367,7 @@ def test_they_run_along_in_a_controller(
     online = OnlineFriction.of(one, sampling_time=T, needs_load=False)
     state = online.first_state.copy()
     assert online.kernel(state, 1.0, 0.0, 0.1, 0.0, 0.0)
-    assert not online.kernel(state, float("nan"), 0.0, 0.1, 0.0, 0.0)
+    assert not online.kernel(state, 1.0, 0.0, float("nan"), 0.0, 0.0)
     coulomb, viscous = online.places
     assert (state[coulomb], state[viscous]) == (0.0, 0.0)
 
@@ -403,10 +406,47 @@ def test_a_first_state_needs_a_typical_speed() -> None:
         FriedlandParkObserver(inertia=1.0).init(sampling_time=T)
 
 
-def test_a_sample_that_is_not_finite_is_refused() -> None:
+def test_a_missing_value_gives_no_row_and_is_counted() -> None:
+    """The rows before it and after it are those of a log that has a gap there."""
     observer = FriedlandParkObserver(inertia=1.0, speed=1.0)
-    with pytest.raises(InputError, match="velocity of the sample is nan"):
-        observer.step(observer.init(sampling_time=T), (0.0, 0.0, float("nan"), 0.0, 0.0))
+    state = observer.init(sampling_time=T)
+    moving = (3.0, 0.0, 0.1, 0.0, 0.0)
+    state, _ = observer.step(state, moving)
+    state, before = observer.step(state, moving)
+    state, missing = observer.step(state, (3.0, 0.0, float("nan"), 0.0, 0.0))
+    state, next_one = observer.step(state, moving)
+    assert before.tolist() == missing.tolist() == next_one.tolist() != [0.0]
+    state, after = observer.step(state, moving)
+    assert after[0] > before[0]
+    assert observer.health(state).missing_samples == 1
+    assert observer.health(state).force_noise is None
+
+
+@pytest.mark.parametrize("delay", [3.0, -1.5])
+@pytest.mark.parametrize(
+    "observer",
+    [
+        GradientEstimator(inertia=MASS),
+        LeastSquaresObserver(inertia=MASS),
+        PublishedEnergyEstimator(inertia=MASS, sums="settled"),
+    ],
+    ids=lambda observer: observer.name,
+)
+def test_the_rows_of_a_log_are_free_of_a_known_delay(
+    observer: GradientEstimator | LeastSquaresObserver | PublishedEnergyEstimator,
+    delay: float,
+    viscous_log: AxisLog,
+) -> None:
+    k = np.arange(len(viscous_log))
+    early = replace(viscous_log, effort=np.interp(k + delay, k, viscous_log.effort))
+
+    def friction(log: AxisLog, effort_delay: float) -> np.ndarray:
+        rows = replace(observer, effort_delay=effort_delay).regression(log)
+        return np.linalg.lstsq(rows.regressors, rows.target)[0]
+
+    right = friction(early, delay) - friction(viscous_log, 0.0)
+    wrong = friction(early, 0.0) - friction(viscous_log, 0.0)
+    assert np.max(np.abs(right)) < DELAY_LEFT * np.max(np.abs(wrong))
 
 
 def test_liao_and_chiens_observer_compensates_in_the_loop() -> None:

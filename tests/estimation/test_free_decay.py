@@ -81,6 +81,7 @@ def test_friction_of_a_mass_on_a_spring(known: dict[str, float]) -> None:
     assert ("mass" in found.parameters) == ("stiffness" in known)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("noise", [2e-4, 1e-3])
 def test_intervals_cover(noise: float) -> None:
     runs = 60

@@ -11,13 +11,14 @@ from hypothesis import strategies as st
 from scipy.integrate import quad
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
-from stickslip.estimation.energy.known_inertia.free_friction import (
+from stickslip.estimation.energy.known_inertia.free_motion import (
+    FreeAxis,
     FreeMotion,
     free_motion,
     roaming,
     shown_by_mass,
+    walk_covariance,
 )
-from stickslip.estimation.energy.known_inertia.free_smoother import FreeAxis, walk_covariance
 
 ROUNDING = 1e-9  # relative: what the exponential of a matrix of mixed units loses
 SAME_ALGEBRA = 1e-8  # of the largest value: two ways to the same posterior, conditioned to 1e7
@@ -225,6 +226,7 @@ def test_the_smoother_is_that_of_statsmodels(with_velocity: bool) -> None:
     np.testing.assert_allclose(found.velocity_spread, spread, rtol=1e-5)  # of a difference
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("with_velocity", [True, False])
 def test_the_spread_is_that_of_the_errors(with_velocity: bool) -> None:
     """In the middle and at both ends, over runs with noise and friction of their own."""

@@ -55,6 +55,7 @@ def test_without_noise_it_is_right_up_to_what_filters_smear() -> None:
         assert found.value(name) == pytest.approx(true, rel=SMEARED)
 
 
+@pytest.mark.slow
 def test_unbiased_where_least_squares_is_biased(
     logs: list[AxisLog], instrumental: list[Regression]
 ) -> None:
@@ -70,6 +71,7 @@ def test_unbiased_where_least_squares_is_biased(
     assert np.all(beyond[:3] > 2.0 * SMEARED)
 
 
+@pytest.mark.slow
 def test_intervals_cover(logs: list[AxisLog]) -> None:
     inside = 0
     for log in logs:

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from stickslip.estimation.energy.known_inertia.innovations import HeldAxis, whiten
+from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import simulate
@@ -158,10 +158,7 @@ class Problem:
         )
 
     def whitened(self) -> tuple[np.ndarray, float]:
-        return whiten(
-            self.axis.transition,
-            self.axis.held,
-            self.axis.ramped,
+        return self.axis.whiten(
             self.effort,
             self.measured,
             self.channels,
@@ -169,7 +166,6 @@ class Problem:
             self.slope,
             self.disturbance,
             self.first,
-            self.T,
         )
 
     def dense(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -71,6 +71,7 @@ def test_a_designed_input_keeps_the_limits_and_beats_every_sine() -> None:
         assert abs(estimate.value(name) - value) < BEYOND * designed.bound.std[name]
 
 
+@pytest.mark.slow
 def test_ten_times_as_long_tells_at_least_ten_times_as_much() -> None:
     told = []
     for duration in (DURATION, 10.0 * DURATION):

@@ -94,6 +94,7 @@ def test_directions_of_their_own_are_found() -> None:
     check_truth(MaximumLikelihoodEstimator(per_direction=True, inertia=INERTIA), log, truth)
 
 
+@pytest.mark.slow
 def test_a_correlated_sensor_error_is_whitened() -> None:
     generator = np.random.default_rng(3)
     motion = simulate(servo(), multisine(generator), sampling_time=SAMPLING_TIME)
@@ -115,6 +116,7 @@ def test_a_correlated_sensor_error_is_whitened() -> None:
     assert noise.std == pytest.approx(1e-3, rel=0.05)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("delay", [0, 1, 2])
 def test_the_delay_of_the_effort_is_found(delay: int) -> None:
     generator = np.random.default_rng(4)
@@ -188,6 +190,7 @@ def test_an_axis_that_rests_on_a_count_gives_one_reading() -> None:
         assert fits[1].value(name) == pytest.approx(fits[0].value(name), rel=1e-5)
 
 
+@pytest.mark.slow
 def test_static_friction_of_a_rigid_axis_is_between_what_held_and_what_freed_it() -> None:
     generator = np.random.default_rng(6)
     time = np.arange(4000) * SAMPLING_TIME
@@ -209,6 +212,11 @@ ARM_FRICTION = CoulombViscousFriction.symmetric(
 ARM = FlexibleArm(mass_1=1.0, mass_2=0.8, stiffness=30.0, friction=ARM_FRICTION)
 
 
+KNOWN_ARM = MaximumLikelihoodEstimator(
+    inertia=1.0, load_inertia=0.8, stiffness=30.0, static_friction=True, offset=False
+)
+
+
 def arm_log(sensors: Sensors, seed: int) -> AxisLog:
     generator = np.random.default_rng(seed)
     effort = np.repeat(generator.uniform(-0.6, 0.6, 24), 50)
@@ -216,6 +224,7 @@ def arm_log(sensors: Sensors, seed: int) -> AxisLog:
     return sensors.measure(motion, generator)
 
 
+@pytest.mark.slow
 def test_masses_stiffness_and_friction_of_an_arm_are_found() -> None:
     log = arm_log(Sensors(position_noise=1e-3, velocity_noise=1e-2), 7)
     guesses = {"mass": 1.2, "load_mass": 0.7, "stiffness": 27.0}
@@ -227,13 +236,23 @@ def test_masses_stiffness_and_friction_of_an_arm_are_found() -> None:
     check_truth(estimator, log, truth)
 
 
+@pytest.mark.slow
 def test_an_arm_whose_load_is_not_measured() -> None:
-    log = arm_log(Sensors(position_noise=1e-3, velocity_noise=1e-2, load=False), 8)
-    estimator = MaximumLikelihoodEstimator(
-        inertia=1.0, load_inertia=0.8, stiffness=30.0, static_friction=True, offset=False
-    )
+    log = arm_log(Sensors(position_noise=1e-3, velocity_noise=1e-2, load=False), 5)
     truth = {"viscous_friction": 0.1, "coulomb_friction": 0.15, "static_friction": 0.2}
-    check_truth(estimator, log, truth)
+    check_truth(KNOWN_ARM, log, truth)
+    assert KNOWN_ARM.fit(log).parameters["static_friction"].std == pytest.approx(0.025, rel=0.5)
+
+
+@pytest.mark.slow
+def test_static_friction_that_the_motion_does_not_show_is_not_identifiable() -> None:
+    log = arm_log(Sensors(position_noise=1e-3, velocity_noise=1e-2, load=False), 8)
+    estimate = KNOWN_ARM.fit(log)
+    assert estimate.status is Status.NOT_IDENTIFIABLE
+    assert estimate.parameters["static_friction"].value is None
+    reasons = {v.parameter: v.reason for v in estimate.diagnostics.verdicts}
+    assert "wider than the value" in reasons["static_friction"]
+    assert estimate.value("coulomb_friction") == pytest.approx(0.15, rel=0.05)
 
 
 def test_one_direction_cannot_tell_coulomb_friction_from_an_offset() -> None:
@@ -261,6 +280,7 @@ def test_an_axis_that_hardly_moves_is_told() -> None:
     assert estimator.fit(log).status is Status.INSUFFICIENT_EXCITATION
 
 
+@pytest.mark.slow
 def test_gaps_and_a_horizon_give_every_stretch_a_first_state() -> None:
     generator = np.random.default_rng(11)
     log = logged(
@@ -305,7 +325,7 @@ def test_a_report_can_be_made_of_it() -> None:
     found = examine(log, MaximumLikelihoodEstimator())
     assert found.curve is not None
     assert found.residuals is not None
-    assert found.residuals.quantity == "position"
+    assert found.residuals.share < 0.1
 
 
 @pytest.mark.parametrize(

@@ -7,16 +7,35 @@ import pytest
 from scipy.linalg import expm
 from scipy.stats import multivariate_normal
 
+from stickslip.estimation import SelectedModelEstimator, examine
 from stickslip.estimation.likelihood.process_noise import (
     NoiseLevels,
     ProcessNoiseLikelihoodEstimator,
     Tuning,
     process_noise_bound,
 )
-from stickslip.estimation.likelihood.process_noise.axis_model import AxisModel, ParameterLayout
-from stickslip.estimation.likelihood.process_noise.search import Problem, evaluate
-from stickslip.estimation.likelihood.process_noise.stretches import SlipSegment
-from stickslip.estimation.likelihood.process_noise.whiteness import whiteness_probability
+from stickslip.estimation.likelihood.process_noise.problem import (
+    LogPart,
+    Problem,
+    SlipSegment,
+    averages_of,
+    first_guess,
+    parts_of,
+    problem_of,
+)
+from stickslip.estimation.likelihood.process_noise.search import (
+    ROUGHNESS,
+    evaluate,
+    inverted,
+    maximise,
+)
+from stickslip.estimation.likelihood.process_noise.slip_filter import AxisModel, ParameterLayout
+from stickslip.estimation.likelihood.process_noise.uncertainty import (
+    compare_with_windows,
+    covariance_of,
+    shift_by_low_speed,
+    whiteness_probability,
+)
 from stickslip.records import AxisLog, InputError, Status
 
 T = 0.01
@@ -27,7 +46,13 @@ DENSE_TOLERANCE = 1e-6  # relative; a diffuse start of 1e4 units costs eight dig
 DIFFERENCE_TOLERANCE = 2e-5  # relative; central differences of a step of 1e-5
 
 
-def segment(samples: int, *, with_velocity: bool = True, seed: int = 1) -> SlipSegment:
+def segment(
+    samples: int,
+    *,
+    with_velocity: bool = True,
+    seed: int = 1,
+    loads: np.ndarray | None = None,
+) -> SlipSegment:
     """Return a short record with a gap between two directions, of arbitrary measurements."""
     generator = np.random.default_rng(seed)
     n = samples
@@ -46,6 +71,7 @@ def segment(samples: int, *, with_velocity: bool = True, seed: int = 1) -> SlipS
         smooth_velocity=signals[3],
         smooth_acceleration=signals[4],
         smooth_effort=signals[0],
+        loads=np.zeros((n, 0)) if loads is None else loads,
     )
 
 
@@ -57,6 +83,7 @@ def problem(*segments: SlipSegment, sought: tuple[str, ...] = NAMES) -> Problem:
         layout=ParameterLayout(sought=sought, known={}),
         mass_name="mass",
         sampling_time=T,
+        averaged=1,
         speed=20.0,
         effort_rate=200.0,
         prior=levels,
@@ -65,12 +92,13 @@ def problem(*segments: SlipSegment, sought: tuple[str, ...] = NAMES) -> Problem:
 
 
 def dense_moments(
-    part: SlipSegment, first: int, values: np.ndarray
+    part: SlipSegment, first: int, values: np.ndarray, load: float = 0.0
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return measurements, mean and covariance of one stretch, from the continuous equations.
 
-    The states are (x, v, d, u, u') of the stretch from its first sample on, from the matrix
-    exponential of the continuous axis with a held force.
+    A load is ``load`` times the first column of loads. The states are (x, v, d, u, u') of the
+    stretch from its first sample on, from the matrix exponential of the continuous axis with a
+    held force.
     """
     m, c, fc, f0, delay = values
     level = np.exp(LEVELS)
@@ -94,6 +122,8 @@ def dense_moments(
     for k in range(1, n):
         new, last, old = slice(5 * k, 5 * k + 5), slice(5 * k - 5, 5 * k), slice(0, 5 * k)
         known = part.feedback[first + k - 1] - sign * fc - f0
+        if load:
+            known -= load * part.loads[first + k - 1, 0]
         mean[new] = A @ mean[last] + b * known
         cov[new, old] = A @ cov[last, old]
         cov[old, new] = cov[new, old].T
@@ -141,11 +171,57 @@ def test_gramian_of_the_linear_parameters_is_the_dense_information() -> None:
     np.testing.assert_allclose(found, information, rtol=DENSE_TOLERANCE)
 
 
+def test_load_acts_as_in_the_dense_covariance() -> None:
+    column = np.random.default_rng(7).standard_normal((24, 1))
+    part = segment(24, loads=column)
+    one = replace(part, direction=np.maximum(part.direction, 0))
+    coefficient = 0.7
+    y, mean, cov = dense_moments(one, 0, VALUES, coefficient)
+    x = dense_moments(one, 0, VALUES, 1.0)[1] - dense_moments(one, 0, VALUES)[1]
+    found = evaluate(
+        problem(one, sought=(*NAMES, "spring_stiffness")), np.append(VALUES, coefficient), LEVELS
+    )
+    expected = -2.0 * multivariate_normal(mean, cov, allow_singular=True).logpdf(y)
+    expected -= y.size * np.log(2.0 * np.pi)
+    assert found.logs + found.gram[0, 0] == pytest.approx(expected, rel=DENSE_TOLERANCE)
+    assert found.gram[-1, -1] == pytest.approx(x @ np.linalg.solve(cov, x), rel=DENSE_TOLERANCE)
+    score = x @ np.linalg.solve(cov, y - mean)
+    assert found.gram[0, -1] == pytest.approx(score, rel=1e-4)  # of a diffuse start
+
+
+def test_covariance_holds_the_shift_by_another_roughness() -> None:
+    log, _ = closed_loop(7, effort_noise=0.3, disturbance=0.2)
+    whole = problem_of(
+        parts_of(log), "linear", log.sampling_time, sought=NAMES[:4], known={}, tuning=Tuning()
+    )
+    assert whole is not None
+    maximum = maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
+    assert maximum.converged
+    at_maximum = evaluate(whole, maximum.values, maximum.levels)
+    plain, _ = covariance_of(whole, at_maximum, 0.0)
+    wide, _ = covariance_of(whole, at_maximum, 2.0)
+    ends = []
+    for h in (-0.01, 0.01):
+        levels, values = maximum.levels.copy(), maximum.values
+        levels[ROUGHNESS] += h
+        for _ in range(8):
+            found = evaluate(whole, values, levels, changes="none")
+            values = values + inverted(found.gram[1:, 1:]) @ found.gram[1:, 0]
+        ends.append(values)
+    shift = 2.0 * (ends[1] - ends[0]) / 0.02
+    gained = np.sqrt(np.diag(wide - plain))
+    assert gained[0] == pytest.approx(abs(shift[0]), rel=0.05)  # mass: the largest by far
+
+
 def test_derivatives_by_noise_levels_are_those_of_differences() -> None:
     whole = problem(segment(60), segment(40, seed=2))
     found = evaluate(whole, VALUES, LEVELS)
-    cost, gradient = found.restricted()
+    cost = found.restricted()
+    gradient = found.likelihood_change() + found.determinant_change()
     assert np.isfinite(cost)
+    alone = evaluate(whole, VALUES, LEVELS, changes="innovations")
+    np.testing.assert_allclose(alone.likelihood_change(), found.likelihood_change())
+    np.testing.assert_allclose(alone.information, found.information)
     for a in range(LEVELS.size):
         h = 1e-5 * np.eye(LEVELS.size)[a]
         up, down = (evaluate(whole, VALUES, LEVELS + sign * h) for sign in (1, -1))
@@ -155,7 +231,7 @@ def test_derivatives_by_noise_levels_are_those_of_differences() -> None:
             rtol=DIFFERENCE_TOLERANCE,
             atol=DIFFERENCE_TOLERANCE * np.abs(found.gram_change[a]).max(),
         )
-        difference = (up.restricted()[0] - down.restricted()[0]) / 2e-5
+        difference = (up.restricted() - down.restricted()) / 2e-5
         assert gradient[a] == pytest.approx(
             difference, rel=DIFFERENCE_TOLERANCE, abs=1e-9 * abs(cost) / 1e-5
         )
@@ -234,8 +310,36 @@ def test_model_is_the_exact_discretisation() -> None:
     assert model.fraction == VALUES[4]
 
 
+def test_model_of_an_effort_that_goes_on_at_its_rate_is_exact() -> None:
+    layout = ParameterLayout(sought=NAMES, known={})
+
+    def model(values: np.ndarray) -> AxisModel:
+        return AxisModel.of(
+            layout, values, mass_name="mass", sampling_time=T, correlation=0.9, ramped=True
+        )
+
+    m, c = VALUES[:2]
+    rate = np.zeros((4, 4))  # x, v, u, u'
+    rate[0, 1], rate[1, 1], rate[1, 2], rate[2, 3] = 1.0, -c / m, 1.0 / m, 1.0
+    over = expm(rate * T)
+    found = model(VALUES).transition[0][np.ix_((0, 1, 3, 4), (0, 1, 3, 4))]
+    np.testing.assert_allclose(found, over, rtol=1e-12, atol=1e-18)
+    for j in (0, 1):
+        h = 1e-5 * np.eye(VALUES.size)[j]
+        difference = (model(VALUES + h).transition - model(VALUES - h).transition) / 2e-5
+        change = model(VALUES).transition_change[:, j]
+        np.testing.assert_allclose(
+            change, difference, atol=DIFFERENCE_TOLERANCE * np.abs(change).max()
+        )
+
+
 def closed_loop(
-    seed: int, *, effort_noise: float = 0.0, disturbance: float = 0.0, mass: float = 2.0
+    seed: int,
+    *,
+    effort_noise: float = 0.0,
+    disturbance: float = 0.0,
+    mass: float = 2.0,
+    spring: float = 0.0,
 ) -> tuple[AxisLog, AxisLog]:
     """Return a log of a PD loop around an axis that never stops, and the same without noise.
 
@@ -257,7 +361,7 @@ def closed_loop(
         true_x[k], read[k], effort[k] = x, reading, u
         for _ in range(fine):
             h = dt / fine
-            force = u + d - 4.0 * v - 1.0 * np.sign(v) - 0.3
+            force = u + d - 4.0 * v - 1.0 * np.sign(v) - 0.3 - spring * x
             x, v = x + h * v + 0.5 * h * h * force / mass, v + h * force / mass
         d = r * d + disturbance * np.sqrt(1.0 - r * r) * generator.standard_normal()
     log = AxisLog(
@@ -270,9 +374,27 @@ def closed_loop(
     return log, replace(log, effort=effort, measured_position=true_x)
 
 
+def test_means_are_those_of_samples_and_loads_of_the_step_that_follows() -> None:
+    part = LogPart(
+        time=np.arange(8.0),
+        effort=np.arange(8.0),
+        position=np.arange(8.0) ** 2,
+        velocity=None,
+        usable=np.arange(8) != 4,
+        loads=np.arange(8.0)[:, None],
+    )
+    found = averages_of(part, 3)
+    np.testing.assert_array_equal(found.time, [0.0, 3.0])
+    np.testing.assert_array_equal(found.effort, [1.0, 4.0])
+    np.testing.assert_allclose(found.position, [5.0 / 3.0, 50.0 / 3.0])
+    np.testing.assert_array_equal(found.usable, [True, False])
+    np.testing.assert_array_equal(found.loads, [[2.5], [4.0]])
+
+
 TRUTH = {"mass": 2.0, "viscous_friction": 4.0, "coulomb_friction": 1.0, "offset": 0.3}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("noise", "disturbance"), [(0.6, 0.0), (0.02, 0.2)], ids=["log noise", "force"]
 )
@@ -309,6 +431,73 @@ def test_delay_of_the_effort_is_estimated_with_its_fraction() -> None:
     assert estimate.value("mass") == pytest.approx(2.0, rel=0.01)
 
 
+def test_means_of_samples_hold_the_same_parameters_and_no_delay() -> None:
+    log, _ = closed_loop(13, effort_noise=0.3)
+    whole = problem_of(
+        parts_of(log),
+        "linear",
+        log.sampling_time,
+        sought=NAMES,
+        known={},
+        tuning=Tuning(),
+        averaged=4,
+    )
+    assert whole is not None
+    assert whole.sampling_time == pytest.approx(4.0 * log.sampling_time)
+    maximum = maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
+    truth = np.array(list(TRUTH.values()))
+    # Moves of a smooth controller between nodes: means of 4 are known to bias by a part of this
+    np.testing.assert_allclose(maximum.values[:4], truth, rtol=0.05)
+    assert maximum.values[0] == pytest.approx(2.0, rel=0.01)
+    assert abs(maximum.values[4]) < 0.25 * log.sampling_time  # without their lag it is half of one
+
+
+def test_means_are_used_where_the_model_does_not_hold_for_fast_motion() -> None:
+    log, _ = closed_loop(9, effort_noise=0.3)
+    ringing = 2e-5 * np.sin(2.0 * np.pi * 90.0 * log.time) * np.sin(2.0 * np.pi * log.time)
+    rings = replace(log, measured_position=log.measured_position + ringing)
+    windows = SelectedModelEstimator().fit(rings)
+    widths = []
+    for tolerated, means in ((2.0, False), (0.5, True)):  # the intervals widen by a factor of 1
+        tuning = Tuning(tolerated_widening=tolerated)
+        found = ProcessNoiseLikelihoodEstimator(tuning=tuning).fit(rings)
+        assert any(note.startswith("means of") for note in found.diagnostics.notes) is means
+        assert found.status is Status.OK
+        for name, true in TRUTH.items():
+            ends = found.parameters[name].ci95
+            assert ends is not None
+            assert ends[0] < true < ends[1], name
+            if means:
+                assert ends[0] <= windows.value(name) <= ends[1], name
+        mass = found.parameters["mass"]
+        assert mass.std is not None
+        widths.append(mass.std)
+    assert widths[1] < widths[0]
+
+
+def test_friction_at_low_speed_that_the_model_lacks_widens_the_intervals() -> None:
+    log, _ = closed_loop(14, effort_noise=0.1)
+    for rise, widened in ((0.0, False), (0.5, True)):
+        speed = np.gradient(log.measured_position, log.time)
+        scale = Tuning().low_speed_share * np.max(np.abs(speed))
+        force = rise * np.sign(speed) * np.exp(-np.abs(speed) / scale)
+        whole = problem_of(
+            parts_of(replace(log, effort=log.effort + force)),
+            "linear",
+            log.sampling_time,
+            sought=NAMES[:4],
+            known={},
+            tuning=Tuning(),
+        )
+        assert whole is not None
+        maximum = maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
+        shift = shift_by_low_speed(whole, maximum, Tuning())
+        assert (shift is not None) is widened
+        if shift is not None:
+            error = maximum.values - np.array(list(TRUTH.values()))
+            np.testing.assert_allclose(shift[1:3], -error[1:3], rtol=0.5)  # viscous, Coulomb
+
+
 def test_known_mass_and_friction_per_direction() -> None:
     log, _ = closed_loop(4, effort_noise=0.1)
     estimate = ProcessNoiseLikelihoodEstimator(inertia=2.0, per_direction=True).fit(log)
@@ -321,6 +510,58 @@ def test_known_mass_and_friction_per_direction() -> None:
     assert estimate.status is Status.OK
     assert estimate.value("coulomb_friction_positive") == pytest.approx(1.3, abs=0.15)
     assert estimate.value("coulomb_friction_negative") == pytest.approx(0.7, abs=0.15)
+
+
+def test_spring_that_the_selection_finds_is_part_of_the_model() -> None:
+    log, _ = closed_loop(9, effort_noise=0.3, spring=40.0)
+    estimate = ProcessNoiseLikelihoodEstimator().fit(log)
+    assert estimate.status is Status.OK
+    for name, true in (TRUTH | {"spring_stiffness": 40.0}).items():
+        found = estimate.parameters[name]
+        assert found.std is not None
+        assert abs(estimate.value(name) - true) < 4.0 * found.std, name
+    bare = ProcessNoiseLikelihoodEstimator(select=False).fit(log)
+    assert "spring_stiffness" not in bare.parameters
+
+
+def test_glitches_and_wraps_are_repaired() -> None:
+    log, _ = closed_loop(10, effort_noise=0.3)
+    clean = ProcessNoiseLikelihoodEstimator().fit(log)
+    position = log.measured_position.copy()
+    position[1000:1002] += 0.05
+    spoiled = ProcessNoiseLikelihoodEstimator().fit(replace(log, measured_position=position))
+    for name, found in clean.parameters.items():
+        assert found.std is not None
+        assert spoiled.value(name) == pytest.approx(clean.value(name), abs=0.5 * found.std)
+    assert any("glitches" in note for note in spoiled.diagnostics.notes)
+
+
+def test_estimates_that_differ_from_those_of_windows_are_named() -> None:
+    log, _ = closed_loop(11, effort_noise=0.3)
+    own = ProcessNoiseLikelihoodEstimator().fit(log)
+    windows = SelectedModelEstimator().fit(log)
+    values = {name: own.value(name) for name in own.parameters}
+    std = {name: p.std or 0.0 for name, p in own.parameters.items()}
+    other = windows.parameters["mass"]
+    assert other.std is not None
+    spread = float(np.hypot(std["mass"], other.std))
+    for deviations, named in ((3.0, False), (4.0, True)):  # 3.66 at 0.1 % over four parameters
+        moved = values | {"mass": (other.value or 0.0) + deviations * spread}
+        found = compare_with_windows(moved, std, windows, 1e-3)
+        assert any(cause.startswith("mass is") for cause in found.causes) is named
+        assert found.differences["mass"] == pytest.approx(deviations * spread)
+
+
+def test_report_shows_residuals_and_resimulation() -> None:
+    log, _ = closed_loop(12, effort_noise=0.3)
+    shown = examine(log, ProcessNoiseLikelihoodEstimator())
+    assert shown.residuals is not None
+    assert shown.curve is not None
+    assert shown.resimulation is not None
+    with_spring, _ = closed_loop(9, effort_noise=0.3, spring=40.0)
+    shown = examine(with_spring, ProcessNoiseLikelihoodEstimator())
+    assert shown.evolution is not None
+    assert shown.curve is None
 
 
 def test_notes_name_the_noise_levels() -> None:

@@ -55,7 +55,7 @@ ESTIMATORS = {
     "yazdizadeh-khorasani": YazdizadehKhorasaniObserver(inertia=MASS, viscous=True),
     "liao-chien": LiaoChienObserver(inertia=MASS, viscous=True),
 }
-SLOW = ("gradient", "friedland-park", "yazdizadeh-khorasani", "liao-chien")
+UNSETTLED = ("gradient", "friedland-park", "yazdizadeh-khorasani", "liao-chien")
 """Observers that have not settled at the end of so short a log."""
 
 
@@ -85,16 +85,32 @@ def gapped_log(sensors: Sensors, *, moving: int, resting: int) -> AxisLog:
 
 
 @pytest.mark.parametrize("sensors", list(SENSORS))
-@pytest.mark.parametrize("name", list(ESTIMATORS))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow)
+        if name in {"stribeck", "maximum likelihood"}
+        else name
+        for name in ESTIMATORS
+    ],
+)
 def test_moves_beside_a_longer_rest_are_used(name: str, sensors: str) -> None:
     log = gapped_log(SENSORS[sensors], moving=700, resting=1400)
     estimate = ESTIMATORS[name].fit(log)
-    if name not in SLOW:
+    if name not in UNSETTLED:
         assert estimate.value("coulomb_friction") == pytest.approx(COULOMB, rel=CLOSE)
 
 
 @pytest.mark.parametrize("sensors", list(SENSORS))
-@pytest.mark.parametrize("name", ["energy", "stribeck", "idim-ls", "maximum likelihood"])
+@pytest.mark.parametrize(
+    "name",
+    [
+        "energy",
+        pytest.param("stribeck", marks=pytest.mark.slow),
+        "idim-ls",
+        pytest.param("maximum likelihood", marks=pytest.mark.slow),
+    ],
+)
 def test_a_log_whose_moves_are_too_short_is_refused_or_fitted(name: str, sensors: str) -> None:
     log = gapped_log(SENSORS[sensors], moving=100, resting=1400)
     remedy, found = "", None

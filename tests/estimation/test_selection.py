@@ -9,16 +9,16 @@ import pytest
 from jaxtyping import Float
 from numpy.polynomial import Polynomial
 
-from stickslip.estimation import SelectedModelEstimator
+from stickslip.estimation import SelectedModelEstimator, predict_effort
 from stickslip.estimation.prepare import prepare
-from stickslip.estimation.selection.motion import MotionTuning, slip_motions
 from stickslip.estimation.selection.plausibility import PlausibilityTuning
 from stickslip.estimation.selection.significance import (
     Basis,
     held_out_errors,
     significance,
 )
-from stickslip.estimation.selection.windows import Weight, convolved, whole_windows
+from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
+from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
 from stickslip.records import AxisLog, InputError, Status
 
 EXACT = 1e-9
@@ -93,9 +93,10 @@ EXTRAS: dict[str, tuple[Extra, dict[str, float]]] = {
         {"quadratic_friction": 30.0},
     ),
     "friction drift": (
-        lambda m: -0.02 * np.sign(m.velocity) * ramp(m),
-        {"friction_drift": -0.02, "viscous_drift": 0.0},
+        lambda m: -0.01 * (1.5 * np.sign(m.velocity) + 4.0 * m.velocity) * ramp(m),
+        {"friction_drift": -0.01},
     ),
+    "viscous drift": (lambda m: -0.2 * m.velocity * ramp(m), {"viscous_drift": -0.2}),
     "offset drift": (lambda m: 0.01 * ramp(m), {"offset_drift": 0.01}),
     "gain drift": (
         lambda m: plain_effort(m) * (1.0 / (1.0 + 0.01 * ramp(m)) - 1.0),
@@ -105,9 +106,13 @@ EXTRAS: dict[str, tuple[Extra, dict[str, float]]] = {
         lambda m: 0.8 * np.sign(m.velocity) * np.exp(-((m.velocity / 0.02) ** 2)),
         {"static_friction": 2.3, "stribeck_velocity": 0.02},
     ),
+    "low speed": (
+        lambda m: -0.6 * np.sign(m.velocity) * np.exp(-((m.velocity / 0.02) ** 2)),
+        {"low_speed_friction": -0.6, "low_speed_velocity": 0.02},
+    ),
     "ripple": (
         lambda m: 0.2 * np.sin(2 * np.pi * m.position / 0.015),
-        {"ripple_sine": 0.2, "ripple_cosine": 0.0},
+        {"ripple_sine": 0.2, "ripple_cosine": 0.0, "ripple_period": 0.015},
     ),
 }
 
@@ -134,6 +139,7 @@ def test_a_term_of_the_axis_is_selected_and_estimated(name: str) -> None:
         assert error < 4.0 * value.std + SAMPLED * abs(expected[parameter]), parameter
 
 
+@pytest.mark.slow
 def test_plain_axis_gets_the_plain_model() -> None:
     selected = [SelectedModelEstimator().fit(log_of(seed=seed)).selection for seed in range(30)]
     # At 2 % of false selections, more than four of 30 are met once in 200 such tests
@@ -156,6 +162,36 @@ def test_delay_of_the_effort_is_estimated(delay: float) -> None:
         std = estimate.parameters[name].std
         assert std is not None
         assert abs(estimate.value(name) - value) < 4.0 * std + SAMPLED * value
+
+
+def test_a_law_that_explains_the_log_as_well_is_named() -> None:
+    """Its Coulomb friction is that of least squares on the samples, without windows."""
+    few = slice(5000)
+    whole = log_of(noise=0.6)
+    log = AxisLog(
+        name="stage",
+        kind="linear",
+        time=TIME[few],
+        effort=whole.effort[few],
+        measured_position=whole.measured_position[few],
+    )
+    found = SelectedModelEstimator().fit(log)
+    notes = [note for note in found.diagnostics.notes if "explains this log as well" in note]
+    assert len(notes) == 1
+    acts = Motion(time=MIDDLE[few])
+    sign, speed = np.sign(acts.velocity), np.abs(acts.velocity)
+    columns = [acts.acceleration, sign, np.ones(5000), sign * speed ** (2.0 / 3.0)]
+    values, *_ = np.linalg.lstsq(np.column_stack(columns), log.effort, rcond=None)
+    stated = float(notes[0].split("Coulomb friction ")[1].split()[0])
+    std = found.parameters["coulomb_friction"].std
+    assert std is not None
+    assert stated == pytest.approx(float(values[1]), abs=2.0 * std)
+    assert stated < found.value("coulomb_friction")
+
+
+def test_no_law_is_named_where_the_log_distinguishes_them() -> None:
+    found = SelectedModelEstimator().fit(log_of())
+    assert not any("explains this log as well" in note for note in found.diagnostics.notes)
 
 
 def test_known_delay_is_not_estimated() -> None:
@@ -508,3 +544,111 @@ def test_jitter_of_the_clock_is_seen_in_the_noise_of_the_motion() -> None:
     noise = slip_motions(prepare(log), MotionTuning()).position_noise
     speed = np.sqrt(np.mean(Motion(time=TIME).velocity ** 2))
     assert noise == pytest.approx(jitter * speed, rel=0.5)
+
+
+def test_a_ripple_that_a_window_averages_in_part_is_found() -> None:
+    # At the median speed of 0.08 m/s a window of 20 ms passes 0.6 of this wave
+    wave = 2.0 * np.pi / 0.0025
+    log = log_of(lambda m: 0.2 * np.sin(wave * m.position))
+    estimate = SelectedModelEstimator().fit(log)
+    assert estimate.selection is not None
+    assert estimate.selection.selected == ("ripple",)
+    assert estimate.selection.scores[0].shape == pytest.approx(0.0025, rel=1e-3)
+    assert estimate.value("ripple_sine") == pytest.approx(0.2, rel=0.1)
+
+
+def uneven(kind: str, seed: int = 5) -> AxisLog:
+    """Return a log with time steps of 4 or 10 ms, as of a bus, whose effort is of one kind."""
+    rng = np.random.default_rng(seed)
+    time = np.cumsum(rng.choice([0.004, 0.010], size=4000))
+    if kind == "sampled":
+        effort = plain_effort(Motion(time=time))
+    else:  # the mean over each step, of a fine integral
+        fine = np.arange(0.0, time[-1] + 0.02, 1e-4)
+        work = np.concatenate(([0.0], np.cumsum(plain_effort(Motion(time=fine + 5e-5))))) * 1e-4
+        sums = np.interp(time, np.append(fine, fine[-1] + 1e-4), work)
+        mean = np.diff(sums) / np.diff(time)
+        effort = np.append(mean, mean[-1]) if kind == "held" else np.append(mean[0], mean)
+    return AxisLog(
+        name="stage",
+        kind="linear",
+        time=time,
+        effort=effort + 0.002 * rng.standard_normal(time.size),
+        measured_position=Motion(time=time).position,
+    )
+
+
+@pytest.mark.parametrize("kind", ["held", "sampled", "mean"])
+def test_the_kind_of_an_effort_with_uneven_time_stamps_is_found(kind: str) -> None:
+    estimate = SelectedModelEstimator().fit(uneven(kind))
+    assert estimate.selection is not None
+    assert estimate.selection.effort_kind == kind
+    said = any("taken for" in note for note in estimate.diagnostics.notes)
+    assert said == (kind != "held")
+    assert abs(estimate.selection.effort_delay) < 2e-4  # the kind leaves no delay
+    for name, value in TRUTH.items():
+        assert estimate.value(name) == pytest.approx(value, rel=2e-3, abs=2e-3), name
+
+
+@pytest.mark.parametrize(("kind", "delay"), [("held", 0.0), ("sampled", -0.5e-3), ("mean", -1e-3)])
+def test_a_given_kind_replaces_the_delay_of_an_even_log(kind: Any, delay: float) -> None:
+    log = log_of(delay=delay)  # logged so much later than a held effort
+    estimate = SelectedModelEstimator(effort_kind=kind).fit(log)
+    assert estimate.selection is not None
+    assert estimate.selection.selected == ()
+    other = SelectedModelEstimator(effort_kind=kind, include=("delay",)).fit(log)
+    assert other.value("effort_delay") == pytest.approx(0.0, abs=4e-5)
+    wanted = log_of(delay=delay, noise=0.0)
+    predicted = predict_effort(estimate, wanted)
+    known = np.isfinite(predicted)
+    np.testing.assert_allclose(predicted[known], wanted.effort[known], atol=0.02)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+def test_an_unknown_kind_of_effort_is_refused() -> None:
+    with pytest.raises(InputError, match="'averaged'"):
+        SelectedModelEstimator(effort_kind="averaged")  # pyright: ignore[reportArgumentType]
+
+
+def test_wrong_known_delay_is_a_mismatch() -> None:
+    estimate = SelectedModelEstimator(effort_delay=0.01).fit(log_of())
+    assert estimate.status is Status.MODEL_MISMATCH
+    assert "effort delay of 10 ms disagrees" in estimate.diagnostics.notes[0]
+
+
+def test_known_delay_that_is_right_is_accepted() -> None:
+    estimate = SelectedModelEstimator(effort_delay=0.006).fit(log_of(delay=0.006))
+    assert estimate.status is Status.OK
+
+
+def test_terms_that_are_missing_without_a_selection_are_named() -> None:
+    estimate = SelectedModelEstimator(select=False).fit(log_of(EXTRAS["spring"][0]))
+    assert estimate.status is Status.MODEL_MISMATCH
+    assert "a spring acts on the axis" in estimate.diagnostics.notes[0]
+    plain = SelectedModelEstimator(select=False).fit(log_of())
+    assert plain.status is Status.OK
+
+
+def test_milliseconds_read_as_seconds_are_a_mismatch() -> None:
+    log = log_of()
+    slow = replace(log, time=1e3 * log.time)
+    estimate = SelectedModelEstimator().fit(slow)
+    assert estimate.status is Status.MODEL_MISMATCH
+    assert "is the time in ms?" in estimate.diagnostics.notes[0]
+
+
+@pytest.mark.parametrize(("unit", "mismatch"), [(180.0 / np.pi, True), (1.0, False)])
+def test_degrees_are_seen_from_a_force_that_repeats_with_the_turn(
+    unit: float, mismatch: bool
+) -> None:
+    turns = Motion(time=MIDDLE).position * 300.0
+    base = log_of()
+    log = AxisLog(
+        name="servo",
+        kind="rotary",
+        time=base.time,
+        effort=base.effort + 0.6 * np.sin(turns),
+        measured_position=300.0 * base.measured_position * unit,
+    )
+    estimate = SelectedModelEstimator(exclude=("gravity",)).fit(log)
+    assert ("is it in degrees?" in " ".join(estimate.diagnostics.notes)) is mismatch

@@ -85,6 +85,7 @@ def test_without_noise_the_truth_is_found(plant: SingleMass | FlexibleArm) -> No
         assert estimate.value(name) == pytest.approx(true, rel=CLEAN)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_intervals_hold_the_truth(name: str) -> None:
     """In every case: what is measured, what disturbs, and whether a load swings."""
@@ -101,6 +102,7 @@ def test_intervals_hold_the_truth(name: str) -> None:
     assert all(count >= least for count in held.values()), held
 
 
+@pytest.mark.slow
 def test_the_error_is_near_the_bound() -> None:
     squares = dict.fromkeys(TRUTH, 0.0)
     for seed in np.random.SeedSequence(29).spawn(RUNS):

@@ -81,6 +81,7 @@ def test_known_stribeck_velocity(method):
     assert_found(EnergyEstimator(**known).fit(log_of(law_of(), NOISY)), IN_NOISE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize("sensors", [NOISY, ENCODER], ids=["noisy", "encoder"])
 def test_stribeck_velocity_sought(method, sensors):
@@ -90,11 +91,13 @@ def test_stribeck_velocity_sought(method, sensors):
     assert estimate.estimator == "stribeck-energy"
 
 
+@pytest.mark.slow
 def test_stribeck_velocity_to_a_thousandth_without_noise():
     estimate = StribeckEstimator(method=METHODS["inertia sought"]).fit(log_of(law_of(), Sensors()))
     assert_found(estimate, WITHOUT_NOISE)
 
 
+@pytest.mark.slow
 def test_exponential_shape_and_a_given_range():
     law = law_of("exponential")
     estimator = StribeckEstimator(
@@ -103,6 +106,7 @@ def test_exponential_shape_and_a_given_range():
     assert_found(estimator.fit(log_of(law, Sensors())), IN_NOISE)
 
 
+@pytest.mark.slow
 def test_each_direction_has_frictions_of_its_own():
     estimator = StribeckEstimator(method=EnergyEstimator(inertia=1.0, per_direction=True))
     estimate = estimator.fit(log_of(law_of(), NOISY))
@@ -121,6 +125,7 @@ def test_inverse_dynamics_find_it_too():
     assert estimate.value("stribeck_velocity") == pytest.approx(0.05, rel=0.06)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [EnergyEstimator(inertia=1.0), IdimLeastSquares()])
 def test_without_a_step_none_is_found(method):
     law = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=2.0)
@@ -135,6 +140,7 @@ def test_without_a_step_none_is_found(method):
     assert any("leave --stribeck out" in note for note in estimate.diagnostics.notes)
 
 
+@pytest.mark.slow
 def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):
     data = scipy.io.loadmat(benchmark_data("emps/DATA_EMPS.mat"))
     log = AxisLog(
@@ -201,6 +207,7 @@ def test_recursive_least_squares_find_the_stribeck_velocity_from_a_guess():
     assert found == pytest.approx(0.05, rel=0.01)  # of a guess 10 % off: the square is left
 
 
+@pytest.mark.slow
 def test_bristles_show_the_friction_of_sliding():
     bristles = LuGreFriction(sliding=law_of(), bristle_stiffness=1e5, bristle_damping=300.0)
     estimate = StribeckEstimator(method=METHODS["inertia sought"]).fit(log_of(bristles, NOISY))
@@ -208,6 +215,7 @@ def test_bristles_show_the_friction_of_sliding():
         assert parameter.value == pytest.approx(TRUTH[name], rel=0.05), name
 
 
+@pytest.mark.slow
 def test_the_rows_hold_the_stribeck_velocity_itself():
     log = log_of(law_of(), NOISY)
     estimator = StribeckEstimator(method=EnergyEstimator(inertia=1.0, per_direction=True))
@@ -224,6 +232,7 @@ def test_the_rows_hold_the_stribeck_velocity_itself():
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", [EnergyEstimator(inertia=1.0), IdimLeastSquares()])
 @pytest.mark.parametrize("there", [True, False])
 def test_a_report_of_what_was_sought_draws_what_there_is(method, there):

@@ -8,8 +8,8 @@ import scipy.linalg
 import scipy.stats
 
 from stickslip.estimation import EnergyEstimator, MaximumLikelihoodEstimator, examine
-from stickslip.estimation.energy.known_inertia.free_arm import ArmSensors, smoothed_arm
-from stickslip.estimation.energy.known_inertia.free_smoother import FreeAxis, walk_covariance
+from stickslip.estimation.energy.known_inertia.free_motion import FreeAxis, walk_covariance
+from stickslip.estimation.energy.known_inertia.hidden_load import ArmSensors, smoothed_arm
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
@@ -103,6 +103,7 @@ def study() -> np.ndarray:
     return np.array(rows, dtype=float)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [0, 2], ids=["offline", "on line"])
 def test_wherever_the_load_began_no_bias_is_seen(study: np.ndarray, way: int) -> None:
     errors = study[:, way]

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import scipy.signal
 import scipy.stats
+from arm_logs import Loop, arm_log, energy_estimator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import surrogate
-from stickslip.jobs.reproduce.part_a.cases import report_estimator, robust_estimator
-from stickslip.jobs.reproduce.part_a.runs import Loop, one_run
 from stickslip.logs import read_log
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
@@ -118,18 +117,17 @@ CELLS: list[tuple[Loop, float]] = [
 @cache
 def study(loop: Loop, noise: float) -> Cell:
     truth = np.array([surrogate.TRUTH[name] for name in NAMES])
-    estimator = robust_estimator()
+    estimator = energy_estimator()
     T = surrogate.SAMPLING_TIME
     rows: list[list[np.ndarray]] = []
     assumed: dict[float, list[np.ndarray]] = {0.5: [], 2.0: []}
     for seed in np.random.SeedSequence(17).spawn(RUNS):
-        guide = report_estimator(compensation="printed", assumed=noise, error_terms=True)
-        run = one_run(loop, noise, np.random.default_rng(seed), guide, guide.init(sampling_time=T))
-        fit = estimator.fit(run.log)
+        log = arm_log(loop, noise, np.random.default_rng(seed))
+        fit = estimator.fit(log)
         assert fit.status is Status.OK
         found = [fit.parameters[name] for name in NAMES]
         intervals = np.array([one.ci95 for one in found], dtype=float)
-        state, history = estimator.run(estimator.init(sampling_time=T), run.log)
+        state, history = estimator.run(estimator.init(sampling_time=T), log)
         spread = np.sqrt(np.diag(estimator.covariance(state)))
         rows.append(
             [
@@ -146,7 +144,7 @@ def study(loop: Loop, noise: float) -> Cell:
                 position_noise=factor * noise * surrogate.POSITION_NOISE,
                 velocity_noise=factor * noise * surrogate.VELOCITY_NOISE,
             )
-            errors.append(told.run(told.init(sampling_time=T), run.log)[1][-1] / truth - 1.0)
+            errors.append(told.run(told.init(sampling_time=T), log)[1][-1] / truth - 1.0)
     columns = [np.array(column) for column in zip(*rows, strict=True)]
     return Cell(
         offline=columns[0],
@@ -169,6 +167,7 @@ def assert_within(errors: np.ndarray, bias: float, rmse: float) -> None:
     assert np.all(np.mean(errors**2, axis=0) <= rmse**2 * luck)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "noise"), CELLS)
 def test_bias_and_spread_over_whole_logs(loop: Loop, noise: float) -> None:
     assert_within(study(loop, noise).offline, OFFLINE_BIAS, OFFLINE_RMSE * max(noise, 1.0))
@@ -331,6 +330,7 @@ def test_two_stretches_of_which_the_longer_coasts(sensors: str) -> None:
     assert_true(RIGID.fit(joined(moving, measured(coasting, SENSORS[sensors], 2), 2.0)), TRUTH)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("correlation", [0.0, 0.99])
 @pytest.mark.parametrize("velocity", ["measured", "none"])
 def test_intervals_hold_under_a_disturbance(correlation: float, velocity: Any) -> None:
@@ -378,6 +378,7 @@ def test_other_units_scale_the_results(
     assert_scaled(measured(MOTION, SENSORS[sensors]).part(0, 4_000), length, force, time)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(
     length=st.floats(-6.0, 6.0),

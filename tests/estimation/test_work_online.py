@@ -22,7 +22,7 @@ from stickslip.control import (
     PointToPoint,
 )
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.energy.known_inertia.layout import LAG
+from stickslip.estimation.energy.known_inertia.online.layout import LAG
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import surrogate
 from stickslip.logs import read_log
@@ -126,6 +126,7 @@ def test_the_estimate_is_late_by_what_it_looks_ahead() -> None:
     np.testing.assert_allclose(history[-1], TRUTH, rtol=0.02)
 
 
+@pytest.mark.slow
 def test_it_comes_to_what_the_whole_log_gives() -> None:
     """On the same log the two differ by less than either is uncertain."""
     apart, spread = [], []
@@ -388,6 +389,7 @@ SWEEP = tuple(
 STROKES = tuple(Move(target=x, duration=1.0, dwell=0.2) for x in (0.5, 0.0, 0.8, 0.0, 0.3))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("offset", [False, True])
 def test_it_finds_the_friction_that_its_loop_compensates(offset: bool) -> None:
     """The arm of the report's section 6.2, its noise in the loop."""

@@ -5,9 +5,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stickslip import EstimationTask
 from stickslip.estimation import cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import EstimationTask, compare_log, compare_scenario, write_effort
+from stickslip.jobs import compare_log, compare_scenario, write_effort
 from stickslip.jobs.compare.scenario import read_study
 from stickslip.jobs.compare.study import disturbance, measured_log
 from stickslip.jobs.effort_file import read_effort
@@ -103,6 +104,7 @@ def test_no_bound_is_told_where_a_force_disturbs(tmp_path: Path) -> None:
     assert calls[-1] == (3, 3)
 
 
+@pytest.mark.slow
 def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     plain, late = tmp_path / "plain.toml", tmp_path / "late.toml"
     effort = 4.0 * np.sin(0.02 * np.arange(1000)) + 3.0 * np.sin(0.05 * np.arange(1000))

@@ -4,7 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from stickslip.jobs import EstimationTask, compare_scenario
+from stickslip import EstimationTask
+from stickslip.jobs import compare_scenario
 
 CLOSE = 0.05  # relative, of ten seconds with little noise
 FAR = 0.1  # relative: what a law that lacks the step from static friction takes it for, at least
@@ -34,6 +35,7 @@ LAWS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("law", LAWS)
 def test_an_estimator_is_scored_by_the_friction_of_steady_motion(law: str, tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
@@ -61,6 +63,7 @@ def test_an_estimator_is_scored_by_the_friction_of_steady_motion(law: str, tmp_p
     assert "no Cramér-Rao bound" in study.notes[1]
 
 
+@pytest.mark.slow
 def test_static_friction_of_a_direction_has_the_offset_in_it(tmp_path: Path) -> None:
     path = tmp_path / "scenario.toml"
     path.write_text(SCENARIO.format(law=f"offset = 0.2\n{STRIBECK}"))

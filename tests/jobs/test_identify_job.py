@@ -114,7 +114,7 @@ def test_every_public_name_of_the_package_loads() -> None:
     for name in stickslip.__all__:
         assert getattr(stickslip, name) is not None
     assert set(stickslip.__all__) <= set(dir(stickslip))
-    with pytest.raises(AttributeError, match="no attribute 'nothing'"):
+    with pytest.raises(AttributeError, match="nothing"):
         _ = stickslip.nothing  # type: ignore[attr-defined]
 
 
@@ -187,7 +187,11 @@ def test_every_registered_estimator_identifies_by_name(name: str, log: AxisLog) 
 
 
 @pytest.mark.parametrize(
-    ("plain", "with_step"), [("energy", "stribeck-energy"), ("idim-ls", "stribeck-idim-ls")]
+    ("plain", "with_step"),
+    [
+        pytest.param("energy", "stribeck-energy", marks=pytest.mark.slow),
+        ("idim-ls", "stribeck-idim-ls"),
+    ],
 )
 def test_the_stribeck_flag_stands_for_the_estimator_with_a_step(
     plain: str, with_step: str, log: AxisLog

@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import position
-from stickslip.jobs.position.judging import arm_ending
+from stickslip.jobs.positioning.judging import arm_ending
 from stickslip.plants import FlexibleArm
 from stickslip.records import Ending, InputError, Positioning, PositioningOutcome
 from stickslip.simulation import simulate

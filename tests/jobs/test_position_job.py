@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from stickslip.jobs import position, read_scenario
-from stickslip.jobs.position.judging import ending, settling_time
+from stickslip.jobs.positioning.judging import ending, settling_time
 from stickslip.jobs.reversals import reversals
 from stickslip.records import Ending, InputError, Positioning, PositioningOutcome
 

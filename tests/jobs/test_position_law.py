@@ -16,7 +16,7 @@ from stickslip.friction import (
     StribeckFriction,
 )
 from stickslip.jobs import position, read_scenario
-from stickslip.jobs.position.judging import ending, settling_time
+from stickslip.jobs.positioning.judging import ending, settling_time
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import Ending, InputError, Positioning
 

@@ -1,76 +1,105 @@
 """Kalman filter, smoother and whitening against dense Gaussian algebra."""
 
+from dataclasses import dataclass
+
 import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from stickslip.numerics import smooth, whiten
+from stickslip.numerics import cost, measure, smooth, update, whiten
 
-N, S, C, M = 12, 3, 2, 1
+N, M = 12, 2
+SENSORS = np.array([2, 0])
+STATES = (3, 4, 5, 6)  # with a size that the kernels know, and without
 TOLERANCE = 1e-9  # relative; both ways take some hundred operations on numbers of order 1
 
 
-def model() -> dict[str, np.ndarray]:
-    generator = np.random.default_rng(3)
-    root = generator.standard_normal((S, S))
-    return {
-        "A": np.array([[1.0, 0.3, 0.1], [0.0, 0.9, 0.2], [-0.1, 0.0, 0.7]]),
-        "B": generator.standard_normal((S, M)),
-        "Q": root @ root.T,
-        "H": generator.standard_normal((C, S)),
-        "R": np.array([0.5, 2.0]),
-        "inputs": generator.standard_normal((N, M)),
-        "measured": generator.standard_normal((N, C)),
-        "first": generator.standard_normal(S),
-        "spread": 2.0 * np.eye(S) + 0.5,
-    }
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A model of some states, one measured twice as well as the other, with inputs and outputs."""
+
+    A: np.ndarray
+    B: np.ndarray
+    Q: np.ndarray
+    factors: np.ndarray
+    R: np.ndarray
+    inputs: np.ndarray
+    measured: np.ndarray
+    first: np.ndarray
+    spread: np.ndarray
+
+    @classmethod
+    def of(cls, states: int) -> "Model":
+        generator = np.random.default_rng(states)
+        root = generator.standard_normal((states, states))
+        return cls(
+            A=0.5 * np.eye(states) + 0.2 * generator.standard_normal((states, states)),
+            B=generator.standard_normal((states, M)),
+            Q=root @ root.T,
+            factors=generator.uniform(0.5, 2.0, N),
+            R=np.array([0.5, 2.0]),
+            inputs=generator.standard_normal((N, M)),
+            measured=generator.standard_normal((N, SENSORS.size)),
+            first=generator.standard_normal(states),
+            spread=2.0 * np.eye(states) + 0.5,
+        )
+
+    @property
+    def arguments(self) -> tuple[np.ndarray, ...]:
+        return (self.A, self.B, self.Q, self.factors, SENSORS, self.R, self.inputs, self.measured,
+                self.first, self.spread)  # fmt: skip
+
+    def dense(self) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+        """Mean and covariance of all states, the map to all measurements and their noise."""
+        s = self.first.size
+        mean, cov = [self.first], np.zeros(((N + 1) * s, (N + 1) * s))
+        cov[:s, :s] = self.spread
+        for k in range(1, N + 1):
+            mean.append(self.A @ mean[-1] + self.B @ self.inputs[k - 1])
+            old, new = slice(0, k * s), slice(k * s, (k + 1) * s)
+            cross = self.A @ cov[(k - 1) * s : k * s, old]
+            cov[new, old], cov[old, new] = cross, cross.T
+            last = cov[(k - 1) * s : k * s, (k - 1) * s : k * s]
+            cov[new, new] = self.A @ last @ self.A.T + self.factors[k - 1] * self.Q
+        rows = np.hstack([np.zeros((N * SENSORS.size, s)), block_diag(*[np.eye(s)[SENSORS]] * N)])
+        return np.concatenate(mean), cov, rows, np.diag(np.tile(self.R, N))
 
 
-def dense(
-    given: dict[str, np.ndarray],
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Mean and covariance of all states, the map to all measurements and their noise."""
-    mean, cov = [given["first"]], np.zeros((N * S, N * S))
-    cov[:S, :S] = given["spread"]
-    for k in range(1, N):
-        mean.append(given["A"] @ mean[-1] + given["B"] @ given["inputs"][k - 1])
-        old, new = slice(0, k * S), slice(k * S, (k + 1) * S)
-        cross = given["A"] @ cov[(k - 1) * S : k * S, old]
-        cov[new, old], cov[old, new] = cross, cross.T
-        last = cov[(k - 1) * S : k * S, (k - 1) * S : k * S]
-        cov[new, new] = given["A"] @ last @ given["A"].T + given["Q"]
-    rows = block_diag(*[given["H"]] * N)
-    return np.concatenate(mean), cov, rows, np.diag(np.tile(given["R"], N))
-
-
-def test_whitening_is_that_of_the_dense_covariance() -> None:
-    given = model()
-    mean, cov, rows, noise = dense(given)
+@pytest.mark.parametrize("states", STATES)
+def test_whitening_is_that_of_the_dense_covariance(states: int) -> None:
+    given = Model.of(states)
+    mean, cov, rows, noise = given.dense()
     factor = np.linalg.cholesky(rows @ cov @ rows.T + noise)
-    expected = np.linalg.solve(factor, given["measured"].ravel() - rows @ mean)
+    expected = np.linalg.solve(factor, given.measured.ravel() - rows @ mean)
     found, logs = whiten(
-        given["A"],
-        given["B"],
-        given["Q"],
-        given["H"],
-        given["R"],
-        given["inputs"][:, :, None],
-        given["measured"][:, :, None],
-        given["first"][:, None],
-        given["spread"],
+        *given.arguments[:6],
+        given.inputs[:, :, None],
+        given.measured[:, :, None],
+        given.first[:, None],
+        given.spread,
     )
     np.testing.assert_allclose(found.ravel(), expected, rtol=TOLERANCE, atol=TOLERANCE)
     assert logs == pytest.approx(2.0 * np.sum(np.log(np.diag(factor))), rel=TOLERANCE)
+    assert cost(*given.arguments) == pytest.approx(logs + expected @ expected, rel=TOLERANCE)
 
 
-def test_smoothing_is_conditioning_on_all_measurements() -> None:
-    given = model()
-    mean, cov, rows, noise = dense(given)
+@pytest.mark.parametrize("states", STATES)
+def test_smoothing_is_conditioning_on_all_measurements(states: int) -> None:
+    given = Model.of(states)
+    mean, cov, rows, noise = given.dense()
     gain = np.linalg.solve(rows @ cov @ rows.T + noise, rows @ cov).T
-    expected = mean + gain @ (given["measured"].ravel() - rows @ mean)
-    left = cov - gain @ rows @ cov
-    means, covariances = smooth(**given)
-    np.testing.assert_allclose(means.ravel(), expected, rtol=TOLERANCE, atol=TOLERANCE)
-    for k in range(N):
-        here = slice(k * S, (k + 1) * S)
-        np.testing.assert_allclose(covariances[k], left[here, here], atol=TOLERANCE)
+    expected = mean + gain @ (given.measured.ravel() - rows @ mean)
+    left = np.sqrt(np.diag(cov - gain @ rows @ cov)).reshape(-1, states)
+    of = np.array([states - 1, 0])
+    found = smooth(*given.arguments, of)
+    np.testing.assert_allclose(found[:, :states].ravel(), expected, rtol=TOLERANCE, atol=TOLERANCE)
+    np.testing.assert_allclose(found[:, states:], left[:, of], atol=TOLERANCE)
+
+
+def test_a_measurement_of_one_state_is_one_by_a_unit_vector() -> None:
+    covariance = Model.of(4).spread + np.diag([1.0, 2.0, 3.0, 4.0])
+    one, other, gains = covariance.copy(), covariance.copy(), np.zeros((2, 4))
+    variance = measure(1, 0.3, one, gains[0])
+    assert variance == pytest.approx(update(np.eye(4)[1], 0.3, other, gains[1]), rel=TOLERANCE)
+    np.testing.assert_allclose(one, other, rtol=TOLERANCE)
+    np.testing.assert_allclose(gains[0], gains[1], rtol=TOLERANCE)

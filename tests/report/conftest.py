@@ -141,9 +141,9 @@ def make_identification(
             stds={key: STDS[key] * (1 + 15 * settling) for key in TRUTH},
         ),
         residuals=Residuals(
-            quantity="effort",
             time=time,
             residual=noise,
+            share=0.0298,
             lag=lags * float(time[1]),
             autocorrelation=0.8**lags,
             white_bound=NORMAL_95 / np.sqrt(samples),

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from pages import MOST_BYTES, plots_of
 
 from stickslip.records import (
     ArmRun,
@@ -21,7 +22,6 @@ from stickslip.records import (
 )
 from stickslip.report import write_positioning_page
 
-MOST_BYTES = 8_000_000  # the drawing library alone is 4.8 MB
 MOST_FILM = 200_000  # of what the film shows, however long the run
 MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
 NAME = 'arm <b>&"x"</b>'
@@ -186,7 +186,7 @@ def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
     ):
         assert word in text, word
     assert "<b>" not in text.split("<script", maxsplit=1)[0].replace("<body>", "")
-    plots = data(text, "plots")
+    plots = plots_of(text)
     assert {
         "motion-1",
         "end-1-1",
@@ -200,7 +200,7 @@ def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
 
 
 def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
-    motion = data(written(positioning(), tmp_path), "plots")["motion-1"]
+    motion = plots_of(written(positioning(), tmp_path))["motion-1"]
     names = [trace["name"] for trace in motion["data"]]
     assert {"mass 1", "mass 2", "target", "tolerance", "effort"} == set(names)
     shades = motion["layout"]["shapes"]
@@ -212,7 +212,7 @@ def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
 
 
 def test_estimates_have_bands_and_the_truth(tmp_path: Path) -> None:
-    plots = data(written(positioning(), tmp_path), "plots")
+    plots = plots_of(written(positioning(), tmp_path))
     drawn = [trace["name"] for trace in plots["estimate-coulomb-friction"]["data"]]
     assert "95 % interval" in drawn
     assert "true value" in drawn
@@ -270,7 +270,7 @@ def test_a_long_task_stays_a_page(moves: int, tmp_path: Path) -> None:
     text = written(result, tmp_path)
     assert len(text) < MOST_BYTES
     assert len(json.dumps(data(text, "film"))) < MOST_FILM
-    plots = data(text, "plots")
+    plots = plots_of(text)
     for plot in plots.values():
         for trace in plot["data"]:
             assert len(trace["x"]) <= 2 * MOST_POINTS
@@ -288,12 +288,12 @@ def test_a_controller_without_phases_has_a_page_too(tmp_path: Path) -> None:
     assert "Shaded are the phases" not in text
     assert "film-phases" not in text.split("<script>", maxsplit=1)[0]
     assert data(text, "film")["phases"] == []
-    assert "end-1-1" in data(text, "plots")
+    assert "end-1-1" in plots_of(text)
 
 
 def test_several_runs_are_told_apart(tmp_path: Path) -> None:
     text = written(positioning(make_arm(), make_arm(number=2)), tmp_path)
-    plots = data(text, "plots")
+    plots = plots_of(text)
     assert {"motion-1", "motion-2", "series-2-1"} <= set(plots)
     assert "Run 2: target reached" in text
     assert "The arm of run 2" in text

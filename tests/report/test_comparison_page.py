@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from stickslip import EstimationTask, write_comparison_page
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import EstimationTask, compare_log, write_comparison_page
+from stickslip.jobs import compare_log
 from stickslip.plants import SingleMass
 from stickslip.records import (
     EstimatorComparison,

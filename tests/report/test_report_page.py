@@ -1,20 +1,22 @@
 """The page holds everything it shows, fetches nothing, and lets no text out of its place."""
 
-import html.parser
-import json
+import base64
+import gzip
+import hashlib
 import re
 import shutil
 import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
+from pages import MOST_BYTES, Page
 
 from stickslip.records import Identification, InputError, Status
 from stickslip.report import write_report
+from stickslip.report.interactive import packed_plotly
 
 FIGURES = (
     "curve-plot",
@@ -38,48 +40,11 @@ ADDRESSES = (
     "cite",
     "formaction",
 )
-MOST_BYTES = 8_000_000  # the drawing library alone is 4.8 MB
 MOST_POINTS = 6100  # a closed band of 2 x 2000 points, or a cloud of 3000, with room
 
 
-class Page(html.parser.HTMLParser):
-    """What a page holds: tags with attributes, visible text, anchors and inlined data."""
-
-    def __init__(self, text: str) -> None:
-        super().__init__()
-        self.tags: list[tuple[str, dict[str, str]]] = []
-        self.text = ""
-        self.styles = ""
-        self.data = ""
-        self._inside = ""
-        self.feed(text)
-        self.close()
-
-    def handle_starttag(self, tag: str, attrs: list[tuple[str, str | None]]) -> None:
-        given = {key: value or "" for key, value in attrs}
-        self.tags.append((tag, given))
-        self._inside = "plots" if given.get("id") == "plots" else tag
-
-    def handle_endtag(self, tag: str) -> None:  # noqa: ARG002 - the base class' signature
-        self._inside = ""
-
-    def handle_data(self, data: str) -> None:
-        if self._inside == "plots":
-            self.data += data
-        elif self._inside == "style":
-            self.styles += data
-        elif self._inside != "script":
-            self.text += data
-
-    def identifiers(self) -> list[str]:
-        return [given["id"] for _, given in self.tags if "id" in given]
-
-    def plots(self) -> dict[str, Any]:
-        return json.loads(self.data)
-
-
 def page_of(identification: Identification, folder: Path) -> Page:
-    return Page(write_report(identification, folder / "report.html").read_text())
+    return Page(write_report(identification, folder / "report.html"))
 
 
 def test_every_figure_is_on_the_page_with_data_words_and_caption(
@@ -303,7 +268,7 @@ def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
     large = make(samples=300_000)
     path = write_report(large, tmp_path / "large.html")
     assert path.stat().st_size < MOST_BYTES
-    page = Page(path.read_text())
+    page = Page(path)
     plots = page.plots()
     for plot in plots.values():
         assert all(len(trace["x"]) <= MOST_POINTS for trace in plot["data"])
@@ -363,6 +328,14 @@ def browser() -> str:
     if found is None:
         pytest.skip("no Chromium on this machine to render the page with")
     return found
+
+
+def test_plotly_is_the_bundle_whose_version_is_stated() -> None:
+    """The hash is that of the file in the npm package."""
+    text = gzip.decompress(base64.b64decode(packed_plotly()))
+    assert text.startswith(b"/**\n* plotly.js (basic - minified) v4.1.1")
+    digest = "99784e3abfb07b142a15e521a439e6d9addceadb3f79553fd24c72774f0649ba"
+    assert hashlib.sha256(text).hexdigest() == digest
 
 
 def test_a_browser_draws_every_figure_without_a_complaint(

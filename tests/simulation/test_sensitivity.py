@@ -134,6 +134,7 @@ def test_a_single_mass_against_differences_in_high_precision(seed: int, sticky: 
     assert found.motion.event_count >= 3
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", [11, 19])
 def test_a_sticky_arm_against_differences_in_high_precision(seed: int) -> None:
     plant, effort, state = random_case(seed, arm=True, sticky=True)

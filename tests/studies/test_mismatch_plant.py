@@ -292,7 +292,7 @@ smooth."""
         ("pendulum", ("gravity_sine", "gravity_cosine")),
         ("quadratic", ("quadratic_friction",)),
         ("two_thirds", ("two_thirds_friction",)),
-        ("friction_drift", ("friction_drift", "viscous_drift")),
+        ("friction_drift", ("friction_drift",)),
         ("gain_drift", ("gain_drift",)),
     ],
 )
@@ -318,8 +318,8 @@ def test_a_regression_on_the_true_signals_returns_the_true_parameters(
         "gravity_cosine": np.cos(x),
         "quadratic_friction": v * np.abs(v),
         "two_thirds_friction": sign * np.abs(v) ** (2 / 3),
-        "friction_drift": sign * time,
-        "viscous_drift": v * time,
+        "friction_drift": time
+        * (recorded.truth["coulomb_friction"] * sign + recorded.truth["viscous_friction"] * v),
         "gain_drift": -u * time,
     }
     columns |= {name: candidates[name] for name in terms}

@@ -1,4 +1,4 @@
-"""The command line: ``stickslip identify``, ``demo``, ``reproduce`` and ``data``."""
+"""The command line ``stickslip``: identify, compare, excite, position, demo and data."""
 
 from stickslip.cli.entry import main
 

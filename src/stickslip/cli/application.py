@@ -17,7 +17,6 @@ from stickslip.cli.excite import excite
 from stickslip.cli.identify import EXAMPLES, identify
 from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
 from stickslip.cli.position import position
-from stickslip.cli.reproduce import reproduce
 from stickslip.cli.terminal import one_line, reader_may_leave, say
 
 __all__ = ["run"]
@@ -48,12 +47,6 @@ app.command(compare, help=_help(compare), help_epilogue=COMPARE_EXAMPLES)
 app.command(excite, help=_help(excite), help_epilogue=EXCITE_EXAMPLES)
 app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)
 app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
-app.command(
-    reproduce,
-    help=_help(reproduce),
-    help_epilogue="Examples:\n  stickslip reproduce part-a --out part-a --runs 20\n"
-    "  stickslip reproduce part-b --out part-b --axes 400",
-)
 app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
 
 

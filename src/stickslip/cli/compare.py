@@ -91,12 +91,8 @@ def compare(
     files.check(inputs=reading.inputs(source))
     reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:
-        from stickslip.jobs import (
-            EstimationTask,
-            compare_log,
-            compare_scenario,
-            write_comparison_page,
-        )
+        from stickslip import EstimationTask, write_comparison_page
+        from stickslip.jobs import compare_log, compare_scenario
 
         task = EstimationTask(
             inertia=known.inertia,

@@ -105,12 +105,13 @@ def _of_log(found: "EstimatorComparison", console: "Console") -> "list[Table]":
         Text("-" if each.seconds_per_sample is None else prefixed(each.seconds_per_sample, "s"))
         for each, _ in applied
     ]
+    alone = found.alone
     columns["status"] = [
         Text(
-            estimate.status.value.replace("_", " "),
-            style="green" if estimate.status.trusted else "red",
+            estimate.status.value.replace("_", " ") + (", alone" if each.name in alone else ""),
+            style="green" if estimate.status.trusted and each.name not in alone else "red",
         )
-        for _, estimate in applied
+        for each, estimate in applied
     ]
     return _fitting(console, [each.name for each, _ in applied], columns)
 
@@ -162,17 +163,13 @@ def _columns(names: list[str], columns: "Mapping[str, list[Text]]") -> "Table":
 
 def _doubts(found: "EstimatorComparison") -> list[str]:
     """Return why each estimate that is not to be trusted is not."""
-    from stickslip.records import in_words, parameter_label
+    from stickslip.records import missing_parameters
 
     doubts: dict[str, list[str]] = {}
     for each in found.applied:
         if each.estimate is None or each.estimate.status.trusted:
             continue
-        reasons = [
-            f"{parameter_label(verdict.parameter, found.log.kind)}: {in_words(verdict.reason)}"
-            for verdict in each.estimate.diagnostics.verdicts
-            if not verdict.identifiable
-        ]
+        reasons = missing_parameters(each.estimate, found.log.kind)
         doubts.setdefault("; ".join(reasons) or each.estimate.status.text, []).append(each.name)
     return [f"{', '.join(names)}: {why}" for why, names in doubts.items()]
 
@@ -189,7 +186,8 @@ def _contradictions(found: "EstimatorComparison") -> list[str]:
             f"{name} {value}" for name, value in zip(each.intervals, values, strict=True)
         )
         label = parameter_label(each.parameter, found.log.kind)
-        sentences.append(f"{label} [{unit}]: {shown}")
+        stands = f"; {each.alone} stands alone, the others agree" if each.alone else ""
+        sentences.append(f"{label} [{unit}]: {shown}{stands}")
     return sentences
 
 

@@ -16,7 +16,7 @@ def data(name: Annotated[str, Parameter(help='The data set: "emps".')], /) -> in
     Looked for in the folder that the environment variable STICKSLIP_DATA names, then in the user's
     cache; fetched to the cache otherwise, and checked.
     """
-    from stickslip.jobs import find_benchmark
+    from stickslip import find_benchmark
 
     with working(f"looking for {name}"):
         folder = find_benchmark(name)

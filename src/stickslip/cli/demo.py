@@ -29,8 +29,8 @@ def demo(
     """Simulate a flexible arm, identify its friction beside the truth, and land it on a target.
 
     Two masses and a spring, friction on the first, driven to and fro and left to rest, measured by
-    noisy sensors: the arm of the report this package implements, with surrogate values where the
-    report's table was lost. What was identified is then the first guess of a controller that lands
+    noisy sensors: the arm of van de Wijdeven (2002), with surrogate values, as the source's table
+    of parameters is lost. What was identified is then the first guess of a controller that lands
     both masses at rest on a target, under the same noise. Writes the simulated log, the estimate,
     the scenario of the landing, and a page on each into the folder.
     """

@@ -1,4 +1,4 @@
-"""``stickslip identify``: from a log to friction parameters that say what they are worth."""
+"""``stickslip identify``: from logs to friction parameters with intervals and verdicts."""
 
 from functools import partial
 from pathlib import Path
@@ -10,6 +10,7 @@ from stickslip.cli.log_arguments import WANTED, KnownAxis, LogReading, SoughtFri
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.tables import print_identification
 from stickslip.cli.terminal import working
+from stickslip.records import EffortKind, InputError
 
 __all__ = ["EXAMPLES", "identify"]
 
@@ -18,6 +19,7 @@ EXAMPLES = """Examples:
   stickslip identify DATA_EMPS.mat --schema examples/emps.toml --json -
   stickslip identify staubli_tx40 --schema examples/tx40.toml --axis 1
   stickslip identify log.csv --position "motor / 32" --effort "0.35 * amps"
+  stickslip identify morning.csv noon.csv evening.csv --report joint.html
   stickslip identify arm.csv --mass 1.2 --load-mass 0.8 --stiffness 450"""
 
 
@@ -26,11 +28,11 @@ def identify(
         Path,
         Parameter(
             help="The log: CSV, TSV, Parquet, MATLAB .mat or NPZ; or a folder, with a schema that "
-            "names its files."
+            "names its files. Several logs of one axis are fitted jointly."
         ),
     ],
     /,
-    *,
+    *others: Path,
     reading: LogReading | None = None,
     known: KnownAxis | None = None,
     estimator: Annotated[
@@ -96,16 +98,28 @@ def identify(
         Parameter(group=WANTED, help="Whether estimator auto selects the terms of its model."),
     ] = True,
     effort_delay: Annotated[
-        float | None,
+        list[str] | None,
         Parameter(
             group=WANTED,
+            negative="",
+            allow_leading_hyphen=True,
             help="Known time by which the effort acts later than it is logged, in s, with "
-            "estimator auto. [default: estimated, if the log shows one]",
+            "estimator auto; of one of several logs as in --effort-delay morning=0.002, repeated "
+            "for others. [default: estimated, if the log shows one]",
+        ),
+    ] = None,
+    effort_kind: Annotated[
+        EffortKind | None,
+        Parameter(
+            group=WANTED,
+            help="What a logged effort is, with estimator auto: held from its time stamp to the "
+            "next, the value sampled at its time stamp, or the mean since the time stamp before. "
+            "[default: held; with uneven time stamps, what explains most]",
         ),
     ] = None,
     files: ResultFiles | None = None,
 ) -> int:
-    """Identify the friction of an axis from its log.
+    """Identify the friction of an axis from its log, or from several logs jointly.
 
     Prints each parameter with its 95 % interval and whether the log determines it at all. The
     interval allows for residuals that are correlated. Without a schema obvious columns are found,
@@ -113,13 +127,17 @@ def identify(
     """
     reading, known = reading or LogReading(), known or KnownAxis()
     sought, files = sought or SoughtFriction(), files or ResultFiles()
-    files.check(inputs=reading.inputs(log))
+    logs = [log, *others]
+    files.check(inputs=[path for each in logs for path in reading.inputs(each)])
     reading.units()  # refused before anything is loaded
-    with working(f"identifying {log.name}"):
-        from stickslip.jobs import identify, write_report
+    delay = _effort_delay(effort_delay or [])
+    what = log.name if not others else f"{len(logs)} logs"
+    with working(f"identifying {what}"):
+        from stickslip import write_report
+        from stickslip.jobs import identify
 
         found = identify(
-            log,
+            logs,
             schema=reading.schema,
             axis=reading.axis,
             columns=reading.columns(),
@@ -136,8 +154,40 @@ def identify(
             include=include or (),
             exclude=exclude or (),
             select=select,
-            effort_delay=effort_delay,
+            effort_delay=delay,
+            effort_kind=effort_kind,
         )
         files.write(found.estimate.to_dict, partial(write_report, found))
     files.tell(found.estimate.to_dict, partial(print_identification, identification=found))
     return 0 if found.estimate.status.trusted else 1
+
+
+def _effort_delay(words: list[str]) -> float | dict[str, float] | None:
+    """Return the delay of all logs, or of some by name [s].
+
+    Raises
+    ------
+    InputError
+        If a word is neither a number nor ``log=number``, a log is named twice, or a number is not
+        the only word.
+    """
+    delays: dict[str, float] = {}
+    for word in words:
+        log, _, number = word.rpartition("=")
+        if log and log in delays:
+            raise InputError(f"--effort-delay is given twice for {log}", remedy="give it once")
+        try:
+            delays[log] = float(number)
+        except ValueError:
+            raise InputError(
+                f"--effort-delay {word} is not understood",
+                remedy="write seconds, as in 0.002, or log=seconds, as in morning=0.002",
+            ) from None
+    if not delays:
+        return None
+    if "" in delays and len(words) > 1:
+        raise InputError(
+            "--effort-delay is given for all logs and again",
+            remedy="give it once, or as log=seconds for each log",
+        )
+    return delays.get("", delays)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from cyclopts import Group, Parameter
 
 if TYPE_CHECKING:
-    from stickslip.jobs import AxisSchema
+    from stickslip import AxisSchema
 
 __all__ = ["WANTED", "KnownAxis", "LogReading", "SoughtFriction"]
 
@@ -71,7 +71,7 @@ class LogReading:
 
     def columns(self) -> "AxisSchema":
         """Return what single columns are."""
-        from stickslip.jobs import AxisSchema
+        from stickslip import AxisSchema
 
         return AxisSchema(
             kind=self.kind,

@@ -78,7 +78,8 @@ def position(
         inputs = [each for each in read.inputs if not (goes_on and each == read.learnt)]
         check_output(path, inputs=[scenario, *inputs], what=option)
     with progress_bar(f"positioning, {scenario.name}") as progress:
-        from stickslip.jobs import position, write_json, write_positioning_page
+        from stickslip import write_positioning_page
+        from stickslip.jobs import position, write_json
 
         result = position(read, progress=progress)
         saved = None if result.learnt is None else learnt

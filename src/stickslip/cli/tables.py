@@ -15,15 +15,16 @@ __all__ = ["print_identification"]
 
 def print_identification(console: "Console", identification: "Identification") -> None:
     """Print what was assumed, the parameters, the verdict with its remedy, and the notes."""
-    from stickslip.records import in_words, parameter_label
+    from stickslip.records import in_words, missing_parameters
 
-    log, estimate = identification.log, identification.estimate
+    estimate = identification.estimate
     diagnostics = estimate.diagnostics
-    duration = float(log.time[-1] - log.time[0])
-    console.print(
-        f"{log.name}: {len(log)} samples over {duration:.4g} s, one every "
-        f"{1e3 * log.sampling_time:.4g} ms, {log.kind} axis"
-    )
+    for log in identification.logs:
+        duration = float(log.time[-1] - log.time[0])
+        console.print(
+            f"{log.name}: {len(log)} samples over {duration:.4g} s, one every "
+            f"{1e3 * log.sampling_time:.4g} ms, {log.kind} axis"
+        )
     if estimate.provenance.assumptions:
         console.print("Assumed in reading it:")
         _listed(console, estimate.provenance.assumptions)
@@ -37,22 +38,23 @@ def print_identification(console: "Console", identification: "Identification") -
     )
     if any(parameter.identified for parameter in estimate.parameters.values()):
         crossed = diagnostics.cross_validation_residual
-        crossed = "" if crossed is None else f" ({crossed:.2%} in cross-validation)"
+        crossed = "" if crossed is None else f", {crossed:.2%} in cross-validation"
+        effort = identification.residuals
+        unexplained = "" if effort is None else f"{effort.share:.2%} of the effort; of its rows "
         console.print(
-            f"Unexplained by estimator {estimate.estimator}: {diagnostics.relative_residual:.2%}"
-            f"{crossed}. Effective sample size: {diagnostics.effective_samples:.0f} of "
-            f"{diagnostics.samples}."
+            f"Unexplained by estimator {estimate.estimator}: {unexplained}"
+            f"{diagnostics.relative_residual:.2%}{crossed}. Effective sample size: "
+            f"{diagnostics.effective_samples:.0f} of {diagnostics.samples}."
         )
+    if estimate.joint is not None:
+        console.print(estimate.joint.text)
     if estimate.selection is not None:
         console.print("Model selection:")
         _listed(console, [estimate.selection.summary])
-    reasons: dict[str, list[str]] = {}
-    for verdict in diagnostics.verdicts:
-        if not verdict.identifiable:
-            reasons.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter))
-    if reasons:
+    missing = missing_parameters(estimate)
+    if missing:
         console.print("Not identified:")
-        _listed(console, [f"{', '.join(names)}: {in_words(why)}" for why, names in reasons.items()])
+        _listed(console, missing)
     if diagnostics.notes:
         console.print("Notes:")
         _listed(console, [in_words(note) for note in diagnostics.notes])
@@ -71,17 +73,11 @@ def _table(identification: "Identification") -> "Table":
     from rich.table import Table
     from rich.text import Text
 
-    from stickslip.records import (
-        SIGNED_PARAMETERS,
-        Status,
-        parameter_label,
-        rounded,
-        rounded_interval,
-        unit_text,
-    )
+    from stickslip.records import Judgement, judged, parameter_label, unit_text, value_texts
+
+    styles = {Judgement.IDENTIFIED: "green", Judgement.NOT_IDENTIFIED: "red"}
 
     truth, estimate = identification.truth, identification.estimate
-    verdicts = {each.parameter: each for each in estimate.diagnostics.verdicts}
     table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
     table.add_column("parameter", no_wrap=True)
     table.add_column("value", justify="right", no_wrap=True)
@@ -92,27 +88,14 @@ def _table(identification: "Identification") -> "Table":
         table.add_column("error", justify="right", no_wrap=True)
     table.add_column("verdict")
     for name, parameter in estimate.parameters.items():
-        value, std, interval = parameter.value, parameter.std, parameter.ci95
-        if value is None:
-            cells = ["-", "-"]
-        elif std is None or interval is None:
-            cells = [f"{value:.5g}", "none"]
-        else:
-            cells = [rounded(value, std), rounded_interval(*interval, std)]
+        value = parameter.value
+        cells = [*value_texts(parameter)]
         cells.append(unit_text(parameter.unit))
         if truth is not None:
             true_value = truth.get(name)
             cells.append("-" if true_value is None else f"{true_value:.6g}")
             cells.append(f"{value / true_value - 1:+.2%}" if value and true_value else "-")
-        verdict = verdicts.get(name)
-        impossible = name not in SIGNED_PARAMETERS and value is not None and value <= 0
-        if impossible and estimate.status is Status.UNPHYSICAL:
-            judged = Text("unphysical")
-        elif parameter.identified and not estimate.status.usable:
-            judged = Text("not to be used")
-        elif parameter.identified and (verdict is None or verdict.identifiable):
-            judged = Text("identified", style="green")
-        else:
-            judged = Text("not identified", style="red")
-        table.add_row(parameter_label(name), *cells, judged)
+        judgement = judged(estimate, name).judgement
+        word = Text(judgement.value, style=styles.get(judgement, ""))
+        table.add_row(parameter_label(name), *cells, word)
     return table

@@ -30,7 +30,6 @@ from stickslip.control.pulse_width import PulseWidthController
 from stickslip.control.reference import Move, PointToPoint, Reference
 from stickslip.control.reset_integral import ResetIntegral
 from stickslip.control.rest_detection import RestDetection
-from stickslip.control.zero_vibration import ZeroVibrationController
 
 __all__ = [
     "PD",
@@ -60,7 +59,6 @@ __all__ = [
     "RunningEstimator",
     "Supervisor",
     "SupervisorState",
-    "ZeroVibrationController",
     "scaled_notch",
     "scaled_pd",
 ]

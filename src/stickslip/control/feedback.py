@@ -1,4 +1,4 @@
-"""The feedback controller of the report: PD, notch and compensation of friction."""
+"""The feedback controller of van de Wijdeven (2002): PD, notch and friction compensation."""
 
 from dataclasses import dataclass, replace
 from math import isclose
@@ -40,7 +40,7 @@ _PARTS = (
 
 @dataclass(frozen=True, kw_only=True)
 class FeedbackController:
-    """PD action through a notch, plus compensation of friction (report part A section 6.2).
+    """PD action through a notch, plus friction compensation (van de Wijdeven 2002 A section 6.2).
 
     At each sample ``u = H [position_gain (r - x) + velocity_gain (r' - x')] + inertia r'' +
     friction``, held to the effort limit, with the notch ``H``. When the friction comes from a
@@ -65,7 +65,7 @@ class FeedbackController:
         Of friction; None for none.
     inertia
         Fed forward with the reference's acceleration [kg or kg m^2]: the whole moving inertia or
-        part of it; 0, as in the report, for none.
+        part of it; 0, as published, for none.
     effort_limit
         Largest magnitude of the effort [N or N m]; None for no limit.
 

@@ -82,7 +82,7 @@ def command(s: Float[np.ndarray, " s"], t: float, x: float, v: float) -> float:
     """Return the effort at time t, and advance the notch in place unless the effort is not finite.
 
     u = H(z) [K_p (r - x) + K_d (r' - v)] + J r'' + f_c sign(w) + c w + f_0, limited; w is the
-    velocity compensated for (report part A section 6.2).
+    velocity compensated for (van de Wijdeven 2002 A section 6.2).
 
     Raises
     ------

@@ -17,7 +17,7 @@ _DIRECTIONS = ("reference", "measured")
 def compensating_effort(
     f_pos: float, f_neg: float, c_pos: float, c_neg: float, v: float, dead_band: float
 ) -> float:
-    """Return f_c sign(v) + c v (report part A Eq. 2.1), and 0 where abs(v) <= dead_band."""
+    """Return f_c sign(v) + c v, 0 where abs(v) <= dead_band (van de Wijdeven 2002 A Eq. 2.1)."""
     if v > dead_band:
         return f_pos + c_pos * v
     if v < -dead_band:
@@ -35,11 +35,11 @@ def physical(estimate: float) -> float:
 class FrictionCompensation:
     """Adds the effort that friction takes: Coulomb and viscous friction.
 
-    The report does not say which velocity gives the sign. By default it is that of the reference:
-    the compensation is then a feedforward, which cannot make the loop unstable however wrong
-    running estimates are at first, does not flip with the sensors' noise, and already pushes the
-    right way when the axis is still at rest. Friction taken for twice what it is leaves the
-    surrogate arm at rest after its moves.
+    Van de Wijdeven (2002) does not state which velocity gives the sign. By default it is that of
+    the reference: the compensation is then a feedforward, which cannot make the loop unstable
+    however wrong running estimates are at first, does not flip with the sensors' noise, and already
+    pushes the right way when the axis is still at rest. Friction taken for twice what it is leaves
+    the surrogate arm at rest after its moves.
 
     The measured velocity closes a positive feedback, which takes away the damping that friction
     gives: the same wrong estimate keeps that arm swinging without end. Use it, with a dead band of

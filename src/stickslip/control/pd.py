@@ -10,7 +10,7 @@ __all__ = ["PD", "pd_effort"]
 
 @compiled(inline=True)
 def pd_effort(K_p: float, K_d: float, r: float, x: float, r_dot: float, x_dot: float) -> float:
-    """Return u = K_p (r - x) + K_d (r' - x') (report part A section 6.2)."""
+    """Return u = K_p (r - x) + K_d (r' - x') (van de Wijdeven 2002 A section 6.2)."""
     return K_p * (r - x) + K_d * (r_dot - x_dot)
 
 

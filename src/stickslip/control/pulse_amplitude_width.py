@@ -1,4 +1,4 @@
-"""Adaptive pulse amplitude pulse width control (report part B, Eqs. 14-22)."""
+"""Adaptive pulse amplitude pulse width control (van de Wijdeven 2002, B, Eqs. 14-22)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -58,7 +58,7 @@ class PulseAmplitudeWidthController(PulseController):
     initial_covariance
         ``P(0)`` of the recursion: a number, for that times the identity, or its entries ``(P11,
         P12, P22)`` [1/(N s)^4, 1/(N^3 s^4), 1/(N^2 s^4); with N m for N on a rotary axis]. The
-        report's 1e-5 leaves A2 almost as it is; 1e5, its other reading, learns both. On another
+        published 1e-5 leaves A2 almost as it is; 1e5, its other reading, learns both. On another
         axis, ``(first_gain_1/d)**2`` lets the first guess weigh as much as one pulse of length d.
     friction_margin
         The estimated Coulomb friction is kept at least this share of ``pulse_effort`` away from 0
@@ -67,10 +67,10 @@ class PulseAmplitudeWidthController(PulseController):
     regressor
         ``"applied"``: effort and width of the pulse that was fired; ``"nominal"``: full effort and
         the width before rounding, from which only one combination of A1 and A2 can be learned;
-        ``"printed"``: the same with the report's sign of A2, which is wrong.
+        ``"printed"``: the same with the published sign of A2, which is wrong.
     patience
         After so many pulses in a row that did not move the axis it stops, since the next would be
-        the same; None to go on, as the report does.
+        the same; None to go on, as published.
 
     Raises
     ------

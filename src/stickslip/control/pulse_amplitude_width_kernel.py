@@ -1,4 +1,4 @@
-"""The step of pulse amplitude pulse width control (report part B, Eqs. 14-22)."""
+"""The step of pulse amplitude pulse width control (van de Wijdeven 2002 B, Eqs. 14-22)."""
 
 from math import sqrt
 

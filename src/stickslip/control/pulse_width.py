@@ -1,4 +1,4 @@
-"""Adaptive pulse width control of Yang and Tomizuka (report part B, Eqs. 4-13)."""
+"""Adaptive pulse width control of Yang and Tomizuka (van de Wijdeven 2002, B, Eqs. 4-13)."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -131,11 +131,11 @@ class PulseWidthController(PulseController):
     initial_covariance
         ``F(0)`` of the recursion [1/s^4]: the larger, the less the first guess counts.
     regressor
-        Whether to learn from the width as calculated (``"nominal"``, as printed in the report) or
-        from whole samples (``"applied"``).
+        Whether to learn from the width as calculated (``"nominal"``, as published) or from
+        whole samples (``"applied"``).
     patience
-        After so many pulses in a row that did not move the axis it stops; None to go on, as the
-        report does.
+        After so many pulses in a row that did not move the axis it stops; None to go on, as
+        published.
 
     Raises
     ------

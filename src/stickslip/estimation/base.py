@@ -10,6 +10,7 @@ from jaxtyping import Float
 from stickslip.records import (
     AxisKind,
     AxisLog,
+    EffortKind,
     FrictionEstimate,
     InputError,
     count_of,
@@ -19,8 +20,15 @@ from stickslip.records import (
 
 if TYPE_CHECKING:
     from stickslip.estimation.fit.fitted import Fit
+    from stickslip.estimation.online.faults.health import OnlineHealth
 
-__all__ = ["DetailedEstimator", "EstimationTask", "Estimator", "OnlineEstimator"]
+__all__ = [
+    "DetailedEstimator",
+    "EstimationTask",
+    "Estimator",
+    "OnlineEstimator",
+    "OnlineIntervalEstimator",
+]
 
 State = Float[np.ndarray, " s"]
 
@@ -73,6 +81,19 @@ class OnlineEstimator(Estimator, Protocol):
         """Take a log without gaps; return the new state and the estimates after each sample."""
         ...
 
+    def health(self, state: State) -> "OnlineHealth":
+        """Return what was missing, rejected and reset so far."""
+        ...
+
+
+@runtime_checkable
+class OnlineIntervalEstimator(OnlineEstimator, Protocol):
+    """An online estimator that also gives confidence intervals."""
+
+    def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
+        """Return 95 % intervals, in the order of the online estimates."""
+        ...
+
 
 @dataclass(frozen=True, kw_only=True)
 class EstimationTask:
@@ -109,6 +130,9 @@ class EstimationTask:
         Whether further terms are selected.
     effort_delay
         Known time by which the effort acts later than it is logged [s]; None for unknown.
+    effort_kind
+        What a logged effort is: ``"held"``, ``"sampled"`` or ``"mean"``
+        (`stickslip.estimation.SelectedModelEstimator`); None for unknown.
     """
 
     inertia: float | None = None
@@ -126,6 +150,7 @@ class EstimationTask:
     exclude: tuple[str, ...] = ()
     select: bool = True
     effort_delay: float | None = None
+    effort_kind: EffortKind | None = None
 
     @property
     def has_offset(self) -> bool:
@@ -151,6 +176,7 @@ class EstimationTask:
             "exclude": ", ".join(self.exclude) or None,
             "select": None if self.select else "none",
             "effort_delay": self.effort_delay,
+            "effort_kind": self.effort_kind,
         }
         return {name: value for name, value in given.items() if value is not None}
 

@@ -10,17 +10,23 @@ from jaxtyping import Float
 from stickslip.estimation.base import DetailedEstimator, Estimator
 from stickslip.estimation.energy.estimator import EnergyEstimator
 from stickslip.estimation.energy.levels import EnergyLevels
+from stickslip.estimation.figures import (
+    EnergyStretch,
+    ForceRows,
+    VelocityLaw,
+    effort_residuals,
+    energy_balance,
+    friction_curve,
+)
 from stickslip.estimation.fit.fitted import Fit
-from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.regression.resimulation import (
-    LARGEST_PLOT,
     OPTIONAL,
     identified_balance,
     identified_plant,
     resimulate,
 )
-from stickslip.estimation.selection.figures import energy_balance, friction_curve
+from stickslip.estimation.selection.figures import energy_stretches, force_rows, velocity_law
 from stickslip.estimation.selection.search import Model
 from stickslip.estimation.signals.kinematics import (
     LowPass,
@@ -30,12 +36,10 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.records import (
     AxisLog,
-    EnergyBalance,
     EstimateEvolution,
-    FrictionCurve,
     FrictionEstimate,
     Identification,
-    Residuals,
+    quantity_name,
 )
 
 __all__ = ["examine"]
@@ -43,11 +47,16 @@ __all__ = ["examine"]
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""
 
+_SIMULATED = frozenset(
+    {
+        *("mass", "inertia", "load_mass", "load_inertia", "stiffness", "offset"),
+        *("viscous_friction", "coulomb_friction", "static_friction", "stribeck_velocity"),
+    }
+)
+"""Parameters that the energy balance and the simulator have; with others, neither is drawn."""
+
 _EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
-_CURVE_POINTS = 100
 _EVOLUTION_POINTS = 200
-_LARGEST_LAG = 100
-_NORMAL_95 = 1.959963984540054
 _LEAST_CUTOFF = 0.02
 """Lowest cutoff of the data cloud, as a fraction of the sampling rate."""
 _CLOUD_NOISE = 0.25
@@ -73,7 +82,8 @@ def examine(
     Returns
     -------
     The estimate with friction curve, energy balance, evolution, residuals and re-simulation. They
-    are left out where a parameter is not identified or the inertia is not positive; where it is a
+    are left out where a parameter is not identified or the inertia is not positive, or, but for
+    the evolution, where the axis has a load that is not simulated; where it is a
     Stribeck effect that is not, they are drawn without one. The load of a flexible arm that is not
     measured is shown as reconstructed from the driven mass.
 
@@ -102,15 +112,19 @@ def examine(
     if balance is None or not needed <= set(values):
         return Identification(log=log, estimate=estimate, truth=truth)
     regression = _with_columns(fit.rows, [name in values for name in fit.rows.names])
+    if not {quantity_name(name) for name in estimate.parameters} <= _SIMULATED:
+        evolution = _evolution(regression, estimate)
+        return Identification(log=log, estimate=estimate, truth=truth, evolution=evolution)
     stretches = balance.levels(log)
+    rows = _force_rows(log, estimate, balance, stretches)
     return Identification(
         log=log,
         estimate=estimate,
         truth=truth,
-        curve=_curve(log, estimate, balance, stretches),
-        energy=_energy(values, balance, stretches),
+        curve=friction_curve(rows, _velocity_law(estimate, balance), estimate),
+        energy=energy_balance(_energies(values, balance, stretches)),
         evolution=_evolution(regression, estimate),
-        residuals=_residuals(regression, values),
+        residuals=effort_residuals(rows),
         resimulation=resimulate(identified_plant(estimate, balance), stretches),
     )
 
@@ -125,7 +139,7 @@ def _with_selection(
     estimate = fit.estimate
     if not all(parameter.identified for parameter in estimate.parameters.values()):
         return Identification(log=log, estimate=estimate, truth=truth)
-    values = {name: estimate.value(name) for name in estimate.parameters}
+    rows = force_rows(estimate, model, fit.rows)
     resimulation = None
     simulated = {"direction", "stribeck"} >= set(model.names) and model.viscous
     balance = identified_balance(estimate, inertia=fit.inertia) if simulated else None
@@ -136,10 +150,10 @@ def _with_selection(
         log=log,
         estimate=estimate,
         truth=truth,
-        curve=friction_curve(estimate, model, fit.rows),
-        energy=energy_balance(estimate, model),
+        curve=friction_curve(rows, velocity_law(estimate), estimate),
+        energy=energy_balance(energy_stretches(estimate, model)),
         evolution=_evolution(fit.rows, estimate),
-        residuals=_residuals(fit.rows, values),
+        residuals=effort_residuals(rows),
         resimulation=resimulation,
     )
 
@@ -154,16 +168,14 @@ def _with_columns(regression: Regression, kept: Sequence[bool]) -> Regression:
     )
 
 
-def _curve(
+def _force_rows(
     log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstimator, stretches: Stretches
-) -> FrictionCurve:
-    """Return effort less inertia and spring force against velocity, and the fitted law."""
+) -> ForceRows:
+    """Return the force balance in motion: effort less inertia and spring force, and the law."""
     T = log.sampling_time
-    names = balance.terms.names
-    values = np.array([estimate.value(name) for name in names])
+    law = _velocity_law(estimate, balance)
     low_pass = _cloud_filter(log, estimate, balance)
-    velocities: list[Float[np.ndarray, " n"]] = []
-    frictions: list[Float[np.ndarray, " n"]] = []
+    columns: list[Float[np.ndarray, "4 n"]] = []
     for levels, part in stretches:
         measured = part.measured_velocity
         if measured is None:
@@ -178,32 +190,25 @@ def _curve(
         edge = round(_EDGE_PERIODS / (low_pass.cutoff * T))
         moving[:edge] = False
         moving[moving.size - edge :] = False
-        velocities.append(velocity[moving])
-        frictions.append(friction[moving])
-    velocity, friction = np.concatenate(velocities), np.concatenate(frictions)
-    step = max(-(-velocity.size // LARGEST_PLOT), 1)
-    quantile = max(estimate.parameters[name].quantile for name in names)
-    identified = [name for name, p in estimate.parameters.items() if p.identified]
-    keep = [identified.index(name) for name in names]
-    parts: list[Float[np.ndarray, "p 4"]] = []
-    for end in (float(np.min(velocity)), float(np.max(velocity))):
-        grid = np.linspace(end, 0.0, _CURVE_POINTS)
-        columns = balance.terms.force_columns(grid, np.full(grid.size, np.sign(end)))
-        law = columns @ values
-        covariance = estimate.covariance[np.ix_(keep, keep)]
-        variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
-        half = quantile * np.sqrt(np.maximum(variance, 0.0))
-        block = np.column_stack([grid, law, law - half, law + half])
-        parts.append(block if end < 0 else block[::-1])
-    gap = np.full((1, 4), np.nan)
-    grid, law, low, high = np.vstack([parts[0], gap, parts[1]]).T
-    return FrictionCurve(
-        velocity=velocity[::step],
-        friction=friction[::step],
-        fitted_velocity=grid,
-        fitted_friction=law,
-        band_low=low,
-        band_high=high,
+        rows = np.vstack([part.time, velocity, friction, low_pass.apply(held, T)])
+        columns.append(rows[:, moving])
+    time, velocity, friction, effort = np.hstack(columns)
+    return ForceRows(
+        time=time,
+        velocity=velocity,
+        friction=friction,
+        residual=friction - law.effort(velocity, np.sign(velocity)),
+        effort=effort,
+    )
+
+
+def _velocity_law(estimate: FrictionEstimate, balance: EnergyEstimator) -> VelocityLaw:
+    """Return the friction law of an estimate."""
+    names = balance.terms.names
+    values = np.array([estimate.value(name) for name in names])
+    columns = balance.terms.force_columns
+    return VelocityLaw(
+        names=names, effort=lambda v, sign: columns(v, sign) @ values, columns=columns
     )
 
 
@@ -226,32 +231,21 @@ def _cloud_filter(log: AxisLog, estimate: FrictionEstimate, balance: EnergyEstim
         cutoff *= 0.5
 
 
-def _energy(
+def _energies(
     values: Mapping[str, float], balance: EnergyEstimator, stretches: Stretches
-) -> EnergyBalance:
-    """Return the energies over time; each stretch goes on where the one before ended."""
+) -> list[EnergyStretch]:
+    """Return the energies of each stretch without gaps."""
     coefficients = np.array([values[name] for name in balance.terms.names])
-    columns: list[Float[np.ndarray, "5 n"]] = []
-    reached = 0.0
-    for levels, part in stretches:
-        explained = reached + levels.regressors @ coefficients
-        # The level of the measured energy is a constant of its own in every stretch
-        measured = levels.dissipated - float(np.mean(levels.dissipated - explained))
-        reached = float(explained[-1])
-        columns.append(
-            np.vstack([part.time, levels.kinetic, levels.potential, measured, explained])
+    return [
+        EnergyStretch(
+            time=part.time,
+            kinetic=levels.kinetic,
+            potential=levels.potential,
+            dissipated=levels.dissipated,
+            explained=levels.regressors @ coefficients,
         )
-    time, kinetic, potential, measured, explained = np.hstack(columns)
-    step = -(-time.size // LARGEST_PLOT)
-    chosen = slice(None, None, step)
-    return EnergyBalance(
-        time=time[chosen],
-        input=(measured + kinetic + potential)[chosen],
-        kinetic=kinetic[chosen],
-        potential=potential[chosen],
-        measured_dissipation=measured[chosen],
-        explained_dissipation=explained[chosen],
-    )
+        for levels, part in stretches
+    ]
 
 
 def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEvolution:
@@ -291,28 +285,4 @@ def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEv
         time=np.array(times),
         values={name: history[:, k] for k, name in enumerate(regression.names)},
         stds={name: spreads[:, k] for k, name in enumerate(regression.names)},
-    )
-
-
-def _residuals(regression: Regression, values: Mapping[str, float]) -> Residuals:
-    """Return what the fit leaves unexplained, and how it is correlated in time.
-
-    The rows of one instant, one a sensor, are put together as one of the same variance.
-    """
-    target, regressors = regression.target, regression.regressors
-    residual = target - regressors @ np.array([values[name] for name in regression.names])
-    _, counts = np.unique(regression.time, return_counts=True)
-    sensors = int(counts[0]) if np.all(counts == counts[0]) else 1
-    residual = residual.reshape(-1, sensors).sum(axis=1) / np.sqrt(sensors)
-    time = regression.time[::sensors]
-    lags = min(_LARGEST_LAG, residual.size // 4)
-    spacing = float(np.median(np.diff(time)))
-    step = -(-residual.size // LARGEST_PLOT)
-    return Residuals(
-        quantity=regression.quantity,
-        time=time[::step],
-        residual=residual[::step],
-        lag=spacing * np.arange(lags + 1),
-        autocorrelation=autocorrelation(residual, lags),
-        white_bound=_NORMAL_95 / float(np.sqrt(residual.size)),
     )

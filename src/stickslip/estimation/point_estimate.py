@@ -13,13 +13,14 @@ from stickslip.estimation.fit.diagnostics import (
 )
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression
+from stickslip.estimation.fit.solve import withheld
 from stickslip.records import (
-    SIGNED_PARAMETERS,
     Diagnostics,
     FrictionEstimate,
     ParameterEstimate,
     Provenance,
     Status,
+    Verdict,
     unit_of,
 )
 
@@ -60,11 +61,17 @@ def estimate_of(
     """
     regressors, target = regression.regressors, regression.target
     found = determined(regressors, regression.regressor_noise)
-    verdicts = verdicts_of(regression, found)
+    verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
     for k, (name, verdict) in enumerate(zip(regression.names, verdicts, strict=True)):
         known = verdict.identifiable
         value = float(values[k])
+        if known and deviations is not None:
+            half = NORMAL_95 * float(deviations[k])
+            reason = withheld(regression, k, value, half, partly=found.undetermined != ())
+            if reason:
+                known = False
+                verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
         std = None if deviations is None or not known else float(deviations[k])
         half = 0.0 if std is None else NORMAL_95 * std
         parameters[name] = ParameterEstimate(
@@ -79,9 +86,7 @@ def estimate_of(
     kept = [k for k, verdict in enumerate(verdicts) if verdict.identifiable]
     every = list(parameters.values())
     status = status_of(every, relative, None, regression)
-    negative = any(
-        p.name not in SIGNED_PARAMETERS and p.value is not None and p.value < 0 for p in every
-    )
+    negative = any(not p.signed and p.value is not None and p.value < 0 for p in every)
     if status in {Status.OK, Status.BIASED} and deviations is None and negative:
         status = Status.UNPHYSICAL
     if status is Status.OK and deviations is None:
@@ -102,7 +107,7 @@ def estimate_of(
             effective_samples=float(max(residual.size, 1)),
             classical_std={},
             samples=regression.samples,
-            verdicts=verdicts,
+            verdicts=tuple(verdicts),
             notes=(*regression.notes, *notes),
         ),
         provenance=provenance,

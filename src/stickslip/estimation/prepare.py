@@ -4,7 +4,7 @@ Wrapped angles are continued, glitches and steps of the position repaired, clipp
 and time stamps evened out. Everything that is done is counted and stated.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from itertools import pairwise
 
 import numpy as np
@@ -13,11 +13,18 @@ from scipy import ndimage
 
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.observation import fuse
-from stickslip.estimation.signals.resampling import resampled
+from stickslip.estimation.signals.resampling import SMALLEST_JITTER, resampled
 from stickslip.estimation.signals.sensor_noise import encoder_step, position_noise
-from stickslip.records import AxisLog, count_of
+from stickslip.records import AxisLog, EffortKind, count_of
 
-__all__ = ["PreparationTuning", "PreparedLog", "PreparedPart", "prepare"]
+__all__ = [
+    "PreparationTuning",
+    "PreparedLog",
+    "PreparedPart",
+    "RepairedLog",
+    "prepare",
+    "repaired",
+]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -84,8 +91,13 @@ class PreparedLog:
         Its stretches without gaps, evenly sampled.
     sampling_time
         [s].
+    effort_kind
+        What the effort of the log was taken for. That of the parts acts from `effort_lead` before
+        its time stamp on, for one sample.
     position_noise
         Standard deviation of the noise of a position, rounding included [m or rad].
+    noise_correlation
+        Of that noise from one sample to the next [-]; 0 unless positions are fused with velocities.
     wrap_period
         Period by which the position was found to wrap [m or rad]; 0 if it does not.
     repaired, clipped
@@ -97,17 +109,72 @@ class PreparedLog:
     log: AxisLog
     parts: tuple[PreparedPart, ...]
     sampling_time: float
+    effort_kind: EffortKind
     position_noise: float
+    noise_correlation: float
     wrap_period: float
     repaired: int
     clipped: int
     notes: tuple[str, ...]
 
+    @property
+    def effort_lead(self) -> float:
+        """Time before its time stamp from which the effort of a part acts [samples]."""
+        return 0.5 if self.effort_kind == "sampled" else 0.0
+
+    @property
+    def resampled(self) -> bool:
+        """Whether the time stamps were uneven."""
+        return self.log.timing_jitter >= SMALLEST_JITTER
+
+
+@dataclass(frozen=True, kw_only=True)
+class RepairedLog(AxisLog):
+    """A log with its defects repaired and with uniform samples between its gaps.
+
+    Attributes
+    ----------
+    notes
+        What was done, one sentence each.
+    clipped
+        Whether the effort looks clipped: it is biased unless the drive gave what was logged.
+    """
+
+    notes: tuple[str, ...] = ()
+    clipped: bool = False
+
 
 _DEFAULT = PreparationTuning()
 
 
-def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
+def repaired(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> RepairedLog:
+    """Return a log with wraps, glitches and jumps repaired and with uniform samples.
+
+    For the estimators that take every sample. A log without defects and with even time stamps keeps
+    its samples, and so does one that is repaired already. Efforts that look clipped are kept, as
+    the drive may have given what was logged; a note names them.
+
+    Parameters
+    ----------
+    log
+        Of a rigid axis or of a flexible arm.
+    tuning
+        What counts as a defect.
+    """
+    if isinstance(log, RepairedLog):
+        return log
+    marks, clipped = _clipped(log, tuning, "taken as they are")
+    found = _mended(log, tuning)
+    even, changes = resampled(found.log)
+    samples = {each.name: getattr(even, each.name) for each in fields(AxisLog)}
+    return RepairedLog(
+        **samples, notes=(*clipped, *found.notes, *changes), clipped=bool(np.any(marks))
+    )
+
+
+def prepare(
+    log: AxisLog, tuning: PreparationTuning = _DEFAULT, *, effort_kind: EffortKind = "held"
+) -> PreparedLog:
     """Return a log with its defects found, repaired where possible, and counted.
 
     Parameters
@@ -116,19 +183,22 @@ def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
         Of a rigid axis.
     tuning
         What counts as a defect.
+    effort_kind
+        What the logged effort is: ``"held"`` from its time stamp to the next, ``"sampled"`` at its
+        time stamp, or the ``"mean"`` since the time stamp before.
     """
-    clipped, notes = _clipped(log, tuning)
-    log, period, found = _unwrapped(log, tuning)
+    clipped, notes = _clipped(log, tuning, "excluded")
+    mended = _mended(log, tuning)
+    log, marks = mended.log, mended.marks
+    notes += mended.notes
+    lost = np.zeros(len(log), dtype=bool)
+    if effort_kind == "mean":  # which is held from the time stamp before
+        log, lost = _held_before(log)
+        clipped = np.append(clipped[1:], True)
+    even, found = resampled(log, held=effort_kind != "sampled")
     notes += found
-    log, repaired, found = _without_glitches(log, tuning)
-    notes += found
-    log, jumped, found = _without_jumps(log, tuning)
-    notes += found
-    repaired |= jumped
-    even, found = resampled(log)
-    notes += found
-    spoiled = np.interp(even.time, log.time, (clipped | repaired).astype(float)) > 0.0
-    even, fused, found = _with_velocity(even, tuning)
+    spoiled = np.interp(even.time, log.time, (clipped | marks | lost).astype(float)) > 0.0
+    even, fused, correlation, found = _with_velocity(even, tuning)
     notes += found
     parts: list[PreparedPart] = []
     starts = [*even.segment_starts.tolist(), len(even)]
@@ -148,15 +218,52 @@ def prepare(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> PreparedLog:
         log=log,
         parts=tuple(parts),
         sampling_time=even.sampling_time,
+        effort_kind=effort_kind,
         position_noise=fused or max(noise_level(longest), step / float(np.sqrt(12.0))),
-        wrap_period=period,
-        repaired=int(np.sum(repaired)),
+        noise_correlation=correlation,
+        wrap_period=mended.period,
+        repaired=int(np.sum(marks)),
         clipped=int(np.sum(clipped)),
         notes=tuple(notes),
     )
 
 
-def _clipped(log: AxisLog, tuning: PreparationTuning) -> tuple[Bool[np.ndarray, " n"], list[str]]:
+@dataclass(frozen=True, kw_only=True)
+class _Mended:
+    """A log without wraps, glitches and jumps, the samples that were changed, and the period."""
+
+    log: AxisLog
+    marks: Bool[np.ndarray, " n"]
+    period: float
+    notes: list[str]
+
+
+def _mended(log: AxisLog, tuning: PreparationTuning) -> _Mended:
+    """Repair wraps and glitches of all signals, and jumps of the position."""
+    period, notes = 0.0, list[str]()
+    for name in _POSITIONS:
+        log, own, found = _unwrapped(log, name, tuning)
+        period, notes = period or own, notes + found
+    log, marks, found = _without_glitches(log, tuning)
+    notes += found
+    log, jumped, found = _without_jumps(log, tuning)
+    return _Mended(log=log, marks=marks | jumped, period=period, notes=notes + found)
+
+
+_POSITIONS = ("measured_position", "measured_load_position")
+
+
+def _held_before(log: AxisLog) -> tuple[AxisLog, Bool[np.ndarray, " n"]]:
+    """Return the log with each effort one time stamp earlier, and the samples that have none."""
+    lost = np.zeros(len(log), dtype=bool)
+    lost[[*(log.segment_starts[1:] - 1), len(log) - 1]] = True
+    effort = np.append(log.effort[1:], log.effort[-1])
+    return replace(log, effort=np.where(lost, log.effort, effort)), lost
+
+
+def _clipped(
+    log: AxisLog, tuning: PreparationTuning, treated: str
+) -> tuple[Bool[np.ndarray, " n"], list[str]]:
     """Mark samples whose effort stays at its largest or smallest value."""
     u = log.effort
     marks = np.zeros(u.size, dtype=bool)
@@ -176,20 +283,24 @@ def _clipped(log: AxisLog, tuning: PreparationTuning) -> tuple[Bool[np.ndarray, 
             marks |= at
             notes.append(
                 f"effort clipped at {extreme:.4g} {log.unit('effort')} in {100 * share:.2g} % of "
-                "samples; samples excluded"
+                f"samples; samples {treated}"
             )
     if np.mean(marks) > tuning.most_clipped:
         return np.zeros(u.size, dtype=bool), []
     return marks, notes
 
 
-def _unwrapped(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
+def _unwrapped(
+    log: AxisLog, name: str, tuning: PreparationTuning
+) -> tuple[AxisLog, float, list[str]]:
     """Return the log with an angle continued where it jumps by its period, and that period.
 
     Readings between the ends of a period may cross it back and forth, so that every step is taken
     modulo the period. A linear axis does not wrap.
     """
-    x = log.measured_position
+    x = getattr(log, name)
+    if x is None:
+        return log, 0.0, []
     steps = np.abs(np.diff(x))
     low, high = np.quantile(x, [0.005, 0.995])
     extent = float(high - low)
@@ -203,10 +314,15 @@ def _unwrapped(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float,
     if extent > (2.0 - tuning.wrap_share) * period or extent < tuning.wrap_share * period:
         return log, 0.0, []
     note = (
-        f"position jumps by {period:.4g} {log.unit('position')} in "
+        f"{_shown(name)} jumps by {period:.4g} {log.unit('position')} in "
         f"{count_of(jumps.size, 'place')}; unwrapped"
     )
-    return replace(log, measured_position=np.unwrap(x, period=period)), period, [note]
+    return replace(log, **{name: np.unwrap(x, period=period)}), period, [note]
+
+
+def _shown(name: str) -> str:
+    """Return the name of a signal for a note."""
+    return name.removeprefix("measured_").replace("_", " ")
 
 
 _PERIODS = (2.0 * np.pi, 360.0, 1.0)
@@ -221,13 +337,15 @@ def _without_jumps(
     steps = np.diff(x)
     marks = np.zeros(x.size, dtype=bool)
     size = np.abs(steps)
+    size[log.segment_starts[1:] - 1] = 0.0  # the axis may move in a gap
     if size.size < 50:
         return log, marks, []
     around = np.maximum(
         ndimage.maximum_filter1d(np.concatenate(([0.0] * 3, size[:-3])), 5),
         ndimage.maximum_filter1d(np.concatenate((size[3:], [0.0] * 3)), 5),
     )
-    usual = max(float(np.quantile(size, 0.99)), np.finfo(float).tiny)
+    least = float(np.min(size[size > 0.0], initial=np.inf))  # a single step of an encoder is none
+    usual = max(float(np.quantile(size, 0.99)), least)
     jumps = np.flatnonzero(size > tuning.jump_ratio * np.maximum(around, usual))
     if jumps.size == 0 or jumps.size > tuning.most_jumps:
         return log, marks, []
@@ -246,28 +364,32 @@ def _without_glitches(
     log: AxisLog, tuning: PreparationTuning
 ) -> tuple[AxisLog, Bool[np.ndarray, " n"], list[str]]:
     """Return the log with glitches interpolated; a pulse that moves the axis is none."""
-    repaired = np.zeros(len(log), dtype=bool)
+    marks = np.zeros(len(log), dtype=bool)
     notes: list[str] = []
     changed: dict[str, Float[np.ndarray, " n"]] = {}
     T = log.sampling_time
     length = max(tuning.longest_glitch, round(tuning.longest_dropout / T))
-    wild = _glitches(log.measured_position, length, tuning)
-    for name in ("measured_position", "effort"):
+    for name in (*_POSITIONS, *_VELOCITIES, "effort"):
         values = getattr(log, name)
-        if name == "effort":
-            answers = _answers(changed.get("measured_position", log.measured_position), length)
-            wild = _glitches(values, length, tuning) & ~answers
+        if values is None:
+            continue
+        wild = _glitches(values, length, tuning)
+        if name in _VELOCITIES:  # of an encoder it is zero but for steps at low speed
+            low, high = np.quantile(values, [0.005, 0.995])
+            wild &= np.abs(values - 0.5 * (low + high)) > high - low
+        elif name == "effort":
+            wild &= ~_answers(changed.get("measured_position", log.measured_position), length)
         if np.any(wild):
             good = np.flatnonzero(~wild)
             changed[name] = np.interp(np.arange(values.size), good, values[good])
-            repaired |= wild
-            what = name.removeprefix("measured_")
+            marks |= wild
             notes.append(
-                f"{count_of(int(wild.sum()), 'sample')} of the {what} excluded as glitches"
+                f"{count_of(int(wild.sum()), 'sample')} of the {_shown(name)} excluded as glitches"
             )
-    return (replace(log, **changed) if changed else log), repaired, notes
+    return (replace(log, **changed) if changed else log), marks, notes
 
 
+_VELOCITIES = ("measured_velocity", "measured_load_velocity")
 _ANSWER = 5.0  # times what the position usually accelerates by
 
 
@@ -278,21 +400,25 @@ def _answers(position: Float[np.ndarray, " n"], length: int) -> Bool[np.ndarray,
     return ndimage.maximum_filter1d(second, 2 * length + 3) > _ANSWER * usual
 
 
-def _with_velocity(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, float, list[str]]:
+def _with_velocity(
+    log: AxisLog, tuning: PreparationTuning
+) -> tuple[AxisLog, float, float, list[str]]:
     """Return the log with positions fused with a measured velocity, and their noise; 0 if not.
 
     A velocity is used if it makes the positions quieter, and if neither its scale nor its delay
-    shows beside the differences of the positions.
+    shows beside the differences of the positions. Errors of a smoothed local level are correlated
+    by 1 - K from sample to sample, with the gain K = (sqrt(r^2 + 4 r) - r)/2 of its filter and r
+    the variance of a step over that of a measurement.
     """
     x, v, T = log.measured_position, log.measured_velocity, log.sampling_time
     if v is None or len(log) < _VELOCITY_WINDOW * _FEWEST_WINDOWS or log.segment_starts.size > 1:
-        return log, 0.0, []
+        return log, 0.0, 0.0, []
     position, velocity = position_noise(x), noise_level(v)
     # Smoothed local level: steps of variance q between measurements of variance position^2
     q = (T * velocity) ** 2
     share = float(np.sqrt(q / (q + 4.0 * position**2))) if q > 0 else 0.0
     if position == 0.0 or velocity == 0.0 or share > tuning.useful_velocity:
-        return log, 0.0, []
+        return log, 0.0, 0.0, []
     n = (len(log) - 1) // _VELOCITY_WINDOW * _VELOCITY_WINDOW
     mean = (0.5 * (v[1:] + v[:-1]))[:n].reshape(-1, _VELOCITY_WINDOW).mean(axis=1)
     moved = np.diff(x[: n + 1 : _VELOCITY_WINDOW]) / (_VELOCITY_WINDOW * T)
@@ -302,13 +428,21 @@ def _with_velocity(log: AxisLog, tuning: PreparationTuning) -> tuple[AxisLog, fl
         return (
             log,
             0.0,
+            0.0,
             [
                 f"the measured velocity is {scale:.4g} times that of the positions and "
                 f"{1e3 * delay:.3g} ms late; not used"
             ],
         )
     fused = fuse(x, v, position, velocity, T)
-    return replace(log, measured_position=fused), position * float(np.sqrt(share)), []
+    ratio = q / position**2
+    correlation = 1.0 - 0.5 * (float(np.sqrt(ratio**2 + 4.0 * ratio)) - ratio)
+    return (
+        replace(log, measured_position=fused),
+        position * float(np.sqrt(share)),
+        correlation,
+        [],
+    )
 
 
 _VELOCITY_WINDOW = 10  # samples, over which noise averages out and a delay shows
@@ -326,10 +460,15 @@ def _glitches(
         return wild
     # Quantiles of the magnitudes of normal values: the one is robust, the other sees coarse steps
     scale = max(float(np.median(second)) / 0.6745, float(np.quantile(second, 0.9)) / 1.645)
-    for length in range(1, longest + 1):
-        at = np.arange(2, n - length - 1)
+    least = tuning.glitch_deviations * scale
+    # A longer run is more than a glitch, and may be longer than the part of the log
+    for length in range(1, min(longest, int(tuning.most_glitches * n)) + 1):
+        # Few samples are so far off the line: the others need no closer look
+        left, right = values[1 : n - length - 2], values[2 + length : n - 1]
+        far = np.abs(values[2 : n - length - 1] - 0.5 * (left + right)) - 2.0 * np.abs(right - left)
+        at = 2 + np.flatnonzero(far > least)
         before, after = values[at - 1], values[at + length]
-        middle = np.stack([values[at + k] for k in range(length)])
+        middle = values[at + np.arange(length)[:, None]]
         off = middle - 0.5 * (before + after)
         same_side = np.all(np.sign(off) == np.sign(off[0]), axis=0)
         changes = (
@@ -338,6 +477,6 @@ def _glitches(
             + np.abs(values[at + length + 1] - after)
         )
         beyond = np.min(np.abs(off), axis=0) - 2.0 * changes
-        for k in at[same_side & (beyond > tuning.glitch_deviations * scale)].tolist():
+        for k in at[same_side & (beyond > least)].tolist():
             wild[k : k + length] = True
     return wild if np.mean(wild) <= tuning.most_glitches else np.zeros(n, dtype=bool)

@@ -1,8 +1,8 @@
 """The registry of the estimators: what each is, what it needs, and how it is made.
 
 To add an estimator: obey `stickslip.estimation.base.Estimator` (and `OnlineEstimator` if it can
-take samples one by one), add a factory and an entry here, run ``tests/estimation/test_contract.py``
-and ``docs/make_registry.py``.
+take samples one by one), add a factory and an entry here, and run
+``tests/estimation/test_contract.py``. The documentation reads its table from here.
 """
 
 from collections.abc import Callable, Mapping
@@ -168,10 +168,11 @@ def _listed(applies: Callable[[EstimatorEntry], bool]) -> str:
 def _selected(task: EstimationTask) -> Estimator:
     """Return the estimator that selects its model; that of a flexible arm has a given one."""
     if task.flexible:
-        if task.include or task.exclude or not task.select or task.effort_delay is not None:
+        known = task.effort_delay is not None or task.effort_kind is not None
+        if task.include or task.exclude or not task.select or known:
             raise InputError(
-                "terms or a delay of the effort are given, and auto does not select the model of a "
-                "flexible arm",
+                "terms, or delay or kind of the effort are given, and auto does not select the "
+                "model of a flexible arm",
                 remedy="leave them out",
             )
         return _energy(task)
@@ -188,6 +189,7 @@ def _selected(task: EstimationTask) -> Estimator:
         exclude=task.exclude,
         select=task.select,
         effort_delay=task.effort_delay,
+        effort_kind=task.effort_kind,
     )
 
 
@@ -292,7 +294,7 @@ def _free_decay(task: EstimationTask) -> Estimator:
 
 
 def _kalman(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.extended_kalman import ExtendedKalmanFilter
+    from stickslip.estimation.online.kalman.extended_kalman import ExtendedKalmanFilter
 
     return ExtendedKalmanFilter(inertia=_known_inertia(task), offset=task.has_offset)
 
@@ -362,7 +364,9 @@ _ENTRIES = (
         name="auto",
         summary="effort over windows of slip, with the terms that the log supports",
         build=_selected,
-        settings=frozenset({"offset", "stribeck", "include", "exclude", "select", "effort_delay"}),
+        settings=frozenset(
+            {"offset", "stribeck", "include", "exclude", "select", "effort_delay", "effort_kind"}
+        ),
         with_stribeck="auto",
     ),
     EstimatorEntry(

@@ -16,8 +16,8 @@ class CoulombViscousFriction(DirectionalFriction):
     """Coulomb and viscous friction with stiction and a constant offset.
 
     While moving with velocity v > 0 the friction force is ``f_c+ + c+ v``, with v < 0 it is
-    ``-(f_c- + c- |v|)`` (report part A Eq. 2.1, per direction). At rest it balances any force
-    between ``-f_s-`` and ``f_s+`` (part B Eq. 1). The offset is subtracted from the effort:
+    ``-(f_c- + c- |v|)`` (van de Wijdeven 2002 A Eq. 2.1, per direction). At rest it balances any
+    force between ``-f_s-`` and ``f_s+`` (part B Eq. 1). The offset is subtracted from the effort:
     ``inertia * acceleration = effort - offset - friction(velocity)``.
 
     Attributes

@@ -16,9 +16,10 @@ class FrictionTerms:
     """Which friction parameters are sought, and the regressors that belong to them.
 
     The law is ``friction = coulomb_friction * d + viscous_friction * v`` with the direction of
-    motion d = -1, 0 or +1 (report part A Eq. 2.1), with values of its own in each direction if
-    asked for, plus a constant offset. With a Stribeck effect e(v) it is ``(coulomb_friction
-    (1 - e(v)) + static_friction e(v)) d + viscous_friction * v``. Every parameter enters linearly.
+    motion d = -1, 0 or +1 (van de Wijdeven 2002 A Eq. 2.1), with values of its own in each
+    direction if asked for, plus a constant offset. With a Stribeck effect e(v) it is
+    ``(coulomb_friction (1 - e(v)) + static_friction e(v)) d + viscous_friction * v``. Every
+    parameter enters linearly.
 
     Attributes
     ----------
@@ -88,7 +89,7 @@ class FrictionTerms:
     def force_columns(
         self, velocity: Float[np.ndarray, " n"], direction: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, "n p"]:
-        """Return the regressor of the friction force (report part A Eq. 2.1).
+        """Return the regressor of the friction force (van de Wijdeven 2002 A Eq. 2.1).
 
         Parameters
         ----------
@@ -109,7 +110,7 @@ class FrictionTerms:
         direction: Float[np.ndarray, " n"],
         velocity: Float[np.ndarray, " n+1"],
     ) -> Float[np.ndarray, "n p"]:
-        """Return the regressor of the energy dissipated in each sample (report part A Eq. 4.3).
+        """Return the regressor of the energy dissipated a sample (van de Wijdeven 2002 A Eq. 4.3).
 
         Parameters
         ----------

@@ -6,9 +6,9 @@ from pathlib import Path
 import numpy as np
 
 from stickslip.jobs import surrogate
-from stickslip.jobs.identify import identify
+from stickslip.jobs.identification import identify
 from stickslip.jobs.json_file import write_json
-from stickslip.jobs.position import position
+from stickslip.jobs.positioning import position
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.outputs import files_at_once
 from stickslip.records import Identification, InputError, Positioning
@@ -56,10 +56,10 @@ class Demonstration:
 def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
     """Simulate the surrogate arm with its sensors, identify it, land it, and write all files.
 
-    The arm of the report's part A: two masses and a spring, friction on the first mass, pushed one
-    way for 5 s, the other way for 5 s, then left alone until 60 s. It is identified by energies
-    from that log; with this estimate for its first guess, and the same sensors, feedback and series
-    of pulses then land both masses at rest on a target.
+    The arm of van de Wijdeven (2002), part A: two masses and a spring, friction on the first mass,
+    pushed one way for 5 s, the other way for 5 s, then left alone until 60 s. It is identified from
+    that log; with this estimate for its first guess, and the same sensors, feedback and series of
+    pulses then land both masses at rest on a target.
 
     Parameters
     ----------

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.jobs.json_file import read_json
-from stickslip.jobs.position.tables import DIRECTIONAL
+from stickslip.jobs.positioning.tables import DIRECTIONAL
 from stickslip.records import SCHEMA_VERSION, AxisKind, InputError, Status, in_words, unit_of
 
 __all__ = ["HeldEstimate", "estimate_in"]

@@ -2,14 +2,19 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from types import MappingProxyType
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import PulseController
 from stickslip.plants import Plant
-from stickslip.records import PositioningOutcome, PulseRecord, SensorSample, positive
+from stickslip.records import (
+    PositioningOutcome,
+    PulseRecord,
+    ReadOnlyMapping,
+    SensorSample,
+    positive,
+)
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
 
 __all__ = ["PulseNotes", "PulseRun", "run_pulses"]
@@ -42,7 +47,7 @@ class PulseRun:
     estimates: Mapping[str, Float[np.ndarray, " k"]]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+        object.__setattr__(self, "estimates", ReadOnlyMapping(self.estimates))
 
 
 class PulseNotes:

@@ -3,10 +3,9 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any, ClassVar, get_args
 
-from stickslip.records import AxisKind, InputError, positive
+from stickslip.records import AxisKind, InputError, ReadOnlyMapping, positive
 from stickslip.toml_records import read_toml, record_from, unknown_key
 
 __all__ = ["CHANNELS", "AxisSchema", "LogSchema", "read_schema"]
@@ -68,7 +67,7 @@ class AxisSchema:
     __pydantic_config__: ClassVar[Any] = {"extra": "forbid"}
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+        object.__setattr__(self, "units", ReadOnlyMapping(self.units))
         for key in self.units:
             if key not in CHANNELS:
                 raise unknown_key(key, CHANNELS).at("[units]")
@@ -119,8 +118,8 @@ class LogSchema(AxisSchema):
     axes: Mapping[str, AxisSchema] = field(default_factory=dict[str, AxisSchema])
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "files", MappingProxyType(dict(self.files)))
-        object.__setattr__(self, "axes", MappingProxyType(dict(self.axes)))
+        object.__setattr__(self, "files", ReadOnlyMapping(self.files))
+        object.__setattr__(self, "axes", ReadOnlyMapping(self.axes))
         super().__post_init__()
 
     def for_axis(self, axis: str | int | None) -> AxisSchema:

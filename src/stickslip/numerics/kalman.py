@@ -4,17 +4,19 @@ The model is
 
     z(k+1) = A z(k) + B u(k) + w(k),    y_c(k) = h_c' z(k) + n_c(k),
 
-with white w of covariance Q and white n_c of variance R_c. Measurements are taken one by one, which
-is exact for independent noise and needs no matrix inverse. All functions are compiled; `predict`
-and `update` work in place, so that a kernel with more to carry along can call them step by step.
+with white w of covariance f(k) Q and white n_c of variance R_c. Measurements are taken one by one,
+which is exact for independent noise and needs no matrix inverse. All functions are compiled;
+`predict`, `update` and `measure` work in place, so that a kernel with more to carry along can call
+them step by step. In the functions for whole logs each measurement is that of one state, and the
+states at the start are known with a covariance: measurements follow the first step.
 """
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from stickslip.compiled import compiled
 
-__all__ = ["predict", "smooth", "update", "whiten"]
+__all__ = ["cost", "measure", "predict", "smooth", "update", "whiten"]
 
 
 @compiled(inline=True)
@@ -24,8 +26,9 @@ def predict(
     P: Float[np.ndarray, "s s"],
     work: Float[np.ndarray, "s s"],
     states: int = 0,
+    factor: float = 1.0,
 ) -> None:
-    """Advance a covariance over a sample in place: P <- A P A' + Q.
+    """Advance a covariance over a sample in place: P <- A P A' + f Q.
 
     Parameters
     ----------
@@ -37,6 +40,8 @@ def predict(
         Overwritten [any units].
     states
         Their number; a constant lets the compiler unroll the loops. 0 takes it from P.
+    factor
+        f, of the process noise [-].
     """
     s = states if states > 0 else P.shape[0]
     for i in range(s):
@@ -47,7 +52,7 @@ def predict(
             work[i, j] = total
     for i in range(s):
         for j in range(i, s):
-            total = Q[i, j]
+            total = Q[i, j] * factor
             for h in range(s):
                 total += work[i, h] * A[j, h]
             P[i, j] = total
@@ -96,12 +101,90 @@ def update(
     return variance
 
 
+@compiled(inline=True)
+def measure(
+    state: int,
+    R: float,
+    P: Float[np.ndarray, "s s"],
+    gain: Float[np.ndarray, " s"],
+    states: int = 0,
+) -> float:
+    """Condition a covariance on a measurement of one state, as `update` with a unit vector h.
+
+    S = P_ii + R, K = P_i / S, P <- P - K S K'.
+
+    Parameters
+    ----------
+    state
+        Number of the state that is measured.
+    R, P, gain, states
+        As `update` takes them [any units].
+    """
+    s = states if states > 0 else P.shape[0]
+    variance = P[state, state] + R
+    for j in range(s):
+        gain[j] = P[j, state] / variance
+    for j in range(s):
+        for h in range(j, s):
+            P[j, h] -= gain[j] * gain[h] * variance
+            P[h, j] = P[j, h]
+    return variance
+
+
+@compiled(inline=True)
+def _whiten(
+    A: Float[np.ndarray, "s s"],
+    B: Float[np.ndarray, "s m"],
+    Q: Float[np.ndarray, "s s"],
+    factors: Float[np.ndarray, " n"],
+    sensors: Int[np.ndarray, " c"],
+    R: Float[np.ndarray, " c"],
+    inputs: Float[np.ndarray, "n m q"],
+    measured: Float[np.ndarray, "n c q"],
+    first: Float[np.ndarray, "s q"],
+    spread: Float[np.ndarray, "s s"],
+    s: int,
+) -> tuple[Float[np.ndarray, "n c q"], float]:
+    """`whiten` for s states."""
+    n, channels, q = measured.shape
+    m = B.shape[1]
+    z, moved = first.copy(), np.empty((s, q))
+    P, work, gain = spread.copy(), np.empty((s, s)), np.empty(s)
+    rows = np.empty((n, channels, q))
+    logs = 0.0
+    for k in range(n):
+        for i in range(s):
+            for j in range(q):
+                total = 0.0
+                for h in range(s):
+                    total += A[i, h] * z[h, j]
+                drive = 0.0
+                for h in range(m):
+                    drive += B[i, h] * inputs[k, h, j]
+                moved[i, j] = total + drive
+        for i in range(s):
+            for j in range(q):
+                z[i, j] = moved[i, j]
+        predict(A, Q, P, work, s, factors[k])
+        for c in range(channels):
+            S = measure(sensors[c], R[c], P, gain, s)
+            logs += np.log(S)
+            root = np.sqrt(S)
+            for j in range(q):
+                e = measured[k, c, j] - z[sensors[c], j]
+                rows[k, c, j] = e / root
+                for h in range(s):
+                    z[h, j] += gain[h] * e
+    return rows, logs
+
+
 @compiled()
 def whiten(
     A: Float[np.ndarray, "s s"],
     B: Float[np.ndarray, "s m"],
     Q: Float[np.ndarray, "s s"],
-    H: Float[np.ndarray, "c s"],
+    factors: Float[np.ndarray, " n"],
+    sensors: Int[np.ndarray, " c"],
     R: Float[np.ndarray, " c"],
     inputs: Float[np.ndarray, "n m q"],
     measured: Float[np.ndarray, "n c q"],
@@ -115,45 +198,180 @@ def whiten(
 
     Parameters
     ----------
-    A, B, Q
-        Model over a sample [any units].
-    H, R
-        Rows of the measurements, and variances of their noise [any units].
+    A, B, Q, factors
+        Model over a sample, and factor of the process noise in each [any units].
+    sensors, R
+        Number of the state that each sensor measures, and variance of its noise [any units].
     inputs, measured
-        Of each sample and signal [any units].
+        Inputs of each sample, and measurements at its end, of each signal [any units].
     first, spread
-        Mean of the first state of each signal, and its covariance, before the first measurement
-        [any units].
+        Mean of the first state of each signal, and its covariance [any units].
     """
-    n, channels, q = measured.shape
-    s, m = B.shape
-    z, moved = first.copy(), np.empty((s, q))
-    P, work, gain = spread.copy(), np.empty((s, s)), np.empty(s)
-    rows = np.empty((n, channels, q))
-    logs = 0.0
+    # With a number of states that the compiler knows, the loops over them are unrolled
+    if A.shape[0] == 2:
+        return _whiten(A, B, Q, factors, sensors, R, inputs, measured, first, spread, 2)
+    if A.shape[0] == 4:
+        return _whiten(A, B, Q, factors, sensors, R, inputs, measured, first, spread, 4)
+    s = A.shape[0]
+    return _whiten(A, B, Q, factors, sensors, R, inputs, measured, first, spread, s)
+
+
+@compiled(inline=True)
+def _filter(
+    A: Float[np.ndarray, "s s"],
+    B: Float[np.ndarray, "s m"],
+    Q: Float[np.ndarray, "s s"],
+    factors: Float[np.ndarray, " n"],
+    sensors: Int[np.ndarray, " c"],
+    R: Float[np.ndarray, " c"],
+    inputs: Float[np.ndarray, "n m"],
+    measured: Float[np.ndarray, "n c"],
+    first: Float[np.ndarray, " s"],
+    spread: Float[np.ndarray, "s s"],
+    means: Float[np.ndarray, "k s"],
+    spreads: Float[np.ndarray, "k s s"],
+    s: int,
+) -> float:
+    """Return `cost` for s states; keep the predictions where there is room for them."""
+    n, channels = measured.shape
+    m, kept = B.shape[1], means.shape[0]
+    z, moved, gain = first.copy(), np.empty(s), np.empty(s)
+    P, work = spread.copy(), np.empty((s, s))
+    cost = 0.0
+    if kept > 0:
+        for i in range(s):
+            means[0, i] = z[i]
+            for j in range(s):
+                spreads[0, i, j] = P[i, j]
     for k in range(n):
-        for c in range(channels):
-            S = update(H[c], R[c], P, gain)
-            logs += np.log(S)
-            for j in range(q):
-                e = measured[k, c, j]
-                for i in range(s):
-                    e -= H[c, i] * z[i, j]
-                rows[k, c, j] = e / np.sqrt(S)
-                for i in range(s):
-                    z[i, j] += gain[i] * e
-        predict(A, Q, P, work)
-        for j in range(q):
+        for i in range(s):
+            total = 0.0
+            for h in range(m):
+                total += B[i, h] * inputs[k, h]
+            for h in range(s):
+                total += A[i, h] * z[h]
+            moved[i] = total
+        for i in range(s):
+            z[i] = moved[i]
+        predict(A, Q, P, work, s, factors[k])
+        if k + 1 < kept:
             for i in range(s):
+                means[k + 1, i] = z[i]
+                for j in range(s):
+                    spreads[k + 1, i, j] = P[i, j]
+        for c in range(channels):
+            S = measure(sensors[c], R[c], P, gain, s)
+            e = measured[k, c] - z[sensors[c]]
+            cost += np.log(S) + e * e / S
+            for j in range(s):
+                z[j] += gain[j] * e
+    return cost
+
+
+@compiled()
+def cost(
+    A: Float[np.ndarray, "s s"],
+    B: Float[np.ndarray, "s m"],
+    Q: Float[np.ndarray, "s s"],
+    factors: Float[np.ndarray, " n"],
+    sensors: Int[np.ndarray, " c"],
+    R: Float[np.ndarray, " c"],
+    inputs: Float[np.ndarray, "n m"],
+    measured: Float[np.ndarray, "n c"],
+    first: Float[np.ndarray, " s"],
+    spread: Float[np.ndarray, "s s"],
+) -> float:
+    """Return twice the negative log likelihood but for a constant, sum of log S + e^2 / S.
+
+    Parameters
+    ----------
+    A, B, Q, factors, sensors, R, inputs, measured, first, spread
+        As `smooth` takes them [any units].
+    """
+    s = A.shape[0]
+    none, nothing = np.empty((0, s)), np.empty((0, s, s))
+    if s == 3:
+        return _filter(
+            A, B, Q, factors, sensors, R, inputs, measured, first, spread, none, nothing, 3
+        )
+    if s == 5:
+        return _filter(
+            A, B, Q, factors, sensors, R, inputs, measured, first, spread, none, nothing, 5
+        )
+    return _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, none, nothing, s)
+
+
+@compiled(inline=True)
+def _smooth(
+    A: Float[np.ndarray, "s s"],
+    sensors: Int[np.ndarray, " c"],
+    R: Float[np.ndarray, " c"],
+    measured: Float[np.ndarray, "n c"],
+    means: Float[np.ndarray, "n+1 s"],
+    spreads: Float[np.ndarray, "n+1 s s"],
+    spreads_of: Int[np.ndarray, " q"],
+    s: int,
+) -> Float[np.ndarray, "n+1 s+q"]:
+    """Smooth predictions for s states, backward; see `smooth`."""
+    n, channels = measured.shape
+    out = np.empty((n + 1, s + spreads_of.size))
+    lam, g, z = np.zeros(s), np.zeros(s), np.zeros(s)
+    L, P, M = np.zeros((s, s)), np.zeros((s, s)), np.zeros((s, s))
+    K, S, e = np.zeros((channels, s)), np.ones(channels), np.zeros(channels)
+    for k in range(n, -1, -1):
+        if k > 0:
+            for j in range(s):
+                z[j] = means[k, j]
+                for h in range(s):
+                    P[j, h] = spreads[k, j, h]
+            for c in range(channels):  # the updates once more, forward
+                S[c] = measure(sensors[c], R[c], P, K[c], s)
+                e[c] = measured[k - 1, c] - z[sensors[c]]
+                for j in range(s):
+                    z[j] += K[c, j] * e[c]
+            for c in range(channels - 1, -1, -1):
+                i = sensors[c]
+                gain, total = 0.0, 0.0
+                for j in range(s):
+                    gain += K[c, j] * lam[j]
+                    g[j] = 0.0
+                    for h in range(s):
+                        g[j] += L[j, h] * K[c, h]
+                    total += K[c, j] * g[j]
+                lam[i] -= gain + e[c] / S[c]
+                for j in range(s):
+                    L[i, j] -= g[j]
+                for j in range(s):
+                    L[j, i] -= g[j]
+                L[i, i] += total + 1.0 / S[c]
+        for j in range(s):
+            out[k, j] = means[k, j]
+            for h in range(s):
+                out[k, j] -= spreads[k, j, h] * lam[h]
+        for which in range(spreads_of.size):
+            i = spreads_of[which]
+            drop = 0.0
+            for j in range(s):
+                for h in range(s):
+                    drop += spreads[k, i, j] * L[j, h] * spreads[k, i, h]
+            out[k, s + which] = np.sqrt(max(spreads[k, i, i] - drop, 0.0))
+        for i in range(s):
+            g[i] = 0.0
+            for h in range(s):
+                g[i] += A[h, i] * lam[h]
+        for i in range(s):
+            lam[i] = g[i]
+            for j in range(s):
+                M[i, j] = 0.0
+                for h in range(s):
+                    M[i, j] += L[i, h] * A[h, j]
+        for i in range(s):
+            for j in range(s):
                 total = 0.0
                 for h in range(s):
-                    total += A[i, h] * z[h, j]
-                for h in range(m):
-                    total += B[i, h] * inputs[k, h, j]
-                moved[i, j] = total
-            for i in range(s):
-                z[i, j] = moved[i, j]
-    return rows, logs
+                    total += A[h, i] * M[h, j]
+                L[i, j] = total
+    return out
 
 
 @compiled()
@@ -161,14 +379,16 @@ def smooth(
     A: Float[np.ndarray, "s s"],
     B: Float[np.ndarray, "s m"],
     Q: Float[np.ndarray, "s s"],
-    H: Float[np.ndarray, "c s"],
+    factors: Float[np.ndarray, " n"],
+    sensors: Int[np.ndarray, " c"],
     R: Float[np.ndarray, " c"],
     inputs: Float[np.ndarray, "n m"],
     measured: Float[np.ndarray, "n c"],
     first: Float[np.ndarray, " s"],
     spread: Float[np.ndarray, "s s"],
-) -> tuple[Float[np.ndarray, "n s"], Float[np.ndarray, "n s s"]]:
-    """Return means and covariances of the states given all measurements.
+    spreads_of: Int[np.ndarray, " q"],
+) -> Float[np.ndarray, "n+1 s+q"]:
+    """Return means of the states given all measurements, then standard deviations of some of them.
 
     The adjoint l and its covariance L run backward through the updates of the filter, so that no
     covariance is inverted (modified Bryson-Frazier smoother, Bierman 1973):
@@ -180,37 +400,22 @@ def smooth(
 
     Parameters
     ----------
-    A, B, Q, H, R
+    A, B, Q, factors, sensors, R
         Model over a sample; see `whiten` [any units].
     inputs, measured
-        Of each sample [any units].
+        Inputs of each sample, and measurements at its end [any units].
     first, spread
-        Mean and covariance of the first state, before the first measurement [any units].
+        Mean and covariance of the first state [any units].
+    spreads_of
+        Numbers of the states whose standard deviations follow.
     """
-    n, channels = measured.shape
-    s = A.shape[0]
-    z, P = first.copy(), spread.copy()
-    work = np.empty((s, s))
-    gains, variances = np.empty((n, channels, s)), np.empty((n, channels))
-    errors = np.empty((n, channels))
-    means, covariances = np.empty((n, s)), np.empty((n, s, s))
-    for k in range(n):
-        means[k], covariances[k] = z, P
-        for c in range(channels):
-            variances[k, c] = update(H[c], R[c], P, gains[k, c])
-            errors[k, c] = measured[k, c] - np.sum(H[c] * z)
-            z = z + gains[k, c] * errors[k, c]
-        predict(A, Q, P, work)
-        z = A @ z + B @ inputs[k]
-    lam, lam_spread = np.zeros(s), np.zeros((s, s))
-    for k in range(n - 1, -1, -1):
-        for c in range(channels - 1, -1, -1):
-            h, K, S = H[c], gains[k, c], variances[k, c]
-            lam = lam - h * (np.sum(K * lam) + errors[k, c] / S)
-            left = np.eye(s) - np.outer(K, h)
-            lam_spread = left.T @ lam_spread @ left + np.outer(h, h) / S
-        means[k] -= covariances[k] @ lam
-        covariances[k] -= covariances[k] @ lam_spread @ covariances[k]
-        lam = A.T @ lam
-        lam_spread = A.T @ lam_spread @ A
-    return means, covariances
+    n, s = measured.shape[0], A.shape[0]
+    means, spreads = np.empty((n + 1, s)), np.empty((n + 1, s, s))
+    if s == 3:
+        _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, means, spreads, 3)
+        return _smooth(A, sensors, R, measured, means, spreads, spreads_of, 3)
+    if s == 5:
+        _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, means, spreads, 5)
+        return _smooth(A, sensors, R, measured, means, spreads, spreads_of, 5)
+    _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, means, spreads, s)
+    return _smooth(A, sensors, R, measured, means, spreads, spreads_of, s)

@@ -1,9 +1,9 @@
 """One pulse on a resting mass: how far it goes, and which pulse takes it as far as asked.
 
-Report part B Eqs. 2 and 3. The mass m, at rest, is pushed by the effort f for a time t against the
-Coulomb friction F and the viscous friction c, and then left alone until it rests. Eq. 3 is the sum
-of the way under the effort and the way after it, and is computed as such: no term cancels another
-as c or t goes to 0, and with c = 0 it is Eq. 2.
+Van de Wijdeven (2002) B, Eqs. 2 and 3. The mass m, at rest, is pushed by the effort f for a time t
+against the Coulomb friction F and the viscous friction c, and then left alone until it rests. Eq. 3
+is the sum of the way under the effort and the way after it, and is computed as such: no term
+cancels another as c or t goes to 0, and with c = 0 it is Eq. 2.
 """
 
 import math

@@ -20,10 +20,10 @@ Values = Float[np.ndarray, "..."]
 class PulseLaw:
     """How far one pulse moves a resting mass, in one direction, and which pulse moves it how far.
 
-    Report part B Eqs. 2, 3, 4, 23 and 24. The mass is pushed by a constant effort for the pulse's
-    width, and then slides on without effort until it rests. Efforts, displacements and friction are
-    magnitudes, counted in the direction of the pulse; a constant offset (gravity) that opposes this
-    direction belongs to Coulomb and to static friction, as `of` adds it.
+    Van de Wijdeven (2002) B, Eqs. 2, 3, 4, 23 and 24. The mass is pushed by a constant effort for
+    the pulse's width, and then slides on without effort until it rests. Efforts, displacements and
+    friction are magnitudes, counted in the direction of the pulse; a constant offset (gravity) that
+    opposes this direction belongs to Coulomb and to static friction, as `of` adds it.
 
     Every method takes numbers or arrays, which are broadcast, and returns an array of that shape.
 

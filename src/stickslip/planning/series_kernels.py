@@ -1,7 +1,7 @@
 """Motion of the flexible arm while its driven mass slips one way, under a held effort.
 
 The state is x = (x1, v1, x2, v2). With the net force f = u - F (effort less Coulomb friction and
-offset) the arm is linear (report part A Eqs. 2.1-2.3 for x1' > 0, c inside A):
+offset) the arm is linear (van de Wijdeven 2002 A Eqs. 2.1-2.3 for x1' > 0, c inside A):
 
     x1' = v1,  v1' = (f - c v1 - ks (x1 - x2))/m1,  x2' = v2,  v2' = ks (x1 - x2)/m2.
 """

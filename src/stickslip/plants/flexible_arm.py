@@ -16,9 +16,9 @@ __all__ = ["FlexibleArm"]
 class FlexibleArm(Generic[Law_co]):
     """Two masses joined by a spring; effort and friction act on the first.
 
-    Report part A Eqs. 2.1-2.3 with a stick rule: a resting first mass stays while effort less
-    offset less spring force is within the static friction. The second mass has no friction. Its
-    state is ``(position, velocity, load_position, load_velocity)``.
+    Van de Wijdeven (2002) A, Eqs. 2.1-2.3 with a stick rule: a resting first mass stays while
+    effort less offset less spring force is within the static friction. The second mass has no
+    friction. Its state is ``(position, velocity, load_position, load_velocity)``.
 
     Attributes
     ----------
@@ -58,13 +58,13 @@ class FlexibleArm(Generic[Law_co]):
     def kinetic_energy(
         self, velocity: Float[ndarray, " n"], load_velocity: Float[ndarray, " n"]
     ) -> Float[ndarray, " n"]:
-        """Return the kinetic energy [J] of both masses (report Eq. 3.8 with its squares)."""
+        """Return the kinetic energy [J] of both masses (van de Wijdeven 2002 Eq. 3.8, squared)."""
         energy: Any = 0.5 * self.mass_1 * velocity**2 + 0.5 * self.mass_2 * load_velocity**2
         return energy
 
     def potential_energy(
         self, position: Float[ndarray, " n"], load_position: Float[ndarray, " n"]
     ) -> Float[ndarray, " n"]:
-        """Return the energy [J] in the spring (report Eq. 3.7)."""
+        """Return the energy [J] in the spring (van de Wijdeven 2002 A Eq. 3.7)."""
         energy: Any = 0.5 * self.stiffness * (position - load_position) ** 2
         return energy

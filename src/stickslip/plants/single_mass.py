@@ -14,7 +14,7 @@ __all__ = ["SingleMass"]
 
 @dataclass(frozen=True, kw_only=True)
 class SingleMass(Generic[Law_co]):
-    """One mass (or inertia) moved by an effort against friction (report part B Eq. 1).
+    """One mass (or inertia) moved by an effort against friction (van de Wijdeven 2002 B Eq. 1).
 
     ``mass * acceleration = effort - offset - friction(velocity)``; at rest it stays while the
     effort less the offset is within the static friction. Its state is ``(position, velocity)``.

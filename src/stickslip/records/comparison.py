@@ -3,6 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from itertools import combinations
 from typing import Any
 
 from stickslip.records.axis_log import AxisLog
@@ -34,7 +35,8 @@ _LOG_LEGEND = {
     "assumed_inertia": "mass or inertia that it was given, though it was not known: that "
     "of the energy estimator on the same log; null if it needed none",
     "contradictions": "parameters of which estimates of status ok have 95 % intervals that do not "
-    "overlap, with these intervals: at least one of the methods is wrong on this log",
+    "overlap, with these intervals: at least one of the methods is wrong on this log; alone is "
+    "the one that overlaps no other, if all others overlap",
 }
 
 _STUDY_LEGEND = {
@@ -107,10 +109,14 @@ class Contradiction:
         One of `PARAMETER_NAMES`.
     intervals
         95 % intervals (low, high) by estimator [SI], each without overlap with at least one other.
+    alone
+        The estimator whose interval overlaps none of all trusted ones, where all others overlap
+        each other; empty if there is none. Of two estimators neither is alone.
     """
 
     parameter: str
     intervals: Mapping[str, tuple[float, float]]
+    alone: str = ""
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "intervals", ReadOnlyMapping(dict(self.intervals)))
@@ -119,6 +125,7 @@ class Contradiction:
         """Return it as plain JSON types."""
         return {
             "parameter": self.parameter,
+            "alone": self.alone or None,
             "intervals": {name: list(interval) for name, interval in self.intervals.items()},
         }
 
@@ -173,11 +180,18 @@ class EstimatorComparison:
             apart = {
                 key: own
                 for key, own in intervals.items()
-                if any(own[1] < other[0] or other[1] < own[0] for other in intervals.values())
+                if any(_apart(own, other) for other in intervals.values())
             }
             if apart:
-                found.append(Contradiction(parameter=name, intervals=apart))
+                found.append(
+                    Contradiction(parameter=name, intervals=apart, alone=_alone(intervals))
+                )
         return tuple(found)
+
+    @property
+    def alone(self) -> frozenset[str]:
+        """Estimators that stand alone against all others in a parameter."""
+        return frozenset(each.alone for each in self.contradictions if each.alone)
 
     def _trusted_intervals(self, name: str) -> dict[str, tuple[float, float]]:
         """Return the 95 % intervals of a parameter by trusted estimator [SI]."""
@@ -387,6 +401,25 @@ class EstimatorStudy:
                 "input_sha256": self.sha256,
             },
         }
+
+
+def _alone(intervals: Mapping[str, tuple[float, float]]) -> str:
+    """Return the one interval that overlaps no other, where all others overlap; or empty."""
+    pairs = [
+        {one, other}
+        for one, other in combinations(intervals, 2)
+        if _apart(intervals[one], intervals[other])
+    ]
+    others = len(intervals) - 1
+    against_all = [
+        name for name in intervals if len(pairs) == others and all(name in pair for pair in pairs)
+    ]
+    return against_all[0] if len(against_all) == 1 else ""
+
+
+def _apart(one: tuple[float, float], other: tuple[float, float]) -> bool:
+    """Return whether two intervals do not overlap."""
+    return one[1] < other[0] or other[1] < one[0]
 
 
 def _in_order(names: Iterable[str]) -> tuple[str, ...]:

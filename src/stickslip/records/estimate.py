@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum
 from typing import Any
 
@@ -10,7 +10,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.errors import InputError
-from stickslip.records.quantities import AxisKind
+from stickslip.records.joint import JointLogs
+from stickslip.records.quantities import AxisKind, shared_name
 from stickslip.records.read_only import ReadOnlyMapping
 from stickslip.records.selection import ModelSelection
 
@@ -42,12 +43,16 @@ PARAMETER_NAMES: tuple[str, ...] = (
     "effort_delay",
     "quadratic_friction",
     "two_thirds_friction",
+    "low_speed_friction",
+    "low_speed_velocity",
     "presliding_friction",
     "spring_stiffness",
     "gravity_sine",
     "gravity_cosine",
     "ripple_sine",
     "ripple_cosine",
+    "ripple_period",
+    "presliding_distance",
     "offset_drift",
     "friction_drift",
     "viscous_drift",
@@ -65,6 +70,7 @@ SIGNED_PARAMETERS = frozenset(
             for side in ("positive", "negative")
         ),
         "effort_delay",
+        "low_speed_friction",
         "presliding_friction",
         "spring_stiffness",
         "gravity_sine",
@@ -141,8 +147,8 @@ _STATUS_TEXT = {
         "and stiffness if they are given, and whether gravity or a spring acts on the axis."
     ),
     Status.BIASED: (
-        "The method is known to be biased on such a log by more than its intervals say; take the "
-        "energy estimator's own form, and this one for comparison."
+        "The method is known to be biased on such a log by more than its intervals allow for; use "
+        "the default estimator of this kind of axis, and this one for comparison."
     ),
     Status.MODEL_MISMATCH: (
         "The log violates the model in a way that cannot be modelled; the notes name the cause, "
@@ -162,7 +168,8 @@ class ParameterEstimate:
     Attributes
     ----------
     name
-        One of `PARAMETER_NAMES`.
+        One of `PARAMETER_NAMES`; with the name of a log in brackets if several logs were fitted
+        jointly and have their own value, as in ``"offset[morning]"``.
     value
         Estimate [SI, named by ``unit``]; None when the log cannot identify it.
     std, ci95
@@ -179,7 +186,7 @@ class ParameterEstimate:
     unit: str
 
     def __post_init__(self) -> None:
-        if self.name not in PARAMETER_NAMES:
+        if shared_name(self.name) not in PARAMETER_NAMES:
             raise InputError(
                 f"{self.name!r} is not a parameter name", remedy=f"use one of {PARAMETER_NAMES}"
             )
@@ -194,6 +201,11 @@ class ParameterEstimate:
     def identified(self) -> bool:
         """Whether the log determined this parameter."""
         return self.value is not None
+
+    @property
+    def signed(self) -> bool:
+        """Whether the true value may be negative."""
+        return shared_name(self.name) in SIGNED_PARAMETERS
 
     @property
     def quantile(self) -> float:
@@ -341,6 +353,8 @@ class FrictionEstimate:
         What it certifies about itself and where it came from.
     selection
         Which terms the log supports; None for an estimator of given terms.
+    joint
+        The logs of a joint fit and whether they are consistent; None for a fit of one log.
     """
 
     estimator: str
@@ -351,6 +365,7 @@ class FrictionEstimate:
     diagnostics: Diagnostics
     provenance: Provenance
     selection: ModelSelection | None = None
+    joint: JointLogs | None = None
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "parameters", ReadOnlyMapping(dict(self.parameters)))
@@ -375,6 +390,48 @@ class FrictionEstimate:
             )
         return parameter.value
 
+    def of_log(self, log: str) -> "FrictionEstimate":
+        """Return the estimate of one log of a joint fit, with the usual names of all parameters.
+
+        Parameters
+        ----------
+        log
+            Name of the log.
+
+        Raises
+        ------
+        InputError
+            If it is none of the logs that were fitted.
+        """
+        every = () if self.joint is None else self.joint.logs
+        own = next((each for each in every if each.name == log), None)
+        if own is None:
+            raise InputError(
+                f"the estimate is not of a log {log!r}",
+                remedy=f"its logs are {', '.join(each.name for each in every) or 'not named'}",
+            )
+        suffix = f"[{log}]"
+        names = [n for n in self.parameters if n == shared_name(n) or n.endswith(suffix)]
+        identified = [name for name, p in self.parameters.items() if p.identified]
+        keep = [identified.index(name) for name in names if name in identified]
+        selection = self.selection
+        if selection is not None:
+            selection = replace(
+                selection,
+                effort_delay=own.effort_delay,
+                reference_time=own.reference_time,
+                effort_kind=own.effort_kind,
+            )
+        return replace(
+            self,
+            parameters={
+                shared_name(n): replace(self.parameters[n], name=shared_name(n)) for n in names
+            },
+            covariance=self.covariance[np.ix_(keep, keep)],
+            selection=selection,
+            joint=None,
+        )
+
     def to_dict(self) -> dict[str, Any]:
         """Return the estimate in its JSON form (schema 1)."""
         return {
@@ -396,4 +453,5 @@ class FrictionEstimate:
             "diagnostics": self.diagnostics.to_dict(),
             "provenance": self.provenance.to_dict(),
             "selection": None if self.selection is None else self.selection.to_dict(),
+            "joint": None if self.joint is None else self.joint.to_dict(),
         }

@@ -46,7 +46,7 @@ class FrictionCurve:
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyBalance:
-    """Energies [J] over time [s] (report Eqs. 3.1-3.9), shape (n,) each.
+    """Energies [J] over time [s] (van de Wijdeven 2002, Eqs. 3.1-3.9), shape (n,) each.
 
     Attributes
     ----------
@@ -91,23 +91,23 @@ class EstimateEvolution:
 
 @dataclass(frozen=True, kw_only=True)
 class Residuals:
-    """What the fit leaves unexplained.
+    """The effort that the identified terms do not explain while the axis moves.
 
     Attributes
     ----------
-    quantity
-        Name of the residual's quantity, ``"effort"`` or ``"energy"``.
     time, residual
-        Shape (n,); [s] and the quantity's unit.
+        In the band of the estimator's low-pass or windows, shape (n,) [s, N or N m].
+    share
+        Norm of the residual over norm of the effort in the same band [-].
     lag, autocorrelation
         Shape (l,); lag [s] and autocorrelation [-] of the residual.
     white_bound
         Half-width of the 95 % band within which a white residual's autocorrelation stays [-].
     """
 
-    quantity: str
     time: Float[np.ndarray, " n"]
     residual: Float[np.ndarray, " n"]
+    share: float
     lag: Float[np.ndarray, " l"]
     autocorrelation: Float[np.ndarray, " l"]
     white_bound: float
@@ -150,6 +150,8 @@ class Identification:
         True parameter values by name [SI] where the log was simulated, else None.
     curve, energy, evolution, residuals, resimulation
         What the report draws; None where the estimate is not good enough to make it.
+    further
+        The other logs of a joint fit, whose first one is ``log``.
     """
 
     log: AxisLog
@@ -160,3 +162,31 @@ class Identification:
     evolution: EstimateEvolution | None = None
     residuals: Residuals | None = None
     resimulation: Resimulation | None = None
+    further: tuple[AxisLog, ...] = ()
+
+    def __repr__(self) -> str:
+        """Return name, status and parameters on one line; the signals are left out."""
+        values = ", ".join(
+            f"{name}={p.value:.6g}" + ("" if p.std is None else f" ± {p.std:.2g}")
+            if p.value is not None
+            else f"{name}=None"
+            for name, p in self.estimate.parameters.items()
+        )
+        return f"Identification({self.name!r}, {self.estimate.status.value}: {values})"
+
+    @property
+    def logs(self) -> tuple[AxisLog, ...]:
+        """All logs."""
+        return (self.log, *self.further)
+
+    @property
+    def name(self) -> str:
+        """What was identified, in words."""
+        if not self.further:
+            return self.log.name
+        names = [log.name for log in self.logs]
+        shown = names if len(names) <= _MOST_NAMES else [*names[: _MOST_NAMES - 1], "others"]
+        return f"{', '.join(shown[:-1])} and {shown[-1]}"
+
+
+_MOST_NAMES = 4

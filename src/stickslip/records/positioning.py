@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from jaxtyping import Float
 from stickslip.records.arm_positioning import ArmRun, LandingPhase
 from stickslip.records.pulses import LearntPulses, PulseRecord
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = [
     "Ending",
@@ -248,7 +248,7 @@ class PositioningRun:
 
     def __post_init__(self) -> None:
         for name in ("estimates", "deviations"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
+            object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
 
     @property
     def pulses(self) -> tuple[PulseRecord, ...]:
@@ -323,9 +323,9 @@ class Positioning:
 
     def __post_init__(self) -> None:
         for name in ("truth", "believed", "limits"):
-            object.__setattr__(self, name, MappingProxyType(dict(getattr(self, name))))
-        tables = {name: MappingProxyType(dict(table)) for name, table in self.scenario.items()}
-        object.__setattr__(self, "scenario", MappingProxyType(tables))
+            object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
+        tables = {name: ReadOnlyMapping(table) for name, table in self.scenario.items()}
+        object.__setattr__(self, "scenario", ReadOnlyMapping(tables))
 
     @property
     def last(self) -> PositioningMove:

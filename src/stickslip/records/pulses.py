@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import Enum
-from types import MappingProxyType
 from typing import Any, Literal, get_args
 
 import numpy as np
@@ -17,6 +16,7 @@ from stickslip.records.quantities import (
     quantity_name,
     unit_of,
 )
+from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = ["LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
 
@@ -129,7 +129,7 @@ class LearntPulses:
                 )
             unit = unit_of(name, self.kind)
             values[name] = _number(value, f"values.{name}", unit)
-        object.__setattr__(self, "values", MappingProxyType(values))
+        object.__setattr__(self, "values", ReadOnlyMapping(values))
         covariance = np.array(self.covariance, dtype=np.float64)
         square = covariance.ndim == 2 and covariance.shape[0] == covariance.shape[1]
         if not (square and np.isfinite(covariance).all()):

@@ -7,7 +7,15 @@ values are in these SI units; conversion happens at the edges only.
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = ["QUANTITIES", "AxisKind", "Quantity", "quantity_field", "quantity_name", "unit_of"]
+__all__ = [
+    "QUANTITIES",
+    "AxisKind",
+    "Quantity",
+    "quantity_field",
+    "quantity_name",
+    "shared_name",
+    "unit_of",
+]
 
 AxisKind = Literal["linear", "rotary"]
 
@@ -64,14 +72,18 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("effort delay", "τ", "s", "s"),
         _quantity("quadratic friction", "c_2", "N s^2/m^2", "N m s^2/rad^2"),
         _quantity("two thirds friction", "c_2/3", "N (s/m)^(2/3)", "N m (s/rad)^(2/3)"),
+        _quantity("low speed friction", "f_l", "N", "N m"),
+        _quantity("low speed velocity", "v_l", "m/s", "rad/s"),
         _quantity("presliding friction", "f_p", "N", "N m"),
         _quantity("spring stiffness", "k_0", "N/m", "N m/rad"),
         _quantity("gravity sine", "g_s", "N", "N m"),
         _quantity("gravity cosine", "g_c", "N", "N m"),
         _quantity("ripple sine", "r_s", "N", "N m"),
         _quantity("ripple cosine", "r_c", "N", "N m"),
+        _quantity("ripple period", "λ", "m", "rad"),
+        _quantity("presliding distance", "d", "m", "rad"),
         _quantity("offset drift", "d_0", "N/s", "N m/s"),
-        _quantity("friction drift", "d_c", "N/s", "N m/s"),
+        _quantity("friction drift", "d_f", "1/s", "1/s"),
         _quantity("viscous drift", "d_v", "N/m", "N m/rad"),
         _quantity("gain drift", "d_k", "1/s", "1/s"),
         # Displacement of a pulse over its squared width, and that as A_1 f^2 - A_2 f (Eqs. 4, 16)
@@ -88,14 +100,25 @@ QUANTITIES: dict[str, Quantity] = dict(
 
 
 def quantity_name(name: str) -> str:
-    """Return the quantity that a parameter is, whichever direction it is for.
+    """Return the quantity that a parameter is, whichever direction or log it is for.
 
     Examples
     --------
-    >>> quantity_name("viscous_friction_positive")
-    'viscous_friction'
+    >>> quantity_name("viscous_friction_positive"), quantity_name("offset[morning]")
+    ('viscous_friction', 'offset')
     """
-    return name.removesuffix("_positive").removesuffix("_negative")
+    return shared_name(name).removesuffix("_positive").removesuffix("_negative")
+
+
+def shared_name(name: str) -> str:
+    """Return the name of a parameter without that of the log that it belongs to.
+
+    Examples
+    --------
+    >>> shared_name("offset[morning]"), shared_name("coulomb_friction_positive")
+    ('offset', 'coulomb_friction_positive')
+    """
+    return name.partition("[")[0]
 
 
 def unit_of(name: str, kind: AxisKind) -> str:

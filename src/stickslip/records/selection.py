@@ -1,9 +1,15 @@
-"""The model that was selected for a log, and what every other term would have brought."""
+"""The model that was selected for a log, and the score of every term that was tested."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Literal
 
-__all__ = ["ModelSelection", "TermScore"]
+from stickslip.records.plain import plain
+
+__all__ = ["EffortKind", "ModelSelection", "TermScore"]
+
+EffortKind = Literal["held", "sampled", "mean"]
+"""What a logged effort is: held from its time stamp to the next, the value at its time stamp, or
+the mean since the time stamp before (or held since then)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -15,7 +21,7 @@ class TermScore:
     term
         Name of the term, such as ``"stribeck"``.
     text
-        What it says about the axis, in words.
+        What it means for the axis, in words.
     selected
         Whether the model contains it.
     p_value
@@ -39,19 +45,6 @@ class TermScore:
     share: float
     shape: float = 0.0
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the score as plain JSON types."""
-        return {
-            "term": self.term,
-            "text": self.text,
-            "selected": self.selected,
-            "p_value": self.p_value,
-            "gain": self.gain,
-            "gain_std": self.gain_std,
-            "share": self.share,
-            "shape": self.shape,
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
 class ModelSelection:
@@ -69,6 +62,8 @@ class ModelSelection:
         Time at which drifting parameters have the values given [s].
     reference_position
         Position at which a spring has no effort [m or rad].
+    effort_kind
+        What a logged effort was taken for: ``"held"``, ``"sampled"`` or ``"mean"``.
     """
 
     summary: str
@@ -76,6 +71,7 @@ class ModelSelection:
     effort_delay: float = 0.0
     reference_time: float = 0.0
     reference_position: float = 0.0
+    effort_kind: EffortKind = "held"
 
     @property
     def selected(self) -> tuple[str, ...]:
@@ -84,10 +80,4 @@ class ModelSelection:
 
     def to_dict(self) -> dict[str, Any]:
         """Return the selection as plain JSON types."""
-        return {
-            "summary": self.summary,
-            "effort_delay": self.effort_delay,
-            "reference_time": self.reference_time,
-            "reference_position": self.reference_position,
-            "scores": [score.to_dict() for score in self.scores],
-        }
+        return plain(self)

@@ -49,7 +49,12 @@ def parameter_label(name: str, kind: AxisKind = "linear") -> str:
     'Coulomb friction, forward'
     >>> parameter_label("load_mass", "rotary")
     'Load inertia'
+    >>> parameter_label("offset[morning]")
+    'Offset [morning]'
     """
+    name, bracket, log = name.partition("[")
+    if bracket:
+        return f"{parameter_label(name, kind)} [{log}"
     for suffix, words in _DIRECTIONS.items():
         if name.endswith(suffix):
             return parameter_label(name.removesuffix(suffix), kind) + words

@@ -1,14 +1,10 @@
-"""Pages and pictures of finished results: they draw, and compute nothing."""
+"""Pages of finished results: they draw, and compute nothing."""
 
 from stickslip.report.comparison_page import write_comparison_page
 from stickslip.report.page import write_report
-from stickslip.report.pictures import picture
 from stickslip.report.positioning_page import write_positioning_page
-from stickslip.report.reproduction_page import reproduction_page
 
 __all__ = [
-    "picture",
-    "reproduction_page",
     "write_comparison_page",
     "write_positioning_page",
     "write_report",

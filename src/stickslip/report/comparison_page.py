@@ -12,6 +12,7 @@ from stickslip.records import (
     EstimatorStudy,
     count_of,
     in_words,
+    missing_parameters,
     parameter_label,
     prefixed,
     ratio_text,
@@ -224,7 +225,8 @@ def _contradictions(found: EstimatorComparison) -> str:
         )
         unit = unit_text(unit_of(each.parameter, kind))
         label = parameter_label(each.parameter, kind)
-        items.append(f"<li>{label} [{unit}]: {shown}</li>")
+        stands = f"; {html.escape(each.alone)} stands alone, the others agree" if each.alone else ""
+        items.append(f"<li>{label} [{unit}]: {shown}{stands}</li>")
     if not items:
         return ""
     return (
@@ -355,11 +357,7 @@ def _log_provenance(found: EstimatorComparison) -> str:
         if each.estimate is None:
             continue
         notes = [each.estimate.status.text] if not each.estimate.status.trusted else []
-        notes += [
-            f"{parameter_label(verdict.parameter)}: {in_words(verdict.reason)}"
-            for verdict in each.estimate.diagnostics.verdicts
-            if not verdict.identifiable
-        ]
+        notes += missing_parameters(each.estimate)
         notes += [in_words(note) for note in each.estimate.diagnostics.notes]
         if notes:
             parts.append(

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float, Int
 
-from stickslip.records import QUANTITIES, AxisKind, unit_of, unit_text
+from stickslip.records import QUANTITIES, AxisKind, quantity_name, unit_of, unit_text
 
 __all__ = [
     "BAND",
@@ -267,8 +267,7 @@ def symbol(name: str) -> str:
     """Return the letter of a quantity or parameter, with its index and direction, as HTML."""
     directions = {"_positive": "+", "_negative": "−"}
     raised = next((sign for suffix, sign in directions.items() if name.endswith(suffix)), "")
-    key = name.removesuffix("_positive").removesuffix("_negative")
-    letter, _, index = QUANTITIES[key].symbol.partition("_")
+    letter, _, index = QUANTITIES[quantity_name(name)].symbol.partition("_")
     below = f"<sub>{index}</sub>" if index else ""
     above = f"<sup>{raised}</sup>" if raised else ""
     return f"<i>{letter}</i>{below}{above}"

@@ -15,6 +15,7 @@ from stickslip.records import (
     Residuals,
     Resimulation,
     parameter_label,
+    share_text,
     unit_of,
     unit_text,
 )
@@ -213,26 +214,27 @@ def evolution_plots(
 def residual_plots(residuals: Residuals, identification: Identification) -> list[Plot]:
     """Draw the residual over time and its autocorrelation."""
     kind = identification.log.kind
-    unit = unit_text(unit_of(residuals.quantity, kind))
+    unit = unit_text(unit_of("effort", kind))
     inside = residuals.lag > 0
     outside = float(np.mean(np.abs(residuals.autocorrelation[inside]) > residuals.white_bound))
     over_time = Plot(
         anchor="residual-plot",
         alternative=(
-            f"Residual {residuals.quantity} over time, between "
+            "Residual effort over time, between "
             f"{np.nanmin(residuals.residual):.3g} and {np.nanmax(residuals.residual):.3g} {unit}."
         ),
         caption=(
-            f"What the fit leaves of the {residuals.quantity}. A pattern that repeats with the "
-            "motion is something the law lacks; spikes at reversals are presliding or a velocity "
-            "sign that came too late."
+            "Effort that the identified terms do not explain while the axis moves, "
+            f"{share_text(residuals.share)} of the effort. A pattern that repeats with the motion "
+            "is a term that the model lacks; spikes at reversals are presliding or a late sign of "
+            "the velocity."
         ),
         traces=[
             line(residuals.time, residuals.residual, name="residual", colour=INK, width=0.9),
         ],
         layout=layout(
             x=axis(axis_title("time", kind)),
-            y=[axis(f"residual {residuals.quantity} [{unit}]")],
+            y=[axis(f"residual effort [{unit}]")],
         ),
         height=280,
     )
@@ -253,8 +255,7 @@ def residual_plots(residuals: Residuals, identification: Identification) -> list
         caption=(
             f"A white residual stays inside the shaded band at 95 % of the lags; here "
             f"{1 - outside:.0%} do. Where it does not, samples repeat one another. The intervals "
-            "above allow for that: they are computed from how slowly the residual varies along "
-            "with the motion, and do not assume that every sample is news."
+            "above allow for that: they do not assume that every sample is independent."
         ),
         traces=[
             *band(

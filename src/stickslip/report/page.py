@@ -18,6 +18,7 @@ from stickslip.report.sheet import contents, head, section
 
 __all__ = ["write_report"]
 
+_OF_ONE_LOG = ("evolution", "motion")
 _NOT_DRAWN = "Not drawn, as the estimate is not good enough for it: "
 
 
@@ -49,16 +50,25 @@ def write_report(identification: Identification, path: Path | str) -> Path:
 def _page(identification: Identification) -> Iterable[str]:
     every = _sections(identification)
     sections = [(anchor, name, lead, drawn) for anchor, name, lead, drawn in every if drawn]
-    missing = [name for _, name, _, drawn in every if not drawn]
+    missing = [
+        name
+        for anchor, name, _, drawn in every
+        if not drawn and not (identification.further and anchor in _OF_ONE_LOG)
+    ]
     plots = [plot for _, _, _, drawn in sections for plot in drawn]
-    yield head(f"Friction of {identification.log.name}", policy=SCRIPT_POLICY)
+    yield head(f"Friction of {identification.name}", policy=SCRIPT_POLICY)
     yield tables.header(identification)
     named = [(anchor, name) for anchor, name, _, _ in sections]
     chosen = tables.selection(identification)
     model = [("model", "Model selection")] if chosen else []
+    logs = tables.joint(identification)
+    if logs:
+        model.insert(0, ("logs", "Logs"))
     yield contents([("parameters", "Parameters"), *model, *named, ("provenance", "Provenance")])
     yield "<main>\n"
     yield section("parameters", "Parameters", tables.parameters(identification))
+    if logs:
+        yield section("logs", "Logs", logs)
     if chosen:
         yield section("model", "Model selection", chosen)
     for anchor, name, lead, drawn in sections:

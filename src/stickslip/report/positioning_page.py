@@ -25,7 +25,7 @@ __all__ = ["write_positioning_page"]
 _UNFOLDED = 3
 """Runs up to which all are open."""
 
-_MOST_RUNS = 12
+_MOST_RUNS = 8
 """Runs that are drawn: the first, the last, and some between."""
 
 _SERIES_TEXT = (

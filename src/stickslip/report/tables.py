@@ -6,22 +6,23 @@ from collections.abc import Mapping
 from typing import Any
 
 from stickslip.records import (
-    SIGNED_PARAMETERS,
     AxisLog,
     Identification,
+    Judged,
+    Judgement,
     ParameterEstimate,
-    Status,
     in_words,
+    judged,
+    missing_parameters,
     parameter_label,
-    rounded,
-    rounded_interval,
     share_text,
     unit_of,
     unit_text,
+    value_texts,
 )
 from stickslip.report.drawing import symbol
 
-__all__ = ["footer", "header", "parameters", "provenance", "selection"]
+__all__ = ["footer", "header", "joint", "parameters", "provenance", "selection"]
 
 _KIND = {"linear": "linear axis", "rotary": "rotary axis"}
 
@@ -32,19 +33,12 @@ def header(identification: Identification) -> str:
     status = estimate.status
     mark, tone = ("✓", "trusted") if status.trusted else ("!", "doubtful")
     caution = "" if status.trusted else " Do not use the values below as they stand."
-    grouped: dict[str, list[str]] = {}
-    for verdict in estimate.diagnostics.verdicts:
-        if not verdict.identifiable:
-            grouped.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter))
-    reasons = "".join(
-        f"<li>{', '.join(names)}: {_escape(in_words(reason))}</li>"
-        for reason, names in grouped.items()
-    )
+    reasons = "".join(f"<li>{_escape(each)}</li>" for each in missing_parameters(estimate))
     listed = f"<ul>{reasons}</ul>" if reasons else ""
     return (
         '<header class="top">\n'
         f'<p class="kicker">stickslip · friction identification · {_KIND[log.kind]}</p>\n'
-        f"<h1>{_escape(log.name)}</h1>\n"
+        f"<h1>{_escape(identification.name)}</h1>\n"
         f'<div class="verdict {tone}"><p class="word">{mark} {status.word}</p>'
         f"<p>{_escape(status.text)}{caution}</p>{listed}</div>\n"
         f"{_facts(identification)}</header>\n"
@@ -52,20 +46,24 @@ def header(identification: Identification) -> str:
 
 
 def _facts(identification: Identification) -> str:
-    log, diagnostics = identification.log, identification.estimate.diagnostics
+    diagnostics = identification.estimate.diagnostics
+    log, several = identification.log, identification.logs
     crossed = diagnostics.cross_validation_residual
+    unexplained, unexplained_of = (
+        (diagnostics.relative_residual, "norm of the residual over norm of the fitted signal")
+        if identification.residuals is None
+        else (identification.residuals.share, "norm of the residual effort over norm of the effort")
+    )
     facts = [
         ("Estimator", _escape(identification.estimate.estimator), ""),
         (
-            "Log",
-            f"{len(log)} samples, {_duration(log):.4g}\u00a0s",
-            f"one every {1e3 * log.sampling_time:.4g}\u00a0ms",
+            "Log" if len(several) == 1 else f"{len(several)} logs",
+            f"{sum(map(len, several))} samples, {sum(map(_duration, several)):.4g}\u00a0s",
+            f"one every {1e3 * log.sampling_time:.4g}\u00a0ms"
+            if len(several) == 1
+            else "fitted jointly",
         ),
-        (
-            "Unexplained",
-            _share(diagnostics.relative_residual),
-            "norm of the residual over norm of the fitted signal",
-        ),
+        ("Unexplained", _share(unexplained), unexplained_of),
         (
             "In cross-validation",
             _share(crossed),
@@ -92,27 +90,16 @@ def _facts(identification: Identification) -> str:
 def parameters(identification: Identification) -> str:
     """Return the table of parameters, with the true values where the log was simulated."""
     estimate, truth = identification.estimate, identification.truth
-    reasons = {v.parameter: v for v in estimate.diagnostics.verdicts}
     heads = ["Parameter", "Value", "95 % interval", "Unit"]
     if truth is not None:
         heads.append("True value (error)")
     heads.append("Verdict")
     rows: list[str] = []
     for name, parameter in estimate.parameters.items():
-        verdict = reasons.get(name)
         cells = _parameter_cells(parameter)
         if truth is not None:
             cells.append(("True (error)", "number", _true_value(parameter, truth.get(name))))
-        if estimate.status is Status.UNPHYSICAL and _impossible(parameter):
-            word = "<span>unphysical: it cannot be negative</span>"
-        elif parameter.identified and not estimate.status.usable:
-            word = "<span>not to be used</span>"
-        elif parameter.identified and (verdict is None or verdict.identifiable):
-            word = '<span class="mark-yes">✓ identified</span>'
-        else:
-            reason = "" if verdict is None else f": {_escape(in_words(verdict.reason))}"
-            word = f'<span><span class="mark-no">✗ not identified</span>{reason}</span>'
-        cells.append(("Verdict", "", word))
+        cells.append(("Verdict", "", _judged(judged(estimate, name))))
         row = "".join(
             f'<td class="{style}" data-label="{label}">{value}</td>'
             for label, style, value in cells
@@ -156,24 +143,50 @@ def selection(identification: Identification) -> str:
     )
 
 
-def _impossible(parameter: ParameterEstimate) -> bool:
-    """Return whether a value is negative that cannot be."""
+_MARKS = {
+    Judgement.IDENTIFIED: '<span class="mark-yes">✓ identified</span>',
+    Judgement.NOT_IDENTIFIED: '<span class="mark-no">✗ not identified</span>',
+}
+
+
+def _judged(found: Judged) -> str:
+    """Return a judgement with its reason."""
+    mark = _MARKS.get(found.judgement, found.judgement.value)
+    return f"<span>{mark}{f': {_escape(found.reason)}' if found.reason else ''}</span>"
+
+
+def joint(identification: Identification) -> str:
+    """Return what each log of a joint fit contributes and where they differ; empty for one log."""
+    found = identification.estimate.joint
+    if found is None:
+        return ""
+    kind = identification.log.kind
+    unit = unit_text(unit_of("effort", kind))
+    rows = "".join(
+        f'<tr><th scope="row">{_escape(each.name)}</th>'
+        f'<td class="number" data-label="Samples">{each.samples}</td>'
+        f'<td class="number" data-label="Duration">{each.duration:.4g} s</td>'
+        f'<td class="number" data-label="One every">{1e3 * each.sampling_time:.4g} ms</td>'
+        f'<td class="number" data-label="Residual">{each.residual:.3g} {unit}</td></tr>\n'
+        for each in found.logs
+    )
+    heads = ("Log", "Samples", "Duration", "One every", "Residual")
+    columns = "".join(f'<th scope="col">{head}</th>' for head in heads)
+    differences = tuple(
+        f"{each.log}: {in_words(each.parameter)} differs by {each.difference:.3g} "
+        f"{unit_text(unit_of(each.parameter, kind))} ({each.relative:+.1%}, p = {each.p_value:.1g})"
+        for each in found.deviations
+    )
     return (
-        parameter.name not in SIGNED_PARAMETERS
-        and parameter.value is not None
-        and parameter.value <= 0
+        f'<p class="lead">{_escape(found.text)}</p>\n'
+        f"{_list(differences) if differences else ''}"
+        f'<table class="parameters"><thead><tr>{columns}</tr></thead>\n'
+        f"<tbody>\n{rows}</tbody></table>\n"
     )
 
 
 def _parameter_cells(parameter: ParameterEstimate) -> list[tuple[str, str, str]]:
-    value, std, interval = parameter.value, parameter.std, parameter.ci95
-    if value is None:
-        shown = between = "–"
-    elif std is None or interval is None:
-        shown, between = _minus(f"{value:.5g}"), "none"
-    else:
-        shown = _minus(rounded(value, std))
-        between = _minus(rounded_interval(*interval, std))
+    shown, between = map(_minus, value_texts(parameter))
     return [
         ("Value", "number value", shown),
         ("95 % interval", "number", between),
@@ -192,7 +205,7 @@ def _true_value(parameter: ParameterEstimate, truth: float | None) -> str:
 
 def provenance(identification: Identification) -> str:
     """Return notes, what was assumed in reading, and what the result was made from."""
-    log, estimate = identification.log, identification.estimate
+    estimate = identification.estimate
     parts: list[str] = []
     if estimate.diagnostics.notes:
         parts.append("<h3>Notes</h3>\n" + _list(tuple(map(in_words, estimate.diagnostics.notes))))
@@ -200,13 +213,31 @@ def provenance(identification: Identification) -> str:
         parts.append(
             "<h3>Assumed in reading the log</h3>\n" + _list(estimate.provenance.assumptions)
         )
-    segments = log.segment_starts.size
     rows = [
         ("Files", ", ".join(_escape(f) for f in estimate.provenance.files) or "made in memory"),
         (
             "SHA-256 of the input",
             f"<code>{_escape(estimate.provenance.input_sha256) or '–'}</code>",
         ),
+    ]
+    if identification.further:
+        parts.append("<h3>Logs</h3>\n" + _rows(rows))
+        for each in identification.logs:
+            parts.append(f"<h3>Log {_escape(each.name)}</h3>\n" + _rows(_log_rows(each)))
+    else:
+        parts.append("<h3>Log</h3>\n" + _rows([*rows, *_log_rows(identification.log)]))
+    options = [
+        (_escape(key.replace("_", " ")), _escape(_plain(value)))
+        for key, value in estimate.provenance.options.items()
+    ]
+    if options:
+        parts.append(f"<h3>Options of {_escape(estimate.estimator)}</h3>\n" + _rows(options))
+    return "".join(parts)
+
+
+def _log_rows(log: AxisLog) -> list[tuple[str, str]]:
+    segments = log.segment_starts.size
+    return [
         ("Samples", f"{len(log)} in {segments} segment{'' if segments == 1 else 's'}"),
         ("Duration", f"{_duration(log):.6g} s"),
         (
@@ -224,14 +255,6 @@ def provenance(identification: Identification) -> str:
             f"{unit_text(unit_of('effort', log.kind))}",
         ),
     ]
-    parts.append("<h3>Log</h3>\n" + _rows(rows))
-    options = [
-        (_escape(key.replace("_", " ")), _escape(_plain(value)))
-        for key, value in estimate.provenance.options.items()
-    ]
-    if options:
-        parts.append(f"<h3>Options of {_escape(estimate.estimator)}</h3>\n" + _rows(options))
-    return "".join(parts)
 
 
 def footer(identification: Identification) -> str:

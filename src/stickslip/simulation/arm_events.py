@@ -1,10 +1,10 @@
 """Exact propagation of the flexible arm under a held input, event by event.
 
-The arm (report part A Eqs. 2.1-2.3 with a stick rule) is affine linear between events, in each of
-three modes: the first mass slips in the negative direction (-1), rests (0), or slips in the
+The arm (van de Wijdeven 2002 A Eqs. 2.1-2.3 with a stick rule) is affine linear between events, in
+each of three modes: the first mass slips in the negative direction (-1), rests (0), or slips in the
 positive direction (+1). Coordinates are x1, v1, d = x1 - x2 and v2, so that a drift of the
-positions costs no accuracy; each is kept as the sum of two doubles, so that rounding does not
-add up over many samples.
+positions costs no accuracy; each is kept as the sum of two doubles, so that rounding does not add
+up over many samples.
 
 - While slipping the force is s fc + c v1; at a zero of v1 the mass rests if |w| <= fs with
   w = U - ks d and U the effort less the offset, else it slips the way of w.

@@ -1,6 +1,6 @@
 """Exact propagation of a single mass under a held input, event by event.
 
-Report part B Eq. 1. While slipping in direction s, m v' = F - c v with the held force
+Van de Wijdeven (2002) B, Eq. 1. While slipping in direction s, m v' = F - c v with the held force
 F = U - s fc (U is the effort less the offset), so that v is monotone within a sample: the sign at
 its end tells whether there was a zero, and the zero is known in closed form. At a zero the mass
 rests if |U| <= fs, else it slips the way of U; it cannot come to a second zero within the sample.

@@ -47,7 +47,8 @@ def _arm_transition(
 
     The state is (x1, v1, d, v2, x2, F) with the held force F = u - s fc and d = x1 - x2:
     x1' = v1, v1' = (F - c v1 - ks d)/m1, d' = v1 - v2, v2' = ks d/m2, x2' = v2, F' = 0
-    (report part A Eqs. 2.1-2.3 while the first mass slips). While it rests only the second moves.
+    (van de Wijdeven 2002 A Eqs. 2.1-2.3 while the first mass slips). While it rests only the second
+    moves.
 
     Returns
     -------

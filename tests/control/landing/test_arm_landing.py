@@ -121,6 +121,7 @@ def test_the_arm_lands_without_noise(target: float) -> None:
     assert last.planned.target == target
 
 
+@pytest.mark.slow
 def test_the_arm_lands_with_noise() -> None:
     landed = 0
     for seed in range(SEEDS):

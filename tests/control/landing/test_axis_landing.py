@@ -107,6 +107,7 @@ def an_axis(generator: np.random.Generator) -> tuple[Any, float, float]:
     return SingleMass(mass=m, friction=law), static * generator.uniform(1.6, 4.0), float(way)
 
 
+@pytest.mark.slow
 def test_random_axes_land_there_and_on_the_next_target() -> None:
     generator = np.random.default_rng(2)
     for guess in np.repeat([0.0, 0.5, 1.5], AXES // 3):

@@ -101,6 +101,7 @@ def test_a_swing_that_was_fitted_with_wrong_masses_is_corrected_too() -> None:
     np.testing.assert_allclose(found(belief().after(fitted)), TRUTH, rtol=EXACT)
 
 
+@pytest.mark.slow
 def test_with_noise_it_is_off_as_far_as_it_says() -> None:
     """The sum of squares, each over what the belief says of it, is that of its freedom."""
     generator = np.random.default_rng(11)

@@ -16,7 +16,7 @@ from stickslip.plants import FlexibleArm, SingleMass
 
 __all__ = ["arm_approach", "scaled_notch", "scaled_pd"]
 
-# The gains of the report's surrogate arm (its own table is lost), without units
+# The gains of the surrogate arm of the demonstration, without units
 _STIFFNESS_SHARE = 1.5  # of the position gain
 _DAMPING_SHARE = 2.5  # of the velocity gain, over the root of stiffness times mean mass
 _NOTCH_DEPTH, _NOTCH_DAMPING = 0.5, 0.4

@@ -1,4 +1,4 @@
-"""The conjunction of the report: feedback moves an arm near its target, pulses land it at rest."""
+"""Landing of a flexible arm: feedback moves it near its target, pulse series land it at rest."""
 
 from dataclasses import dataclass, replace
 from math import ceil, isfinite
@@ -35,7 +35,8 @@ _STATIC = 1.3  # static over Coulomb friction, where nothing is known
 class LandingController(ArmLearning):
     """Land a flexible arm: both masses at rest on the target, with friction learnt on the way.
 
-    The supervisor of the report's concluding remarks. Its phases, and what ends each:
+    The supervisor that the concluding remarks of van de Wijdeven (2002) sketch. Its phases, and
+    what ends each:
 
     feedback
         PD, notch and compensation of friction by the running estimate, along a smooth reference to
@@ -65,7 +66,8 @@ class LandingController(ArmLearning):
     Attributes
     ----------
     sampling_time, target, effort_limit, estimator, position_noise, velocity_noise, pd
-        As of `Supervisor`; gains by rule are those of the report's surrogate arm, scaled.
+        As of `Supervisor`; gains by rule are those of the surrogate arm of
+        the demonstration, scaled.
     tolerance
         How far from the target at most, each of mass 1 and the swing of mass 2 about mass 1.
     arm

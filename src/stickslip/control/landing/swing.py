@@ -46,7 +46,7 @@ class Swing:
         """Fit a swing of the arm's frequency to samples, by weighted least squares.
 
         While mass 1 rests at x1, x2 = x1 + a cos(w t) + b sin(w t), with t = 0 at the last sample
-        (report part A Eq. 2.3 with x1' = 0).
+        (van de Wijdeven 2002 A Eq. 2.3 with x1' = 0).
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Energies of an axis and the regressors of its friction (report part A chapters 3 and 4).
+"""Energies of an axis and the regressors of its friction (van de Wijdeven 2002, chapters 3 and 4).
 
 Two forms. The printed one sums by backward Euler (Eqs. 3.6-4.4) and is biased when the effort is
 held over each sample. The other uses that the effort *is* held: the work of a sample is exactly
@@ -12,7 +12,7 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 
 __all__ = [
-    "report_step",
+    "published_step",
     "sample_integrals",
     "squared_velocity",
     "travel_direction",
@@ -22,7 +22,7 @@ __all__ = [
 
 
 @compiled(inline=True)
-def report_step(u: float, v: float, T: float) -> tuple[float, float, float]:
+def published_step(u: float, v: float, T: float) -> tuple[float, float, float]:
     """Return the work and the two regressors of one sample as printed (Eqs. 3.6, 4.3).
 
     (T u(k) x1'(k), T abs(x1'(k)), T x1'(k)^2)
@@ -61,7 +61,7 @@ def sample_integrals(
 ) -> tuple[Float[np.ndarray, " n-1"], Float[np.ndarray, " n-1"]]:
     """Return the way travelled and the integral of the squared velocity of every sample.
 
-    ``noisy`` says that the sign of a single velocity means nothing: then only ``direction`` counts.
+    With ``noisy``, the sign of a single velocity is not used, only ``direction``.
     """
     n = x.size - 1
     path, squared = np.empty(n), np.empty(n)

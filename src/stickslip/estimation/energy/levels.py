@@ -1,4 +1,7 @@
-"""The energies of an axis over time, and what explains their loss (report part A Eqs. 3.1-4.4)."""
+"""Energies of an axis over time, and the regressors of their loss.
+
+Source: van de Wijdeven (2002), part A, Eqs. 3.1-4.4.
+"""
 
 from dataclasses import dataclass
 

@@ -1,4 +1,4 @@
-"""What a fit says about itself: conditioning, whiteness, cross-validation, identifiability."""
+"""Diagnostics of a fit: conditioning, cross-validation, identifiability and status."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ from stickslip.estimation.fit.rows import (
     Regression,
     least_squares,
 )
-from stickslip.records import SIGNED_PARAMETERS, ParameterEstimate, Status, Verdict
+from stickslip.records import ParameterEstimate, Status, Verdict, shared_name
 
 __all__ = [
     "Determined",
@@ -35,7 +35,7 @@ LEAST_SPEED_VARIATION = 0.05
 """Below 5 % variation of speed, Coulomb and viscous friction differ by less than model errors."""
 
 LEAST_SHARE_OF_TRAVEL = 0.02
-"""A direction with less than 2 % of the travel says nothing of its own."""
+"""A direction with less than 2 % of the travel holds no information of its own."""
 
 LEAST_RANGE = 30.0
 """Range of positions, in units of their noise or smallest step, below which the axis hardly moves:
@@ -61,15 +61,19 @@ def cross_validation_residual(regression: Regression) -> float | None:
     """Return the relative residual [-] on contiguous fifths of the information left out in turn.
 
     Contiguous blocks, because neighbours of a left-out row would give it away; of equal information
-    and not of equal length, because a log that rests for most of its time tells nothing there. None
-    if the log is too short to leave a fifth out.
+    and not of equal length, because a log that rests for most of its time has no information
+    there. Of several logs a fifth of each. None if the log is too short to leave a fifth out.
     """
     target, regressors = regression.target, regression.regressors
     n, p = regressors.shape
     if n < FOLDS * max(_LEAST_ROWS_PER_FOLD, p):
         return None
     norms = np.linalg.norm(regressors, axis=0)
-    time, _ = information_time(np.sum((regressors / np.where(norms > 0, norms, 1.0)) ** 2, axis=1))
+    leverage = np.sum((regressors / np.where(norms > 0, norms, 1.0)) ** 2, axis=1)
+    log = np.zeros(n, dtype=np.int64) if regression.log is None else regression.log
+    time = np.empty(n)
+    for each in np.unique(log):
+        time[log == each] = information_time(leverage[log == each])[0]
     fold = np.minimum((FOLDS * time).astype(int), FOLDS - 1)
     left_out = 0.0
     for k in range(FOLDS):
@@ -165,7 +169,7 @@ def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary
     name
         The parameter.
     group
-        The parameters that cannot be told apart, itself included.
+        The parameters that cannot be separated, itself included.
     motion
         What the log excites.
     """
@@ -189,22 +193,20 @@ def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary
 def _inseparable_reason(
     base: str, group: Sequence[str], others: Sequence[str], motion: MotionSummary
 ) -> str:
-    """Return why a parameter cannot be told apart from others."""
-    kinds = {other.split("_")[0] for other in group}
+    """Return why a parameter cannot be separated from others."""
+    kinds = {shared_name(other).split("_")[0] for other in group}
     shorter = min(motion.forward_travel, motion.backward_travel)
     one_way = shorter < LEAST_SHARE_OF_TRAVEL * motion.travel
     if base in {"mass", "inertia"}:
         return "the acceleration hardly varies beyond its noise and what goes with the friction"
     if kinds >= {"coulomb", "offset"} and one_way and base != "viscous_friction":
-        return (
-            "the axis moves one way only, so Coulomb friction and the offset cannot be told apart"
-        )
+        return "the axis moves one way only, so Coulomb friction and the offset cannot be separated"
     if kinds >= {"coulomb", "viscous"} and motion.speed_variation < LEAST_SPEED_VARIATION:
         return (
             f"the speed varies by {100 * motion.speed_variation:.2g} % only, so Coulomb and "
-            "viscous friction cannot be told apart"
+            "viscous friction cannot be separated"
         )
-    return f"this fit cannot tell it apart from {' and '.join(others)}"
+    return f"it cannot be separated from {' and '.join(others)}"
 
 
 def hardly_moves(motion: MotionSummary) -> bool:
@@ -253,7 +255,7 @@ def status_of(
     if max(relative_residual, cross_validation or 0.0) > POOR_FIT:
         return Status.POOR_FIT
     for p in parameters:
-        if p.name not in SIGNED_PARAMETERS and p.ci95 is not None and p.ci95[1] < 0:
+        if not p.signed and p.ci95 is not None and p.ci95[1] < 0:
             return Status.UNPHYSICAL
         if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
             return Status.UNPHYSICAL

@@ -3,16 +3,20 @@
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
+from scipy.linalg import block_diag
 from scipy.special import stdtrit
 
 __all__ = [
+    "Overlap",
     "Uncertainty",
     "autocorrelation",
     "frequencies",
     "information_time",
+    "pooled",
     "robust_uncertainty",
     "t_quantile",
+    "white_variances",
 ]
 
 CONFIDENCE = 0.95
@@ -22,6 +26,7 @@ MOST_FREQUENCIES = 12
 _ROWS_PER_FREQUENCY = 4
 _SLOWEST = 4  # cosines, which a drifting force fills
 _RED = 2.5  # ratio of mean squares: of white residuals, one in eight is as red
+_WHITE = 2.0  # degrees of freedom of a white variance, over those of the cosines
 _TINY = np.finfo(float).tiny
 
 
@@ -41,7 +46,7 @@ def information_time(
     """Return how much of the information has come in by each row, and how many rows that is worth.
 
     A log that rests for half of its time has its information in the other half; in this time, every
-    stretch counts by what it tells.
+    stretch counts by its information.
 
     Parameters
     ----------
@@ -72,6 +77,22 @@ def frequencies(rows: float, most: int = MOST_FREQUENCIES) -> int:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Overlap:
+    """Correlation of rows that are means of a signal over overlapping windows.
+
+    Attributes
+    ----------
+    lags
+        Differences in time, from 0 to the width of a window [s], shape (k,).
+    correlations
+        Of two rows so far apart, if the noise of the signal is white [-], shape (k,).
+    """
+
+    lags: Float[np.ndarray, " k"]
+    correlations: Float[np.ndarray, " k"]
+
+
+@dataclass(frozen=True, kw_only=True)
 class Uncertainty:
     """Covariance of an estimate, and how well it is known itself.
 
@@ -94,6 +115,7 @@ def robust_uncertainty(
     most: int = MOST_FREQUENCIES,
     *,
     slow: bool = False,
+    log: Int[np.ndarray, " n"] | None = None,
 ) -> Uncertainty:
     """Return the uncertainty of a least-squares fit whose residual is correlated in time.
 
@@ -120,36 +142,131 @@ def robust_uncertainty(
         Cosines at the most.
     slow
         Whether to take the slowest cosines alone where they are the strongest.
+    log
+        Number of the log that each row is from [-], each with cosines of its own, as their
+        residuals are independent; None for one log.
     """
     n, d = orthonormal.shape
     p = to_values.shape[0]
-    time, rows = information_time(np.sum(orthonormal**2, axis=1))
-    count = frequencies(rows, most)
-    cosines = np.cos(np.pi * np.outer(np.arange(1, count + 1), time))
+    blocks = _cosines(np.sum(orthonormal**2, axis=1), log, most)
+    number = np.concatenate([np.arange(cosines.shape[0]) for _, cosines in blocks])
     weights = orthonormal @ to_values.T
-    projections = np.zeros((p, count))
+    projections = np.zeros((p, number.size))
     degrees = np.ones(p)
     for k in range(p):
-        projection = cosines * weights[:, k]
-        fitted = projection @ orthonormal
-        white = projection @ projection.T - fitted @ fitted.T
+        parts = [cosines * weights[own, k] for own, cosines in blocks]
+        fitted = np.vstack(
+            [part @ orthonormal[own] for part, (own, _) in zip(parts, blocks, strict=True)]
+        )
+        white = block_diag(*[part @ part.T for part in parts]) - fitted @ fitted.T
         trace = float(np.trace(white))
         if trace > 0:
             scale = float(np.sum(weights[:, k] ** 2)) / trace
-            projections[k] = np.sqrt(scale) * (projection @ residual)
+            seen = [part @ residual[own] for part, (own, _) in zip(parts, blocks, strict=True)]
+            projections[k] = np.sqrt(scale) * np.concatenate(seen)
             degrees[k] = trace**2 / float(np.sum(white**2))
     covariance = projections @ projections.T * (n / (n - d))
-    if slow and count >= 2 * _SLOWEST:
-        squares = projections**2
-        first = count / _SLOWEST * np.sum(squares[:, :_SLOWEST], axis=1)
-        rest = count / (count - _SLOWEST) * np.sum(squares[:, _SLOWEST:], axis=1)
+    if slow and np.max(number) + 1 >= 2 * _SLOWEST:
+        squares, slowest = projections**2, number < _SLOWEST
+        share = float(np.mean(slowest))
+        first = np.sum(squares[:, slowest], axis=1) / share
+        rest = np.sum(squares[:, ~slowest], axis=1) / (1.0 - share)
         red = first > _RED * rest
         growth = np.where(red, np.sqrt(first / np.maximum(np.sum(squares, axis=1), _TINY)), 1.0)
         covariance *= np.outer(growth, growth)
-        degrees = np.where(red, degrees * _SLOWEST / count, degrees)
+        degrees = np.where(red, degrees * share, degrees)
     return Uncertainty(covariance=covariance, degrees_of_freedom=np.maximum(degrees, 1.0))
 
 
-def t_quantile(degrees_of_freedom: float) -> float:
-    """Return the factor from a standard deviation to half a 95 % interval [-]."""
-    return float(stdtrit(degrees_of_freedom, 0.5 + CONFIDENCE / 2))
+def _cosines(
+    leverage: Float[np.ndarray, " n"], log: Int[np.ndarray, " n"] | None, most: int
+) -> list[tuple[Int[np.ndarray, " _"], Float[np.ndarray, "_ _"]]]:
+    """Return the rows of every log with its slowest cosines.
+
+    All logs count alike, however many cosines they have.
+    """
+    blocks: list[tuple[Int[np.ndarray, " _"], Float[np.ndarray, "_ _"]]] = []
+    for each in [0] if log is None else np.unique(log).tolist():
+        own = np.arange(leverage.size) if log is None else np.flatnonzero(log == each)
+        time, rows = information_time(leverage[own])
+        number = np.arange(1, frequencies(rows, most) + 1)
+        cosines = np.cos(np.pi * np.outer(number, time)) / np.sqrt(number.size)
+        blocks.append((own, cosines))
+    return blocks
+
+
+def pooled(uncertainty: Uncertainty, white: Float[np.ndarray, " p"]) -> Uncertainty:
+    """Return the uncertainty with variances that are too small by chance raised.
+
+    A few cosines give the variance with few degrees of freedom nu, and an interval is most often
+    wrong where that is small by chance. No process that correlates a residual makes it smaller than
+    white noise does. A variance below that of white noise is pooled with it, by degrees of freedom:
+    ``(nu V + 2 nu V_white) / (3 nu)``.
+
+    Parameters
+    ----------
+    uncertainty
+        From the slowest variations.
+    white
+        Variance of each parameter under white noise [SI], shape (p,).
+    """
+    own = np.diag(uncertainty.covariance)
+    small = (own < white) & (own > 0)
+    share = 1.0 / (1.0 + _WHITE)
+    target = share * own + (1.0 - share) * white
+    growth = np.sqrt(np.where(small, target / np.where(small, own, 1.0), 1.0))
+    degrees = uncertainty.degrees_of_freedom
+    return Uncertainty(
+        covariance=uncertainty.covariance * np.outer(growth, growth),
+        degrees_of_freedom=np.where(small, degrees * (1.0 + _WHITE), degrees),
+    )
+
+
+def t_quantile(degrees_of_freedom: float, intervals: int = 1) -> float:
+    """Return the factor from a standard deviation to half a 95 % interval [-].
+
+    Parameters
+    ----------
+    degrees_of_freedom
+        Of Student's distribution [-].
+    intervals
+        Number of intervals that hold together with 95 % (Bonferroni) [-].
+    """
+    return float(stdtrit(degrees_of_freedom, 1.0 - 0.5 * (1.0 - CONFIDENCE) / intervals))
+
+
+def white_variances(
+    weights: Float[np.ndarray, "n p"],
+    residual: Float[np.ndarray, " n"],
+    time: Float[np.ndarray, " n"],
+    overlap: Overlap,
+    log: Int[np.ndarray, " n"] | None = None,
+) -> Float[np.ndarray, " p"]:
+    """Return the variances of a fit to overlapping means of a signal with white noise [SI].
+
+    A parameter is ``sum_i l_i y_i``; its variance is ``s^2 sum_ij l_i l_j rho(t_i - t_j)``, where
+    s^2 is the mean square of the residual and rho the correlation of two means.
+
+    Parameters
+    ----------
+    weights
+        Of each row in each parameter, l [SI].
+    residual
+        Of the fit, with its degrees of freedom restored [SI].
+    time
+        Of the rows, without decrease within a log [s].
+    overlap
+        Correlation of two rows.
+    log
+        Number of the log of each row [-]; None for one log.
+    """
+    total = np.sum(weights**2, axis=0)
+    for lag in range(1, time.size):
+        apart = time[lag:] - time[:-lag]
+        if log is not None:
+            apart = np.where(log[lag:] == log[:-lag], apart, np.inf)
+        if float(np.min(apart)) > overlap.lags[-1]:
+            break
+        shared = np.interp(apart, overlap.lags, overlap.correlations, right=0.0)
+        total += 2.0 * np.sum(shared[:, None] * weights[lag:] * weights[:-lag], axis=0)
+    return float(np.mean(residual**2)) * np.maximum(total, 0.0)

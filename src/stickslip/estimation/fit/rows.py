@@ -5,8 +5,9 @@ from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
+from stickslip.estimation.fit.intervals import Overlap
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.estimation.signals.sensor_noise import encoder_step
 from stickslip.records import AxisKind
@@ -14,7 +15,7 @@ from stickslip.records import AxisKind
 __all__ = ["MotionSummary", "Regression", "least_squares", "summarise_motion"]
 
 SMALLEST_SINGULAR_RATIO = 0.01
-"""Columns of unit norm with a smaller singular value (relative to the largest) are told apart by
+"""Columns of unit norm with a smaller singular value (relative to the largest) differ by
 less than 1 % of their content, which sensor and model errors exceed."""
 
 RESOLUTION = 2e-5
@@ -118,7 +119,7 @@ class Regression:
         Norm of the rows that the effort alone would make [SI], where the target holds only what
         known masses leave of it; otherwise 0.
     biased
-        Whether the rows are known to bias the parameters by more than an interval can say.
+        Whether the rows are known to bias the parameters by more than their intervals.
     smallest_singular_ratio
         Share of the strongest combination of columns of unit norm below which a combination is not
         determined [-]; less than its default only where no filter has touched the motion.
@@ -132,9 +133,18 @@ class Regression:
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
         a drifting force (`robust_uncertainty`).
-    shapes_estimated
-        Whether the shape of a term is a parameter, so that a static friction or Stribeck velocity
-        next to nothing is no result.
+    overlap
+        Correlation of the rows under white noise of the signal that they are means of; None where
+        it is not known. Variances that are smaller than under white noise are pooled with those.
+    simultaneous
+        Whether the intervals of all parameters hold together with 95 %, as they must after the
+        terms were selected by the same data.
+    effort
+        The effort in each row [N or N m], shape (n,), where the shape of a term can be a parameter:
+        the target then holds derivatives with respect to shapes as well, and a static friction or
+        Stribeck velocity next to nothing is no result. None if no shape is estimated.
+    log
+        Number of the log that each row is from [-], shape (n,); None for one log.
     """
 
     kind: AxisKind
@@ -154,11 +164,16 @@ class Regression:
     effort_delay: int | None = None
     shifts: Float[np.ndarray, "k p"] | None = None
     slow_residual: bool = False
-    shapes_estimated: bool = False
+    overlap: Overlap | None = None
+    simultaneous: bool = False
+    effort: Float[np.ndarray, " n"] | None = None
+    log: Int[np.ndarray, " n"] | None = None
 
     @property
     def scale(self) -> float:
         """Norm that a residual is small against [SI]."""
+        if self.effort is not None:
+            return float(np.linalg.norm(self.effort))
         return max(float(np.linalg.norm(self.target)), self.effect)
 
     def relative_residual(self, parameters: Mapping[str, float]) -> float:
@@ -182,7 +197,7 @@ def least_squares(
     """Return the least-squares parameters, whatever the units of the columns.
 
     Columns are scaled to unit norm first: otherwise the solver takes a column that is small in its
-    unit for one that says nothing.
+    unit for one without content.
     """
     norms = np.linalg.norm(regressors, axis=0)
     norms[norms == 0] = 1.0

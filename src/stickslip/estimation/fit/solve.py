@@ -19,8 +19,10 @@ from stickslip.estimation.fit.diagnostics import (
 )
 from stickslip.estimation.fit.intervals import (
     autocorrelation,
+    pooled,
     robust_uncertainty,
     t_quantile,
+    white_variances,
 )
 from stickslip.estimation.fit.rows import Regression
 from stickslip.records import (
@@ -34,10 +36,11 @@ from stickslip.records import (
     Status,
     Verdict,
     quantity_name,
+    shared_name,
     unit_of,
 )
 
-__all__ = ["check_excited", "long_stretches", "provenance_of", "solve"]
+__all__ = ["check_excited", "long_stretches", "provenance_of", "solve", "withheld"]
 
 _LEAST_ROWS_PER_PARAMETER = 3
 
@@ -147,14 +150,12 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     effective = np.clip(n * ratio, 1.0, float(min(n, regression.samples)))
     verdicts = list(verdicts_of(regression, found))
     parameters: dict[str, ParameterEstimate] = {}
+    together = p if regression.simultaneous else 1
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
-        half = std * t_quantile(float(fit.degrees_of_freedom[k]))
-        effect = half * _largest_effect(regression, k)
-        base = quantity_name(name)
-        if base in {"mass", "inertia"} or (regression.shapes_estimated and base in _NEVER_SMALL):
-            effect = np.inf
-        reason = _withheld(name, value, half, effect, partly=found.undetermined != ())
+        degrees = float(fit.degrees_of_freedom[k])
+        half, alone = std * t_quantile(degrees, together), std * t_quantile(degrees)
+        reason = withheld(regression, k, value, alone, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
             verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)
@@ -200,9 +201,9 @@ def _largest_effect(regression: Regression, k: int) -> float:
     only.
     """
     column = regression.regressors[:, k]
-    if not regression.shapes_estimated:
+    if regression.effort is None:
         return float(np.linalg.norm(column)) / regression.scale
-    largest = float(np.max(np.abs(regression.target)))
+    largest = float(np.max(np.abs(regression.effort)))
     return float(np.max(np.abs(column))) / max(largest, np.finfo(float).tiny)
 
 
@@ -214,17 +215,37 @@ LARGEST_EFFECT = 0.1
 small the value is: "viscous friction is next to nothing" is a result."""
 
 
-def _withheld(name: str, value: float, half_width: float, effect: float, *, partly: bool) -> str:
-    """Return why a value is not given although its column says something; empty if it is given.
+def withheld(
+    regression: Regression, k: int, value: float, half_width: float, *, partly: bool
+) -> str:
+    """Return why a value is withheld although its column has content; empty if it is given.
 
     An interval is informative if its half-width is less than the value, or if its effect is small
     beside the fitted signal; a mass, static friction or a Stribeck velocity must be larger than
     its half-width.
+
+    Parameters
+    ----------
+    regression
+        The rows.
+    k
+        Column of the parameter.
+    value, half_width
+        Of the parameter and of its 95 % interval [SI].
+    partly
+        Whether the log leaves combinations of parameters undetermined.
     """
-    if half_width > abs(value) and effect > LARGEST_EFFECT:
+    name = regression.names[k]
+    base = quantity_name(name)
+    # Where the motion is simulated, the effect of static friction vanishes with its excess
+    nonlinear = regression.effort is not None or regression.quantity == "position"
+    small = base not in {"mass", "inertia"} and not (nonlinear and base in _NEVER_SMALL)
+    if half_width > abs(value) and not (
+        small and half_width * _largest_effect(regression, k) <= LARGEST_EFFECT
+    ):
         return "its 95 % interval is wider than the value itself"
-    if partly and name not in SIGNED_PARAMETERS and value <= 0:
-        return "what the log cannot tell apart leaves no positive value for it"
+    if partly and shared_name(name) not in SIGNED_PARAMETERS and value <= 0:
+        return "the parameters that the log does not separate leave no positive value for it"
     return ""
 
 
@@ -253,8 +274,21 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     to_values = (found.right.T / found.singular) / found.norms[:, None]
     values[columns] = to_values @ (found.left.T @ regression.target)
     residual = regression.target - regression.regressors @ values
-    uncertainty = robust_uncertainty(found.left, to_values, residual, slow=regression.slow_residual)
+    uncertainty = robust_uncertainty(
+        found.left, to_values, residual, slow=regression.slow_residual, log=regression.log
+    )
+    if regression.overlap is not None:
+        rows, used = found.left.shape
+        white = white_variances(
+            found.left @ to_values.T,
+            residual * np.sqrt(rows / (rows - used)),
+            regression.time,
+            regression.overlap,
+            regression.log,
+        )
+        uncertainty = pooled(uncertainty, white)
     covariance[np.ix_(columns, columns)] = uncertainty.covariance
+    degrees[columns] = uncertainty.degrees_of_freedom
     sampling = np.diag(covariance).copy()
     resolution = regression.resolution * float(np.linalg.norm(regression.target))
     covariance[columns, columns] += (resolution / found.norms) ** 2
@@ -264,7 +298,6 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     covariance[columns, columns] += bias**2
     if regression.shifts is not None:
         covariance += regression.shifts.T @ regression.shifts
-    degrees[columns] = uncertainty.degrees_of_freedom
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
     return _Fit(

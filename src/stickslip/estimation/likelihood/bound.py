@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -17,7 +16,7 @@ from stickslip.estimation.likelihood.axis_parameters import (
 from stickslip.estimation.likelihood.noise_model import run_means, run_starts
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant, SingleMass
-from stickslip.records import InputError, unit_of
+from stickslip.records import InputError, ReadOnlyMapping, unit_of
 from stickslip.simulation import (
     MotionSensitivity,
     Sensors,
@@ -58,7 +57,7 @@ class CramerRaoBound:
     units: Mapping[str, str]
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "units", MappingProxyType(dict(self.units)))
+        object.__setattr__(self, "units", ReadOnlyMapping(self.units))
 
     @property
     def std(self) -> dict[str, float]:

@@ -12,16 +12,16 @@ from stickslip.estimation.likelihood.axis_parameters import (
     load_name,
     mass_name,
 )
-from stickslip.estimation.likelihood.first_guess import first_guess
 from stickslip.estimation.likelihood.maximum_rows import rows_at
 from stickslip.estimation.likelihood.noise_model import ChannelNoise
-from stickslip.estimation.likelihood.search import Maximum
-from stickslip.estimation.likelihood.staged_search import staged_search
-from stickslip.estimation.likelihood.static_profile import StaticRange, with_static_friction
+from stickslip.estimation.likelihood.search.first_guess import first_guess
+from stickslip.estimation.likelihood.search.maximum import Maximum
+from stickslip.estimation.likelihood.search.stages import staged_search
+from stickslip.estimation.likelihood.search.static_profile import StaticRange, with_static_friction
 from stickslip.estimation.likelihood.windows import Window
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
-from stickslip.estimation.signals.resampling import resampled
 from stickslip.estimation.signals.sensor_noise import chosen_cutoff
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
@@ -83,6 +83,7 @@ class _Found:
     delay: int
     static: StaticRange | None
     notes: tuple[str, ...]
+    clipped: bool
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -312,12 +313,16 @@ class MaximumLikelihoodEstimator:
             samples=len(found.log),
             notes=found.notes,
         )
-        return replace(rows, effort_delay=found.delay if self.largest_delay else None)
+        return replace(
+            rows,
+            effort_delay=found.delay if self.largest_delay else None,
+            biased=rows.biased or found.clipped,
+        )
 
     def _found(self, log: AxisLog) -> _Found:
         """Search the likeliest parameters, and the likeliest delay."""
         check_excited(log)
-        log, changes = resampled(log)
+        log = whole = repaired(log)
         low_pass = LowPass(order=4, cutoff=default_cutoff(log.sampling_time))
         log, wrong = without_wrong_velocity(log, low_pass, load=bool(self.flexible))
         least = max(_LEAST_ROWS, self.largest_delay + 2)
@@ -361,7 +366,7 @@ class MaximumLikelihoodEstimator:
                 coloured=self.noise == "coloured",
             )
             if best is None or maximum.cost < best.maximum.cost:
-                notes = (*changes, *wrong, *note)
+                notes = (*whole.notes, *wrong, *note)
                 best = _Found(
                     log=log,
                     parameters=parameters,
@@ -370,6 +375,7 @@ class MaximumLikelihoodEstimator:
                     delay=delay,
                     static=None,
                     notes=notes,
+                    clipped=whole.clipped,
                 )
         if best is None:
             message = "no delay was tried"

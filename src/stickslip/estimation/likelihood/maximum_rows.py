@@ -8,7 +8,7 @@ from jaxtyping import Float
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.likelihood.axis_parameters import AxisParameters
 from stickslip.estimation.likelihood.noise_model import whitened
-from stickslip.estimation.likelihood.search import Maximum
+from stickslip.estimation.likelihood.search.maximum import Maximum
 from stickslip.estimation.likelihood.windows import Window
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisKind

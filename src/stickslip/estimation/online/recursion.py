@@ -76,7 +76,7 @@ _PRIOR = 1e-8
 """Information of a relative prior, over that of the largest row so far: too little to matter, and
 so much that P, 1e8 times what a row leaves of it, keeps eight digits of what it learns."""
 
-_SMALL_ROW = 1e-3  # squared size of a row that tells nothing new, over that of a typical one
+_SMALL_ROW = 1e-3  # squared size of a row without new information, over that of a typical one
 
 
 @compiled(inline=True)
@@ -136,11 +136,11 @@ def _update(
 
     Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
     the information P^-1 grows by eps W W' with eps = lambda - (1 - lambda) / g and g = W' P W, so
-    that only what the row tells about is forgotten. A row far smaller than those before it (a rest,
-    with its noise) tells nothing new, and nothing is forgotten for it: eps >= 0 there. Either way
-    nothing is forgotten in a step that would leave the estimates less certain than they were at the
-    start, on average over the parameters: P stays bounded whatever the rows are. Without forgetting
-    both are ordinary recursive least squares.
+    that only information on what the row measures is forgotten. A row far smaller than those before
+    it (a rest, with its noise) holds no new information, and nothing is forgotten for it: eps >= 0
+    there. Either way nothing is forgotten in a step that would leave the estimates less certain
+    than they were at the start, on average over the parameters: P stays bounded whatever the rows
+    are. Without forgetting both are ordinary recursive least squares.
 
     Returns the squared prediction error over its variance, that of a row's noise being 1.
     """
@@ -237,7 +237,7 @@ def rls_run(
 
 
 def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
-    """Return P from a state; infinite for a parameter that no row has told about yet."""
+    """Return P from a state; infinite for a parameter that no row depends on yet."""
     p = int(state[PARAMETERS])
     spread = state[SPREAD : SPREAD + p * p].reshape(p, p).copy()
     unknown = np.flatnonzero(state[FIRST_SPREAD : FIRST_SPREAD + p] == 0.0)

@@ -1,4 +1,7 @@
-"""Recursive least squares with forgetting (report part A Eqs. 4.6-4.10), without windup."""
+"""Recursive least squares with forgetting and without windup.
+
+Van de Wijdeven (2002), part A, Eqs. 4.6-4.10.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass

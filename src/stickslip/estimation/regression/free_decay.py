@@ -13,6 +13,7 @@ from scipy import signal
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.solve import provenance_of
 from stickslip.estimation.point_estimate import NORMAL_95
+from stickslip.estimation.prepare import RepairedLog, repaired
 from stickslip.estimation.regression.decaying_extremes import LEAST_EXTREMES, DecayingExtremes
 from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.signals.kinematics import noise_level
@@ -98,6 +99,7 @@ class FreeDecayEstimator:
         InputError
             If the log does not end with a free decay of four extremes or more.
         """
+        log = repaired(log)
         part = _free_part(log)
         time, position, late, deviations = _extremes(part)
         extremes = DecayingExtremes(position=position, deviation=deviations)
@@ -136,7 +138,7 @@ class FreeDecayEstimator:
 
     def _estimate(
         self,
-        log: AxisLog,
+        log: RepairedLog,
         values: Float[np.ndarray, " p"],
         covariance: Float[np.ndarray, "p p"],
         residual: Float[np.ndarray, " n"],
@@ -177,7 +179,7 @@ class FreeDecayEstimator:
                 classical_std=dict(zip(parameters, stds.tolist(), strict=True)),
                 samples=len(log),
                 verdicts=tuple(verdicts),
-                notes=(f"{count} extremes, one every {half:.4g} s",),
+                notes=(f"{count} extremes, one every {half:.4g} s", *log.notes),
             ),
             provenance=provenance_of(log, options_of(self)),
         )

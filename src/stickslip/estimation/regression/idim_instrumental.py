@@ -23,11 +23,11 @@ from jaxtyping import Float
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import provenance_of, solve
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.regression.identified_law import identified_law
 from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.settings import options_of
 from stickslip.estimation.signals.kinematics import LowPass, central_difference
-from stickslip.estimation.signals.resampling import resampled
 from stickslip.plants import SingleMass
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, positive
 from stickslip.simulation import PlantStepper
@@ -147,7 +147,7 @@ class IdimInstrumentalVariables:
         InputError
             As `fit` does.
         """
-        log, changes = resampled(log)
+        log = repaired(log)
         measured = self._rows.regression(_as_it_acts(log))
         start, *_ = np.linalg.lstsq(measured.regressors, measured.target, rcond=None)
         theta, rows, projected = start, measured, measured.regressors
@@ -165,8 +165,7 @@ class IdimInstrumentalVariables:
             deviations = spread * np.linalg.norm(np.linalg.pinv(projected), axis=1)
             least = CLOSE * deviations + ROUNDING * np.abs(theta)
             settled = bool(np.all(np.abs(theta - before) <= least))
-        if not settled:
-            changes = (*changes, f"the values still changed after {MOST_ROUNDS} simulations")
+        unsettled = f"the values still changed after {MOST_ROUNDS} simulations"
         note = (
             f"instruments from {count} simulations of the identified axis, held to the measured "
             f"motion at {self.feedback:.3g} Hz"
@@ -176,7 +175,7 @@ class IdimInstrumentalVariables:
             target=rows.target - (rows.regressors - projected) @ theta,
             regressors=projected,
             regressor_noise=np.zeros(len(rows.names)),
-            notes=(*rows.notes, note, *changes),
+            notes=(*rows.notes, note, *(() if settled else (unsettled,))),
         )
 
     def _simulated(self, log: AxisLog, values: Mapping[str, float]) -> AxisLog:

@@ -19,6 +19,7 @@ from stickslip.estimation.fit.solve import (
     provenance_of,
     solve,
 )
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.signals.kinematics import (
     REST_PERIODS,
     LowPass,
@@ -30,7 +31,6 @@ from stickslip.estimation.signals.kinematics import (
     rests,
     slow_speed,
 )
-from stickslip.estimation.signals.resampling import resampled
 from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, positive
 
@@ -177,7 +177,7 @@ class IdimLeastSquares:
             If the log is too short, or nothing moves or pushes in it.
         """
         check_excited(log)
-        log, changes = resampled(log)
+        log = repaired(log)
         T = log.sampling_time
         cutoff = default_cutoff(T) if self.cutoff is None else self.cutoff
         low_pass = LowPass(order=self.filter_order, cutoff=cutoff)
@@ -241,7 +241,8 @@ class IdimLeastSquares:
                 (position_noise, speed_noise),
             ),
             samples=len(log),
-            notes=(*notes, *changes),
+            notes=(*notes, *log.notes),
+            biased=log.clipped,
         )
 
     def _rows(

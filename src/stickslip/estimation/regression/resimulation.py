@@ -1,7 +1,6 @@
 """Any estimate held against its log, whatever it comes from: the effort it leaves, and its motion.
 
-This takes the friction of estimates, which a plant can have. A law with more to it, such as a force
-that ripples along the way, does the same for itself (`stickslip.estimation.FittedLaw`).
+This takes the friction of estimates, which a plant can have.
 """
 
 from collections.abc import Sequence
@@ -12,6 +11,7 @@ from jaxtyping import Float
 
 from stickslip.estimation.energy.estimator import EnergyEstimator
 from stickslip.estimation.energy.levels import EnergyLevels
+from stickslip.estimation.figures import LARGEST_PLOT
 from stickslip.estimation.regression.identified_law import identified_law
 from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
 from stickslip.friction import StribeckEffect, StribeckFriction
@@ -31,9 +31,6 @@ __all__ = [
 
 HORIZONS = 20
 """Restarts in a log: small force errors add up to large position errors over a whole log."""
-
-LARGEST_PLOT = 4000
-"""Points beyond which a curve only gets heavier, not clearer."""
 
 OPTIONAL = ("static_friction", "stribeck_velocity")
 """Without these an estimate is that of a law without a step from static to Coulomb friction."""

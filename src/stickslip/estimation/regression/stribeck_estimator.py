@@ -3,8 +3,8 @@
 Given the Stribeck velocity, friction is linear in its parameters; what an estimator makes of a log
 is then a linear regression. The velocity itself is what is left to search: the sum of squares that
 linear least squares leaves, as a function of it alone (variable projection, Golub and Pereyra
-1973). Near its minimum the law is linearised in the velocity too, as the report recommends (part A
-chapter 7), which makes the search a Gauss-Newton iteration and gives the intervals.
+1973). Near its minimum the law is linearised in the velocity too, as van de Wijdeven (2002, part A,
+chapter 7) recommends, which makes the search a Gauss-Newton iteration and gives the intervals.
 """
 
 from dataclasses import dataclass, replace
@@ -17,6 +17,7 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.intervals import t_quantile
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import provenance_of, solve
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.friction import StribeckEffect
@@ -130,6 +131,7 @@ class StribeckEstimator:
         InputError
             As the method's own ``regression`` does.
         """
+        log = repaired(log)
         plain = self.method.regression(log)
         low, high = self._range(plain)
         note = (
@@ -157,6 +159,7 @@ class StribeckEstimator:
         InputError
             As `fit` does.
         """
+        log = repaired(log)
         rows = self.regression(log)
         return self.method.fitted(self._judged(log, rows), rows)
 

@@ -1,6 +1,6 @@
 """Identification of a rigid axis with the model that its log supports."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -11,17 +11,24 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.model_rows import ModelRows, model_rows
-from stickslip.estimation.selection.motion import MotionTuning, SlipMotions, slip_motions
+from stickslip.estimation.selection.model_rows import ModelRows, model_rows, with_shapes
 from stickslip.estimation.selection.plausibility import (
     PlausibilityTuning,
+    implausible_time,
     implausible_units,
+    ripple_of_degrees,
     too_slow_sampling,
     unexplained_effort,
     unsettled_delay,
+    wrong_delay,
     wrong_inertia,
 )
-from stickslip.estimation.selection.rows import window_rows
+from stickslip.estimation.selection.rival_law import RivalTuning, rival_law
+from stickslip.estimation.selection.saturation import (
+    SaturationTuning,
+    saturates,
+    without_saturation,
+)
 from stickslip.estimation.selection.search import (
     DELAY_TERM,
     Model,
@@ -31,26 +38,27 @@ from stickslip.estimation.selection.search import (
     smallest_ratio,
     with_terms,
 )
+from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
     SATURATION,
     TERM_NAMES,
     Term,
     candidate_terms,
-    effort_excess,
 )
-from stickslip.estimation.selection.windows import Weight
+from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotions, slip_motions
+from stickslip.estimation.weak_form.rows import window_rows
+from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import (
     AxisLog,
+    EffortKind,
     FrictionEstimate,
     InputError,
-    ModelSelection,
     Status,
-    TermScore,
     positive,
 )
 
-__all__ = ["SelectedModelEstimator", "SelectionTuning"]
+__all__ = ["SelectedModelEstimator", "SelectionTuning", "judged"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -68,28 +76,42 @@ class IntervalTuning:
     """Smallest over largest singular value of the columns of wide windows [-]: below it they do not
     determine the parameters."""
     fewest_moves: float = 0.7
-    """Share of the moves that wide windows must still fit into [-]."""
+    """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
+    one between moves and not between windows."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class SelectionTuning:
-    """Tuning of `SelectedModelEstimator`, by stage."""
+    """Tuning of `SelectedModelEstimator`, by stage.
+
+    Attributes
+    ----------
+    motion, search, saturation, rival, intervals, plausibility
+        Of the stages.
+    effort_kind_gain
+        Relative decrease of the residual for which an effort with uneven time stamps is taken for
+        sampled or a mean, and not for held [-]. On public logs it is 11 to 31 % where the kind is
+        another one, and below 6 % elsewhere.
+    """
 
     motion: MotionTuning = field(default_factory=MotionTuning)
     search: SearchTuning = field(default_factory=SearchTuning)
+    saturation: SaturationTuning = field(default_factory=SaturationTuning)
+    rival: RivalTuning = field(default_factory=RivalTuning)
     intervals: IntervalTuning = field(default_factory=IntervalTuning)
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
+    effort_kind_gain: float = 0.1
 
 
-_LARGEST_DELAY = 1.0  # s
-_SATURATED = 0.98  # of the limit: below it the drive follows
+_LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
+_TINY = np.finfo(float).tiny
 
 
 @dataclass(frozen=True, kw_only=True)
 class SelectedModelEstimator:
     """Least squares of the effort over windows of slip, with the terms that the log supports.
 
-    The force balance is taken in its weak form (`stickslip.estimation.selection.windows`), so that
+    The force balance is taken in its weak form (`stickslip.estimation.weak_form.windows`), so that
     noise of the logged effort costs variance and no bias, and whatever a window must not contain
     (reversals, rests, gaps, clipped samples) is left out exactly. Terms beyond inertia, viscous and
     Coulomb friction and offset are added one by one as long as they are significant under
@@ -111,6 +133,11 @@ class SelectedModelEstimator:
     effort_delay
         Known time by which the effort acts later than it is logged [s]; None estimates it if the
         log shows one.
+    effort_kind
+        What a logged effort is: ``"held"`` from its time stamp to the next, ``"sampled"`` at its
+        time stamp, or the ``"mean"`` since the time stamp before. None takes it for held if the
+        time stamps are even, where the delay of the effort makes up for the difference, and
+        otherwise for that which explains most.
     tuning
         Of the method.
 
@@ -143,6 +170,7 @@ class SelectedModelEstimator:
     exclude: tuple[str, ...] = ()
     select: bool = True
     effort_delay: float | None = None
+    effort_kind: EffortKind | None = None
     tuning: SelectionTuning = field(default_factory=SelectionTuning)
 
     def __post_init__(self) -> None:
@@ -165,6 +193,11 @@ class SelectedModelEstimator:
             raise InputError(
                 "saturation is included, but it is a defect of a log and no term of an axis",
                 remedy="leave it out; it is looked for unless it is excluded",
+            )
+        if self.effort_kind is not None and self.effort_kind not in EFFORT_KINDS:
+            raise InputError(
+                f"the effort kind is {self.effort_kind!r}",
+                remedy=f"use one of {', '.join(EFFORT_KINDS)}",
             )
         if self.effort_delay is not None:
             if not abs(self.effort_delay) <= _LARGEST_DELAY:
@@ -212,8 +245,54 @@ class SelectedModelEstimator:
         InputError
             As `fit`.
         """
+        return self.fit_prepared(self.prepared(log))
+
+    def prepared(self, log: AxisLog) -> PreparedLog:
+        """Return a log as the fit takes it, with the kind of its effort.
+
+        Parameters
+        ----------
+        log
+            Of a rigid axis.
+
+        Raises
+        ------
+        InputError
+            If nothing moves or pushes in the log, or it is too short for any window.
+        """
         check_excited(log)
-        return self.fit_prepared(prepare(log))
+        held = prepare(log, effort_kind=self.effort_kind or "held")
+        if not held.parts:
+            raise InputError(
+                f"the log has no stretch of samples without a gap that is long enough "
+                f"({len(held.log)} samples in all, one every {held.sampling_time:.4g} s)",
+                where=log.name,
+                remedy="record a longer log, without gaps",
+            )
+        if self.effort_kind is not None or not held.resampled:
+            return held
+        others = [prepare(log, effort_kind=kind) for kind in ("sampled", "mean")]
+        without, *residuals = [self._residual(each) for each in (held, *others)]
+        left = min(residuals)
+        best = others[residuals.index(left)]
+        if not left < (1.0 - self.tuning.effort_kind_gain) * without:
+            return held
+        note = (
+            f"the effort is taken for {EFFORT_KINDS[best.effort_kind]}: with uneven time stamps "
+            f"this leaves {100 * left:.3g} % of it unexplained instead of {100 * without:.3g} %"
+        )
+        return replace(best, notes=(*best.notes, note))
+
+    def _residual(self, log: PreparedLog) -> float:
+        """Return the share of the effort that a model with a delay and no further terms leaves."""
+        motions = slip_motions(log, self.tuning.motion)
+        delay = () if self.effort_delay is not None else (DELAY,)
+        model, _ = replace(self, include=delay, select=False)._selected(log, motions)
+        columns, target = model.columns(), model.target()
+        if columns.shape[0] < 3 * columns.shape[1]:
+            return np.inf
+        rest = target - columns @ least_squares(columns, target)
+        return float(np.linalg.norm(rest) / max(np.linalg.norm(model.rows.effort), _TINY))
 
     def fit_prepared(self, log: PreparedLog) -> Fit:
         """Return the estimate from a log that is prepared already, with its rows.
@@ -228,18 +307,14 @@ class SelectedModelEstimator:
         InputError
             As `fit`.
         """
-        if not log.parts:
-            raise InputError(
-                f"the log has no stretch of samples without a gap that is long enough "
-                f"({len(log.log)} samples in all, one every {log.sampling_time:.4g} s)",
-                where=log.log.name,
-                remedy="record a longer log, without gaps",
-            )
         motions = slip_motions(log, self.tuning.motion)
         notes = list(log.notes)
-        causes = [implausible_units(log, motions, self.tuning.plausibility)]
+        causes = [
+            implausible_time(log, self.tuning.plausibility),
+            implausible_units(log, motions, self.tuning.plausibility),
+        ]
         driven = motions
-        model, terms, motions, found = self._followed(log, driven)
+        model, terms, motions, found = self.followed(log, driven)
         notes += [
             f"the term {name!r} is left out: this log does not determine it, or gives its "
             "coefficient the wrong sign"
@@ -250,16 +325,27 @@ class SelectedModelEstimator:
         wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
         if wrong:
             causes.append(wrong)
-            model, terms, motions, found = replace(self, inertia=None)._followed(log, driven)
+            model, terms, motions, found = replace(self, inertia=None).followed(log, driven)
         notes += found
+        rival = rival_law(model, log.log.unit("effort"), self.tuning.rival)
+        notes += [rival] if rival else []
         causes.append(unsettled_delay(model, self.tuning.search))
-        rows = model_rows(model, kind)
+        causes.append(wrong_delay(model, self.effort_delay, self.tuning.plausibility))
+        causes.append(ripple_of_degrees(model, log.log.kind))
+        if not self.select:
+            causes.append(self._left_out(log, motions))
+        rows = with_shapes(model_rows(model, kind), model)
         estimate, regression = self._solved(log, motions, model, rows, notes)
         shifts = [
             shift
             for shift in (
-                self._between_windows(model, rows, estimate, kind),
-                self._of_other_terms(model, rows, terms),
+                self.between_windows(
+                    model,
+                    rows,
+                    estimate,
+                    lambda wide: with_shapes(model_rows(wide, kind), wide, rows.names),
+                ),
+                self.of_other_terms(model, rows, terms),
             )
             if shift is not None
         ]
@@ -267,25 +353,44 @@ class SelectedModelEstimator:
             estimate, regression = self._solved(log, motions, model, rows, notes, np.array(shifts))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
-        estimate = replace(estimate, selection=_selection(model, motions, self.effort_delay))
+        estimate = replace(
+            estimate, selection=selection_of(model, motions, self.effort_delay, log.effort_kind)
+        )
         return Fit(
-            estimate=_judged(estimate, [cause for cause in causes if cause]),
+            estimate=judged(estimate, [cause for cause in causes if cause]),
             rows=regression,
             inertia=model.inertia,
             model=model,
         )
 
-    def _followed(
+    def _left_out(self, log: PreparedLog, motions: SlipMotions) -> str:
+        """Return which terms a selection would add; empty if none."""
+        model, _ = replace(self, select=True)._selected(log, motions)
+        texts = [term.text for term, _ in model.chosen if term.name not in self.include]
+        if not texts:
+            return ""
+        return (
+            f"terms were not selected, and the log shows that the model lacks some "
+            f"({'; '.join(texts)}); let them be selected, or include them"
+        )
+
+    def followed(
         self, log: PreparedLog, motions: SlipMotions
     ) -> tuple[Model, Sequence[Term], SlipMotions, list[str]]:
-        """Return model, tried terms, the motion without saturated samples, and notes."""
+        """Return model, tried terms, the motion without saturated samples, and notes.
+
+        Parameters
+        ----------
+        log, motions
+            As prepared.
+        """
         model, terms = self._selected(log, motions)
         if SATURATION not in model.names:
             return model, terms, motions, []
         limit = next(shape.value for term, shape in model.chosen if term.name == SATURATION)
-        followed, note = _without_saturation(motions, limit, log.log)
+        followed, note = without_saturation(motions, limit, log.log, self.tuning.saturation)
         model, terms = self._selected(log, followed, saturation=False)
-        if _saturates(model, motions, limit):
+        if saturates(model, motions, limit, self.tuning.saturation):
             return model, terms, followed, [note]
         model, terms = self._selected(log, motions, saturation=False)
         return model, terms, motions, []
@@ -296,9 +401,14 @@ class SelectedModelEstimator:
         """Return the model that the log supports, and the terms that were tried."""
         T = log.sampling_time
         tuning = self.tuning.search
-        weight = Weight(half_width=half_width(motions, T, tuning), sampling_time=T)
+        weight = Weight(
+            half_width=half_width(motions, T, tuning), sampling_time=T, lead=log.effort_lead
+        )
         model = Model(
-            rows=window_rows(motions.stretches, weight), inertia=self.inertia, offset=self.offset
+            rows=window_rows(motions.stretches, weight),
+            inertia=self.inertia,
+            offset=self.offset,
+            origin=motions.reference_position,
         )
         if self.effort_delay is not None:
             model = model.shifted(self.effort_delay / T)
@@ -327,10 +437,11 @@ class SelectedModelEstimator:
     ) -> tuple[FrictionEstimate, Regression]:
         """Return the estimate with its rows."""
         regression = rows.regression(log, motions, model, shifts=shifts, notes=notes)
-        provenance = provenance_of(log.log, self._options())
+        provenance = provenance_of(log.log, self.options())
         return solve(regression, estimator=self.name, provenance=provenance), regression
 
-    def _options(self) -> Mapping[str, Any]:
+    def options(self) -> Mapping[str, Any]:
+        """Return every option, as plain values."""
         return {
             "estimator": self.name,
             "inertia": self.inertia,
@@ -339,29 +450,39 @@ class SelectedModelEstimator:
             "exclude": list(self.exclude),
             "select": self.select,
             "effort_delay": self.effort_delay,
+            "effort_kind": self.effort_kind,
         }
 
-    def _between_windows(
-        self, model: Model, rows: ModelRows, estimate: FrictionEstimate, kind: str
+    def between_windows(
+        self,
+        model: Model,
+        rows: ModelRows,
+        estimate: FrictionEstimate,
+        rows_of: Callable[[Model], ModelRows],
     ) -> Float[np.ndarray, " p"] | None:
         """Return by how much the parameters differ over wider windows; None if by chance only.
 
         Wider windows leave out what is fast: a drive that resonates, presliding, a poor model of
         transients. An elastic drive still adds a share of the fourth derivative of the position,
         the first term in which its apparent inertia depends on frequency.
+
+        Parameters
+        ----------
+        model, rows, estimate
+            As fitted.
+        rows_of
+            Returns the rows of a model.
         """
         tuning = self.tuning.intervals
-        weight = model.rows.weight
         shifts = np.zeros(len(rows.names))
         for k, factor in enumerate(tuning.wide_windows):
-            wider = replace(weight, half_width=round(factor * weight.half_width))
-            wide = replace(model, rows=window_rows(model.rows.motions, wider, model.rows.delay))
+            wide = replace(model, rows=model.rows.widened(factor))
             too_few = wide.rows.size < 4 * len(rows.names)
             if too_few or wide.rows.moves < tuning.fewest_moves * model.rows.moves:
                 continue
-            other = model_rows(wide, kind)
+            other = rows_of(wide)
             if k > 0:
-                other = other.with_column("elastic", wide.rows.snap)
+                other = other.with_column("elastic", wide.scaled(wide.rows.snap))
             if smallest_ratio(other.columns) < tuning.smallest_ratio:
                 continue
             values, stds = other.fitted()
@@ -375,10 +496,18 @@ class SelectedModelEstimator:
                     shifts[place] = shift
         return shifts if np.any(shifts) else None
 
-    def _of_other_terms(
+    def of_other_terms(
         self, model: Model, rows: ModelRows, terms: Sequence[Term]
     ) -> Float[np.ndarray, " p"] | None:
-        """Return the largest change of the parameters by a term that is nearly significant."""
+        """Return the largest change of the parameters by a term that is nearly significant.
+
+        Parameters
+        ----------
+        model, rows
+            As fitted.
+        terms
+            Those that were tried.
+        """
         open_ = {
             score.term
             for score in model.scores
@@ -390,8 +519,15 @@ class SelectedModelEstimator:
         for term in terms:
             if term.name not in open_ or term.name == SATURATION:
                 continue
-            for shape in term.shapes[:: max(len(term.shapes) // 3, 1)]:
+            shapes = (
+                term.shapes[:: max(len(term.shapes) // 3, 1)]
+                if term.proportional is None
+                else (term.proportional(*model.friction()),)
+            )
+            for shape in shapes:
                 more = np.column_stack([rows.columns, model.term_columns(term, shape)])
+                if smallest_ratio(more) < self.tuning.search.smallest_ratio:
+                    continue
                 shift = least_squares(more, rows.target)[: own.size] - own
                 size = float(np.linalg.norm(shift * norms))
                 if size > largest:
@@ -399,116 +535,16 @@ class SelectedModelEstimator:
         return found
 
 
-def _without_saturation(
-    motions: SlipMotions, limit: float, log: AxisLog
-) -> tuple[SlipMotions, str]:
-    """Return the motions without the samples whose effort did not reach the axis, and a note."""
-    over = [np.abs(m.effort) > _SATURATED * limit for m in motions.stretches]
-    stretches = tuple(
-        replace(m, usable=m.usable & ~out) for m, out in zip(motions.stretches, over, strict=True)
-    )
-    share = float(np.mean(np.concatenate(over)))
-    return replace(motions, stretches=stretches), (
-        f"logged effort beyond {limit:.3g} {log.unit('effort')} does not reach the axis, so the "
-        f"drive saturates; {100 * share:.2g} % of samples excluded"
-    )
-
-
-def _saturates(model: Model, motions: SlipMotions, limit: float) -> bool:
-    """Return whether the effort that moves the axis stays at a limit where the logged one does not.
-
-    The model is that of the samples within the limit. The excess of an effort over a limit explains
-    part of any effort, so that its coefficient alone proves nothing.
+def judged(estimate: FrictionEstimate, causes: Sequence[str]) -> FrictionEstimate:
+    """Return the estimate with the causes of a mismatch, the most serious first.
 
     Parameters
     ----------
-    model
-        Fitted to the windows in which the effort is within the limit.
-    motions
-        All of the motion.
-    limit
-        [N or N m].
+    estimate
+        As solved.
+    causes
+        One sentence each; none leaves the estimate as it is.
     """
-    every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
-    if model.rows.size < _FEWEST_FOLLOWED * every.rows.size:
-        return False
-    values = least_squares(model.columns(), model.target())
-    logged = every.target()
-    excess = every.rows.mean(effort_excess(limit))
-    beyond = np.abs(excess) > _SATURATION_SEEN * limit
-    needed = (every.columns() @ values)[beyond]
-    followed = float(np.sum((needed - logged[beyond]) ** 2))
-    limited = float(np.sum((needed - logged[beyond] + excess[beyond]) ** 2))
-    return bool(np.any(beyond)) and limited < _SATURATION_PROVED * followed
-
-
-_FEWEST_FOLLOWED = 0.4  # of the windows: a limit that is met in most of them is friction
-_SATURATION_SEEN = 0.02  # of the limit: windows with a smaller excess tell little
-_SATURATION_PROVED = 0.25  # of the squared error without a limit
-
-
-def _selection(model: Model, motions: SlipMotions, known_delay: float | None) -> ModelSelection:
-    """Return the selection with its summary."""
-    chosen = [score for score in model.scores if score.selected]
-    others = [score for score in model.scores if not score.selected]
-    shapes = {term.name: shape.value for term, shape in model.chosen}
-    chosen = [replace(score, shape=shapes.get(score.term, 0.0)) for score in chosen]
-    delay = model.rows.delay * model.rows.weight.sampling_time
-    sentences = [f"The model has {_parts(model)}."]
-    if chosen:
-        selected = "; ".join(f"{score.text} ({_gain(score)})" for score in chosen)
-        sentences.append(f"Selected: {selected}.")
-    given = [term.text for term, _ in model.chosen if term.name not in {s.term for s in chosen}]
-    if given:
-        sentences.append(f"Included as asked: {'; '.join(given)}.")
-    if delay:
-        known = "" if known_delay is None else ", as given"
-        sentences.append(
-            f"The effort, held over each sample, acts {abs(1e3 * delay):.3g} ms "
-            f"{'after' if delay > 0 else 'before'} its time stamp{known}."
-        )
-    if others:
-        nearest = min(others, key=lambda score: score.p_value)
-        sentences.append(
-            f"{len(others)} other terms were tested and not selected; the nearest is "
-            f"{nearest.term} ({_gain(nearest)}, {100 * nearest.share:.2f} % of the effort)."
-        )
-    return ModelSelection(
-        summary=" ".join(sentences),
-        scores=(*chosen, *others),
-        effort_delay=delay,
-        reference_time=motions.reference_time,
-        reference_position=motions.reference_position,
-    )
-
-
-def _parts(model: Model) -> str:
-    """Return what every model has, and what was given."""
-    parts = ["Coulomb friction"]
-    if model.viscous:
-        parts.append("viscous friction")
-    if model.offset:
-        parts.append("an offset")
-    inertia = "inertia" if model.inertia is None else "the given inertia"
-    return (
-        f"{inertia}, {', '.join(parts[:-1])} and {parts[-1]}"
-        if parts[1:]
-        else (f"{inertia} and {parts[0]}")
-    )
-
-
-def _gain(score: TermScore) -> str:
-    """Return in words how much better a model with a term predicts."""
-    less = "lower" if score.gain >= 0 else "higher"
-    shape = f"shape {score.shape:.4g}, " if score.shape else ""
-    return (
-        f"{shape}squared error on moves left out {abs(100 * score.gain):.1f} ± "
-        f"{100 * score.gain_std:.1f} % {less}, p = {score.p_value:.1g}"
-    )
-
-
-def _judged(estimate: FrictionEstimate, causes: Sequence[str]) -> FrictionEstimate:
-    """Return the estimate with the causes of a mismatch, the most serious first."""
     if not causes:
         return estimate
     diagnostics = replace(estimate.diagnostics, notes=(*causes, *estimate.diagnostics.notes))

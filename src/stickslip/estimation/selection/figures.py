@@ -1,27 +1,23 @@
-"""Friction over velocity and energies over time, as a selected model explains them."""
+"""Forces and energies of a log, as a selected model explains them, for its report."""
 
 from collections.abc import Mapping
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.figures import EnergyStretch, ForceRows, VelocityLaw
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.selection.law import is_velocity_term, law_columns, law_effort
-from stickslip.estimation.selection.motion import SlipMotion
+from stickslip.estimation.selection.law import SHAPES, is_velocity_term, law_columns, law_effort
 from stickslip.estimation.selection.search import Model
 from stickslip.estimation.selection.terms import DELAY, SATURATION
-from stickslip.records import EnergyBalance, FrictionCurve, FrictionEstimate
+from stickslip.estimation.weak_form.motion import SlipMotion
+from stickslip.records import FrictionEstimate
 
-__all__ = ["energy_balance", "friction_curve"]
-
-_CURVE_POINTS = 100
-_LARGEST_PLOT = 4000  # points: more than a screen shows
+__all__ = ["energy_stretches", "force_rows", "velocity_law"]
 
 
-def friction_curve(
-    estimate: FrictionEstimate, model: Model, regression: Regression
-) -> FrictionCurve:
-    """Return the effort of each window less inertia, delay and forces of position, and the law.
+def force_rows(estimate: FrictionEstimate, model: Model, regression: Regression) -> ForceRows:
+    """Return the effort of each window less inertia, delay and forces of position.
 
     Parameters
     ----------
@@ -31,47 +27,46 @@ def friction_curve(
         Behind it.
     """
     values = _values(estimate)
-    velocity = model.rows.velocity
     other = [k for k, name in enumerate(regression.names) if not is_velocity_term(name)]
     explained = regression.regressors[:, other] @ np.array(
         [values[regression.names[k]] for k in other]
     )
     friction = regression.target - explained
-    if "stribeck_velocity" in values:  # its column is a derivative; the law is in the others
-        k = regression.names.index("stribeck_velocity")
-        friction = friction - regression.regressors[:, k] * values["stribeck_velocity"]
-    names = [name for name in estimate.parameters if is_velocity_term(name)]
-    identified = [name for name, p in estimate.parameters.items() if p.identified]
-    keep = [identified.index(name) for name in names]
-    covariance = estimate.covariance[np.ix_(keep, keep)]
-    quantile = max(estimate.parameters[name].quantile for name in names)
-    parts: list[Float[np.ndarray, "p 4"]] = []
-    ends = [float(np.min(velocity)), float(np.max(velocity))]
-    for end in (end for end, way in zip(ends, (-1.0, 1.0), strict=True) if end * way > 0):
-        grid = np.linspace(end, 0.0, _CURVE_POINTS)
-        sign = np.full(grid.size, np.sign(end))
-        law = law_effort(values, grid, sign)
-        columns = law_columns(names, grid, sign, values)
-        variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
-        half = quantile * np.sqrt(np.maximum(variance, 0.0))
-        block = np.column_stack([grid, law, law - half, law + half])
-        parts.append(block if end < 0 else block[::-1])
-    if len(parts) > 1:
-        parts.insert(1, np.full((1, 4), np.nan))
-    grid, law, low, high = np.vstack(parts).T
-    step = -(-velocity.size // _LARGEST_PLOT)
-    return FrictionCurve(
-        velocity=velocity[::step],
-        friction=friction[::step],
-        fitted_velocity=grid,
-        fitted_friction=law,
-        band_low=low,
-        band_high=high,
+    for name in SHAPES:
+        if name in values:  # its column is a derivative; the law is in the others
+            k = regression.names.index(name)
+            friction = friction - regression.regressors[:, k] * values[name]
+    residual = regression.target - regression.regressors @ np.array(
+        [values[name] for name in regression.names]
+    )
+    return ForceRows(
+        time=model.rows.time,
+        velocity=model.rows.velocity,
+        friction=friction,
+        residual=residual,
+        effort=model.rows.effort,
     )
 
 
-def energy_balance(estimate: FrictionEstimate, model: Model) -> EnergyBalance:
-    """Return the energies over time; each stretch goes on where the one before ended.
+def velocity_law(estimate: FrictionEstimate) -> VelocityLaw:
+    """Return the friction law of an estimate.
+
+    Parameters
+    ----------
+    estimate
+        With all parameters of the law identified.
+    """
+    values = _values(estimate)
+    names = [name for name in estimate.parameters if is_velocity_term(name)]
+    return VelocityLaw(
+        names=names,
+        effort=lambda velocity, sign: law_effort(values, velocity, sign),
+        columns=lambda velocity, sign: law_columns(names, velocity, sign, values),
+    )
+
+
+def energy_stretches(estimate: FrictionEstimate, model: Model) -> list[EnergyStretch]:
+    """Return the energies of each stretch without gaps.
 
     Parameters
     ----------
@@ -83,31 +78,23 @@ def energy_balance(estimate: FrictionEstimate, model: Model) -> EnergyBalance:
     values = _values(estimate)
     inertia = values.get("mass", values.get("inertia", model.inertia or 0.0))
     T = model.rows.weight.sampling_time
-    parts: list[Float[np.ndarray, "5 n"]] = []
-    reached = 0.0
+    stretches: list[EnergyStretch] = []
     for motion in model.rows.motions:
-        at = motion.time - model.rows.delay * T
+        at = motion.time - (model.rows.delay - model.rows.weight.lead) * T
         steps = np.diff(motion.position)
         held = motion.effort[np.clip(np.searchsorted(motion.time, at, "right") - 1, 0, None)]
-        work = _summed(held[:-1] * steps)
         kinetic = 0.5 * inertia * motion.velocity**2
         effort = _explained(values, model, motion)
-        explained = reached + _summed(0.5 * (effort[1:] + effort[:-1]) * steps)
-        dissipated = work - kinetic
-        # The level of the measured energy is a constant of its own in every stretch
-        measured = dissipated - float(np.mean(dissipated - explained))
-        reached = float(explained[-1])
-        parts.append(np.vstack([motion.time, kinetic, 0.0 * kinetic, measured, explained]))
-    time, kinetic, potential, measured, explained = np.hstack(parts)
-    chosen = slice(None, None, -(-time.size // _LARGEST_PLOT))
-    return EnergyBalance(
-        time=time[chosen],
-        input=(measured + kinetic + potential)[chosen],
-        kinetic=kinetic[chosen],
-        potential=potential[chosen],
-        measured_dissipation=measured[chosen],
-        explained_dissipation=explained[chosen],
-    )
+        stretches.append(
+            EnergyStretch(
+                time=motion.time,
+                kinetic=kinetic,
+                potential=0.0 * kinetic,
+                dissipated=_summed(held[:-1] * steps) - kinetic,
+                explained=_summed(0.5 * (effort[1:] + effort[:-1]) * steps),
+            )
+        )
+    return stretches
 
 
 def _values(estimate: FrictionEstimate) -> dict[str, float]:

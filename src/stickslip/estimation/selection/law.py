@@ -5,9 +5,9 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records import quantity_name
+from stickslip.records import quantity_name, shared_name
 
-__all__ = ["is_velocity_term", "law_columns", "law_effort"]
+__all__ = ["SHAPES", "is_velocity_term", "law_columns", "law_effort"]
 
 _TERMS = (
     "viscous_friction",
@@ -17,12 +17,16 @@ _TERMS = (
     "quadratic_friction",
     "two_thirds_friction",
     "stribeck_velocity",
+    "low_speed_friction",
+    "low_speed_velocity",
 )
+SHAPES = ("stribeck_velocity", "low_speed_velocity")
+"""Parameters that enter the law nonlinearly; their columns are derivatives."""
 
 
 def is_velocity_term(name: str) -> bool:
-    """Return whether a parameter belongs to the law of effort over velocity."""
-    return quantity_name(name) in _TERMS
+    """Return whether a parameter belongs to the law of effort over velocity of every log."""
+    return quantity_name(name) in _TERMS and name == shared_name(name)
 
 
 def law_columns(
@@ -31,19 +35,20 @@ def law_columns(
     direction: Float[np.ndarray, " n"],
     values: Mapping[str, float],
 ) -> Float[np.ndarray, "n p"]:
-    """Return the effort per unit of each parameter, and its derivative for a Stribeck velocity.
+    """Return the effort per unit of each parameter, and its derivative for one of `SHAPES`.
 
     Parameters
     ----------
     names
         Parameters, each a velocity term.
     velocity, direction
-        [m/s or rad/s], and its sign [-] (which tells the two ends of zero apart).
+        [m/s or rad/s], and its sign [-] (which distinguishes the two ends of zero).
     values
-        Of all parameters [SI]; the Stribeck effect is taken at them.
+        Of all parameters [SI]; the Stribeck effect and the friction of low speeds are taken at
+        them.
     """
-    width = values.get("stribeck_velocity", 0.0)
-    rise = np.exp(-((velocity / width) ** 2)) if width > 0 else np.zeros(velocity.size)
+    width, slow = values.get("stribeck_velocity", 0.0), values.get("low_speed_velocity", 0.0)
+    rise = _near_zero(velocity, width)
     columns: list[Float[np.ndarray, " n"]] = []
     for name in names:
         base = quantity_name(name)
@@ -66,10 +71,20 @@ def law_columns(
                     height = values[f"static_friction{way}"] - values[f"coulomb_friction{way}"]
                     excess += height * (np.ones(velocity.size) if sign == 0 else direction == sign)
             column = direction * excess * rise * 2.0 * velocity**2 / max(width, 1e-300) ** 3
+        elif base == "low_speed_friction":
+            column = direction * _near_zero(velocity, slow)
+        elif base == "low_speed_velocity":
+            share = _near_zero(velocity, slow) * 2.0 * velocity**2 / max(slow, 1e-300) ** 3
+            column = direction * values["low_speed_friction"] * share
         else:
             column = np.ones(velocity.size)
         columns.append(column * on)
     return np.column_stack(columns)
+
+
+def _near_zero(velocity: Float[np.ndarray, " n"], width: float) -> Float[np.ndarray, " n"]:
+    """Return ``exp(-(v / width)^2)``, and 0 without a width."""
+    return np.exp(-((velocity / width) ** 2)) if width > 0 else np.zeros(velocity.size)
 
 
 def law_effort(
@@ -86,5 +101,5 @@ def law_effort(
     velocity, direction
         [m/s or rad/s], and its sign [-].
     """
-    names = [n for n in values if is_velocity_term(n) and n != "stribeck_velocity"]
+    names = [n for n in values if is_velocity_term(n) and n not in SHAPES]
     return law_columns(names, velocity, direction, values) @ np.array([values[n] for n in names])

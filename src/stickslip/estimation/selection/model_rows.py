@@ -4,16 +4,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Float, Int
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
-from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
+from stickslip.estimation.fit.rows import (
+    MotionSummary,
+    Regression,
+    least_squares,
+    summarise_motion,
+)
 from stickslip.estimation.prepare import PreparedLog
-from stickslip.estimation.selection.motion import SlipMotion, SlipMotions
-from stickslip.estimation.selection.search import Model
-from stickslip.estimation.selection.terms import DELAY, Column
+from stickslip.estimation.selection.search import Model, SearchTuning, smallest_ratio
+from stickslip.estimation.selection.terms import DELAY
+from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
+from stickslip.estimation.weak_form.shape import Column
+from stickslip.estimation.weak_form.windows import Weight
 
-__all__ = ["ModelRows", "model_rows"]
+__all__ = ["ModelRows", "column_noise", "model_rows", "motion_summary", "with_shapes"]
 
 _STEP = 1e-3  # relative, of a shape's value for its derivative
 
@@ -30,11 +37,14 @@ class ModelRows:
         Shape (n, p) [SI].
     target
         Shape (n,) [N or N m].
+    log
+        Number of the log that each row is from [-], shape (n,); None for one log.
     """
 
     names: tuple[str, ...]
     columns: Float[np.ndarray, "n p"]
     target: Float[np.ndarray, " n"]
+    log: Int[np.ndarray, " n"] | None = None
 
     def values(self) -> Float[np.ndarray, " p"]:
         """Return the least-squares parameters [SI]."""
@@ -51,7 +61,8 @@ class ModelRows:
         left, singular, right = np.linalg.svd(self.columns / norms, full_matrices=False)
         to_values = (right.T / singular) / norms[:, None]
         values = to_values @ (left.T @ self.target)
-        found = robust_uncertainty(left, to_values, self.target - self.columns @ values)
+        residual = self.target - self.columns @ values
+        found = robust_uncertainty(left, to_values, residual, log=self.log)
         return values, np.sqrt(np.diag(found.covariance))
 
     def regression(
@@ -76,44 +87,75 @@ class ModelRows:
         notes
             For the user.
         """
-        weight = model.rows.weight
-        noise = np.zeros(len(self.names))
-        speed_noise = motions.position_noise * float(np.linalg.norm(weight.first()))
-        for k, name in enumerate(self.names):
-            if name in {"mass", "inertia"}:
-                noise[k] = motions.position_noise * float(np.linalg.norm(weight.second()))
-            elif name.startswith("viscous_friction"):
-                noise[k] = speed_noise
         return Regression(
             kind=log.log.kind,
             names=self.names,
             time=model.rows.time,
             target=self.target,
             regressors=self.columns,
-            regressor_noise=noise,
+            regressor_noise=column_noise(self.names, motions, model.rows.weight),
             quantity="effort",
-            motion=summarise_motion(
-                [m.position for m in motions.stretches],
-                [m.velocity for m in motions.stretches],
-                log.sampling_time,
-                (log.position_noise, speed_noise),
-            ),
+            motion=motion_summary(log, motions, model.rows.weight),
             samples=len(log.log),
             notes=tuple(notes),
-            effect=float(np.linalg.norm(model.rows.effort)),
             shifts=shifts,
             slow_residual=True,
-            shapes_estimated=True,
+            overlap=model.rows.weight.overlap(),
+            simultaneous=any(score.selected for score in model.scores),
+            effort=model.rows.effort,
         )
 
 
-def model_rows(model: Model, inertia_name: str) -> ModelRows:
+def motion_summary(log: PreparedLog, motions: SlipMotions, weight: Weight) -> MotionSummary:
+    """Return what the motion of a log excites.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared.
+    weight
+        Of the windows, over which velocities are smoothed.
+    """
+    speed_noise = motions.noise_of(weight.first())
+    return summarise_motion(
+        [m.position for m in motions.stretches],
+        [m.velocity for m in motions.stretches],
+        log.sampling_time,
+        (log.position_noise, speed_noise),
+    )
+
+
+def column_noise(
+    names: Sequence[str], motions: SlipMotions, weight: Weight
+) -> Float[np.ndarray, " p"]:
+    """Return the standard deviation of the sensor noise in each column [SI].
+
+    Parameters
+    ----------
+    names
+        Parameter of each column.
+    motions
+        Of the log.
+    weight
+        Of the windows.
+    """
+    noise = np.zeros(len(names))
+    for k, name in enumerate(names):
+        if name in {"mass", "inertia"}:
+            noise[k] = motions.noise_of(weight.second())
+        elif name.startswith("viscous_friction"):
+            noise[k] = motions.noise_of(weight.first())
+    return noise
+
+
+def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> ModelRows:
     """Return the rows of a model in the parameters that are reported.
 
     A direction of its own has its own Coulomb and viscous friction, with the offset in them. A
     Stribeck effect has static friction f_s besides Coulomb friction f_c:
     ``(1 - g) f_c + g f_s`` with ``g = exp(-(v / v_s)^2)``. What enters a column nonlinearly (the
-    delay, v_s) gets a column of its own, the derivative at the estimate.
+    delay, v_s, the velocity of the friction of low speeds) gets a column of its own, the derivative
+    at the estimate.
 
     Parameters
     ----------
@@ -121,6 +163,9 @@ def model_rows(model: Model, inertia_name: str) -> ModelRows:
         As selected.
     inertia_name
         ``"mass"`` or ``"inertia"``.
+    excess
+        Static over Coulomb friction, f_s - f_c, or the friction of low speeds [N or N m]; None for
+        that of the fit.
     """
     rows = model.rows
     velocity, sign = rows.velocity, rows.direction
@@ -147,21 +192,63 @@ def model_rows(model: Model, inertia_name: str) -> ModelRows:
             target = target + rows.delay * own[:, 0]
         elif term.name == "stribeck":
             rise = own[:, 0] * sign  # g, positive
-            excess = float(model.coefficients("stribeck")[0])
+            if excess is None:
+                excess = float(model.coefficients("stribeck")[0])
             for way, on in ways.items():
                 named[f"coulomb_friction{way}"] = named[f"coulomb_friction{way}"] - sign * rise * on
             for way, on in ways.items():
                 named[f"static_friction{way}"] = sign * rise * on
-            width = shape.value
-
-            named["stribeck_velocity"] = excess * rows.mean(_stribeck_slope(width))
-            target = target + width * named["stribeck_velocity"]
+            named["stribeck_velocity"] = excess * rows.mean(_stribeck_slope(shape.value))
+            target = target + shape.value * named["stribeck_velocity"]
+        elif term.name == "low speed":
+            if excess is None:
+                excess = float(model.coefficients("low speed")[0])
+            named["low_speed_friction"] = own[:, 0]
+            named["low_speed_velocity"] = excess * rows.mean(_stribeck_slope(shape.value))
+            target = target + shape.value * named["low_speed_velocity"]
         else:
             for k, name in enumerate(shape.names):
                 named[name] = own[:, k]
     return ModelRows(
         names=tuple(named), columns=np.column_stack(list(named.values())), target=target
     )
+
+
+def with_shapes(found: ModelRows, model: Model, names: Sequence[str] | None = None) -> ModelRows:
+    """Return the rows with the period of a ripple and the distance of presliding as parameters.
+
+    Each gets a column, the derivative at the estimate.
+
+    Parameters
+    ----------
+    found
+        As `model_rows` returns them.
+    model
+        Of these rows.
+    names
+        Parameters to add if the model has them; None for those whose value is larger than three
+        standard deviations and that the rows separate from the others.
+    """
+    for term, shape in model.chosen:
+        if shape.slope is None:
+            continue
+        parameter, slope = shape.slope
+        column = model.scaled(model.rows.mean(slope(model.coefficients(term.name))))
+        larger = replace(
+            found.with_column(parameter, column), target=found.target + shape.value * column
+        )
+        if names is None:
+            values, stds = larger.fitted()
+            known = smallest_ratio(larger.columns) > _LEAST_RATIO
+            wanted = known and bool(values[-1] > _LEAST_DEVIATIONS * stds[-1])
+        else:
+            wanted = parameter in names
+        found = larger if wanted else found
+    return found
+
+
+_LEAST_DEVIATIONS = 3.0  # of a shape: nearer to zero its derivative is not constant
+_LEAST_RATIO = SearchTuning.smallest_ratio  # as for a term
 
 
 def _stribeck_slope(width: float) -> Column:

@@ -1,4 +1,4 @@
-"""Whether a log can be what its units, its sampling and its known inertia say it is."""
+"""Plausibility of the units, the sampling and the known inertia of a log."""
 
 from dataclasses import dataclass
 from itertools import pairwise
@@ -7,18 +7,23 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.prepare import PreparedLog
-from stickslip.estimation.selection.model_rows import ModelRows
-from stickslip.estimation.selection.motion import SlipMotions
-from stickslip.estimation.selection.search import Model, SearchTuning
-from stickslip.estimation.selection.significance import Basis, significance
+from stickslip.estimation.selection.model_rows import ModelRows, model_rows
+from stickslip.estimation.selection.search import DELAY_TERM, Model, SearchTuning
+from stickslip.estimation.selection.significance import significance
 from stickslip.estimation.signals.kinematics import noise_level
+from stickslip.estimation.weak_form.motion import SlipMotions
+from stickslip.records import AxisKind
 
 __all__ = [
     "PlausibilityTuning",
+    "implausible_time",
     "implausible_units",
+    "reversed_sign",
+    "ripple_of_degrees",
     "too_slow_sampling",
     "unexplained_effort",
     "unsettled_delay",
+    "wrong_delay",
     "wrong_inertia",
 ]
 
@@ -33,15 +38,22 @@ class PlausibilityTuning:
     """Range of positions of a linear axis [m]: gantries reach it."""
     largest_rotary_speed: float = 2500.0
     """Speed of a rotary axis [rad/s], 24 000 rpm: spindles reach it, positioning axes do not."""
-    shortest_move: float = 20.0
-    """Samples that half of the time in motion must have in a move [-]: its ramps have a fifth of
-    them, which the narrowest window needs."""
+    shortest_move: float = 30.0
+    """Samples that half of the time in motion must have in a move [-]: its ramps have a quarter of
+    them, which the narrowest window (7 samples) needs. At 20 samples, inertias are up to 35 % off;
+    at 40 samples, within 3 %."""
     fastest_sampling: float = 2e-3
     """Sampling time [s] below which short moves are noise."""
     largest_inertia_error: float = 0.02
     """Of a given inertia, beyond which it is reported [-]: data sheets are as exact."""
+    largest_delay_error: float = 1.0
+    """Of a given delay of the effort, beyond which it is reported [samples]."""
     largest_p_value: float = 1e-3
-    """Of that error."""
+    """Of these errors."""
+    slowest_sampling: float = 0.2
+    """Sampling time from which moves of a positioning axis fit between two samples [s]."""
+    least_deviations: float = 5.0
+    """Standard deviations by which an inertia must be negative to be called so [-]."""
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
@@ -56,6 +68,25 @@ _CONVERTED = {
     "mm": "convert it, for instance --position '1e-3 * COLUMN'",
     "deg": "convert it, for instance --position 'COLUMN * pi / 180'",
 }
+
+
+def implausible_time(log: PreparedLog, tuning: PlausibilityTuning) -> str:
+    """Return why the time cannot be in seconds; empty if it can.
+
+    Parameters
+    ----------
+    log
+        As prepared.
+    tuning
+        What is plausible.
+    """
+    T = log.sampling_time
+    if tuning.slowest_sampling <= T:
+        return (
+            f"one sample every {T:.4g} s for {len(log.log) * T:.4g} s: is the time in ms? convert "
+            "it, for instance --time '1e-3 * COLUMN'; otherwise record faster"
+        )
+    return ""
 
 
 def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
@@ -95,6 +126,56 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
             "is the position in degrees? " + _CONVERTED["deg"]
         )
     return ""
+
+
+def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
+    """Return that a ripple repeats every 360 units of a rotary axis; empty if it does not.
+
+    A force that repeats with the turn repeats every 2 pi rad, and every 360 of an angle in degrees.
+
+    Parameters
+    ----------
+    model
+        As selected.
+    kind
+        Of the axis.
+    """
+    periods = [shape.value for term, shape in model.chosen if term.name == "ripple"]
+    if kind == "linear" or not any(abs(period / 360.0 - 1.0) < _TURN for period in periods):
+        return ""
+    return (
+        f"a force repeats every {periods[0]:.5g} units of the position: is it in degrees? "
+        + _CONVERTED["deg"]
+    )
+
+
+def wrong_delay(model: Model, given: float | None, tuning: PlausibilityTuning) -> str:
+    """Return that a given delay of the effort disagrees with the log; empty if it does not.
+
+    Parameters
+    ----------
+    model
+        At the given delay.
+    given
+        Time by which the effort is said to act later than it is logged [s]; None for none.
+    tuning
+        What is plausible.
+    """
+    if given is None or model.rows.size < 3 * model.columns().shape[1]:
+        return ""
+    basis = model.basis()
+    column = model.term_columns(DELAY_TERM, DELAY_TERM.shapes[0])
+    partial = basis.partial(column)
+    if partial is None or significance(basis, partial) > tuning.largest_p_value:
+        return ""
+    error = float(partial.values[0])
+    if abs(error) < tuning.largest_delay_error:
+        return ""
+    shown = given + error * model.rows.weight.sampling_time
+    return (
+        f"the given effort delay of {1e3 * given:.4g} ms disagrees with the log, which shows about "
+        f"{1e3 * shown:.3g} ms; check it, or leave it out to have it estimated"
+    )
 
 
 def _counts_degrees(log: PreparedLog) -> bool:
@@ -203,7 +284,7 @@ def unexplained_effort(
     values = rows.values()
     residual = float(np.mean((rows.target - rows.columns @ values) ** 2))
     inertia = abs(float(values[0])) if model.inertia is None else model.inertia
-    position = inertia * motions.position_noise * float(np.linalg.norm(weight.second()))
+    position = inertia * motions.noise_of(weight.second())
     effort = noise_level(np.concatenate([m.effort for m in motions.stretches]))
     effort *= float(np.linalg.norm(weight.held(0.0)))
     left = max(residual - position**2 - effort**2, 0.0)
@@ -233,8 +314,8 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
     """
     if model.inertia is None or model.rows.size < 3 * model.columns().shape[1]:
         return ""
-    basis = Basis.of(model.columns(), model.target())
-    partial = basis.partial(model.rows.acceleration[:, None])
+    basis = model.basis()
+    partial = basis.partial(model.scaled(model.rows.acceleration[:, None]))
     if partial is None or significance(basis, partial) > tuning.largest_p_value:
         return ""
     error = float(partial.values[0])
@@ -249,3 +330,23 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
         f"the given {kind} of {model.inertia:.4g} {unit} disagrees with the log, which shows "
         f"{model.inertia + error:.4g} {unit}; check it, or leave it out to have it estimated"
     )
+
+
+def reversed_sign(model: Model, kind: str, tuning: PlausibilityTuning) -> str:
+    """Return that the log shows a negative inertia; empty if it does not.
+
+    Parameters
+    ----------
+    model
+        With an unknown inertia.
+    kind
+        ``"mass"`` or ``"inertia"``.
+    tuning
+        What is plausible.
+    """
+    if model.inertia is not None or model.rows.size < 3 * model.columns().shape[1]:
+        return ""
+    values, stds = model_rows(model, kind).fitted()
+    if float(values[0]) >= -tuning.least_deviations * float(stds[0]):
+        return ""
+    return f"the log shows a negative {kind}: the sign of the effort or of the position is reversed"

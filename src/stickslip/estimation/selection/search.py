@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from itertools import combinations
 from math import ceil
 
 import numpy as np
@@ -9,20 +10,22 @@ from jaxtyping import Float
 from scipy.optimize import minimize_scalar
 
 from stickslip.estimation.fit.rows import least_squares
-from stickslip.estimation.selection.motion import SlipMotions
-from stickslip.estimation.selection.rows import WindowRows, window_rows
 from stickslip.estimation.selection.significance import (
     Basis,
     Partial,
     held_out_errors,
     significance,
 )
-from stickslip.estimation.selection.terms import DELAY, SATURATION, Shape, Term, ripple_term
-from stickslip.estimation.selection.windows import Weight
+from stickslip.estimation.selection.terms import DELAY, SATURATION, Term, ripple_term
+from stickslip.estimation.weak_form.motion import SlipMotions
+from stickslip.estimation.weak_form.rows import WindowRows, window_rows
+from stickslip.estimation.weak_form.shape import Shape
+from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import TermScore
 
 __all__ = [
     "DELAY_TERM",
+    "LARGEST_STEP",
     "Model",
     "SearchTuning",
     "half_width",
@@ -42,6 +45,8 @@ class SearchTuning:
     """The same in samples, which the integrals over a window need."""
     widest_window: float = 0.1
     """Half of the widest window [s], which moves must outlast."""
+    widest_encoder_window: float = 0.15
+    """Half of the widest window where noise of the positions makes most of the residual [s]."""
     largest_attenuation: float = 5e-4
     """Share of the inertia that noise of the position may take, above which windows widen [-]."""
     largest_p_value: float = 2e-3
@@ -55,10 +60,35 @@ class SearchTuning:
     smallest_ratio: float = 0.015
     """Smallest over largest singular value of the columns with the term, scaled to unit norm [-]:
     below 0.01 parameters count as not identifiable, and no term is worth that."""
+    encoder_share: float = 0.5
+    """Share of the residual's variance by noise of the positions from which windows are widened for
+    it [-]: half leaves those of any log alone whose effort or axis disturbs as much."""
+    least_coverage: float = 0.8
+    """Least share of the moves that wider windows must fit into, of that of narrower ones [-]."""
     most_terms: int = 6
     """In one model, beyond the first four."""
     largest_delay: float = 0.05
     """Of the effort, either way [s]."""
+    settled_delay: float = 0.005
+    """Step of the delay below which it is found [samples]."""
+    delay_steps: int = 40
+    """Steps to the delay [-]: noise of the effort makes them too short."""
+    fewest_rows: int = 20
+    """Windows of a log [-]: with fewer, wider ones leave too few for a fit."""
+    paired: int = 4
+    """Terms of which every pair is tried [-]: those that explain most."""
+    fewest_periods: int = 3
+    """Of a ripple along the travel [-]: slower forces are springs and offsets."""
+    most_periods: int = 300
+    """Of a ripple along the travel [-]: bounds the time of the search."""
+    ripple_peaks: int = 2
+    """Waves of the residual that are tried [-]."""
+    most_rows: int = 2000
+    """Rows in the search for waves [-]: bounds its time and memory."""
+
+
+LARGEST_STEP = 3.0
+"""Of a delay [samples], within which the effort is nearly linear in it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,6 +111,8 @@ class Model:
         Of every term that was looked at.
     settled
         Whether the delay of the effort was found within its bounds.
+    origin
+        Position at which a ripple has the phase zero [m or rad].
     """
 
     rows: WindowRows
@@ -90,46 +122,65 @@ class Model:
     chosen: tuple[tuple[Term, Shape], ...] = ()
     scores: tuple[TermScore, ...] = ()
     settled: bool = True
+    origin: float = 0.0
 
     @property
     def names(self) -> tuple[str, ...]:
         """Names of the selected terms."""
         return tuple(term.name for term, _ in self.chosen)
 
+    def scaled(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """Return rows with the weight that they have in the fit."""
+        return values
+
     def target(self) -> Float[np.ndarray, " n"]:
         """Return the effort, without the known inertia's [N or N m]."""
         effort = self.rows.effort
-        return effort if self.inertia is None else effort - self.inertia * self.rows.acceleration
+        if self.inertia is not None:
+            effort = effort - self.inertia * self.rows.acceleration
+        return self.scaled(effort)
 
     def base(self) -> Float[np.ndarray, "n p"]:
         """Return the columns of inertia, viscous friction, Coulomb friction and offset."""
         rows = self.rows
         columns = [rows.direction]
         if self.offset:
-            columns.append(np.ones(rows.size))
+            columns.extend(self.offset_columns().T)
         if self.viscous:
             columns.insert(0, rows.velocity)
         if self.inertia is None:
             columns.insert(0, rows.acceleration)
-        return np.column_stack(columns)
+        return self.scaled(np.column_stack(columns))
+
+    def offset_columns(self) -> Float[np.ndarray, "n p"]:
+        """Return the columns of what is constant."""
+        return np.ones((self.rows.size, 1))
 
     def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
         """Return the columns of a term."""
         if term.name == DELAY:
-            return -self.rows.effort_slope[:, None]
-        return self.rows.means(shape)
+            return self.scaled(-self.rows.effort_slope[:, None])
+        return self.scaled(self.rows.means(shape))
 
     def columns(self, without: str = "") -> Float[np.ndarray, "n p"]:
         """Return all columns, or those without one term."""
         kept = [self.term_columns(t, s) for t, s in self.chosen if t.name != without]
         return np.column_stack([self.base(), *kept])
 
+    def friction(self) -> tuple[float, float]:
+        """Return Coulomb and viscous friction [SI]."""
+        values = least_squares(self.columns(), self.target())
+        at = 0 if self.inertia is not None else 1
+        if not self.viscous:
+            return float(values[at]), 0.0
+        return float(values[at + 1]), float(values[at])
+
     def coefficients(self, name: str) -> Float[np.ndarray, " p"]:
         """Return the coefficients of a selected term [SI]."""
         values = least_squares(self.columns(), self.target())
         at = self.base().shape[1]
         for term, shape in self.chosen:
-            width = len(shape.names)
+            width = self.term_columns(term, shape).shape[1]
             if term.name == name:
                 return values[at : at + width]
             at += width
@@ -143,14 +194,34 @@ class Model:
         weight = replace(self.rows.weight, margin=margin + 1)
         return replace(self, rows=window_rows(self.rows.motions, weight, delay))
 
+    def stepped(self, largest_delay: float) -> tuple["Model", float]:
+        """Return the model after a Gauss-Newton step of the delay, and its size [samples].
+
+        Parameters
+        ----------
+        largest_delay
+            Of the effort, either way [s].
+        """
+        most = largest_delay / self.rows.weight.sampling_time
+        step = float(np.clip(self.coefficients(DELAY)[0], -LARGEST_STEP, LARGEST_STEP))
+        return self.shifted(float(np.clip(self.rows.delay + step, -most, most))), abs(step)
+
+    def basis(self) -> Basis:
+        """Return the columns in orthonormal coordinates, with what they leave of the target."""
+        return Basis.of(self.columns(), self.target(), self.rows.log)
+
 
 EXCLUSIVE = {
-    "two-thirds": ("quadratic", "direction", "stribeck"),
+    "two-thirds": ("quadratic", "direction", "stribeck", "low speed"),
     "quadratic": ("two-thirds",),
     "direction": ("two-thirds",),
-    "stribeck": ("two-thirds",),
+    "stribeck": ("two-thirds", "low speed"),
+    "low speed": ("two-thirds", "stribeck"),
 }
 """Terms that are not tried beside a selected one: two bends of one curve."""
+
+BENDS = ("quadratic", "two-thirds", "stribeck", "low speed")
+"""Terms that bend the friction curve, of which one can stand for another."""
 
 DELAY_TERM = Term(
     name=DELAY,
@@ -163,7 +234,9 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
     """Return half of the width of windows that is wide enough for the noise of the positions.
 
     Noise of the position is a noisy regressor, worst at high frequencies. It attenuates the inertia
-    by its share of what the acceleration holds beyond the other columns.
+    by its share of what the acceleration holds beyond the other columns and the position. Where it
+    is also what the forces fail to balance by, wider windows have smaller errors, as long as they
+    cover the moves.
 
     Parameters
     ----------
@@ -175,21 +248,48 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
         Of the search.
     """
     half = max(tuning.fewest_samples, round(tuning.shortest_window / sampling_time))
+    quiet = 0.0  # time that the narrowest windows without attenuation cover
+    kept = 0  # half of the widest of those that cover as much
     while True:
         weight = Weight(half_width=half, sampling_time=sampling_time)
         model = Model(rows=window_rows(motions.stretches, weight), inertia=None)
         wider = int(1.3 * half) + 1
-        if wider * sampling_time > tuning.widest_window or model.rows.size < _FEWEST_ROWS:
-            return half
-        columns = model.base()
-        content = float(np.sum(Basis.of(columns[:, 1:], columns[:, 0]).residual ** 2))
-        noise = motions.position_noise * float(np.linalg.norm(weight.second()))
-        if columns.shape[0] * noise**2 <= tuning.largest_attenuation * content:
+        if model.rows.size < tuning.fewest_rows:
+            return kept or half
+        # Beside a spring: in a sine, its column is that of the inertia
+        beside = np.column_stack([model.base()[:, 1:], model.rows.position])
+        content = float(np.sum(Basis.of(beside, model.rows.acceleration).residual ** 2))
+        noise = motions.noise_of(weight.second())
+        if model.rows.size * noise**2 <= tuning.largest_attenuation * content:
+            covered = model.rows.size * weight.duration
+            quiet = quiet or covered
+            if covered < tuning.least_coverage * quiet:
+                return kept
+            if not _encoder_bound(model, noise, tuning):
+                return half
+            kept = half
+        widest = tuning.widest_encoder_window if quiet else tuning.widest_window
+        if wider * sampling_time > widest:
             return half
         half = wider
 
 
-_FEWEST_ROWS = 20
+def _encoder_bound(model: Model, noise: float, tuning: SearchTuning) -> bool:
+    """Return whether noise of the positions makes most of the residual of the plain model.
+
+    Parameters
+    ----------
+    model
+        Without terms.
+    noise
+        Of an acceleration [m/s^2 or rad/s^2].
+    tuning
+        The share that is most of it.
+    """
+    base, target = model.base(), model.target()
+    values = least_squares(base, target)
+    left = float(np.sum((target - base @ values) ** 2))
+    return bool(model.rows.size * (values[0] * noise) ** 2 > tuning.encoder_share * left)
 
 
 def search(
@@ -213,27 +313,30 @@ def search(
         columns, target = model.columns(), model.target()
         if columns.shape[0] < 3 * columns.shape[1]:
             break
-        basis = Basis.of(columns, target)
+        basis = model.basis()
         errors = held_out_errors(columns, target, model.rows.move)
         taken = {name for chosen in model.names for name in (chosen, *EXCLUSIVE.get(chosen, ()))}
-        candidates = [term for term in terms if term.name not in taken]
-        if ripple and "ripple" not in model.names:
-            candidates += _ripples(model, basis)
+        candidates = [
+            term
+            for term in _offered(model, terms, basis, tuning, ripple=ripple)
+            if term.name not in taken
+        ]
         tried = [_tried(model, term, basis, columns, errors) for term in candidates]
         tried = [trial for trial in tried if trial is not None]
         others = tuple(trial.score for trial in tried)
         accepted = [trial for trial in tried if _accepted(trial, tuning)]
-        if not accepted:
+        added = (_simplest(accepted),) if accepted else _pair(model, tried, tuning)
+        if not added:
             return replace(model, scores=(*found, *others))
-        best = max(accepted, key=lambda trial: trial.score.gain)
-        found.append(replace(best.score, selected=True))
-        model = _refined(replace(model, chosen=(*model.chosen, (best.term, best.shape))))
-        if best.term.name == "two-thirds":
-            model = _without_viscous(model, tuning)
-        if best.term.name == SATURATION:
+        found += [replace(trial.score, selected=True) for trial in added]
+        for trial in added:
+            model = _refined(_with(model, trial))
+            if trial.term.name == "two-thirds":
+                model = _without_viscous(model, tuning)
+            if DELAY in model.names:
+                model = _settled(model, tuning)
+        if SATURATION in model.names:
             break
-        if DELAY in model.names:
-            model = _settled(model, tuning)
     return replace(model, scores=tuple(found))
 
 
@@ -254,8 +357,8 @@ def with_terms(
         Of the search.
     """
     for name in names:
-        basis = Basis.of(model.columns(), model.target())
-        offered = [*terms, *_ripples(model, basis)]
+        basis = model.basis()
+        offered = _offered(model, terms, basis, tuning, ripple=True)
         term = next((term for term in offered if term.name == name), None)
         fits = None if term is None else _best_shape(model, term, basis)
         if term is not None and fits is not None:
@@ -268,11 +371,24 @@ def with_terms(
     return model
 
 
+def _offered(
+    model: Model, terms: Sequence[Term], basis: Basis, tuning: SearchTuning, *, ripple: bool
+) -> Sequence[Term]:
+    """Return the terms with those shapes that depend on what the model explains already."""
+    offered = [
+        term
+        if term.proportional is None
+        else replace(term, shapes=(term.proportional(*model.friction()),))
+        for term in terms
+    ]
+    return [*offered, *_ripples(model, basis, tuning)] if ripple else offered
+
+
 def _without_viscous(model: Model, tuning: SearchTuning) -> Model:
     """Return the model without viscous friction unless that belongs to it too."""
     without = replace(model, viscous=False)
-    basis = Basis.of(without.columns(), model.target())
-    partial = basis.partial(model.rows.velocity[:, None])
+    basis = without.basis()
+    partial = basis.partial(model.scaled(model.rows.velocity[:, None]))
     if partial is None or significance(basis, partial) > tuning.largest_p_value:
         return without
     return model
@@ -286,6 +402,11 @@ class _Trial:
     shape: Shape
     score: TermScore
     ratio: float
+
+    @property
+    def parameters(self) -> int:
+        """Number of coefficients, with that of the shape."""
+        return len(self.shape.names) + (self.term.family is not None)
 
 
 def _tried(
@@ -312,12 +433,63 @@ def _tried(
         text=term.text,
         selected=False,
         # One of several shapes is significant by chance more often (Bonferroni)
-        p_value=min(significance(basis, partial) * term.trials, 1.0),
+        p_value=min(significance(basis, partial, own) * term.trials, 1.0),
         gain=float(np.sum(gains)) / total,
         gain_std=float(np.std(gains, ddof=1)) * float(np.sqrt(gains.size)) / total,
         share=basis.share(partial),
     )
     return _Trial(term=term, shape=shape, score=score, ratio=smallest_ratio(every))
+
+
+def _simplest(accepted: Sequence[_Trial]) -> _Trial:
+    """Return the term with the largest gain, or a bend with fewer parameters that predicts as well.
+
+    It predicts as well if its gain is less by one standard error of the largest gain at most.
+    """
+    best = max(accepted, key=lambda trial: trial.score.gain)
+    if best.term.name not in BENDS:
+        return best
+    least = best.score.gain - best.score.gain_std
+    simpler = [
+        trial for trial in accepted if trial.term.name in BENDS and trial.score.gain >= least
+    ]
+    return min(simpler, key=lambda trial: (trial.parameters, -trial.score.gain))
+
+
+def _pair(model: Model, tried: Sequence[_Trial], tuning: SearchTuning) -> tuple[_Trial, ...]:
+    """Return two terms of which each is accepted beside the other; none if there are no such two.
+
+    Two terms that are both missing hide each other: what the one leaves is the noise of the other.
+    """
+    large = [
+        t for t in tried if t.score.share > tuning.smallest_share and t.term.name != SATURATION
+    ]
+    large = sorted(large, key=lambda trial: trial.score.share)[-tuning.paired :]
+    best: tuple[_Trial, ...] = ()
+    for first, second in combinations(large, 2):
+        if second.term.name in EXCLUSIVE.get(first.term.name, ()):
+            continue
+        pair = (_beside(model, second, first), _beside(model, first, second))
+        accepted = [trial for trial in pair if trial is not None and _accepted(trial, tuning)]
+        if len(accepted) == 2 and (not best or _gain(accepted) > _gain(best)):
+            best = tuple(accepted)
+    return best
+
+
+def _gain(pair: Sequence[_Trial]) -> float:
+    return min(trial.score.gain for trial in pair)
+
+
+def _beside(model: Model, other: _Trial, trial: _Trial) -> _Trial | None:
+    """Return a term as tried in a model that has another one."""
+    larger = _with(model, other)
+    columns, target = larger.columns(), larger.target()
+    errors = held_out_errors(columns, target, larger.rows.move)
+    return _tried(larger, trial.term, larger.basis(), columns, errors)
+
+
+def _with(model: Model, trial: _Trial) -> Model:
+    return replace(model, chosen=(*model.chosen, (trial.term, trial.shape)))
 
 
 def smallest_ratio(columns: Float[np.ndarray, "n p"]) -> float:
@@ -353,7 +525,7 @@ def _accepted(trial: _Trial, tuning: SearchTuning) -> bool:
     )
 
 
-_SHAPE_STEPS = 15
+_SHAPE_STEPS = 15  # evaluations: enough for the tolerance between neighbouring values
 _SHAPE_TOLERANCE = 1e-3  # of the logarithm of its value
 _RIPPLE_SPAN = 0.5  # of a wave along the travel: beyond it another peak begins
 
@@ -363,6 +535,10 @@ def _refined(model: Model) -> Model:
     for place, (term, _) in enumerate(model.chosen):
         if term.family is not None:
             model = _refined_term(model, place, term.family)
+        if term.proportional is not None:
+            shape = term.proportional(*model.friction())
+            chosen = (*model.chosen[:place], (term, shape), *model.chosen[place + 1 :])
+            model = replace(model, chosen=chosen)
     return model
 
 
@@ -401,48 +577,34 @@ def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
     return max(shape.value / ratio, values[0]), min(shape.value * ratio, values[-1])
 
 
-_DELAY_STEPS = 12
-_LARGEST_STEP = 3.0  # samples, within which the effort is nearly linear in the delay
-_SETTLED = 0.005  # samples
-
-
 def _settled(model: Model, tuning: SearchTuning) -> Model:
     """Return the model at the delay that fits best (Gauss-Newton)."""
-    T = model.rows.weight.sampling_time
-    most = tuning.largest_delay / T
-    for _ in range(_DELAY_STEPS):
-        step = float(np.clip(model.coefficients(DELAY)[0], -_LARGEST_STEP, _LARGEST_STEP))
-        delay = float(np.clip(model.rows.delay + step, -most, most))
-        model = model.shifted(delay)
-        if abs(step) < _SETTLED:
+    for _ in range(tuning.delay_steps):
+        model, step = model.stepped(tuning.largest_delay)
+        if step < tuning.settled_delay:
             return replace(model, settled=True)
     return replace(model, settled=False)
 
 
-_FEWEST_PERIODS = 3  # along the travel: slower forces are springs and offsets
-_MOST_PERIODS = 300
-_RIPPLE_PEAKS = 2
-_MOST_ROWS = 2000
-
-
-def _ripples(model: Model, basis: Basis) -> list[Term]:
+def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:
     """Return the term of the strongest waves of the residual along the travel."""
     position = model.rows.position
     extent = float(np.ptp(position))
-    every = max(position.size // _MOST_ROWS, 1)
+    every = max(position.size // tuning.most_rows, 1)
     at, residual = position[::every] - position[0], basis.residual[::every]
     if extent == 0 or at.size < 50:
         return []
-    # A window holds less than a third of a wave
+    # A window holds a wave at most, of which it leaves 0.6 of the amplitude
     width = 2.0 * model.rows.weight.duration * float(np.median(np.abs(model.rows.velocity)))
-    most = min(_MOST_PERIODS, int(extent / max(3.0 * width, extent / _MOST_PERIODS)))
-    waves = np.arange(_FEWEST_PERIODS, most, 0.25) / extent
+    most = tuning.most_periods
+    most = min(most, int(extent / max(width, extent / most)))
+    waves = np.arange(tuning.fewest_periods, most, 0.25) / extent
     if waves.size < 3:
         return []
     power = np.abs(np.exp(2j * np.pi * np.outer(waves, at)) @ residual) ** 2
     peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
-    strongest = peaks[np.argsort(power[peaks])[::-1][:_RIPPLE_PEAKS]]
+    strongest = peaks[np.argsort(power[peaks])[::-1][: tuning.ripple_peaks]]
     if strongest.size == 0:
         return []
     # The peaks are the largest of all the waves that the travel resolves
-    return [ripple_term([1.0 / float(waves[k]) for k in strongest], waves.size // 4)]
+    return [ripple_term([1.0 / float(waves[k]) for k in strongest], waves.size // 4, model.origin)]

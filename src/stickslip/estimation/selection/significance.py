@@ -25,18 +25,27 @@ class Basis:
         Shape (n, p) [-].
     target, residual
         Shape (n,) [any unit].
+    log
+        Number of the log that each row is from [-]; None for one log.
     """
 
     vectors: Float[np.ndarray, "n p"]
     target: Float[np.ndarray, " n"]
     residual: Float[np.ndarray, " n"]
+    log: Int[np.ndarray, " n"] | None = None
 
     @classmethod
-    def of(cls, columns: Float[np.ndarray, "n p"], target: Float[np.ndarray, " n"]) -> "Basis":
+    def of(
+        cls,
+        columns: Float[np.ndarray, "n p"],
+        target: Float[np.ndarray, " n"],
+        log: Int[np.ndarray, " n"] | None = None,
+    ) -> "Basis":
         """Return the basis of columns of any scale."""
         norms = np.linalg.norm(columns, axis=0)
         vectors, _ = np.linalg.qr(columns / np.where(norms > 0, norms, 1.0))
-        return cls(vectors=vectors, target=target, residual=target - vectors @ (vectors.T @ target))
+        residual = target - vectors @ (vectors.T @ target)
+        return cls(vectors=vectors, target=target, residual=residual, log=log)
 
     def share(self, partial: "Partial") -> float:
         """Return what columns explain beyond the basis, over the target, in rms [-]."""
@@ -79,7 +88,9 @@ class Partial:
     values: Float[np.ndarray, " q"]
 
 
-def significance(basis: Basis, partial: Partial) -> float:
+def significance(
+    basis: Basis, partial: Partial, further: Float[np.ndarray, "n q"] | None = None
+) -> float:
     """Return the p-value of the hypothesis that coefficients are zero (robust F test) [-].
 
     The long-run covariance is that of `robust_uncertainty` with nu equal-weighted cosines, so that
@@ -87,19 +98,29 @@ def significance(basis: Basis, partial: Partial) -> float:
     and Watson 2018). A residual whose slowest variations are its strongest, such as a drifting
     force, is not flat over many cosines: the larger p-value of many and of few is returned.
 
+    Columns that act in one log each are tested log by log; the smallest p-value counts, times the
+    number of logs (Bonferroni).
+
     Parameters
     ----------
     basis
         Of the model so far.
     partial
         The columns tested.
+    further
+        The same columns, if some may act in one log only.
     """
+    blocks = [] if further is None or basis.log is None else _blocks(further, basis.log)
+    if len(blocks) > 1:
+        parts = [basis.partial(block) for block in blocks]
+        p_values = [1.0 if part is None else significance(basis, part) for part in parts]
+        return min(len(blocks) * min(p_values), 1.0)
     p, q = basis.vectors.shape[1], partial.vectors.shape[1]
     residual = basis.residual - partial.vectors @ partial.coordinates
     vectors = np.column_stack([basis.vectors, partial.vectors])
-    p_values: list[float] = []
+    p_values = []
     for most in _COSINES:
-        found = robust_uncertainty(vectors, np.eye(p + q)[p:], residual, most)
+        found = robust_uncertainty(vectors, np.eye(p + q)[p:], residual, most, log=basis.log)
         nu = float(np.min(found.degrees_of_freedom))
         degrees = nu - q + 1.0
         if degrees <= 0 or not np.any(found.covariance):
@@ -107,6 +128,16 @@ def significance(basis: Basis, partial: Partial) -> float:
         wald = float(partial.coordinates @ np.linalg.pinv(found.covariance) @ partial.coordinates)
         p_values.append(float(fdtrc(q, degrees, wald * degrees / (nu * q))))
     return max(p_values)
+
+
+def _blocks(
+    columns: Float[np.ndarray, "n q"], log: Int[np.ndarray, " n"]
+) -> list[Float[np.ndarray, "n _"]]:
+    """Return the columns of each log, if each acts in one log only; else all of them at once."""
+    acts = np.stack([np.any(columns[log == each] != 0.0, axis=0) for each in np.unique(log)])
+    if acts.shape[0] == 1 or np.any(np.sum(acts, axis=0) > 1):
+        return [columns]
+    return [columns[:, own] for own in acts if np.any(own)]
 
 
 def held_out_errors(

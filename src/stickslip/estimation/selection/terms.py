@@ -10,21 +10,20 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.selection.motion import SlipMotion, SlipMotions
+from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
+from stickslip.estimation.weak_form.shape import ANY, Column, Shape
 from stickslip.records import AxisKind
 
 __all__ = [
     "DELAY",
     "SATURATION",
     "TERM_NAMES",
-    "Shape",
     "Term",
     "candidate_terms",
     "effort_excess",
     "ripple_term",
+    "two_thirds_term",
 ]
-
-Column = Callable[[SlipMotion], Float[np.ndarray, " n"]]
 
 DELAY = "delay"
 """Name of the term that is the derivative of the effort with respect to its delay."""
@@ -32,7 +31,6 @@ DELAY = "delay"
 SATURATION = "saturation"
 """Name of the term that is the excess of the logged effort over a limit."""
 
-ANY = (-np.inf, np.inf)
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)
 _ALL_OF_IT = (0.7, 1.3)  # an effort that does not reach the axis at all has the coefficient 1
@@ -42,48 +40,24 @@ TERM_NAMES = (
     "quadratic",
     "two-thirds",
     "stribeck",
+    "low speed",
     "presliding",
     "spring",
     "gravity",
     "ripple",
     "offset drift",
     "friction drift",
+    "viscous drift",
     "gain drift",
     "saturation",
 )
 """Names of all terms."""
 
-_STRIBECK_SHAPES = 9
-_PRESLIDING_SHAPES = 7
-_SATURATION_SHAPES = 12
+_STRIBECK_SHAPES = 9  # velocities tried, a factor of some 1.4 apart; refined afterwards
+_PRESLIDING_SHAPES = 7  # distances tried, a factor of 2.8 apart; refined afterwards
+_SATURATION_SHAPES = 12  # limits tried; the limit is not refined
 _MOST_SATURATED = 0.4  # of the samples in motion: a drive that saturates more often is another axis
 _SWING = 0.5  # rad: a smaller one bends the sine of a pendulum by less than 1 %
-
-
-@dataclass(frozen=True, kw_only=True)
-class Shape:
-    """One member of a family of terms.
-
-    Attributes
-    ----------
-    names
-        Parameter of each column.
-    columns
-        The columns, sample by sample, each a function of the motion.
-    value
-        What makes the shape, such as a Stribeck velocity [SI]; 0 if there is one shape only.
-    bounds
-        Between which the coefficients must lie for the term to be what it is named after [SI].
-    """
-
-    names: tuple[str, ...]
-    columns: tuple[Column, ...]
-    value: float = 0.0
-    bounds: tuple[float, float] = ANY
-
-    def allows(self, values: Float[np.ndarray, " p"]) -> bool:
-        """Return whether the term can have these coefficients."""
-        return bool(np.all((values > self.bounds[0]) & (values < self.bounds[1])))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -97,12 +71,14 @@ class Term:
     text
         What it means for the axis, in words.
     shapes
-        At least one.
+        At least one, or none if ``proportional`` makes it.
     tests
         Number of shapes that these are the best of; 0 if they are all.
     family
         The shape with any value, for a search between those of ``shapes``; None if there is no
         other.
+    proportional
+        The shape that goes with given Coulomb and viscous friction; None if it depends on neither.
     """
 
     name: str
@@ -110,6 +86,7 @@ class Term:
     shapes: tuple[Shape, ...]
     tests: int = 0
     family: Callable[[float], Shape] | None = None
+    proportional: Callable[[float, float], Shape] | None = None
 
     @property
     def trials(self) -> int:
@@ -151,16 +128,17 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
             bounds=POSITIVE,
             quadratic_friction=lambda m: m.velocity * np.abs(m.velocity),
         ),
-        _plain(
-            "two-thirds",
-            "friction grows with the 2/3 power of the speed",
-            bounds=POSITIVE,
-            two_thirds_friction=lambda m: m.direction * np.abs(m.velocity) ** (2.0 / 3.0),
-        ),
+        two_thirds_term(),
         _family(
             "stribeck",
             "friction falls as the speed rises from zero (Stribeck effect)",
             _stribeck,
+            np.geomspace(1.5 * slow, max(0.5 * largest, 2.0 * slow), _STRIBECK_SHAPES),
+        ),
+        _family(
+            "low speed",
+            "friction is lower at low speed than at higher speeds",
+            _low_speed,
             np.geomspace(1.5 * slow, max(0.5 * largest, 2.0 * slow), _STRIBECK_SHAPES),
         ),
         _family(
@@ -179,10 +157,15 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
             "a constant effort drifts during the log",
             offset_drift=lambda m: m.time - centre,
         ),
+        Term(
+            name="friction drift",
+            text="friction drifts during the log",
+            shapes=(),
+            proportional=lambda coulomb, viscous: _friction_drift(coulomb, viscous, centre),
+        ),
         _plain(
-            "friction drift",
-            "friction drifts during the log",
-            friction_drift=lambda m: m.direction * (m.time - centre),
+            "viscous drift",
+            "viscous friction drifts during the log",
             viscous_drift=lambda m: m.velocity * (m.time - centre),
         ),
         _plain(
@@ -218,7 +201,17 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
     return tuple(terms)
 
 
-def ripple_term(periods: Sequence[float], tests: int) -> Term:
+def two_thirds_term() -> Term:
+    """Return the term of friction that grows with the 2/3 power of the speed."""
+    return _plain(
+        "two-thirds",
+        "friction grows with the 2/3 power of the speed",
+        bounds=POSITIVE,
+        two_thirds_friction=lambda m: m.direction * np.abs(m.velocity) ** (2.0 / 3.0),
+    )
+
+
+def ripple_term(periods: Sequence[float], tests: int, origin: float) -> Term:
     """Return the term of a force that repeats along the travel.
 
     Parameters
@@ -227,9 +220,15 @@ def ripple_term(periods: Sequence[float], tests: int) -> Term:
         Its likeliest periods [m or rad].
     tests
         Number of periods that these are the likeliest of.
+    origin
+        Position at which the sine is zero [m or rad].
     """
     values = np.array(periods)
-    term = _family("ripple", "a force repeats along the travel (ripple)", _ripple, values)
+
+    def family(period: float) -> Shape:
+        return _ripple(period, origin)
+
+    term = _family("ripple", "a force repeats along the travel (ripple)", family, values)
     return replace(term, tests=tests)
 
 
@@ -250,25 +249,59 @@ def _stribeck(velocity: float) -> Shape:
     )
 
 
+def _low_speed(velocity: float) -> Shape:
+    """Return ``sign(v) exp(-(v / v_l)^2)`` with a negative coefficient: the reverse of Stribeck."""
+    shape = _stribeck(velocity)
+    return replace(shape, names=("low_speed_friction",), bounds=NEGATIVE)
+
+
 def _presliding(distance: float) -> Shape:
     """Return ``sign(v) exp(-s / d)``, with the distance s since the direction changed (Dahl)."""
+
+    def slope(size: Float[np.ndarray, " 1"]) -> Column:
+        return lambda m: (
+            size[0] * m.direction * np.exp(-m.travelled / distance) * m.travelled / distance**2
+        )
+
     return Shape(
         names=("presliding_friction",),
         columns=(lambda m: m.direction * np.exp(-m.travelled / distance),),
         value=distance,
         bounds=NEGATIVE,
+        slope=("presliding_distance", slope),
     )
 
 
 def effort_excess(limit: float) -> Column:
-    """Return what an effort has beyond a limit [N or N m]."""
+    """Return the excess of the effort over a limit [N or N m]."""
     return lambda m: np.sign(m.effort) * np.maximum(np.abs(m.effort) - limit, 0.0)
 
 
-def _ripple(period: float) -> Shape:
+def _ripple(period: float, origin: float) -> Shape:
     wave = 2.0 * np.pi / period
+
+    def slope(sizes: Float[np.ndarray, " 2"]) -> Column:
+        def column(m: SlipMotion) -> Float[np.ndarray, " n"]:
+            place = m.position - origin
+            turned = sizes[0] * np.cos(wave * place) - sizes[1] * np.sin(wave * place)
+            return -turned * place * wave / period
+
+        return column
+
     return Shape(
         names=("ripple_sine", "ripple_cosine"),
-        columns=(lambda m: np.sin(wave * m.position), lambda m: np.cos(wave * m.position)),
+        columns=(
+            lambda m: np.sin(wave * (m.position - origin)),
+            lambda m: np.cos(wave * (m.position - origin)),
+        ),
         value=period,
+        slope=("ripple_period", slope),
+    )
+
+
+def _friction_drift(coulomb: float, viscous: float, centre: float) -> Shape:
+    """Return ``(f_c sign(v) + c v) (t - t_c)``: friction grows in proportion."""
+    return Shape(
+        names=("friction_drift",),
+        columns=(lambda m: (coulomb * m.direction + viscous * m.velocity) * (m.time - centre),),
     )

@@ -14,7 +14,7 @@ SMALLEST_JITTER = 0.01
 """Deviation of a time step, in sampling times, below which samples are taken as uniform."""
 
 
-def resampled(log: AxisLog) -> tuple[AxisLog, tuple[str, ...]]:
+def resampled(log: AxisLog, *, held: bool = True) -> tuple[AxisLog, tuple[str, ...]]:
     """Return a log with uniform samples between its gaps, and a note if it had to be made.
 
     Where the time stamps have jitter, positions are interpolated by a cubic spline, velocities
@@ -25,10 +25,13 @@ def resampled(log: AxisLog) -> tuple[AxisLog, tuple[str, ...]]:
     ----------
     log
         Any log.
+    held
+        Whether the effort is held over each sample. Otherwise it is the value at the time stamp,
+        and interpolated linearly.
     """
     if log.timing_jitter < SMALLEST_JITTER:
         return log, ()
-    parts = [_resampled(part, log.sampling_time) for part in log.segments()]
+    parts = [_resampled(part, log.sampling_time, held) for part in log.segments()]
 
     def joined(name: str) -> Float[np.ndarray, " m"] | None:
         values = [getattr(part, name) for part in parts]
@@ -43,7 +46,7 @@ def resampled(log: AxisLog) -> tuple[AxisLog, tuple[str, ...]]:
     )
 
 
-def _resampled(part: AxisLog, sampling_time: float) -> AxisLog:
+def _resampled(part: AxisLog, sampling_time: float, held: bool) -> AxisLog:
     start, end = float(part.time[0]), float(part.time[-1])
     count = int(np.floor((end - start) / sampling_time * (1.0 + 1e-12))) + 1
     time = start + sampling_time * np.arange(max(count, 2))
@@ -56,12 +59,13 @@ def _resampled(part: AxisLog, sampling_time: float) -> AxisLog:
         return None if values is None else np.interp(time, part.time, values)
 
     impulse = np.concatenate(([0.0], np.cumsum(part.effort[:-1] * np.diff(part.time))))
-    held = np.diff(np.interp(time, part.time, impulse)) / np.diff(time)
+    mean = np.diff(np.interp(time, part.time, impulse)) / np.diff(time)
+    effort = np.append(mean, part.effort[-1]) if held else np.interp(time, part.time, part.effort)
     load = part.measured_load_position
     return replace(
         part,
         time=time,
-        effort=np.append(held, part.effort[-1]),
+        effort=effort,
         measured_position=position(part.measured_position),
         measured_velocity=velocity(part.measured_velocity),
         measured_load_position=None if load is None else position(load),

@@ -9,9 +9,9 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.jobs.effort_file import read_effort
-from stickslip.jobs.position.axis_file import read_axis_file
-from stickslip.jobs.position.axis_table import AxisTable
-from stickslip.jobs.position.tables import SensorsTable
+from stickslip.jobs.positioning.axis_file import read_axis_file
+from stickslip.jobs.positioning.axis_table import AxisTable
+from stickslip.jobs.positioning.tables import SensorsTable
 from stickslip.records import (
     InputError,
     ScenarioTables,

@@ -18,8 +18,8 @@ from stickslip.jobs.compare.candidates import (
 )
 from stickslip.jobs.compare.log import timed
 from stickslip.jobs.compare.scenario import StudyFile, check_runs, read_study
-from stickslip.jobs.position.axis_table import LAWS, AxisTable
-from stickslip.jobs.reproduce.parallel import in_parallel
+from stickslip.jobs.parallel import in_parallel
+from stickslip.jobs.positioning.axis_table import LAWS, AxisTable
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import (
     AxisLog,

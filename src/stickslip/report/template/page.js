@@ -1,6 +1,21 @@
 "use strict";
-(() => {
-  const plots = JSON.parse(document.getElementById("plots").textContent);
+(async () => {
+  if (!("DecompressionStream" in window)) {
+    document.body.prepend("The figures need a browser of 2023 or later.");
+    return;
+  }
+  // Base64 of a gzip file
+  const unpacked = async (anchor) => {
+    const text = document.getElementById(anchor).textContent;
+    const packed = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
+    const stream = new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"));
+    return new Response(stream).text();
+  };
+
+  const library = document.createElement("script");
+  library.textContent = await unpacked("plotly");
+  document.head.append(library);
+  const plots = JSON.parse(await unpacked("plots"));
   const drawings = Object.keys(plots).map((anchor) => document.getElementById(anchor));
 
   // Without a pointer that hovers, dragging must scroll the page and a tool bar would lie on the

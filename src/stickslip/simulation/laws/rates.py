@@ -1,7 +1,7 @@
 """Rates of change of a plant whose friction law is not affine, and their derivatives.
 
-The plant is the flexible arm with x1, v1, x2, v2 (report part A Eqs. 2.1-2.3); a rigid axis is an
-arm whose spring has no stiffness. Friction is one of two kinds.
+The plant is the flexible arm with x1, v1, x2, v2 (van de Wijdeven 2002 A Eqs. 2.1-2.3); a rigid
+axis is an arm whose spring has no stiffness. Friction is one of two kinds.
 
 - Without bristles (Stribeck): ``s G(v) + c v`` while slipping in direction s, with
   ``G(v) = f_c + (f_s - f_c) exp(-(s v/v_s)^delta)``.

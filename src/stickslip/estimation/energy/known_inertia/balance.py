@@ -1,11 +1,12 @@
 """The balance of work along motions that carry no noise.
 
-The report multiplies the balance of forces by the measured velocity and sums: noise of the velocity
-then meets noise of the forces, and what their product leaves has to be compensated. The balance of
-work holds along any other velocity as well (virtual work). Along those that the Kalman filter of
-the masses and the spring picks, the sensors' noise enters once only and cancels best: no product
-of noises, no variance that would have to be known, and feedback of the noise into the effort does
-no harm, as the effort is known. The measured motion decides only where friction acts which way.
+Van de Wijdeven (2002) multiplies the balance of forces by the measured velocity and sums: noise of
+the velocity then meets noise of the forces, and the mean of their product must be compensated. The
+balance of work holds along any other velocity as well (virtual work). Along those that the Kalman
+filter of the masses and the spring picks, the sensor noise enters once only and cancels best: there
+is no product of noises and no variance that must be known, and feedback of the noise into the
+effort does no harm, as the effort is known. The measured motion decides only where friction acts in
+which direction.
 
 The driven mass m need not be known. With m_0 in its place, it moves as if besides its friction f
 the force (m_0/m - 1) (q - f) acted, q being effort less spring force, so that
@@ -23,8 +24,8 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy.known_inertia.innovations import HeldAxis, whiten
-from stickslip.estimation.energy.known_inertia.load_reconstruction import said_of_load
+from stickslip.estimation.energy.known_inertia.hidden_load import load_reconstruction_note
+from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
 from stickslip.estimation.energy.known_inertia.stretches import Prepared, prepared
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.fit.diagnostics import determined
@@ -39,9 +40,9 @@ _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over tha
 _GRID = 9
 _DECADE_TOLERANCE = 0.2
 _MOST_DISTURBED = 0.25
-"""Disturbing force, over the effort, beyond which levels of energy are believed instead: it is then
-what the axis does at the rate of the samples and the model does not, such as a drive that bends or
-ripples, and in the energies of longer blocks that is averaged."""
+"""Disturbance force, over the effort, beyond which levels of energy are used instead [-]: then it
+is model mismatch at the rate of the samples, such as an elastic drive or a ripple, and energies of
+longer blocks average it."""
 _MOST_PASSES = 6
 _SAME_MASS = 1e-4
 """Relative change of the mass below which it stays: what is left of a change is its square."""
@@ -71,7 +72,7 @@ def work_regression(
     model
         What is known of the axis; the inertia must be.
     low_pass
-        By which the noise of the sensors is told from motion.
+        That separates the noise of the sensors from motion.
     samples
         Of the whole log.
     notes
@@ -104,13 +105,12 @@ def sought_regression(
     Parameters
     ----------
     levels
-        The balance of energies, which says where the search begins. If it does not tell the
-        inertia, none is found from there, or samples are explained too badly, it is returned as
-        it is.
+        The balance of energies, which gives the first guess. It is returned as it is if it does
+        not determine the inertia, the search from there fails, or samples are explained too badly.
     parts, model, low_pass, notes
         As `work_regression` takes them; the model's inertia is not read.
     """
-    inertia, decades = _told_inertia(levels), None
+    inertia, decades = _first_inertia(levels), None
     for _ in range(_MOST_PASSES):
         if not inertia > 0.0:
             return levels
@@ -140,8 +140,8 @@ def sought_regression(
     )
 
 
-def _told_inertia(levels: Regression) -> float:
-    """Return the inertia that levels of energy tell [kg or kg m^2]; 0 if they do not."""
+def _first_inertia(levels: Regression) -> float:
+    """Return the inertia from levels of energy [kg or kg m^2]; 0 if they do not determine it."""
     regressors, target = levels.regressors, levels.target
     if target.size < regressors.shape[1]:
         return 0.0
@@ -184,10 +184,7 @@ class _Balance:
                 forces.append((s.push if pushes else s.part.effort)[:, None])
                 slopes.append(s.push_slope[:, None] * pushes)
             made.append(
-                whiten(
-                    self.axis.transition,
-                    self.axis.held,
-                    self.axis.ramped,
+                self.axis.whiten(
                     s.part.effort,
                     s.measured,
                     s.channels,
@@ -195,7 +192,6 @@ class _Balance:
                     np.hstack(slopes),
                     self.log.size**2 * (doubt + 10.0**decades),
                     s.first,
-                    s.part.sampling_time,
                 )
             )
         return made
@@ -284,5 +280,5 @@ class _Balance:
             f"a disturbing force, white from sample to sample, is taken to have "
             f"{self.disturbance(decades):.2g} {part.unit('effort')} rms "
             "(maximum likelihood)",
-            *said_of_load(part, self.log.motions),
+            *load_reconstruction_note(part, self.log.motions),
         )

@@ -7,11 +7,13 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
-from stickslip.estimation.energy.known_inertia.free_arm import ArmMotion, ArmSensors, arm_motions
-from stickslip.estimation.energy.known_inertia.free_friction import FreeMotion, free_motion, roaming
-from stickslip.estimation.energy.known_inertia.load_reconstruction import (
+from stickslip.estimation.energy.known_inertia.free_motion import FreeMotion, free_motion, roaming
+from stickslip.estimation.energy.known_inertia.hidden_load import (
     LEAST_NOISE,
     ROUNDING,
+    ArmMotion,
+    ArmSensors,
+    arm_motions,
     arms_of,
     lengths_of_runs,
     load_seen,
@@ -109,7 +111,7 @@ def prepared(parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> P
     model
         What is known of the axis; the inertia must be.
     low_pass
-        By which the noise of the sensors is told from motion.
+        That separates the noise of the sensors from motion.
     """
     T = parts[0].sampling_time
     inertia = 0.0 if model.inertia is None else model.inertia
@@ -129,8 +131,9 @@ def prepared(parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> P
     spread = float(np.median(np.concatenate([motion.velocity_spread for motion in motions])))
     crossing = max(CERTAIN * spread * inertia / (size * T), 1.0)
     if arms:
-        # A load that is not measured is told from its spring's force. A mass that sticks must not
-        # tell that there is none: the friction that holds it is as large, and one over the rest
+        # A load that is not measured is reconstructed from the spring force. A mass that sticks
+        # must not imply a zero spring force: the friction that holds it is as large, and one force
+        # over the rest
         doubts = [np.maximum(crossing, lengths_of_runs(s.unknown)) * s.unknown for s in stretches]
     else:
         doubts = [_DOUBT * crossing * s.unknown for s in stretches]
@@ -160,21 +163,21 @@ def _sensor_noise(
 def _joined(
     measured: Sequence[tuple[Float[np.ndarray, " _"], Float[np.ndarray, " _"] | None]],
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"] | None]:
-    """Return positions and velocities of all stretches, without what tells nothing of their noise.
+    """Return positions and velocities of all stretches, where their noise is visible.
 
-    While an encoder does not count it shows no noise, but that is not to say that it has none.
+    While an encoder does not count, its noise is not visible.
     """
     positions: list[Float[np.ndarray, " _"]] = []
     velocities: list[Float[np.ndarray, " _"]] = []
     end = 0.0
     for x, v in measured:
         counts = np.diff(x, prepend=x[0]) != 0.0
-        told = np.convolve(counts, np.ones(2 * _AROUND + 1), mode="same") > 0.0
-        if np.any(told):
-            positions.append(x[told] - x[told][0] + end)
+        counting = np.convolve(counts, np.ones(2 * _AROUND + 1), mode="same") > 0.0
+        if np.any(counting):
+            positions.append(x[counting] - x[counting][0] + end)
             end = float(positions[-1][-1])
             if v is not None:
-                velocities.append(v[told])
+                velocities.append(v[counting])
     if not positions:
         return measured[0]
     return np.concatenate(positions), np.concatenate(velocities) if velocities else None
@@ -245,7 +248,7 @@ def reconstructed(parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass)
     model
         What is known of the axis.
     low_pass
-        By which the noise of the sensors is told from motion.
+        That separates the noise of the sensors from motion.
     """
     if model.inertia is None or model.load_inertia is None or load_seen(parts, model):
         return list(parts)

@@ -1,6 +1,6 @@
 """The energy-based estimator as published by van de Wijdeven (2002), part A chapters 3 to 6."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -10,20 +10,26 @@ from jaxtyping import Float
 
 from stickslip.estimation.energy.published import recursion as at
 from stickslip.estimation.energy.published.noise_compensation import SensorNoise, sensor_noise_of
-from stickslip.estimation.energy.published.recursion import report_energy_run, report_energy_step
+from stickslip.estimation.energy.published.recursion import (
+    published_energy_run,
+    published_energy_step,
+)
 from stickslip.estimation.energy.published.rows import (
-    WORTH_TELLING,
-    check_fits,
+    NOTEWORTHY_NOISE,
     known_biases,
     noise_shares,
-    refused,
     samples_of,
     weighted_rows,
     without_error_terms,
 )
+from stickslip.estimation.energy.samples import check_fits
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.online.faults.admission import lay_admission, restart_admission
+from stickslip.estimation.online.faults.guard import RESETS, lay_guard
+from stickslip.estimation.online.faults.health import OnlineHealth, health_of
+from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.recursion import (
     FIRST_SPREAD,
     FORGETTING,
@@ -32,6 +38,7 @@ from stickslip.estimation.online.recursion import (
     VALUES,
     covariance_in,
 )
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import (
     check_arm,
     check_forgetting_factor,
@@ -40,7 +47,6 @@ from stickslip.estimation.settings import (
     options_of,
 )
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
-from stickslip.estimation.signals.resampling import resampled
 from stickslip.records import (
     AxisKind,
     AxisLog,
@@ -52,18 +58,15 @@ from stickslip.records import (
 
 __all__ = ["PublishedEnergyEstimator"]
 
-State = Float[np.ndarray, " s"]
-
 _FRICTION = ("coulomb_friction", "viscous_friction")
 _ERROR_TERMS = ("level_bias", "slope")
 _FRICTION_AT = slice(VALUES, VALUES + len(_FRICTION))
-_ALL_AT = slice(VALUES, VALUES + len(_FRICTION) + len(_ERROR_TERMS))
 _COMPENSATIONS = ("none", "printed", "settled")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
 
 
 @dataclass(frozen=True, kw_only=True)
-class PublishedEnergyEstimator:
+class PublishedEnergyEstimator(OnlineMethod):
     """Coulomb and viscous friction from the energy balance, as published.
 
     Input energy less stored energy is regressed on the way travelled and the integral of the
@@ -100,6 +103,9 @@ class PublishedEnergyEstimator:
     cutoff
         Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
         takes a tenth of the sampling rate and at most 100 Hz.
+    effort_delay
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
+        effort is logged late. At most 30.
 
     Raises
     ------
@@ -132,6 +138,7 @@ class PublishedEnergyEstimator:
     initial_values: Mapping[str, float] | None = None
     initial_variance: float = 1e3
     cutoff: float | None = None
+    effort_delay: float = 0.0
 
     def __post_init__(self) -> None:
         check_given(
@@ -206,15 +213,27 @@ class PublishedEnergyEstimator:
         return _FRICTION_AT
 
     @property
-    def kernel(self) -> Callable[[State, float, float, float, float, float], bool]:
-        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
+    def kernel(self) -> Kernel:
+        """The compiled step (see `OnlineMethod.kernel`).
 
-        Effort [N or N m], position [m or rad] and velocity [m/s or rad/s] of the driven mass, then
-        both of the load, 0 for that of a rigid axis. It needs velocities: 0 in their place
-        is taken for an axis at rest. It takes no sample that is not finite, and none while the
-        noise is needed and not known.
+        It needs velocities: 0 in their place is taken for an axis at rest. It takes no sample while
+        the noise is needed and not known.
         """
-        return report_energy_step
+        return published_energy_step
+
+    @property
+    def _places(self) -> slice:
+        return slice(VALUES, VALUES + len(self._names))
+
+    def health(self, state: State) -> OnlineHealth:
+        """Return what was missing, rejected and reset so far; no force noise is estimated.
+
+        Parameters
+        ----------
+        state
+            From `init` or a later step.
+        """
+        return health_of(state, at.ADMISSION, resets=state[at.GUARD + RESETS])
 
     def init(self, *, sampling_time: float) -> State:
         """Return the state before the first sample.
@@ -237,14 +256,28 @@ class PublishedEnergyEstimator:
         s[at.STIFFNESS] = self.stiffness or 0.0
         s[at.SETTLED_SUMS] = self.sums == "settled"
         s[at.COMPENSATION] = _COMPENSATIONS.index(self.compensation)
+        arm = self.stiffness is not None
+        lay_admission(
+            s,
+            at.ADMISSION,
+            sampling_time=sampling_time,
+            effort_delay=self.effort_delay,
+            inertia=self.inertia,
+            measured=(True, arm, arm),
+        )
+        self._lay_noise(s)
+        lay_guard(s, at.GUARD, at.ADMISSION)
+        return s
+
+    def _lay_noise(self, s: State) -> None:
+        """Lay the noise into a first state, in place, or that it is needed and not known."""
         if self.compensation == "none" and self.sums == "printed":
-            return s
+            return
         noise = self._assumed_noise()
         if noise is None:
             s[at.NOISE] = -1.0
         else:
             self._let_know(s, noise)
-        return s
 
     def resume(self, state: State) -> State:
         """Return the state before another run: estimates and P as they are, all sums at zero.
@@ -256,6 +289,8 @@ class PublishedEnergyEstimator:
         """
         after = state.copy()
         after[at.SUMS : at.SUMS_END] = 0.0
+        restart_admission(after, at.ADMISSION)
+        lay_guard(after, at.GUARD, at.ADMISSION)
         return after
 
     def step(
@@ -269,7 +304,8 @@ class PublishedEnergyEstimator:
             From `init` or an earlier step; it is left as it is.
         sample
             Effort, position, velocity, load position and load velocity [SI], with 0 for the load of
-            a rigid axis. It needs velocities; only `run` and `fit` derive those that a log has not.
+            a rigid axis and NaN for a missing value. It needs velocities; only `run` and `fit`
+            derive those that a log has not.
 
         Returns
         -------
@@ -278,17 +314,14 @@ class PublishedEnergyEstimator:
         Raises
         ------
         InputError
-            If the sample does not hold five finite numbers, or the noise is needed and not known.
+            If the sample does not hold five numbers, or the noise is needed and not known.
         """
-        after = state.copy()
-        try:
-            u, x, v, x2, v2 = sample
-            taken = report_energy_step(after, float(u), float(x), float(v), float(x2), float(v2))
-        except (TypeError, ValueError) as error:
-            raise refused(after, sample) from error
-        if not taken:
-            raise refused(after, sample)
-        return after, after[_ALL_AT if self.error_terms else _FRICTION_AT]
+        if state[at.NOISE] < 0.0:
+            raise InputError(
+                "the noise of the sensors is needed and not known",
+                remedy="give position_noise and velocity_noise, or run a log first",
+            )
+        return super().step(state, sample)
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps.
@@ -336,7 +369,7 @@ class PublishedEnergyEstimator:
         after = state.copy()
         if after[at.NOISE] < 0.0:
             self._let_know(after, sensor_noise_of(log, cutoff=self.cutoff))
-        return after, *report_energy_run(after, self._samples(log))
+        return after, *published_energy_run(after, self._samples(log))
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P (Eq. 4.7), whose scale is that of a level noise of 1 J."""
@@ -345,7 +378,7 @@ class PublishedEnergyEstimator:
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
 
-        The values are those that the recursion ends at. B and S are told in the notes.
+        The values are those at the end of the recursion. The notes state B and S.
 
         Raises
         ------
@@ -384,9 +417,9 @@ class PublishedEnergyEstimator:
             As `fit` does.
         """
         check_excited(log)
-        log, changes = resampled(log)
+        log = repaired(log)
         parts = list(log.segments())
-        samples = [self._samples(part) for part in parts]
+        samples = [self._samples(part, effort_delay=self.effort_delay) for part in parts]
         state = self.init(sampling_time=log.sampling_time)
         noise = self._assumed_noise() or sensor_noise_of(log, cutoff=self.cutoff)
         if state[at.NOISE] < 0.0:
@@ -402,7 +435,7 @@ class PublishedEnergyEstimator:
                 printed=self.sums == "printed",
                 compensated=self.compensation != "none",
             ),
-            *changes,
+            *log.notes,
         )
         if self.error_terms:
             target, columns, (level_bias, slope) = without_error_terms(target, columns)
@@ -425,7 +458,7 @@ class PublishedEnergyEstimator:
             ),
             samples=time.size,
             notes=notes,
-            biased=self.sums == "printed" or shares[0] >= WORTH_TELLING,
+            biased=log.clipped or self.sums == "printed" or shares[0] >= NOTEWORTHY_NOISE,
         )
 
     def _assumed_noise(self) -> SensorNoise | None:
@@ -445,7 +478,8 @@ class PublishedEnergyEstimator:
             self.inertia, self.load_inertia or 0.0, self.stiffness or 0.0
         )
 
-    def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
+    def _samples(self, part: AxisLog, *, effort_delay: float = 0.0) -> Float[np.ndarray, "n 5"]:
         cutoff = default_cutoff(part.sampling_time) if self.cutoff is None else self.cutoff
         low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
-        return samples_of(part, low_pass, load=self.stiffness is not None)
+        load = self.stiffness is not None
+        return samples_of(part, low_pass, load=load, effort_delay=effort_delay)

@@ -1,4 +1,4 @@
-"""What sensor noise does to the energies and regressors in expectation (report part A chapter 5).
+"""Expected effect of sensor noise on energies and regressors (van de Wijdeven 2002, chapter 5).
 
 A measured velocity is the true one plus white noise of standard deviation sigma (Eqs. 5.1-5.4).
 Functions of a velocity take an array of any shape or a number, and return an array of that shape.
@@ -150,7 +150,7 @@ def absolute_mean(velocity: Velocities, noise: float) -> Float[np.ndarray, "..."
 
 
 def absolute_mean_polynomial(velocity: Velocities, noise: float) -> Float[np.ndarray, "..."]:
-    """Return the same by the report's polynomial of order six, up to 3 sigma (Eqs. 5.21, 5.22).
+    """Return the same by the published polynomial of order six, up to 3 sigma (Eqs. 5.21, 5.22).
 
     Parameters
     ----------
@@ -241,7 +241,7 @@ def absolute_bias(measured_velocity: Velocities, noise: float) -> Float[np.ndarr
 def absolute_bias_polynomial(
     measured_velocity: Velocities, noise: float, *, of: Literal["polynomial", "double_mean"]
 ) -> Float[np.ndarray, "..."]:
-    """Return the bias by the report's polynomial of order four in the absolute velocity.
+    """Return the bias by the published polynomial of order four in the absolute velocity.
 
     It needs odd powers too; beyond 3 sigma it is zero.
 

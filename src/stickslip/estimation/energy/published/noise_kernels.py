@@ -1,4 +1,6 @@
-"""What noise on a velocity adds to its absolute value (report part A Eqs. 5.20-5.24), one sample.
+"""Expected error of the absolute value of a noisy velocity, one sample.
+
+Source: van de Wijdeven (2002), part A, Eqs. 5.20-5.24.
 
 Polynomials are in s, a velocity over the standard deviation of its noise. Their coefficients are
 those of least squares over the whole range, every s weighing the same.
@@ -114,7 +116,7 @@ def quartic_bias(
 
 @compiled(inline=True)
 def bias_of_polynomial(m: float, sigma: float) -> float:
-    """Return Eq. 5.24 less abs(m), by the polynomial of order four that the report ends with."""
+    """Return Eq. 5.24 less abs(m), by the polynomial of order four of van de Wijdeven (2002)."""
     return quartic_bias(m, sigma, BIAS_OF_POLYNOMIAL)
 
 

@@ -1,23 +1,32 @@
-"""Kernels of the report's estimator: one sample into sums, a row, and the recursion.
+"""Kernels of the published energy estimator: one sample into sums, a row, and the recursion.
 
 The state is that of `stickslip.estimation.online.recursion`, with room for four parameters, and
 behind it what the sums need. What lies where is given by the constants below.
+
+A sample passes `stickslip.estimation.online.faults.admission` first. The published balance cannot
+leave a sample out: the work in it would be missing from then on. A missing or impossible value is
+replaced, the effort by the last one, the motion by one of constant velocity. Estimates that are not
+finite are replaced by the last valid ones (`stickslip.estimation.online.faults.guard`).
 """
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.energy.balance import report_step, squared_velocity, turning_way
+from stickslip.estimation.energy.balance import published_step, squared_velocity, turning_way
 from stickslip.estimation.energy.published.noise_kernels import (
     bias_of_double_mean,
     bias_of_polynomial,
 )
+from stickslip.estimation.online.faults.admission import ADMISSION_SIZE, admit, continued
+from stickslip.estimation.online.faults.guard import guard_size, stays_valid
 from stickslip.estimation.online.recursion import FORGETTING, PARAMETERS, ROW, VALUES, update
 
 __all__ = [
+    "ADMISSION",
     "COMPENSATION",
     "COUNT",
+    "GUARD",
     "INERTIA",
     "LEVEL_BIAS",
     "LOAD_INERTIA",
@@ -30,9 +39,9 @@ __all__ = [
     "STIFFNESS",
     "SUMS",
     "SUMS_END",
-    "report_energy_rows",
-    "report_energy_run",
-    "report_energy_step",
+    "published_energy_rows",
+    "published_energy_run",
+    "published_energy_step",
 ]
 
 MOST_VALUES = 4
@@ -57,9 +66,11 @@ MOST_VALUES = 4
     LAST_EFFORT,
     LAST_POSITION,
     LAST_VELOCITY,
-    STATE_SIZE,
+    ADMISSION,
 ) = range(VALUES + MOST_VALUES, VALUES + MOST_VALUES + 18)
-SUMS, SUMS_END = COUNT, STATE_SIZE  # what a new run begins with at zero
+SUMS, SUMS_END = COUNT, ADMISSION  # what a new run begins with at zero
+GUARD = ADMISSION + ADMISSION_SIZE
+STATE_SIZE = GUARD + guard_size(ADMISSION)
 
 REVERSAL = 12.0
 """A change of the velocity's sign within a sample is a reversal only if it changes by more standard
@@ -86,7 +97,7 @@ def _target_and_row(
     elif s[COMPENSATION] == 2.0:
         bias = bias_of_double_mean(v, sigma)
     if not settled:
-        work, way, squared = report_step(u, v, T)
+        work, way, squared = published_step(u, v, T)
         s[WORK] += work
         s[CORRECTION] += T * bias
         s[WAY] += way - T * bias
@@ -123,33 +134,49 @@ def _target_and_row(
 
 
 @compiled(brief=True)
-def report_energy_step(
+def published_energy_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
-    """Take one sample into the state, in place; return whether it was taken (Eqs. 4.3-4.10).
+    """Take one sample into the state, in place; return whether all was finite (Eqs. 4.3-4.10).
 
-    It is not if a number is not finite, or the noise is needed and not known.
+    None is taken while the noise is needed and not known.
     """
-    if not np.isfinite(u + x + v + x2 + v2) or s[NOISE] < 0.0:
+    whole = np.isfinite(u + x + v)
+    if s[STIFFNESS] > 0.0:
+        whole = whole and np.isfinite(x2 + v2)
+    if s[NOISE] < 0.0:
         return False
+    ready, u, _, x, v, x2, v2, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    if not ready:
+        return whole
+    predicted, velocity = continued(s, ADMISSION, 0)
+    x, v = predicted if np.isnan(x) else x, velocity if np.isnan(v) else v
+    if s[STIFFNESS] > 0.0:
+        predicted, velocity = continued(s, ADMISSION, 1)
+        x2, v2 = predicted if np.isnan(x2) else x2, velocity if np.isnan(v2) else v2
+    else:
+        x2, v2 = 0.0, 0.0
+    if stepped:
+        s[LAST_POSITION] = x - s[SAMPLING_TIME] * v
     y = _target_and_row(s, u, x, v, x2, v2)
     e = y
     for i in range(int(s[PARAMETERS])):
         e -= s[ROW + i] * s[VALUES + i]
     s[PREDICTION_ERROR] = e  # Eq. 4.9
     update(s, y, s[FORGETTING], True)
-    return True
+    stays_valid(s, GUARD, ADMISSION, VALUES, MOST_VALUES)
+    return whole
 
 
 @compiled()
-def report_energy_run(
+def published_energy_run(
     s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
 ) -> tuple[Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
     """Take many samples, in place; return the estimates after each, and the errors before it."""
     n, p = samples.shape[0], int(s[PARAMETERS])
     history, errors = np.empty((n, p)), np.empty(n)
     for k in range(n):
-        report_energy_step(
+        published_energy_step(
             s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
         )
         errors[k] = s[PREDICTION_ERROR]
@@ -159,7 +186,7 @@ def report_energy_run(
 
 
 @compiled()
-def report_energy_rows(
+def published_energy_rows(
     s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n p"]]:
     """Return y(k) and W(k) of many samples without estimating anything; the state's sums move."""

@@ -1,38 +1,34 @@
-"""What the report's estimator takes from a log: samples, weighted rows, and the share of noise."""
+"""Samples, weighted rows and shares of noise of the published energy estimator."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.levels import load_position
 from stickslip.estimation.energy.published import recursion as at
-from stickslip.estimation.energy.published.recursion import report_energy_rows
+from stickslip.estimation.energy.published.recursion import published_energy_rows
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.online.recursion import FIRST_SPREAD, FORGETTING, PARAMETERS, VALUES
 from stickslip.estimation.signals.kinematics import LowPass, central_difference
-from stickslip.records import AxisLog, InputError
+from stickslip.records import AxisLog
 
 __all__ = [
-    "WORTH_TELLING",
-    "check_fits",
+    "NOTEWORTHY_NOISE",
     "known_biases",
     "noise_shares",
-    "refused",
     "samples_of",
     "weighted_rows",
     "without_error_terms",
 ]
 
-WORTH_TELLING = 0.001
-"""Share of noise in a regressor from which on it is told, and an estimate is not trusted."""
-
-_SAME_SAMPLING_TIME = 0.01  # relative
-_SAMPLE = ("effort", "position", "velocity", "load position", "load velocity")
+NOTEWORTHY_NOISE = 0.001
+"""Share of noise in a regressor [-] above which a note states it and the status is `biased`."""
 
 
-def samples_of(part: AxisLog, low_pass: LowPass, *, load: bool) -> Float[np.ndarray, "n 5"]:
+def samples_of(
+    part: AxisLog, low_pass: LowPass, *, load: bool, effort_delay: float = 0.0
+) -> Float[np.ndarray, "n 5"]:
     """Return effort, position, velocity, load position and load velocity, one row a sample.
 
     Parameters
@@ -43,6 +39,8 @@ def samples_of(part: AxisLog, low_pass: LowPass, *, load: bool) -> Float[np.ndar
         For velocities that were not measured.
     load
         Whether the axis is a flexible arm; if not, its load is zero.
+    effort_delay
+        Samples by which the effort acts after it is logged [-]; it is removed.
 
     Raises
     ------
@@ -63,68 +61,9 @@ def samples_of(part: AxisLog, low_pass: LowPass, *, load: bool) -> Float[np.ndar
     if load:
         x2 = load_position(part)
         v2 = velocity(part.measured_load_velocity, x2)
-    return np.column_stack([part.effort, x, velocity(part.measured_velocity, x), x2, v2])
-
-
-def check_fits(log: AxisLog, sampling_time: float) -> None:
-    """Refuse a log that does not fit a state.
-
-    Parameters
-    ----------
-    log
-        What is to be run.
-    sampling_time
-        That the state was made for [s].
-
-    Raises
-    ------
-    InputError
-        If it has a gap, or another sampling time.
-    """
-    if log.segment_starts.size > 1:
-        k = int(log.segment_starts[1])
-        raise InputError(
-            f"the log has a gap of {log.time[k] - log.time[k - 1]:.6g} s before sample {k}",
-            where=log.name,
-            remedy="run its segments one by one and resume before each, or use fit",
-        )
-    own = log.sampling_time
-    if abs(own - sampling_time) > _SAME_SAMPLING_TIME * sampling_time:
-        raise InputError(
-            f"the log has a sampling time of {own:.6g} s, the state was made for "
-            f"{sampling_time:.6g} s",
-            where=log.name,
-            remedy=f"make the state with init(sampling_time={own:.6g})",
-        )
-
-
-def refused(state: Float[np.ndarray, " s"], sample: Any) -> InputError:
-    """Return why a state did not take a sample.
-
-    Parameters
-    ----------
-    state
-        Whose noise may be needed and not known.
-    sample
-        What should be five finite numbers.
-    """
-    if state[at.NOISE] < 0.0:
-        return InputError(
-            "the noise of the sensors is needed and not known",
-            remedy="give position_noise and velocity_noise, or run a log first",
-        )
-    try:
-        pairs = [(name, float(value)) for name, value in zip(_SAMPLE, sample, strict=True)]
-    except (TypeError, ValueError):
-        return InputError(
-            f"the sample is {sample!r}, it must be five numbers",
-            remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for the load of a rigid axis",
-        )
-    name, value = next((pair for pair in pairs if not np.isfinite(pair[1])), pairs[0])
-    return InputError(
-        f"the {name} of the sample is {value}, it must be finite",
-        remedy="leave the sample out and resume, as after a gap, or give the last good value",
-    )
+    k = np.arange(len(part))
+    effort = np.interp(k - effort_delay, k, part.effort)
+    return np.column_stack([effort, x, velocity(part.measured_velocity, x), x2, v2])
 
 
 def weighted_rows(
@@ -142,7 +81,7 @@ def weighted_rows(
     samples
         Of each stretch without gaps; each begins with energies of zero.
     """
-    made = [report_energy_rows(state.copy(), part) for part in samples]
+    made = [published_energy_rows(state.copy(), part) for part in samples]
     target = np.concatenate([part[0] for part in made])
     columns = np.concatenate([part[1] for part in made])
     n, p = target.size, int(state[PARAMETERS])
@@ -198,7 +137,7 @@ def noise_shares(
         s = state.copy()
         s[at.SETTLED_SUMS], s[at.COMPENSATION] = 0.0, compensation
         s[at.NOISE] = velocity_noise
-        ends = [report_energy_rows(s.copy(), part)[1][-1, :2] for part in samples]
+        ends = [published_energy_rows(s.copy(), part)[1][-1, :2] for part in samples]
         return np.sum(ends, axis=0)
 
     noisy, clean = sums(0.0), sums(2.0)
@@ -232,7 +171,7 @@ def known_biases(
         if printed
         else "sums that are exact while the effort is held over each sample"
     )
-    if shares[0] < WORTH_TELLING:
+    if shares[0] < NOTEWORTHY_NOISE:
         return (first,)
     size = (
         f"velocity noise ({'assumed' if assumed else 'estimated from the log'}) of "

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.estimation.likelihood.bound import CramerRaoBound
-from stickslip.estimation.likelihood.process_noise.problem import problem_of
+from stickslip.estimation.likelihood.process_noise.problem import parts_of, problem_of
 from stickslip.estimation.likelihood.process_noise.search import evaluate, inverted
 from stickslip.estimation.likelihood.process_noise.tuning import Tuning
 from stickslip.records import AxisLog, InputError, unit_of
@@ -80,7 +80,14 @@ def process_noise_bound(
         If the axis does not slip in the log, or there is neither effort nor position noise.
     """
     tuning = Tuning(min_speed_ratio=_SURELY_SLIPPING, speed_certainty=0.0)
-    problem = problem_of(true_log, sought=tuple(parameters), known=known or {}, tuning=tuning)
+    problem = problem_of(
+        parts_of(true_log),
+        true_log.kind,
+        true_log.sampling_time,
+        sought=tuple(parameters),
+        known=known or {},
+        tuning=tuning,
+    )
     if problem is None:
         raise InputError("the axis does not slip in this log", remedy="give a log of a motion")
     if noise.effort <= 0 or noise.position <= 0:
@@ -102,9 +109,7 @@ def process_noise_bound(
     if true_log.measured_velocity is not None:
         variances.append(noise.velocity**2)
     values = np.array(list(parameters.values()))
-    found = evaluate(
-        replace(problem, segments=segments), values, np.log(variances), with_changes=False
-    )
+    found = evaluate(replace(problem, segments=segments), values, np.log(variances), changes="none")
     information = found.gram[1:, 1:]
     return CramerRaoBound(
         names=tuple(parameters),

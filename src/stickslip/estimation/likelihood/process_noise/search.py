@@ -1,25 +1,24 @@
 """Joint maximum of the likelihood over parameters and noise levels."""
 
 from dataclasses import dataclass, replace
+from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.likelihood.process_noise.axis_model import (
+from stickslip.estimation.likelihood.process_noise.problem import Problem
+from stickslip.estimation.likelihood.process_noise.slip_filter import (
     DISTURBANCE_STATE,
     EFFORT_STATE,
     STATES,
     AxisModel,
-    ParameterLayout,
+    innovate,
 )
-from stickslip.estimation.likelihood.process_noise.filter_kernels import innovate
-from stickslip.estimation.likelihood.process_noise.stretches import SlipSegment
 from stickslip.estimation.likelihood.process_noise.tuning import Tuning
 
 __all__ = [
     "Evaluation",
     "Maximum",
-    "Problem",
     "evaluate",
     "inverted",
     "maximise",
@@ -29,43 +28,12 @@ __all__ = [
 POSITION, EFFORT, ROUGHNESS, FORCE, DISTURBANCE, TIME_CONSTANT, VELOCITY = range(7)
 """Places of the noise levels: logarithms of variances, and of the time constant."""
 
+Changes = Literal["all", "innovations", "none"]
+
 _LARGEST_STEP = 2.0  # of a logarithm, in one iteration
 _MASS_RANGE = 1.5  # factor by which one iteration changes the mass at most
-_LARGEST_DAMPING = 1e6
-
-
-@dataclass(frozen=True, kw_only=True)
-class Problem:
-    """A log as the likelihood needs it.
-
-    Attributes
-    ----------
-    segments
-        Stretches without gaps.
-    layout
-        Parameters sought and known.
-    mass_name
-        ``"mass"`` or ``"inertia"``.
-    sampling_time
-        [s].
-    speed
-        Standard deviation of the velocity at the start of a stretch [m/s or rad/s].
-    effort_rate
-        Standard deviation of the rate of change of the effort there [N/s or N m/s].
-    prior
-        Median of the noise levels, as logarithms of variances and of the time constant [SI].
-    prior_spread
-        Standard deviations of these logarithms [-].
-    """
-
-    segments: list[SlipSegment]
-    layout: ParameterLayout
-    mass_name: str
-    sampling_time: float
-    speed: float
-    effort_rate: float
-    prior: Float[np.ndarray, " a"]
-    prior_spread: Float[np.ndarray, " a"]
+_GAIN_GROWTH, _LARGEST_GAIN = 1.5, 4.0  # of steps onward, where the information is too large
+_LARGEST_DAMPING, _DAMPING_RATIO = 1e4, 100.0
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +44,7 @@ class Evaluation:
     ----------
     gram, gram_change
         Gramian of the normalised rows (innovation, then one column a parameter), shape (q, q), and
-        its derivatives by the noise levels, shape (a, q, q).
+        its derivatives by the noise levels, shape (a, q, q); zero where they were not asked for.
     logs, logs_change
         Sum of the logarithms of the innovations' variances, and its derivatives, shape (a,).
     information
@@ -92,8 +60,8 @@ class Evaluation:
     information: Float[np.ndarray, "a a"]
     rows: tuple[Float[np.ndarray, "n c q"], ...]
 
-    def restricted(self) -> tuple[float, Float[np.ndarray, " a"]]:
-        """Return minus twice the restricted log likelihood, and its derivatives.
+    def restricted(self) -> float:
+        """Return minus twice the restricted log likelihood.
 
         l = sum log S + e'e + log det X'X: the last term makes up for the parameters that are fitted
         beside the noise levels (REML; Patterson and Thompson 1971).
@@ -102,11 +70,17 @@ class Evaluation:
         scale = np.where(scale > 0, scale, 1.0)
         inner = self.gram[1:, 1:] / np.outer(scale, scale)
         _, determinant = np.linalg.slogdet(inner)
-        inverse = inverted(self.gram[1:, 1:])
         value = self.logs + self.gram[0, 0] + determinant + 2.0 * np.sum(np.log(scale))
-        change = self.logs_change + self.gram_change[:, 0, 0]
-        change = change + np.einsum("ij,aji->a", inverse, self.gram_change[:, 1:, 1:])
-        return float(value) if np.isfinite(value) else np.inf, change
+        return float(value) if np.isfinite(value) else np.inf
+
+    def likelihood_change(self) -> Float[np.ndarray, " a"]:
+        """Return the derivatives of sum log S + e'e by the noise levels."""
+        return self.logs_change + self.gram_change[:, 0, 0]
+
+    def determinant_change(self) -> Float[np.ndarray, " a"]:
+        """Return the derivatives of log det X'X by the noise levels."""
+        inverse = inverted(self.gram[1:, 1:])
+        return np.einsum("ij,aji->a", inverse, self.gram_change[:, 1:, 1:])
 
 
 def inverted(matrix: Float[np.ndarray, "p p"]) -> Float[np.ndarray, "p p"]:
@@ -123,7 +97,7 @@ def evaluate(
     levels: Float[np.ndarray, " a"],
     *,
     with_rows: bool = False,
-    with_changes: bool = True,
+    changes: Changes = "all",
 ) -> Evaluation:
     """Run the filter over all segments.
 
@@ -137,8 +111,9 @@ def evaluate(
         Logarithms of the noise variances and of the time constant [SI].
     with_rows
         Whether the normalised rows are kept.
-    with_changes
-        Whether the derivatives by the noise levels are computed; they are zero otherwise.
+    changes
+        Of what the derivatives by the noise levels are computed: of ``"all"`` rows, of the
+        ``"innovations"`` alone, in a third of the time, or of ``"none"``, in a ninth.
     """
     T = problem.sampling_time
     level = np.exp(levels)  # also the derivatives by the logarithms
@@ -146,14 +121,21 @@ def evaluate(
     r = float(np.exp(-T / time_constant))
     r_by = r * T / time_constant
     model = AxisModel.of(
-        problem.layout, values, mass_name=problem.mass_name, sampling_time=T, correlation=r
+        problem.layout,
+        values,
+        mass_name=problem.mass_name,
+        sampling_time=T,
+        correlation=r,
+        ramped=problem.averaged > 1,
     )
     a = levels.size
     measured_as = (POSITION, EFFORT, VELOCITY)[: 3 if a > VELOCITY else 2]
     channels, p = len(measured_as), len(problem.layout.sought)
     H = np.zeros((channels, STATES))
     H[0, 0] = H[1, EFFORT_STATE] = 1.0
-    H[1, EFFORT_STATE + 1] = model.fraction
+    # A mean of held efforts acts half a sample of the log after that of the positions
+    lag = 0.5 * T / problem.averaged if problem.averaged > 1 else 0.0
+    H[1, EFFORT_STATE + 1] = model.fraction + lag
     H[2:, 1] = 1.0
     dH = np.zeros((p, channels, STATES))
     delay = problem.layout.column("effort_delay", 1)
@@ -168,7 +150,7 @@ def evaluate(
         b = model.force_response[side, 0]
         Q_n[FORCE, side] = level[FORCE] * np.outer(b, b)
         Q_n[DISTURBANCE, side, d, d] = level[DISTURBANCE] * (1.0 - r * r)
-        Q_n[ROUGHNESS, side, p_u, p_u] = level[ROUGHNESS] * T
+        Q_n[ROUGHNESS, side] = level[ROUGHNESS] * model.rate_noise[side]
     Q = np.sum(Q_n, axis=0)
     Q_n[TIME_CONSTANT, :, d, d] = -2.0 * level[DISTURBANCE] * r * r_by
     A_n = np.zeros((a, STATES, STATES))
@@ -178,10 +160,12 @@ def evaluate(
     first[1], first[p_u] = problem.speed**2, problem.effort_rate**2
     first_n[POSITION, 0], first_n[EFFORT, EFFORT_STATE] = R[0], R[1]
     first_n[DISTURBANCE, d] = level[DISTURBANCE]
-    computed = slice(None) if with_changes else slice(0)
+    computed = slice(0) if changes == "none" else slice(None)
     q = 1 + len(problem.layout.sought)
     gram, gram_n = np.zeros((q, q)), np.zeros((a, q, q))
     logs, logs_n, information = 0.0, np.zeros(a), np.zeros((a, a))
+    loads = problem.segments[0].loads.shape[1]
+    coefficients = values[p - loads :]  # the last parameters
     kept: list[Float[np.ndarray, "n c q"]] = []
     for segment in problem.segments:
         rows = np.zeros((segment.time.size if with_rows else 0, channels, q))
@@ -199,15 +183,17 @@ def evaluate(
             Q_n[computed],
             R_n[computed],
             first_n[computed],
-            segment.known_with(model.shift),
+            segment.known_with(model.shift, coefficients),
             segment.measured_with(model.shift),
             segment.direction,
             segment.jumps,
+            segment.loads,
             rows,
+            q if changes == "all" else 1,
         )
         gram += found[0]
         logs += found[2]
-        if with_changes:
+        if changes != "none":
             gram_n += found[1]
             logs_n += found[3]
             information += found[4]
@@ -232,15 +218,12 @@ class Maximum:
         Parameters sought [SI].
     levels
         Logarithms of the noise variances and of the time constant [SI].
-    evaluation
-        Innovations there.
     converged
         Whether the search ended before its last iteration.
     """
 
     values: Float[np.ndarray, " p"]
     levels: Float[np.ndarray, " a"]
-    evaluation: Evaluation
     converged: bool
 
 
@@ -248,7 +231,10 @@ def maximise(
     problem: Problem,
     values: Float[np.ndarray, " p"],
     tuning: Tuning,
-    start: Float[np.ndarray, " a"] | None = None,
+    start: Maximum | None = None,
+    *,
+    most: int,
+    first: bool = False,
 ) -> Maximum:
     """Search the maximum of the restricted likelihood of parameters and noise levels.
 
@@ -264,33 +250,54 @@ def maximise(
     tuning
         When to stop.
     start
-        First guess of the noise levels; None takes the likeliest of a grid.
+        An earlier maximum, of which the noise levels are the first guess; None takes the likeliest
+        of a grid.
+    most
+        Most evaluations.
+    first
+        Whether this is a search before that of the jumps, which ends earlier.
     """
-    levels = _first_levels(problem, values) if start is None else start
-    best = evaluate(problem, values, levels)
-    cost, gradient = _posterior(problem, best, levels)
-    damping, converged = 1e-3, False
-    for _ in range(tuning.max_iterations):
+    levels = _first_levels(problem, values) if start is None else start.levels
+    best = evaluate(problem, values, levels, changes="innovations")
+    cost = _posterior(problem, best, levels)
+    # Of the determinant, which changes slowly: those last computed
+    determinant_change = np.zeros(levels.size)
+    largest, before = np.full(levels.size, _LARGEST_STEP), np.zeros(levels.size)
+    gain = np.ones(levels.size)
+    damping, converged, current = 1e-3, False, False
+    tolerance = tuning.jump_tolerance if first else tuning.tolerance
+    for _ in range(most):
+        gradient = best.likelihood_change() + determinant_change
+        gradient = gradient + 2.0 * (levels - problem.prior) / problem.prior_spread**2
         step = inverted(best.gram[1:, 1:]) @ best.gram[1:, 0]
         hessian = 2.0 * (best.information + np.diag(problem.prior_spread**-2.0))
         change = np.linalg.solve(hessian + damping * np.diag(np.diag(hessian)), -gradient)
-        change = np.clip(change, -_LARGEST_STEP, _LARGEST_STEP)
         expected = float(step @ best.gram[1:, 0]) - 0.5 * float(change @ gradient)
-        if expected < tuning.tolerance:
-            converged = True
-            break
-        tried_values = moved(problem, values, step / (1.0 + damping))
-        tried = evaluate(problem, tried_values, levels + change)
-        tried_cost, tried_gradient = _posterior(problem, tried, levels + change)
-        if tried_cost < cost:
-            values, levels, best = tried_values, levels + change, tried
-            cost, gradient = tried_cost, tried_gradient
-            damping = max(0.1 * damping, 1e-6)
-        else:
-            damping = max(10.0 * damping, 1e-2)
-            if damping > _LARGEST_DAMPING:
+        if expected < tolerance:
+            if current or first:
+                converged = True
                 break
-    return Maximum(values=values, levels=levels, evaluation=best, converged=converged)
+            best, current = evaluate(problem, values, levels), True
+            determinant_change = best.determinant_change()
+            continue
+        # A step that takes back the last one overshot; one that goes on may be larger
+        onward = change * before > 0
+        largest = np.minimum(np.where(change * before < 0, 0.5, 1.5) * largest, _LARGEST_STEP)
+        gain = np.where(onward, np.minimum(_GAIN_GROWTH * gain, _LARGEST_GAIN), 1.0)
+        change = np.clip(gain * change, -largest, largest)
+        tried_values = moved(problem, values, step / (1.0 + damping))
+        tried = evaluate(problem, tried_values, levels + change, changes="innovations")
+        tried_cost = _posterior(problem, tried, levels + change)
+        if tried_cost < cost:
+            values, levels, best, cost = tried_values, levels + change, tried, tried_cost
+            before = change
+            damping, current = max(0.1 * damping, 1e-6), False
+        else:
+            damping, before = max(_DAMPING_RATIO * damping, 1e-2), np.zeros(levels.size)
+            if damping > _LARGEST_DAMPING:  # the likelihood rises no more
+                converged = True
+                break
+    return Maximum(values=values, levels=levels, converged=converged)
 
 
 def with_jumps(problem: Problem, maximum: Maximum, largest: float) -> Problem | None:
@@ -306,9 +313,7 @@ def with_jumps(problem: Problem, maximum: Maximum, largest: float) -> Problem | 
     largest
         Most standard deviations of an innovation [-].
     """
-    rows = evaluate(
-        problem, maximum.values, maximum.levels, with_rows=True, with_changes=False
-    ).rows
+    rows = evaluate(problem, maximum.values, maximum.levels, with_rows=True, changes="none").rows
     marked = [
         replace(segment, jumps=segment.jumps | (np.abs(row[:, 1, 0]) > largest))
         for segment, row in zip(problem.segments, rows, strict=True)
@@ -318,13 +323,10 @@ def with_jumps(problem: Problem, maximum: Maximum, largest: float) -> Problem | 
     return replace(problem, segments=marked) if after > before else None
 
 
-def _posterior(
-    problem: Problem, evaluation: Evaluation, levels: Float[np.ndarray, " a"]
-) -> tuple[float, Float[np.ndarray, " a"]]:
-    """Return the cost with the prior of the noise levels, and its derivatives."""
-    value, change = evaluation.restricted()
+def _posterior(problem: Problem, evaluation: Evaluation, levels: Float[np.ndarray, " a"]) -> float:
+    """Return the cost with the prior of the noise levels."""
     z = (levels - problem.prior) / problem.prior_spread
-    return value + float(z @ z), change + 2.0 * z / problem.prior_spread
+    return evaluation.restricted() + float(z @ z)
 
 
 def _first_levels(problem: Problem, values: Float[np.ndarray, " p"]) -> Float[np.ndarray, " a"]:
@@ -335,8 +337,8 @@ def _first_levels(problem: Problem, values: Float[np.ndarray, " p"]) -> Float[np
             levels = problem.prior.copy()
             levels[DISTURBANCE] = levels[EFFORT] + size
             levels[TIME_CONSTANT] = np.log(time_constant)
-            evaluation = evaluate(problem, values, levels, with_changes=False)
-            cost, _ = _posterior(problem, evaluation, levels)
+            evaluation = evaluate(problem, values, levels, changes="none")
+            cost = _posterior(problem, evaluation, levels)
             cost -= (
                 evaluation.gram[0, 1:] @ inverted(evaluation.gram[1:, 1:]) @ evaluation.gram[1:, 0]
             )

@@ -4,9 +4,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from stickslip.estimation.online.method import State
 from stickslip.estimation.online.observers import force_balance as at
 from stickslip.estimation.online.observers.force_observer import ForceObserver
-from stickslip.estimation.online_method import State
 from stickslip.estimation.settings import check_given
 from stickslip.records import AxisLog, InputError, positive
 

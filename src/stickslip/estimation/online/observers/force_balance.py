@@ -6,9 +6,13 @@ Over a sample in which the effort u is held, momentum is exactly
 
 with means over the sample: d the stretch of the spring, v_m the velocity, f the friction force. So
 f is known at the end of each sample without a derivative, and is linear in what is sought. Samples
-in which the velocity changes its sign or is zero at an end tell nothing of a known row. Nor do
+in which the velocity changes its sign or is zero at an end give no row. Nor do
 those of a rest: where its noise makes an axis seem to move, its force has either sign, and an
 observer learns from that that there is no friction. A dead band keeps it from that.
+
+A sample passes `stickslip.estimation.online.faults.admission` first. One with a missing or
+impossible value gives no row, nor does the next one. After a sample `settled` returns to
+the last valid estimates if these are not finite (`stickslip.estimation.online.faults.guard`).
 
 The state is that of `stickslip.estimation.online.recursion`, with viscous friction, Coulomb
 friction and the offset at its values (and a sought mass before them), and behind it what is laid
@@ -19,6 +23,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.faults.admission import ADMISSION_SIZE, admit
+from stickslip.estimation.online.faults.guard import guard_size, stays_valid
 from stickslip.estimation.online.recursion import (
     COUNTED,
     MOST_PARAMETERS,
@@ -29,20 +35,24 @@ from stickslip.estimation.online.recursion import (
 )
 
 __all__ = [
+    "ADMISSION",
     "DEAD_BAND",
     "FORCE",
     "GAINS",
+    "GUARD",
     "INERTIA",
     "KNOWN",
     "LAST_EFFORT",
     "LAST_POSITION",
     "LAST_VELOCITY",
+    "METHOD",
     "SHAPE",
     "SPEED",
     "STATE_SIZE",
     "balance",
-    "finite",
     "follow",
+    "set_aside",
+    "settled",
 ]
 
 (
@@ -60,26 +70,31 @@ __all__ = [
     _LAST_LOAD,
     _LAST_LOAD_VELOCITY,
     FORCE,  # f of the sample that has just ended; with the inertia sought, f and its force
-    STATE_SIZE,
+    METHOD,  # of the method's own, up to eight numbers
 ) = range(VALUES + MOST_PARAMETERS, VALUES + MOST_PARAMETERS + 15)
 GAINS = _GAINS[0]
+ADMISSION = METHOD + 8
+GUARD = ADMISSION + ADMISSION_SIZE
+STATE_SIZE = GUARD + guard_size(ADMISSION)
 
 _FRICTION = 3  # values that a gain belongs to
 
 
 @compiled(inline=True)
-def finite(u: float, x: float, v: float, x2: float, v2: float) -> bool:
-    """Return whether every number of a sample is finite."""
-    return bool(np.isfinite(u + x + v + x2 + v2))
-
-
-@compiled(inline=True)
 def balance(s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float) -> bool:
-    """Lay force and row of the sample that ends here in the state; return whether they tell.
+    """Lay force and row of the sample that ends here in the state; return whether there is a row.
 
     The mean stretch of the spring is that of the cubic through both ends.
     """
-    told = False
+    complete = False
+    ready, u, unknown, x, v, x2, v2, _ = admit(s, ADMISSION, u, x, v, x2, v2)
+    if not ready:
+        return False
+    if s[STIFFNESS] == 0.0:
+        x2, v2 = 0.0, 0.0
+    if np.isnan(x + v + x2 + v2):
+        s[KNOWN] = 0.0
+        return False
     v0 = s[LAST_VELOCITY]
     if s[KNOWN] > 0.0:
         T = s[SAMPLING_TIME]
@@ -95,11 +110,11 @@ def balance(s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float,
         s[k] = 0.5 * (v0 + v)
         s[k + 1] = 1.0 if v > 0.0 else -1.0
         s[k + 2] = 1.0
-        told = v0 * v > 0.0 and min(abs(v0), abs(v)) > s[DEAD_BAND]
-    s[KNOWN] = 1.0
+        complete = v0 * v > 0.0 and min(abs(v0), abs(v)) > s[DEAD_BAND]
+    s[KNOWN] = 0.0 if unknown else 1.0
     s[LAST_EFFORT], s[LAST_POSITION], s[LAST_VELOCITY] = u, x, v
     s[_LAST_LOAD], s[_LAST_LOAD_VELOCITY] = x2, v2
-    return told
+    return complete
 
 
 @compiled(inline=True)
@@ -119,3 +134,19 @@ def follow(s: Float[np.ndarray, " s"], y: float, rho: float) -> None:
         for i in range(_FRICTION):
             s[VALUES + i] += s[GAINS + i] * s[ROW + i] * share * e
         s[COUNTED] += 1.0
+
+
+@compiled(inline=True)
+def set_aside(s: Float[np.ndarray, " s"], quiet: bool) -> None:
+    """Let a quiet sample end no row and begin none; called before and after it."""
+    if quiet:
+        s[KNOWN] = 0.0
+
+
+@compiled(inline=True)
+def settled(s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float) -> bool:
+    """Validate the estimates after a sample; return whether all of the sample was finite."""
+    if not stays_valid(s, GUARD, ADMISSION, VALUES, _FRICTION + 1):
+        s[KNOWN] = 0.0
+    load = x2 + v2 if s[STIFFNESS] > 0.0 else 0.0
+    return bool(np.isfinite(u + x + v + load))

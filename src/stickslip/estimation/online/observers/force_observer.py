@@ -8,16 +8,20 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
 
-from stickslip.estimation.energy.published.rows import check_fits, samples_of
+from stickslip.estimation.energy.published.rows import samples_of
+from stickslip.estimation.energy.samples import check_fits
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of
+from stickslip.estimation.online.faults.admission import lay_admission, restart_admission
+from stickslip.estimation.online.faults.guard import RESETS, lay_guard
+from stickslip.estimation.online.faults.health import OnlineHealth, health_of
+from stickslip.estimation.online.method import OnlineMethod, State
 from stickslip.estimation.online.observers import force_balance as at
 from stickslip.estimation.online.recursion import SAMPLING_TIME, STIFFNESS, VALUES
-from stickslip.estimation.online_method import OnlineMethod, State
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff, noise_level, slow_speed
-from stickslip.estimation.signals.resampling import resampled
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import (
     AxisKind,
@@ -29,7 +33,7 @@ from stickslip.records import (
 
 __all__ = ["ForceObserver", "Run"]
 
-Run = Callable[[State, Float[np.ndarray, "n 5"]], Float[np.ndarray, "n 3"]]
+Run = Callable[[State, Float[np.ndarray, "n 5"], Bool[np.ndarray, " n"]], Float[np.ndarray, "n 3"]]
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
@@ -42,7 +46,7 @@ _LEAST_ROWS = 3  # a parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ForceObserver(OnlineMethod):
-    """An estimator that compares the friction force of each sample with what it believes.
+    """An estimator that compares the friction force of each sample with its own estimate.
 
     Attributes
     ----------
@@ -57,11 +61,14 @@ class ForceObserver(OnlineMethod):
         Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
         takes a tenth of the sampling rate and at most 100 Hz.
     dead_band
-        Speed below which the axis may be at rest, and nothing is learnt [m/s or rad/s]; None takes
+        Speed below which the axis may be at rest, and nothing is learned [m/s or rad/s]; None takes
         none on line, and in `fit` what the log suggests.
     initial_values
         First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
         as known at its first guess.
+    effort_delay
+        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
+        effort is logged late. At most 30.
     """
 
     inertia: float | None
@@ -70,6 +77,7 @@ class ForceObserver(OnlineMethod):
     cutoff: float | None = None
     dead_band: float | None = None
     initial_values: Mapping[str, float] | None = None
+    effort_delay: float = 0.0
 
     def __post_init__(self) -> None:
         units = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
@@ -122,22 +130,38 @@ class ForceObserver(OnlineMethod):
         InputError
             If it is not positive, or a typical speed is needed and not given.
         """
-        s = np.zeros(self._state_size)
-        s[SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
+        s = np.zeros(at.STATE_SIZE)
+        s[SAMPLING_TIME] = T = positive("sampling time", sampling_time, "s")
         s[at.INERTIA] = self.inertia or 0.0
         s[at.DEAD_BAND] = self.dead_band or 0.0
         s[STIFFNESS] = self.stiffness or 0.0
         s[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
         self._lay_settings(s)
+        load = self.stiffness is not None
+        lay_admission(
+            s,
+            at.ADMISSION,
+            sampling_time=T,
+            effort_delay=self.effort_delay,
+            inertia=self.inertia,
+            measured=(True, load, load),
+        )
+        lay_guard(s, at.GUARD, at.ADMISSION)
         return s
+
+    def health(self, state: State) -> OnlineHealth:
+        """Return what was missing, rejected and reset so far; no force noise is estimated.
+
+        Parameters
+        ----------
+        state
+            From `init` or a later step.
+        """
+        return health_of(state, at.ADMISSION, resets=state[at.GUARD + RESETS])
 
     @abstractmethod
     def _lay_settings(self, s: State) -> None:
         """Lay what is the method's own in a first state, in place."""
-
-    @property
-    def _state_size(self) -> int:
-        return at.STATE_SIZE
 
     @property
     def _guesses(self) -> Mapping[str, float]:
@@ -170,11 +194,14 @@ class ForceObserver(OnlineMethod):
         """
         check_fits(log, float(state[SAMPLING_TIME]))
         after = state.copy()
-        history = self._run(after, self._samples(log))
+        samples, quiet = self._signals(log)
+        waiting = max(int(np.ceil(-self.effort_delay)), 0)  # the motion waits for a late effort
+        quiet = np.concatenate([np.zeros(waiting, dtype=bool), quiet])[: len(log)]
+        history = self._run(after, samples, quiet)
         return after, history[:, [place - VALUES for place in self._places]]
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Return what the observer believes at the end of a log, without intervals.
+        """Return the estimates at the end of a log, without intervals.
 
         Raises
         ------
@@ -182,19 +209,20 @@ class ForceObserver(OnlineMethod):
             If nothing moves or pushes in the log, or it lacks the load of a flexible arm.
         """
         check_excited(log)
-        log, changes = resampled(log)
+        log = repaired(log)
         settled = self._settled(log)
         state = settled.init(sampling_time=log.sampling_time)
         histories: list[Float[np.ndarray, "n p"]] = []
         for part in log.segments():
             state[at.KNOWN] = 0.0
+            restart_admission(state, at.ADMISSION)
             state, history = settled.run(state, part)
             histories.append(history)
         values = state[settled._places]
         names = self.parameter_names(log.kind)
-        notes = (*changes, NO_INTERVAL, *_unrest(names, np.concatenate(histories)))
+        notes = (*log.notes, NO_INTERVAL, *_unrest(names, np.concatenate(histories)))
         return estimate_of(
-            settled.regression(log),
+            replace(settled.regression(log), biased=log.clipped),
             values.tolist(),
             estimator=self.name,
             provenance=provenance_of(log, options_of(settled)),
@@ -261,14 +289,14 @@ class ForceObserver(OnlineMethod):
     def _rows(
         self, parts: Sequence[AxisLog], samples: Sequence[Float[np.ndarray, "_ 5"]], size: int
     ) -> Float[np.ndarray, "m c"]:
-        """Return time, target and row of all stretches, means over blocks of samples that tell."""
+        """Return time, target and row of all stretches, means over blocks of usable samples."""
         tables = [self._balance(part, one) for part, one in zip(parts, samples, strict=True)]
         return np.concatenate([_block_means(*one, size) for one in tables])
 
     def _balance(
         self, part: AxisLog, samples: Float[np.ndarray, "n 5"]
     ) -> tuple[Float[np.ndarray, "m c"], Bool[np.ndarray, " m"]]:
-        """Return time, target and row of each sample and whether it tells, as `balance` does."""
+        """Return time, target and row of each sample, and whether it is usable (see `balance`)."""
         T = part.sampling_time
         u, x, v, x2, v2 = samples.T
         stretch, rate = x - x2, v - v2
@@ -287,8 +315,8 @@ class ForceObserver(OnlineMethod):
         mass = [acceleration] if self.inertia is None else []
         table = np.column_stack([part.time[1:], force, *mass, *sought])
         slower = np.minimum(np.abs(v[:-1]), np.abs(v[1:]))
-        tells = (v[:-1] * v[1:] > 0.0) & (slower > (self.dead_band or 0.0))
-        return table, tells
+        usable = (v[:-1] * v[1:] > 0.0) & (slower > (self.dead_band or 0.0))
+        return table, usable
 
     def _block(self, sampling_time: float) -> int:
         """Return how many samples a period of the cutoff frequency has."""
@@ -307,16 +335,25 @@ class ForceObserver(OnlineMethod):
         return replace(self, dead_band=slow_speed(largest, max(map(self._speed_noise, parts))))
 
     def _samples(self, part: AxisLog) -> Float[np.ndarray, "n 5"]:
-        """Return effort, position, velocity, load position and load velocity, one row a sample.
+        """Return the samples of `_signals` without delay, with a velocity of 0 where quiet."""
+        samples, quiet = self._signals(part, effort_delay=self.effort_delay)
+        samples[quiet, 2] = 0.0
+        return samples
 
-        Where velocities are differences of smoothed positions, the effort is smoothed alike. A
-        velocity is set to 0, so that it tells nothing, where the axis may be at rest; and so are
-        its neighbours, whose noise would otherwise decide which samples count: the next one of a
-        measured velocity, and what the low-pass smears a reversal over, or the end of the log.
+    def _signals(
+        self, part: AxisLog, *, effort_delay: float = 0.0
+    ) -> tuple[Float[np.ndarray, "n 5"], Bool[np.ndarray, " n"]]:
+        """Return effort, position, velocity, load position and load velocity, and what is quiet.
+
+        Where velocities are differences of smoothed positions, the effort is smoothed alike. Quiet
+        are samples in which the axis may be at rest, and their neighbours, whose noise would
+        otherwise decide which samples count: the next one of a measured velocity, and what the
+        low-pass smears a reversal over, or the end of the log.
         """
         T = part.sampling_time
         low_pass = self._low_pass(T)
-        samples = samples_of(part, low_pass, load=self.stiffness is not None)
+        load = self.stiffness is not None
+        samples = samples_of(part, low_pass, load=load, effort_delay=effort_delay)
         v = samples[:, 2]
         slow = np.abs(v) <= (self.dead_band or 0.0)
         reach = 1 if self.dead_band else 0
@@ -325,16 +362,14 @@ class ForceObserver(OnlineMethod):
             slow[1:] |= v[:-1] * v[1:] <= 0.0
             slow[[0, -1]] = True
             reach = round(_MEMORY * self._block(T))
-        still = ndimage.maximum_filter1d(slow.astype(np.uint8), 2 * reach + 1) > 0
-        samples[still, 2] = 0.0
-        return samples
+        return samples, ndimage.maximum_filter1d(slow.astype(np.uint8), 2 * reach + 1) > 0
 
 
 def _block_means(
-    table: Float[np.ndarray, "n c"], tells: Bool[np.ndarray, " n"], size: int
+    table: Float[np.ndarray, "n c"], usable: Bool[np.ndarray, " n"], size: int
 ) -> Float[np.ndarray, "m c"]:
-    """Return the means of whole blocks of rows that tell, counted anew after each that does not."""
-    edges = np.flatnonzero(np.diff(np.concatenate(([False], tells, [False]))))
+    """Return the means of whole blocks of usable rows, counted anew after each that is not."""
+    edges = np.flatnonzero(np.diff(np.concatenate(([False], usable, [False]))))
     starts = [
         np.arange(start, stop - size + 1, size)
         for start, stop in zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True)

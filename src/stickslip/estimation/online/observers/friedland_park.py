@@ -24,9 +24,10 @@ theta~' = -g' Gamma r <r, theta~>.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
 from stickslip.estimation.online.observers.force_balance import (
     FORCE,
@@ -34,12 +35,12 @@ from stickslip.estimation.online.observers.force_balance import (
     SHAPE,
     SPEED,
     balance,
-    finite,
     follow,
+    set_aside,
+    settled,
 )
 from stickslip.estimation.online.observers.force_observer import Run
 from stickslip.estimation.online.recursion import VALUES
-from stickslip.estimation.online_method import Kernel, State
 from stickslip.records import positive
 
 __all__ = ["FriedlandParkObserver"]
@@ -67,25 +68,28 @@ def friedland_park_step(
 
     a^' = g' (f sign(v) - a^) over a sample, exact where f is held and the speed changes evenly.
     """
-    if not finite(u, x, v, x2, v2):
-        return False
     before = abs(s[LAST_VELOCITY])
     if balance(s, u, x, v, x2, v2):
-        follow(s, s[FORCE], _mean_slope(before, abs(v), s[SHAPE], s[SPEED]))
-    return True
+        follow(s, s[FORCE], _mean_slope(before, abs(s[LAST_VELOCITY]), s[SHAPE], s[SPEED]))
+    return settled(s, u, x, v, x2, v2)
 
 
 @compiled()
 def friedland_park_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each."""
+    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
+
+    Quiet samples give no row.
+    """
     n = samples.shape[0]
     history = np.empty((n, 3))
     for k in range(n):
+        set_aside(s, quiet[k])
         friedland_park_step(
             s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
         )
+        set_aside(s, quiet[k])
         for i in range(3):
             history[k, i] = s[VALUES + i]
     return history
@@ -95,7 +99,7 @@ def friedland_park_run(
 class FriedlandParkObserver(AdaptiveObserver):
     """Coulomb friction by the nonlinear observer of Friedland and Park (1992).
 
-    As printed it knows no viscous friction: where there is some, it follows the friction force at
+    As printed it has no viscous friction: where there is some, it follows the friction force at
     the speed of the moment, ``coulomb + viscous |v|``. With ``viscous`` it is Friedland's (1997)
     observer of both, which needs a speed that varies.
 

@@ -14,27 +14,27 @@ V = <theta~, P_0^-1 theta~> has V' = -2 e^2; it vanishes under persistent excita
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
 from stickslip.estimation.online.observers.force_balance import (
     FORCE,
+    METHOD,
     SHAPE,
-    STATE_SIZE,
     balance,
-    finite,
     follow,
+    set_aside,
+    settled,
 )
 from stickslip.estimation.online.observers.force_observer import Run
 from stickslip.estimation.online.recursion import ROW, SAMPLING_TIME, VALUES
-from stickslip.estimation.online_method import Kernel, State
 from stickslip.records import positive
 
 __all__ = ["GradientEstimator"]
 
-_FILTERED = STATE_SIZE  # force, then the row
-_SIZE = STATE_SIZE + 4
+_FILTERED = METHOD  # force, then the row
 
 
 @compiled(brief=True)
@@ -42,26 +42,29 @@ def gradient_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite."""
-    if not finite(u, x, v, x2, v2):
-        return False
     if balance(s, u, x, v, x2, v2):
         s[_FILTERED] += s[SHAPE] * (s[FORCE] - s[_FILTERED])
         for i in range(3):
             s[_FILTERED + 1 + i] += s[SHAPE] * (s[ROW + i] - s[_FILTERED + 1 + i])
             s[ROW + i] = s[_FILTERED + 1 + i]
         follow(s, s[_FILTERED], 1.0)
-    return True
+    return settled(s, u, x, v, x2, v2)
 
 
 @compiled()
 def gradient_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each."""
+    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
+
+    Quiet samples give no row.
+    """
     n = samples.shape[0]
     history = np.empty((n, 3))
     for k in range(n):
+        set_aside(s, quiet[k])
         gradient_step(s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4])
+        set_aside(s, quiet[k])
         for i in range(3):
             history[k, i] = s[VALUES + i]
     return history
@@ -104,10 +107,6 @@ class GradientEstimator(AdaptiveObserver):
     @property
     def _run(self) -> Run:
         return gradient_run
-
-    @property
-    def _state_size(self) -> int:
-        return _SIZE
 
     def _lay_settings(self, s: State) -> None:
         super()._lay_settings(s)

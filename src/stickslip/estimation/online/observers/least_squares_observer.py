@@ -1,30 +1,32 @@
 """Recursive least squares with forgetting on the friction force of a log.
 
-S. Haykin (2002), "Adaptive Filter Theory", chapter 9 (report part A Eqs. 4.6-4.10): the rows of the
-momentum balance (see `stickslip.estimation.online.observers.force_balance`), each the mean over a
-short block of samples, are taken one by one, and weigh less by the forgetting factor with every row
-that follows.
+S. Haykin (2002), "Adaptive Filter Theory", chapter 9; van de Wijdeven (2002), part A, Eqs.
+4.6-4.10.
+The rows of the momentum balance (see `stickslip.estimation.online.observers.force_balance`), each
+the mean over a short block of samples, are taken one by one, and weigh less by the forgetting
+factor with every row that follows.
 """
 
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
+from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.online.observers.force_balance import (
     FORCE,
+    METHOD,
     SHAPE,
-    STATE_SIZE,
     balance,
-    finite,
+    set_aside,
+    settled,
 )
 from stickslip.estimation.online.observers.force_observer import ForceObserver, Run
 from stickslip.estimation.online.recursion import (
     FORGETTING,
-    MOST_PARAMETERS,
     PARAMETERS,
     ROW,
     SAMPLING_TIME,
@@ -33,16 +35,14 @@ from stickslip.estimation.online.recursion import (
     lay_prior,
     update,
 )
-from stickslip.estimation.online_method import Kernel, State
+from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_forgetting_factor, options_of
-from stickslip.estimation.signals.resampling import resampled
 from stickslip.records import AxisLog, FrictionEstimate
 
 __all__ = ["LeastSquaresObserver"]
 
-_FILLED = STATE_SIZE  # samples in the block so far
-_SUMS = STATE_SIZE + 1  # of the force and the row over the block
-_SIZE = _SUMS + 1 + MOST_PARAMETERS
+_FILLED = METHOD  # samples in the block so far
+_SUMS = METHOD + 1  # of the force and the row over the block
 
 
 @compiled(brief=True)
@@ -50,12 +50,10 @@ def least_squares_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite."""
-    if not finite(u, x, v, x2, v2):
-        return False
     p = int(s[PARAMETERS])
     if not balance(s, u, x, v, x2, v2):
         s[_FILLED] = 0.0
-        return True
+        return settled(s, u, x, v, x2, v2)
     if s[_FILLED] == 0.0:
         for i in range(p + 1):
             s[_SUMS + i] = 0.0
@@ -68,20 +66,22 @@ def least_squares_step(
             s[ROW + i] = s[_SUMS + 1 + i] / s[SHAPE]
         update(s, s[_SUMS] / s[SHAPE], s[FORGETTING], True)
         s[_FILLED] = 0.0
-    return True
+    return settled(s, u, x, v, x2, v2)
 
 
 @compiled()
 def least_squares_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n p"]:
-    """Take many samples, in place; return the estimates after each."""
+    """Take many samples, in place; return the estimates after each. Quiet ones give no row."""
     n, p = samples.shape[0], int(s[PARAMETERS])
     history = np.empty((n, p))
     for k in range(n):
+        set_aside(s, quiet[k])
         least_squares_step(
             s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
         )
+        set_aside(s, quiet[k])
         for i in range(p):
             history[k, i] = s[VALUES + i]
     return history
@@ -132,10 +132,6 @@ class LeastSquaresObserver(ForceObserver):
     def _estimated(self) -> tuple[str, ...]:
         return ("viscous_friction", "coulomb_friction", *(("offset",) if self.offset else ()))
 
-    @property
-    def _state_size(self) -> int:
-        return _SIZE
-
     def _lay_settings(self, s: State) -> None:
         names = self.parameter_names("linear")
         guesses = self._guesses
@@ -158,11 +154,11 @@ class LeastSquaresObserver(ForceObserver):
             If nothing moves or pushes in the log, or it lacks the load of a flexible arm.
         """
         check_excited(log)
-        log, changes = resampled(log)
+        log = repaired(log)
         settled = self._settled(log)
         regression = settled.regression(log, quiet=False)
         return solve(
-            replace(regression, notes=(*regression.notes, *changes)),
+            replace(regression, notes=(*regression.notes, *log.notes), biased=log.clipped),
             estimator=self.name,
             provenance=provenance_of(log, options_of(settled)),
         )

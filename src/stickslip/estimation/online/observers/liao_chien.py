@@ -13,18 +13,19 @@ inner product, a dash for the rate of change, and theta~ = theta - theta^,
 V' = -<E, Q E> - 2 <r, theta~>^2, which for Coulomb friction alone (r = sign(v), <r, r> = 1) bounds
 V by an exponential as long as the axis moves, however it does.
 
-A log holds no reference. What is tracked here is the axis by its model: E is the measured motion
-less the one that the model makes under the effort, the believed friction and the feedback of E. Its
-error equation is that of the tracking error, letter by letter. Where the observer runs along in a
-controller (`stickslip.control.OnlineFriction`), it is the adaptive part of the compensator.
+A log holds no reference. The axis is tracked by its model: E is the measured motion less that of
+the model under the effort, the estimated friction and the feedback of E. Its error equation is that
+of the tracking error, letter by letter. Where the observer runs along in a controller
+(`stickslip.control.OnlineFriction`), it is the adaptive part of the compensator.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
 from stickslip.estimation.online.observers.force_balance import (
     FORCE,
@@ -32,13 +33,13 @@ from stickslip.estimation.online.observers.force_balance import (
     INERTIA,
     LAST_POSITION,
     LAST_VELOCITY,
-    STATE_SIZE,
+    METHOD,
     balance,
-    finite,
+    set_aside,
+    settled,
 )
 from stickslip.estimation.online.observers.force_observer import Run
 from stickslip.estimation.online.recursion import ROW, SAMPLING_TIME, VALUES
-from stickslip.estimation.online_method import Kernel, State
 from stickslip.records import positive
 
 __all__ = ["LiaoChienObserver"]
@@ -50,8 +51,7 @@ __all__ = ["LiaoChienObserver"]
     _SQUARE,
     _MODEL_POSITION,
     _MODEL_VELOCITY,
-    _SIZE,
-) = range(STATE_SIZE, STATE_SIZE + 7)
+) = range(METHOD, METHOD + 6)
 _VALUES = 3
 
 
@@ -69,13 +69,11 @@ def liao_chien_step(
     V never grows. Where the axis turned or rested in the sample, friction is not known, and the
     model is set onto the axis.
     """
-    if not finite(u, x, v, x2, v2):
-        return False
     e = s[LAST_POSITION] - s[_MODEL_POSITION]
     w = s[LAST_VELOCITY] - s[_MODEL_VELOCITY]
     if not balance(s, u, x, v, x2, v2):
-        s[_MODEL_POSITION], s[_MODEL_VELOCITY] = x, v
-        return True
+        s[_MODEL_POSITION], s[_MODEL_VELOCITY] = s[LAST_POSITION], s[LAST_VELOCITY]
+        return settled(s, u, x, v, x2, v2)
     m, h = s[INERTIA], 0.5 * s[SAMPLING_TIME]
     q, g = s[FORCE], 0.0
     for i in range(_VALUES):
@@ -95,22 +93,27 @@ def liao_chien_step(
     for i in range(_VALUES):
         s[VALUES + i] += s[GAINS + i] * s[ROW + i] * speed
     before = s[_MODEL_VELOCITY]
-    s[_MODEL_VELOCITY] = v - (2.0 * w_m - w)
+    s[_MODEL_VELOCITY] = s[LAST_VELOCITY] - (2.0 * w_m - w)
     s[_MODEL_POSITION] += h * (before + s[_MODEL_VELOCITY])
-    return True
+    return settled(s, u, x, v, x2, v2)
 
 
 @compiled()
 def liao_chien_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each."""
+    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
+
+    Quiet samples give no row.
+    """
     n = samples.shape[0]
     history = np.empty((n, 3))
     for k in range(n):
+        set_aside(s, quiet[k])
         liao_chien_step(
             s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
         )
+        set_aside(s, quiet[k])
         for i in range(3):
             history[k, i] = s[VALUES + i]
     return history
@@ -120,7 +123,7 @@ def liao_chien_run(
 class LiaoChienObserver(AdaptiveObserver):
     """Coulomb friction by the exponentially stable scheme of Liao and Chien (2000).
 
-    As printed it knows no viscous friction. With ``viscous`` the same Lyapunov function is taken of
+    As printed it has no viscous friction. With ``viscous`` the same Lyapunov function is taken of
     both parameters; it then vanishes under a speed that varies only.
 
     Attributes
@@ -168,10 +171,6 @@ class LiaoChienObserver(AdaptiveObserver):
     @property
     def _run(self) -> Run:
         return liao_chien_run
-
-    @property
-    def _state_size(self) -> int:
-        return _SIZE
 
     def _lay_settings(self, s: State) -> None:
         super()._lay_settings(s)

@@ -15,21 +15,22 @@ had to keep away from. As theirs, the observer is stepped as the flow of its err
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float
+from jaxtyping import Bool, Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.method import Kernel
 from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
 from stickslip.estimation.online.observers.force_balance import (
     FORCE,
     LAST_VELOCITY,
     SPEED,
     balance,
-    finite,
     follow,
+    set_aside,
+    settled,
 )
 from stickslip.estimation.online.observers.force_observer import Run
 from stickslip.estimation.online.recursion import VALUES
-from stickslip.estimation.online_method import Kernel
 
 __all__ = ["YazdizadehKhorasaniObserver"]
 
@@ -48,25 +49,28 @@ def yazdizadeh_khorasani_step(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite."""
-    if not finite(u, x, v, x2, v2):
-        return False
     before = abs(s[LAST_VELOCITY])
     if balance(s, u, x, v, x2, v2):
-        follow(s, s[FORCE], _mean_slope(before, abs(v), s[SPEED]))
-    return True
+        follow(s, s[FORCE], _mean_slope(before, abs(s[LAST_VELOCITY]), s[SPEED]))
+    return settled(s, u, x, v, x2, v2)
 
 
 @compiled()
 def yazdizadeh_khorasani_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each."""
+    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
+
+    Quiet samples give no row.
+    """
     n = samples.shape[0]
     history = np.empty((n, 3))
     for k in range(n):
+        set_aside(s, quiet[k])
         yazdizadeh_khorasani_step(
             s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
         )
+        set_aside(s, quiet[k])
         for i in range(3):
             history[k, i] = s[VALUES + i]
     return history
@@ -76,7 +80,7 @@ def yazdizadeh_khorasani_run(
 class YazdizadehKhorasaniObserver(AdaptiveObserver):
     """Coulomb friction by the Lyapunov scheme of Yazdizadeh and Khorasani (1996).
 
-    The error decays while the axis moves, however slowly. As printed it knows no viscous friction;
+    The error decays while the axis moves, however slowly. As printed it has no viscous friction;
     with ``viscous`` the same Lyapunov function is taken of both parameters,
     ``theta~' Gamma^-1 theta~ / 2``, whose decay needs a speed that varies.
 

@@ -1,0 +1,99 @@
+from .base import (
+    DetailedEstimator as DetailedEstimator,
+    EstimationTask as EstimationTask,
+    Estimator as Estimator,
+    OnlineEstimator as OnlineEstimator,
+    OnlineIntervalEstimator as OnlineIntervalEstimator,
+)
+from .energy.estimator import (
+    EnergyEstimator as EnergyEstimator,
+)
+from .energy.published.estimator import (
+    PublishedEnergyEstimator as PublishedEnergyEstimator,
+)
+from .energy.published.noise_compensation import (
+    SensorNoise as SensorNoise,
+    absolute_bias as absolute_bias,
+    absolute_bias_polynomial as absolute_bias_polynomial,
+    absolute_density as absolute_density,
+    absolute_mean as absolute_mean,
+    absolute_mean_polynomial as absolute_mean_polynomial,
+    double_absolute_mean as double_absolute_mean,
+    double_absolute_mean_polynomial as double_absolute_mean_polynomial,
+    kinetic_energy_bias as kinetic_energy_bias,
+    potential_energy_bias as potential_energy_bias,
+    sensor_noise_of as sensor_noise_of,
+    viscous_regressor_bias as viscous_regressor_bias,
+)
+from .examine import (
+    examine as examine,
+)
+from .fit.fitted import (
+    Fit as Fit,
+)
+from .joint.estimator import (
+    JointEstimator as JointEstimator,
+)
+from .likelihood import (
+    CramerRaoBound as CramerRaoBound,
+    DesignedInput as DesignedInput,
+    InputLimits as InputLimits,
+    LikelihoodMaximum as LikelihoodMaximum,
+    MaximumLikelihoodEstimator as MaximumLikelihoodEstimator,
+    NoiseLevels as NoiseLevels,
+    ProcessNoiseLikelihoodEstimator as ProcessNoiseLikelihoodEstimator,
+    cramer_rao_bound as cramer_rao_bound,
+    design_input as design_input,
+    process_noise_bound as process_noise_bound,
+)
+from .online.kalman.extended_kalman import (
+    ExtendedKalmanFilter as ExtendedKalmanFilter,
+)
+from .online.observers.friedland_park import (
+    FriedlandParkObserver as FriedlandParkObserver,
+)
+from .online.observers.gradient_estimator import (
+    GradientEstimator as GradientEstimator,
+)
+from .online.observers.least_squares_observer import (
+    LeastSquaresObserver as LeastSquaresObserver,
+)
+from .online.observers.liao_chien import (
+    LiaoChienObserver as LiaoChienObserver,
+)
+from .online.observers.yazdizadeh_khorasani import (
+    YazdizadehKhorasaniObserver as YazdizadehKhorasaniObserver,
+)
+from .online.recursive_least_squares import (
+    RecursiveLeastSquares as RecursiveLeastSquares,
+)
+from .registry import (
+    ESTIMATORS as ESTIMATORS,
+    EstimatorEntry as EstimatorEntry,
+)
+from .regression.decaying_extremes import (
+    DecayingExtremes as DecayingExtremes,
+)
+from .regression.free_decay import (
+    FreeDecayEstimator as FreeDecayEstimator,
+)
+from .regression.idim_instrumental import (
+    IdimInstrumentalVariables as IdimInstrumentalVariables,
+)
+from .regression.idim_least_squares import (
+    IdimLeastSquares as IdimLeastSquares,
+)
+from .regression.resimulation import (
+    replay as replay,
+    unexplained_effort as unexplained_effort,
+)
+from .regression.stribeck_estimator import (
+    StribeckEstimator as StribeckEstimator,
+)
+from .selection.estimator import (
+    SelectedModelEstimator as SelectedModelEstimator,
+    SelectionTuning as SelectionTuning,
+)
+from .selection.prediction import (
+    predict_effort as predict_effort,
+)

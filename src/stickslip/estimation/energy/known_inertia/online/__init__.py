@@ -1,0 +1,1 @@
+"""The energy method with a known inertia, sample by sample."""

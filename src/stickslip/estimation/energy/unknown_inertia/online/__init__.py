@@ -1,0 +1,1 @@
+"""The energy method with an unknown inertia, sample by sample."""

@@ -1,0 +1,184 @@
+"""What the reports of all estimators draw: friction over velocity, energies, residual effort."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.fit.intervals import autocorrelation
+from stickslip.records import EnergyBalance, FrictionCurve, FrictionEstimate, Residuals
+
+__all__ = [
+    "LARGEST_PLOT",
+    "EnergyStretch",
+    "ForceRows",
+    "VelocityLaw",
+    "effort_residuals",
+    "energy_balance",
+    "friction_curve",
+]
+
+LARGEST_PLOT = 4000
+"""Points beyond which a curve only gets heavier, not clearer."""
+
+_CURVE_POINTS = 100
+_LARGEST_LAG = 100
+_NORMAL_95 = 1.959963984540054
+
+
+@dataclass(frozen=True, kw_only=True)
+class ForceRows:
+    """The force balance of an axis in motion, in the band of a low-pass or of windows.
+
+    Attributes
+    ----------
+    time, velocity
+        Shape (n,) [s, m/s or rad/s].
+    friction
+        Effort less all other force but friction, shape (n,) [N or N m].
+    residual
+        Effort less all that the estimate explains, shape (n,) [N or N m].
+    effort
+        Shape (n,) [N or N m].
+    """
+
+    time: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"]
+    friction: Float[np.ndarray, " n"]
+    residual: Float[np.ndarray, " n"]
+    effort: Float[np.ndarray, " n"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class VelocityLaw:
+    """Friction as a function of velocity.
+
+    Attributes
+    ----------
+    names
+        Its parameters.
+    effort
+        Friction at velocities and directions, shapes (n,) [N or N m].
+    columns
+        Its derivatives by the parameters there, shape (n, p) [SI].
+    """
+
+    names: Sequence[str]
+    effort: Callable[[Float[np.ndarray, " n"], Float[np.ndarray, " n"]], Float[np.ndarray, " n"]]
+    columns: Callable[[Float[np.ndarray, " n"], Float[np.ndarray, " n"]], Float[np.ndarray, "n p"]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnergyStretch:
+    """Energies of one stretch without gaps.
+
+    Attributes
+    ----------
+    time, kinetic, potential
+        Shape (n,) [s, J].
+    dissipated
+        Work less kinetic and potential energy, up to a constant, shape (n,) [J].
+    explained
+        Energy dissipated by the identified terms since the start, shape (n,) [J].
+    """
+
+    time: Float[np.ndarray, " n"]
+    kinetic: Float[np.ndarray, " n"]
+    potential: Float[np.ndarray, " n"]
+    dissipated: Float[np.ndarray, " n"]
+    explained: Float[np.ndarray, " n"]
+
+
+def friction_curve(rows: ForceRows, law: VelocityLaw, estimate: FrictionEstimate) -> FrictionCurve:
+    """Return friction against velocity, and the law with its 95 % band.
+
+    Parameters
+    ----------
+    rows
+        The measured friction.
+    law
+        All of whose parameters are identified.
+    estimate
+        The parameters.
+    """
+    identified = [name for name, p in estimate.parameters.items() if p.identified]
+    keep = [identified.index(name) for name in law.names]
+    covariance = estimate.covariance[np.ix_(keep, keep)]
+    quantile = max(estimate.parameters[name].quantile for name in law.names)
+    parts: list[Float[np.ndarray, "p 4"]] = []
+    ends = [float(np.min(rows.velocity)), float(np.max(rows.velocity))]
+    for end in (end for end, way in zip(ends, (-1.0, 1.0), strict=True) if end * way > 0):
+        grid = np.linspace(end, 0.0, _CURVE_POINTS)
+        sign = np.full(grid.size, np.sign(end))
+        friction, columns = law.effort(grid, sign), law.columns(grid, sign)
+        variance = np.einsum("ij,jk,ik->i", columns, covariance, columns)
+        half = quantile * np.sqrt(np.maximum(variance, 0.0))
+        block = np.column_stack([grid, friction, friction - half, friction + half])
+        parts.append(block if end < 0 else block[::-1])
+    if len(parts) > 1:
+        parts.insert(1, np.full((1, 4), np.nan))
+    grid, fitted, low, high = np.vstack(parts).T
+    step = _step(rows.velocity.size)
+    return FrictionCurve(
+        velocity=rows.velocity[::step],
+        friction=rows.friction[::step],
+        fitted_velocity=grid,
+        fitted_friction=fitted,
+        band_low=low,
+        band_high=high,
+    )
+
+
+def energy_balance(stretches: Sequence[EnergyStretch]) -> EnergyBalance:
+    """Return the energies over time; each stretch goes on where the one before ended.
+
+    Parameters
+    ----------
+    stretches
+        At least one.
+    """
+    columns: list[Float[np.ndarray, "5 n"]] = []
+    reached = 0.0
+    for part in stretches:
+        explained = reached + part.explained
+        # The level of the measured energy is a constant of its own in every stretch
+        measured = part.dissipated - float(np.mean(part.dissipated - explained))
+        reached = float(explained[-1])
+        columns.append(np.vstack([part.time, part.kinetic, part.potential, measured, explained]))
+    time, kinetic, potential, measured, explained = np.hstack(columns)
+    chosen = slice(None, None, _step(time.size))
+    return EnergyBalance(
+        time=time[chosen],
+        input=(measured + kinetic + potential)[chosen],
+        kinetic=kinetic[chosen],
+        potential=potential[chosen],
+        measured_dissipation=measured[chosen],
+        explained_dissipation=explained[chosen],
+    )
+
+
+def effort_residuals(rows: ForceRows) -> Residuals:
+    """Return the effort that is not explained, and how it is correlated in time.
+
+    Parameters
+    ----------
+    rows
+        At least eight, evenly spaced but for rests and gaps.
+    """
+    residual = rows.residual
+    lags = min(_LARGEST_LAG, residual.size // 4)
+    spacing = float(np.median(np.diff(rows.time)))
+    step = _step(residual.size)
+    return Residuals(
+        time=rows.time[::step],
+        residual=residual[::step],
+        share=float(np.linalg.norm(residual) / np.linalg.norm(rows.effort)),
+        lag=spacing * np.arange(lags + 1),
+        autocorrelation=autocorrelation(residual, lags),
+        white_bound=_NORMAL_95 / float(np.sqrt(residual.size)),
+    )
+
+
+def _step(points: int) -> int:
+    return max(-(-points // LARGEST_PLOT), 1)

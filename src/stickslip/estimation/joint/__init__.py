@@ -1,0 +1,1 @@
+"""Joint fit of several logs of one axis: common friction, separate offsets, delays and drifts."""

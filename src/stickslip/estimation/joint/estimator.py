@@ -1,0 +1,520 @@
+"""Identification of a rigid axis from several logs, with one model for all of them."""
+
+import hashlib
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from typing import cast
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.rows import MotionSummary, Regression
+from stickslip.estimation.fit.solve import provenance_of, solve
+from stickslip.estimation.joint.consistency import Consistency, ConsistencyTuning, compared
+from stickslip.estimation.joint.model import JointModel, difference_terms, joint_rows
+from stickslip.estimation.joint.rows import JointMotions, StackedRows
+from stickslip.estimation.prepare import PreparedLog
+from stickslip.estimation.selection.estimator import (
+    SelectedModelEstimator,
+    judged,
+)
+from stickslip.estimation.selection.model_rows import (
+    ModelRows,
+    column_noise,
+    model_rows,
+    motion_summary,
+)
+from stickslip.estimation.selection.plausibility import (
+    implausible_units,
+    reversed_sign,
+    too_slow_sampling,
+    unexplained_effort,
+    unsettled_delay,
+    wrong_inertia,
+)
+from stickslip.estimation.selection.search import (
+    DELAY_TERM,
+    Model,
+    half_width,
+    search,
+    with_terms,
+)
+from stickslip.estimation.selection.summary import selection_of
+from stickslip.estimation.selection.terms import DELAY, SATURATION, Term, candidate_terms
+from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
+from stickslip.estimation.weak_form.rows import window_rows
+from stickslip.estimation.weak_form.windows import Weight
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    JointLog,
+    JointLogs,
+    LogDeviation,
+    ModelSelection,
+    Provenance,
+    count_of,
+    in_words,
+    shared_name,
+    unit_of,
+    unit_text,
+)
+
+__all__ = ["JointEstimator", "JointTuning"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointTuning:
+    """Tuning of `JointEstimator`."""
+
+    consistency: ConsistencyTuning = field(default_factory=ConsistencyTuning)
+    smallest_level: float = 1e-3
+    """Of the residual of a log, relative to its effort [-]: errors of a sampled motion can be as
+    large, so that a simulated log without noise counts no more than that."""
+    level_change: float = 1.2
+    """Change of the ratio of two levels after which the terms are selected again [-]."""
+    fewest_rows: int = 12
+    """Windows of a log [-]: with fewer, the level of its residual is too uncertain."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Member:
+    """One log as prepared."""
+
+    log: PreparedLog
+    motions: SlipMotions
+    notes: tuple[str, ...]
+    middle: float
+
+    @property
+    def name(self) -> str:
+        return self.log.log.name
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointEstimator:
+    """Least squares over windows of slip in several logs of one axis.
+
+    Inertia, friction and the selected terms are common to all logs. Each log has an offset of its
+    own; if the delay of the effort or a drift is selected, each log has its own. Rows are weighted
+    by the residual of their log, so that a noisy log does not spoil a good one. Whether the logs
+    show the same common parameters is tested (`stickslip.estimation.joint.consistency`).
+
+    Attributes
+    ----------
+    single
+        Estimator of one log, whose settings apply to all of them.
+    delays
+        Known delay of the effort by name of the log [s]; those of the other logs are estimated, if
+        a log shows one.
+    tuning
+        Of the method.
+
+    Raises
+    ------
+    InputError
+        If a delay is out of range.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stickslip.records import AxisLog
+    >>> time = np.arange(0, 10, 0.001)
+    >>> velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    >>> position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    >>> acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
+    >>> logs = [
+    ...     AxisLog(name=name, kind="linear", time=time, effort=effort + offset,
+    ...             measured_position=position)
+    ...     for name, offset in (("morning", 0.2), ("evening", 0.3))
+    ... ]
+    >>> found = JointEstimator().fit(logs)
+    >>> round(found.value("coulomb_friction"), 1), round(found.value("offset[evening]"), 1)
+    (1.5, 0.3)
+    """
+
+    single: SelectedModelEstimator = field(default_factory=SelectedModelEstimator)
+    delays: Mapping[str, float] = field(default_factory=dict)
+    tuning: JointTuning = field(default_factory=JointTuning)
+
+    def __post_init__(self) -> None:
+        for delay in self.delays.values():
+            replace(self.single, effort_delay=delay)  # validates the delay
+
+    def fit(self, logs: Sequence[AxisLog]) -> FrictionEstimate:
+        """Estimate the parameters from several logs.
+
+        Parameters
+        ----------
+        logs
+            Of one rigid axis, with different names.
+
+        Raises
+        ------
+        InputError
+            If nothing moves or pushes in a log, or it has no window of slip.
+        """
+        return self.details(logs).estimate
+
+    def details(self, logs: Sequence[AxisLog]) -> Fit:
+        """Return the estimate with its rows, for a report.
+
+        Parameters
+        ----------
+        logs
+            As `fit` takes them.
+
+        Raises
+        ------
+        InputError
+            As `fit`.
+        """
+        unknown = [name for name in self.delays if name not in {log.name for log in logs}]
+        if unknown:
+            raise InputError(
+                f"a delay is given for {unknown[0]!r}, which is none of the logs",
+                remedy=f"the logs are {', '.join(log.name for log in logs)}",
+            )
+        tuning = self.single.tuning
+        members = [self._member(log) for log in logs]
+        kind = "mass" if logs[0].kind == "linear" else "inertia"
+        model, terms = self._selected(members, self.single.inertia)
+        wrong = wrong_inertia(model, kind, logs[0].unit(kind), tuning.plausibility)
+        if wrong:
+            model, terms = self._selected(members, None)
+        rows = joint_rows(model, kind)
+        notes = [f"{each.name}: {note}" for each in members for note in each.notes]
+        notes += [
+            f"the term {name!r} is left out: these logs do not determine it, or give its "
+            "coefficient the wrong sign"
+            for name in self.single.include
+            if name not in model.names
+        ]
+        estimate, regression = self._solved(members, model, rows, notes, None)
+        common = [
+            name
+            for name, parameter in estimate.parameters.items()
+            if parameter.identified and name == shared_name(name)
+        ]
+        consistency = compared(rows, model.logs, common, self.tuning.consistency)
+        single = self.single
+        shifts = [
+            shift
+            for shift in (
+                single.between_windows(
+                    model,
+                    rows,
+                    estimate,
+                    lambda wide: joint_rows(cast("JointModel", wide), kind, rows.names),
+                ),
+                single.of_other_terms(model, rows, terms),
+                *consistency.shifts,
+            )
+            if shift is not None
+        ]
+        differences: dict[bool, list[str]] = {True: [], False: []}  # by whether they matter
+        for each in consistency.deviations:
+            differences[each.material].append(difference_text(each, model.logs, logs[0].kind))
+        notes += differences[False]
+        if shifts:
+            widened = np.array(shifts)
+            estimate, regression = self._solved(members, model, consistency.rows, notes, widened)
+        causes = [wrong, unsettled_delay(model, tuning.search)]
+        for k, each in enumerate(members):
+            alone = model.of_log(k)
+            causes += [
+                f"{each.name}: {cause}" if cause else ""
+                for cause in (
+                    implausible_units(each.log, each.motions, tuning.plausibility),
+                    too_slow_sampling(each.log, each.motions, tuning.plausibility),
+                    wrong_inertia(alone, kind, logs[0].unit(kind), tuning.plausibility)
+                    or reversed_sign(alone, kind, tuning.plausibility),
+                    unexplained_effort(
+                        each.motions, alone, model_rows(alone, kind), tuning.plausibility
+                    ),
+                )
+            ]
+        causes += differences[True]
+        estimate = replace(
+            estimate,
+            selection=self._selection(model, members),
+            joint=_joint_logs(members, model, consistency, self.tuning.consistency.error_rate),
+        )
+        return Fit(
+            estimate=judged(estimate, [cause for cause in causes if cause]),
+            rows=regression,
+            inertia=model.inertia,
+            model=model,
+        )
+
+    def _member(self, log: AxisLog) -> _Member:
+        """Return a log as prepared, without samples in which its drive saturates."""
+        single = replace(self.single, effort_delay=self._known_delay(log.name))
+        found = single.prepared(log)
+        motions = slip_motions(found, single.tuning.motion)
+        _, _, motions, notes = single.followed(found, motions)
+        middle = motions.reference_time
+        stretches = tuple(replace(m, time=m.time - middle) for m in motions.stretches)
+        return _Member(
+            log=found,
+            motions=replace(motions, stretches=stretches),
+            notes=(*found.notes, *notes),
+            middle=middle,
+        )
+
+    def _known_delay(self, log: str) -> float | None:
+        return self.delays.get(log, self.single.effort_delay)
+
+    def _selected(
+        self, members: Sequence[_Member], inertia: float | None
+    ) -> tuple[JointModel, Sequence[Term]]:
+        """Return the model that the logs support together, and the terms that were tried."""
+        single = self.single
+        start = self._start(members, inertia)
+        motions = JointMotions(
+            stretches=tuple(m for each in members for m in each.motions.stretches),
+            slow=min(each.motions.slow for each in members),
+            position_noise=max(each.motions.position_noise for each in members),
+        )
+        left_out = {*single.exclude, SATURATION}
+        if all(start.delay_known):
+            left_out.add(DELAY)
+        if not single.offset:  # which friction per direction would bring back
+            left_out.add("direction")
+        terms = [
+            term
+            for term in (DELAY_TERM, *candidate_terms(motions, members[0].log.log.kind))
+            if term.name not in left_out or term.name in single.include
+        ]
+        model = self._searched(start, terms, left_out)
+        again = model.with_levels(self.tuning.smallest_level)
+        change = np.log(np.array(again.levels) / np.array(start.levels))
+        if np.ptp(change) > np.log(self.tuning.level_change):
+            start = replace(start, levels=again.levels)
+            again = self._searched(start, terms, left_out).with_levels(self.tuning.smallest_level)
+        return again.without_differences(), [
+            term for term in terms if term.name not in left_out and single.select
+        ]
+
+    def _searched(self, start: JointModel, terms: Sequence[Term], left_out: set[str]) -> JointModel:
+        """Return the model with its included and selected terms."""
+        tuning, single = self.single.tuning.search, self.single
+        model = with_terms(start, terms, single.include, tuning)
+        if single.select:
+            offered = [term for term in terms if term.name not in left_out]
+            offered += difference_terms(start.logs, inertia=start.inertia is None)
+            most = tuning.most_terms + len(start.logs)
+            more = replace(tuning, most_terms=most)
+            model = search(model, offered, more, ripple="ripple" not in left_out)
+        return cast("JointModel", model)
+
+    def _start(self, members: Sequence[_Member], inertia: float | None) -> JointModel:
+        """Return the model without terms, with the residual that each log leaves by itself."""
+        tuning = self.single.tuning.search
+        parts: list[Model] = []
+        for each in members:
+            T = each.log.sampling_time
+            width = half_width(each.motions, T, tuning)
+            weight = Weight(half_width=width, sampling_time=T, lead=each.log.effort_lead)
+            part = Model(
+                rows=window_rows(each.motions.stretches, weight),
+                inertia=inertia,
+                offset=self.single.offset,
+            )
+            delay = self._known_delay(each.name)
+            part = part if delay is None else part.shifted(delay / T)
+            if part.rows.size == 0:
+                raise InputError(
+                    "the axis does not move in this log, or not far enough in one direction",
+                    where=each.name,
+                    remedy="leave it out",
+                )
+            if part.rows.size < self.tuning.fewest_rows:
+                raise InputError(
+                    f"the log has {count_of(part.rows.size, 'window')} of slip in one direction, "
+                    f"at least {self.tuning.fewest_rows} are needed",
+                    where=each.name,
+                    remedy="leave it out, or record longer moves",
+                )
+            parts.append(part)
+        levels: list[float] = []
+        for part in parts:
+            residual = float(np.linalg.norm(part.basis().residual)) / np.sqrt(part.rows.size)
+            least = self.tuning.smallest_level * np.sqrt(np.mean(part.rows.effort**2))
+            levels.append(max(float(residual), float(least), float(np.finfo(float).tiny)))
+        return JointModel(
+            rows=StackedRows.of([part.rows for part in parts]),
+            inertia=inertia,
+            offset=self.single.offset,
+            logs=tuple(each.name for each in members),
+            levels=tuple(levels),
+            delay_known=tuple(self._known_delay(each.name) is not None for each in members),
+        )
+
+    def _solved(
+        self,
+        members: Sequence[_Member],
+        model: JointModel,
+        rows: ModelRows,
+        notes: Sequence[str],
+        shifts: Float[np.ndarray, "k p"] | None,
+    ) -> tuple[FrictionEstimate, Regression]:
+        """Return the estimate with its rows."""
+        noises = [
+            column_noise(rows.names, each.motions, part.weight) / level
+            for each, part, level in zip(members, model.rows.parts, model.levels, strict=True)
+        ]
+        shares = np.array([part.size for part in model.rows.parts]) / model.rows.size
+        regression = Regression(
+            kind=members[0].log.log.kind,
+            names=rows.names,
+            time=np.concatenate(
+                [part.time + t for part, t in zip(model.rows.parts, model.begins, strict=True)]
+            ),
+            target=rows.target,
+            regressors=rows.columns,
+            regressor_noise=np.sqrt(shares @ np.array(noises) ** 2),
+            quantity="effort",
+            motion=_motion(members, model),
+            samples=sum(len(each.log.log) for each in members),
+            notes=tuple(notes),
+            shifts=shifts,
+            slow_residual=True,
+            effort=model.scaled(model.rows.effort),
+            log=rows.log,
+        )
+        provenance = self._provenance([each.log.log for each in members])
+        return solve(regression, estimator=self.single.name, provenance=provenance), regression
+
+    def _provenance(self, logs: Sequence[AxisLog]) -> Provenance:
+        """Return what produced the result, with what was assumed once for all logs if it agrees."""
+        options = {**self.single.options(), "effort_delays": dict(self.delays)}
+        every = [provenance_of(log, options) for log in logs]
+        shared = [
+            line for line in every[0].assumptions if all(line in p.assumptions for p in every)
+        ]
+        own = [
+            f"{log.name}: {line}"
+            for log, p in zip(logs, every, strict=True)
+            for line in p.assumptions
+            if line not in shared
+        ]
+        hashes = [p.input_sha256 for p in every]
+        return replace(
+            every[0],
+            files=tuple(file for p in every for file in p.files),
+            input_sha256=(
+                hashlib.sha256("".join(hashes).encode()).hexdigest() if all(hashes) else ""
+            ),
+            assumptions=(*shared, *own),
+        )
+
+    def _selection(self, model: JointModel, members: Sequence[_Member]) -> ModelSelection:
+        """Return the selection with its summary."""
+        found = selection_of(model, members[0].motions, None, members[0].log.effort_kind)
+        own = ["an offset"] if model.offset else []
+        own += [word for name, word in _OWN_WORDS.items() if name in model.names]
+        levels = ", ".join(
+            f"{level:.3g} in {log}" for log, level in zip(model.logs, model.levels, strict=True)
+        )
+        unit = members[0].log.log.unit("effort")
+        each = f"Each log has {_listed(own)} of its own. " if own else ""
+        return replace(
+            found,
+            summary=f"One model for {len(members)} logs. {found.summary} {each}Residual of a "
+            f"window [{unit}]: {levels}; rows are weighted by its inverse.",
+            reference_time=0.0,
+        )
+
+
+_OWN_WORDS = {
+    DELAY: "a delay of the effort",
+    "offset drift": "a drift of the offset",
+    "friction drift": "a drift of friction",
+    "gain drift": "a drift of the gain",
+}
+
+
+def _listed(words: Sequence[str]) -> str:
+    return " and ".join(filter(None, (", ".join(words[:-1]), words[-1])))
+
+
+def _motion(members: Sequence[_Member], model: JointModel) -> MotionSummary:
+    """Return what the logs excite together."""
+    every = [
+        motion_summary(each.log, each.motions, part.weight)
+        for each, part in zip(members, model.rows.parts, strict=True)
+    ]
+    widest = max(every, key=lambda motion: motion.position_range / motion.position_noise)
+    return replace(
+        widest,
+        largest_speed=max(motion.largest_speed for motion in every),
+        forward_travel=sum(motion.forward_travel for motion in every),
+        backward_travel=sum(motion.backward_travel for motion in every),
+        speed_variation=max(motion.speed_variation for motion in every),
+    )
+
+
+def difference_text(deviation: LogDeviation, logs: Sequence[str], kind: AxisKind) -> str:
+    """Return in words by how much one log differs, and the remedy.
+
+    Parameters
+    ----------
+    deviation
+        Of the log.
+    logs
+        Names of all logs.
+    kind
+        Of the axis.
+    """
+    others = "the others" if len(logs) > 2 else logs[0]
+    what = in_words(deviation.parameter)
+    if deviation.relative > -1.0:
+        percent = abs(100 * deviation.relative)
+        size = f"{percent:.2g}" if percent < 99.5 else f"{percent:.0f}"
+        side = "more" if deviation.relative > 0 else "less"
+        sentence = f"{deviation.log} shows {size} % {side} {what} than {others}"
+    else:  # of zero or of the other sign
+        value = deviation.difference / deviation.relative
+        unit = unit_text(unit_of(deviation.parameter, kind))
+        sentence = (
+            f"{deviation.log} shows a {what} of {value + deviation.difference:.2g} {unit}, "
+            f"{others} {value:.2g} {unit}"
+        )
+    sentence += f" (p = {deviation.p_value:.1g})"
+    if not deviation.material:
+        return f"{sentence}; the intervals allow for it"
+    alone = "identify it alone" if len(logs) > 2 else "identify each log alone"
+    return f"{sentence}; {alone}, and look for what changed between the logs"
+
+
+def _joint_logs(
+    members: Sequence[_Member],
+    model: JointModel,
+    consistency: Consistency,
+    error_rate: float,
+) -> JointLogs:
+    logs = [each.log.log for each in members]
+    return JointLogs(
+        logs=tuple(
+            JointLog(
+                name=log.name,
+                samples=len(log),
+                duration=float(log.time[-1] - log.time[0]),
+                sampling_time=log.sampling_time,
+                residual=level,
+                effort_delay=part.delay * part.weight.sampling_time,
+                reference_time=each.middle,
+                effort_kind=each.log.effort_kind,
+            )
+            for log, each, part, level in zip(
+                logs, members, model.rows.parts, model.levels, strict=True
+            )
+        ),
+        p_value=consistency.p_value,
+        error_rate=error_rate,
+        deviations=consistency.deviations,
+    )

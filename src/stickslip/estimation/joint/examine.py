@@ -1,0 +1,66 @@
+"""Everything a report of a joint fit draws."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import cast
+
+import numpy as np
+
+from stickslip.estimation.figures import effort_residuals, energy_balance, friction_curve
+from stickslip.estimation.joint.estimator import JointEstimator
+from stickslip.estimation.joint.model import JointModel
+from stickslip.estimation.selection.figures import energy_stretches, force_rows, velocity_law
+from stickslip.records import AxisLog, Identification
+
+__all__ = ["examine_jointly"]
+
+
+def examine_jointly(
+    logs: Sequence[AxisLog],
+    estimator: JointEstimator,
+    truth: Mapping[str, float] | None = None,
+) -> Identification:
+    """Fit several logs and compute all that the report shows.
+
+    Parameters
+    ----------
+    logs
+        Of one rigid axis, with different names.
+    estimator
+        Of several logs.
+    truth
+        True parameter values by name [SI], where the logs were simulated; only passed on.
+
+    Returns
+    -------
+    The estimate with friction curve, energy balance and residuals, one log after another. They
+    are left out where a parameter is not identified.
+
+    Raises
+    ------
+    InputError
+        As ``estimator.fit`` does.
+    """
+    fit = estimator.details(logs)
+    estimate, model = fit.estimate, cast("JointModel", fit.model)
+    found = Identification(log=logs[0], further=tuple(logs[1:]), estimate=estimate, truth=truth)
+    if not all(parameter.identified for parameter in estimate.parameters.values()):
+        return found
+    level = np.array(model.levels)[model.rows.log]
+    unweighted = replace(
+        fit.rows,
+        target=fit.rows.target * level,
+        regressors=fit.rows.regressors * level[:, None],
+    )
+    rows = replace(force_rows(estimate, model, unweighted), time=fit.rows.time)
+    stretches = [
+        replace(stretch, time=stretch.time + begin)
+        for k, (log, begin) in enumerate(zip(model.logs, model.begins, strict=True))
+        for stretch in energy_stretches(estimate.of_log(log), model.of_log(k))
+    ]
+    return replace(
+        found,
+        curve=friction_curve(rows, velocity_law(estimate), estimate),
+        energy=energy_balance(stretches),
+        residuals=effort_residuals(rows),
+    )

@@ -1,0 +1,247 @@
+"""A model that several logs share, apart from their offsets, delays and drifts.
+
+    u_i = m a_i + c v_i + f_c sign(v_i) + sum_j theta_j g_j + f_0i + (delay and drifts of log i)
+
+The rows of log i are divided by the level of its residual, so that a noisy log does not spoil a
+good one (weighted least squares).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Bool, Float
+
+from stickslip.estimation.joint.rows import StackedRows
+from stickslip.estimation.selection.model_rows import ModelRows, model_rows, with_shapes
+from stickslip.estimation.selection.search import LARGEST_STEP, Model
+from stickslip.estimation.selection.terms import DELAY, Term
+from stickslip.estimation.weak_form.shape import Shape
+
+__all__ = ["JointModel", "difference_terms", "joint_rows"]
+
+_OWN_TERMS = (DELAY, "offset drift", "friction drift", "gain drift")
+_OWN_PARAMETERS = (
+    "offset",
+    "effort_delay",
+    "offset_drift",
+    "friction_drift",
+    "viscous_drift",
+    "gain_drift",
+)
+_DIFFERENCE = "difference of "
+
+
+def _own_name(parameter: str, log: str) -> str:
+    """Return the name of a parameter that a log has for itself."""
+    return f"{parameter}[{log}]"
+
+
+@dataclass(frozen=True, kw_only=True)
+class DifferenceTerm(Term):
+    """A parameter that one log has differently from the others.
+
+    It competes with the terms in the search, so that a log of another axis is not explained by a
+    term. The final model does not contain it.
+
+    Attributes
+    ----------
+    log
+        Number of that log [-].
+    column
+        ``"acceleration"``, ``"velocity"`` or ``"direction"``, of `StackedRows`.
+    """
+
+    log: int
+    column: str
+
+
+def difference_terms(logs: Sequence[str], *, inertia: bool) -> tuple[DifferenceTerm, ...]:
+    """Return the differences of inertia, viscous and Coulomb friction.
+
+    Parameters
+    ----------
+    logs
+        Names of the logs. Of two logs, the second is compared with the first.
+    inertia
+        Whether the inertia is estimated.
+    """
+    columns = ("velocity", "direction", *(("acceleration",) if inertia else ()))
+    own = range(len(logs)) if len(logs) > 2 else range(1, len(logs))
+    tests = len(own) * len(columns)
+    return tuple(
+        DifferenceTerm(
+            name=f"{_DIFFERENCE}{column} in {logs[k]}",
+            text="one log differs from the others",
+            shapes=(Shape(names=(column,), columns=()),),
+            tests=tests,
+            log=k,
+            column=column,
+        )
+        for k in own
+        for column in columns
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointModel(Model):
+    """A force balance of several logs.
+
+    Attributes
+    ----------
+    rows
+        The windows of all logs, with the delay of the effort of each.
+    logs
+        Names of the logs.
+    levels
+        Root mean square of the residual of each log [N or N m].
+    delay_known
+        Whether the delay of each log was given.
+    """
+
+    rows: StackedRows
+    logs: tuple[str, ...]
+    levels: tuple[float, ...]
+    delay_known: tuple[bool, ...]
+
+    def scaled(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """Return rows over the level of their log."""
+        return (values.T / np.array(self.levels)[self.rows.log]).T
+
+    def offset_columns(self) -> Float[np.ndarray, "n p"]:
+        """Return the column of the offset of each log."""
+        return self.rows.indicators
+
+    def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
+        """Return the columns of a term; of a delay or drift, those of each log."""
+        if isinstance(term, DifferenceTerm):
+            own = self.rows.indicators[:, term.log]
+            return self.scaled((own * getattr(self.rows, term.column))[:, None])
+        columns = super().term_columns(term, shape)
+        if term.name not in _OWN_TERMS:
+            return columns
+        own = self.rows.indicators
+        if term.name == DELAY:
+            own = own[:, ~self._delay_known]
+        return np.column_stack([columns * each[:, None] for each in own.T])
+
+    def stepped(self, largest_delay: float) -> tuple["JointModel", float]:
+        """Return the model after a Gauss-Newton step of all delays, and the largest step [samples].
+
+        Parameters
+        ----------
+        largest_delay
+            Of the effort, either way [s].
+        """
+        steps = np.zeros(len(self.logs))
+        found = np.clip(self.coefficients(DELAY), -LARGEST_STEP, LARGEST_STEP)
+        steps[~self._delay_known] = found
+        parts: list[Model] = []
+        for k, step in enumerate(steps.tolist()):
+            part = self.of_log(k)
+            most = largest_delay / part.rows.weight.sampling_time
+            parts.append(part.shifted(float(np.clip(part.rows.delay + step, -most, most))))
+        rows = StackedRows.of([part.rows for part in parts])
+        return replace(self, rows=rows), float(np.max(np.abs(steps)))
+
+    def of_log(self, k: int) -> Model:
+        """Return the model of one log alone."""
+        chosen = self.chosen
+        if self.delay_known[k]:
+            chosen = tuple((term, shape) for term, shape in chosen if term.name != DELAY)
+        return Model(
+            rows=self.rows.parts[k],
+            inertia=self.inertia,
+            offset=self.offset,
+            viscous=self.viscous,
+            chosen=chosen,
+        )
+
+    @property
+    def begins(self) -> tuple[float, ...]:
+        """Time to add to that of each log, so that each begins where the one before ended [s]."""
+        begins: list[float] = []
+        end = 0.0
+        for part in self.rows.parts:
+            first, last = part.motions[0].time[0], part.motions[-1].time[-1]
+            begins.append(end - float(first))
+            end += float(last - first) + part.weight.sampling_time
+        return tuple(begins)
+
+    def without_differences(self) -> "JointModel":
+        """Return the model with the parameters that are common to all logs."""
+        return replace(
+            self,
+            chosen=tuple(each for each in self.chosen if not isinstance(each[0], DifferenceTerm)),
+            scores=tuple(s for s in self.scores if not s.term.startswith(_DIFFERENCE)),
+        )
+
+    def with_levels(self, smallest: float) -> "JointModel":
+        """Return the model with the levels of the residual that it leaves in each log.
+
+        Parameters
+        ----------
+        smallest
+            Level relative to the effort [-].
+        """
+        basis = self.basis()
+        squares = (basis.residual * np.array(self.levels)[self.rows.log]) ** 2
+        spent = np.sum(basis.vectors**2, axis=1)
+        levels: list[float] = []
+        for k, part in enumerate(self.rows.parts):
+            own = self.rows.log == k
+            degrees = max(part.size - float(np.sum(spent[own])), 1.0)
+            least = smallest * float(np.sqrt(np.mean(part.effort**2)))
+            levels.append(max(float(np.sqrt(np.sum(squares[own]) / degrees)), least))
+        return replace(self, levels=tuple(levels))
+
+    @property
+    def _delay_known(self) -> Bool[np.ndarray, " k"]:
+        return np.array(self.delay_known)
+
+
+def joint_rows(
+    model: JointModel, inertia_name: str, shapes: Sequence[str] | None = None
+) -> ModelRows:
+    """Return the rows of a joint model in the parameters that are reported.
+
+    Common parameters come first. Those of a log have its name in brackets. Friction per direction
+    contains the offset of the first log; the offsets of the others are relative to it.
+
+    Parameters
+    ----------
+    model
+        As selected.
+    inertia_name
+        ``"mass"`` or ``"inertia"``.
+    shapes
+        Names of the shapes to add as parameters; None for those that the logs determine.
+    """
+    bent = next((name for name in ("stribeck", "low speed") if name in model.names), None)
+    excess = None if bent is None else float(model.coefficients(bent)[0])
+    parts = [model_rows(model.of_log(k), inertia_name, excess) for k in range(len(model.logs))]
+    columns = [dict(zip(part.names, part.columns.T, strict=True)) for part in parts]
+    common = [name for name in parts[0].names if name not in _OWN_PARAMETERS]
+    named = {name: np.concatenate([each[name] for each in columns]) for name in common}
+    for parameter in _OWN_PARAMETERS:
+        for k, log in enumerate(model.logs):
+            if parameter in columns[k]:
+                named[_own_name(parameter, log)] = _placed(columns[k][parameter], k, parts)
+            elif parameter == "offset" and model.offset and k > 0:
+                named[_own_name(parameter, log)] = model.rows.indicators[:, k]
+    rows = ModelRows(
+        names=tuple(named),
+        columns=model.scaled(np.column_stack(list(named.values()))),
+        target=model.scaled(np.concatenate([part.target for part in parts])),
+        log=model.rows.log,
+    )
+    return with_shapes(rows, model, shapes)
+
+
+def _placed(
+    column: Float[np.ndarray, " _"], place: int, parts: Sequence[ModelRows]
+) -> Float[np.ndarray, " n"]:
+    """Return a column of one log, with zeros in the others."""
+    return np.concatenate(
+        [column if k == place else np.zeros(part.target.size) for k, part in enumerate(parts)]
+    )

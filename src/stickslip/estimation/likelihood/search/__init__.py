@@ -1,0 +1,1 @@
+"""The search of the greatest likelihood: first guess, stages of the log, static friction."""

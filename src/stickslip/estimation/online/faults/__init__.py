@@ -1,0 +1,1 @@
+"""Missing and impossible samples, the last valid state, and the counts of both."""

@@ -1,0 +1,97 @@
+"""Counts of what an online estimator rejected, and of its resets."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.online.faults import admission
+
+__all__ = ["OnlineHealth", "health_of"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class OnlineHealth:
+    """What an online estimator has seen, rejected and repaired so far.
+
+    Attributes
+    ----------
+    samples
+        Number of samples.
+    missing_samples
+        Values that were not finite or impossible (effort, and motion of each mass).
+    position_glitches, velocity_glitches, effort_glitches
+        Values that contradicted those before them and were not used.
+    motion_steps
+        Contradictions that lasted and were accepted, such as an encoder that was homed again.
+    force_events
+        Samples that only an unknown force explains; friction did not learn from them.
+    resets
+        Times that a state which was not finite or not plausible was replaced by the last valid one.
+    force_noise
+        Standard deviation of the disturbance force, given or estimated [N or N m]; None if the
+        method has none.
+    """
+
+    samples: int
+    missing_samples: int
+    position_glitches: int
+    velocity_glitches: int
+    effort_glitches: int
+    motion_steps: int
+    force_events: int
+    resets: int
+    force_noise: float | None
+
+    @property
+    def rejected(self) -> int:
+        """Number of values that were not used."""
+        glitches = self.position_glitches + self.velocity_glitches + self.effort_glitches
+        return self.missing_samples + glitches
+
+    @property
+    def text(self) -> str:
+        """One sentence for a log or a display."""
+        if self.resets:
+            return (
+                f"{self.resets} resets to the last valid state: check inertia, units and sensor "
+                "noise of the estimator"
+            )
+        if self.rejected or self.motion_steps:
+            return (
+                f"{self.rejected} values of {self.samples} samples rejected, {self.motion_steps} "
+                "steps of the position accepted: check the sensors and their cables"
+            )
+        return f"{self.samples} samples, none rejected"
+
+
+def health_of(
+    state: Float[np.ndarray, " s"],
+    at: int,
+    *,
+    resets: float,
+    force_events: float = 0.0,
+    force_noise: float | None = None,
+) -> OnlineHealth:
+    """Return the health of a state.
+
+    Parameters
+    ----------
+    state, at
+        State, and where its admission begins.
+    resets, force_events
+        Counts of the estimator.
+    force_noise
+        Standard deviation of the disturbance force [N or N m]; None if the method has none.
+    """
+    return OnlineHealth(
+        samples=int(state[at + admission.SAMPLES_SEEN]),
+        missing_samples=int(state[at + admission.MISSING_VALUES]),
+        position_glitches=int(state[at + admission.MOTION_GLITCHES]),
+        velocity_glitches=int(state[at + admission.VELOCITY_GLITCHES]),
+        effort_glitches=int(state[at + admission.EFFORT_GLITCHES]),
+        motion_steps=int(state[at + admission.MOTION_STEPS]),
+        force_events=int(force_events),
+        resets=int(resets),
+        force_noise=None if force_noise is None else float(force_noise),
+    )

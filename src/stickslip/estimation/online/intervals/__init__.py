@@ -1,0 +1,1 @@
+"""Intervals of recursive estimates without white residuals or an exact model."""

@@ -1,0 +1,229 @@
+"""Information per batch of samples, for intervals that allow for correlated residuals.
+
+A recursive estimator that takes its residuals for white is too certain when they are correlated or
+its model is not exact. The information that it gathers, J and eta = J theta, is therefore kept at
+the ends of up to 8 batches of equal length. When all are used, neighbours are merged and the
+length doubles, so that batches outgrow any finite correlation time (batch means). Leaving out one
+batch at a time gives the covariance (delete-a-group jackknife):
+
+    theta_(b) = (J - dJ_b)^-1 (eta - deta_b),
+    var_i = (B - 1) / B sum_b (theta_(b),i - mean_i)^2 (1 + r_i) / (1 - r_i).
+
+The last factor allows for neighbouring batches that are still correlated. r is the correlation of
+neighbouring deviations, corrected for its bias -(1 + 3 r) / B. The degrees of freedom of the
+Student factor are (B - 1) (1 - r) / (1 + r).
+
+Friction that drifts shifts all batches of a half of the log alike, by more than their scatter
+allows for. A half width is therefore at least 1.5 times the larger difference between the estimates
+and those without the first or without the second half.
+
+R. G. Miller (1974), "The jackknife: a review", Biometrika 61; P. W. Glynn and D. L. Iglehart
+(1990), "Simulation output analysis using standardized time series", Math. Oper. Res. 15.
+
+All memory is a part of the estimator's state, which begins at an offset ``at``: the number of
+samples in the current batch, the length of a batch, the number of snapshots, then the snapshots
+(eta, and the upper triangle of J row by row).
+"""
+
+import numpy as np
+from jaxtyping import Float
+from scipy import stats
+
+from stickslip.compiled import compiled
+
+__all__ = [
+    "FEWEST_BATCHES",
+    "batch_size",
+    "clear_batches",
+    "close_batch",
+    "count_sample",
+    "intervals_of",
+    "jackknife",
+    "lay_batches",
+    "scale_batches",
+]
+
+FEWEST_BATCHES = 4
+"""Batches below which there is no interval."""
+
+_MOST = 8
+"""Batches, an even number. More give a shorter Student factor but less independent batches: with an
+AR(1) force of 0.998 in logs of 10 s, 16 cover 83 %, 8 cover 88 %, at equal coverage elsewhere."""
+_FIRST_LENGTH = 32.0  # samples
+_IN_BATCH, _LENGTH, _SNAPSHOTS, _RECORDS = range(4)
+_PROBABILITY = 0.975  # of one side of a 95 % interval
+_MOST_CORRELATED = 0.7  # bound of r
+_FEWEST_DEGREES = 2.0  # of freedom
+_LEAST_WIDTH = 1.5
+"""Least half width over the difference of a half: in white noise that difference has the standard
+deviation of the estimate, and 1.5 of them are rarely more than the half width."""
+
+
+def batch_size(p: int) -> int:
+    """Return the room that the batches of p parameters take in a state."""
+    return _RECORDS + (_MOST + 1) * _record(p)
+
+
+@compiled(inline=True)
+def _record(p: int) -> int:
+    return p + p * (p + 1) // 2
+
+
+def lay_batches(s: Float[np.ndarray, " s"], at: int) -> None:
+    """Initialise the part of a state that begins at ``at``, in place."""
+    s[at + _LENGTH] = _FIRST_LENGTH
+
+
+@compiled(inline=True)
+def clear_batches(s: Float[np.ndarray, " s"], at: int) -> None:
+    """Begin again with the first batch."""
+    s[at + _IN_BATCH], s[at + _LENGTH], s[at + _SNAPSHOTS] = 0.0, _FIRST_LENGTH, 0.0
+
+
+@compiled(inline=True)
+def count_sample(s: Float[np.ndarray, " s"], at: int) -> bool:
+    """Count a sample; return whether a snapshot is due (the first one before any sample)."""
+    if s[at + _SNAPSHOTS] == 0.0:
+        return True
+    s[at + _IN_BATCH] += 1.0
+    return s[at + _IN_BATCH] >= s[at + _LENGTH]
+
+
+@compiled(inline=True)
+def close_batch(
+    s: Float[np.ndarray, " s"],
+    at: int,
+    p: int,
+    information: Float[np.ndarray, "p p"],
+    vector: Float[np.ndarray, " p"],
+) -> None:
+    """Keep J and eta as they are now."""
+    size = _record(p)
+    n = int(s[at + _SNAPSHOTS])
+    if n == _MOST + 1:
+        for k in range(1, _MOST // 2 + 1):
+            for i in range(size):
+                s[at + _RECORDS + k * size + i] = s[at + _RECORDS + 2 * k * size + i]
+        n = _MOST // 2 + 1
+        s[at + _LENGTH] *= 2.0
+        if s[at + _IN_BATCH] < s[at + _LENGTH]:
+            s[at + _SNAPSHOTS] = float(n)
+            return
+    place = at + _RECORDS + n * size
+    for i in range(p):
+        s[place + i] = vector[i]
+    place += p
+    for i in range(p):
+        for j in range(i, p):
+            s[place] = information[i, j]
+            place += 1
+    s[at + _SNAPSHOTS] = n + 1.0
+    s[at + _IN_BATCH] = 0.0
+
+
+@compiled(inline=True)
+def scale_batches(s: Float[np.ndarray, " s"], at: int, p: int, factor: float) -> None:
+    """Multiply all information by a factor: the noise turned out to be another."""
+    for i in range(int(s[at + _SNAPSHOTS]) * _record(p)):
+        s[at + _RECORDS + i] *= factor
+
+
+def jackknife(
+    state: Float[np.ndarray, " s"],
+    at: int,
+    p: int,
+    information: Float[np.ndarray, "q q"],
+    vector: Float[np.ndarray, " q"],
+) -> Float[np.ndarray, " p"] | None:
+    """Return the half widths of 95 % intervals of theta by leaving out one batch at a time.
+
+    Parameters
+    ----------
+    state, at
+        State and offset.
+    p
+        Number of parameters, the first of those that the batches are for.
+    information, vector
+        J and eta as they are now; the incomplete batch counts to the last complete one.
+
+    Returns
+    -------
+    The half widths [units of the parameters], None with fewer than `FEWEST_BATCHES` or where the
+    parameters are not identifiable without one of them.
+    """
+    n = int(state[at + _SNAPSHOTS])
+    batches = n - 1
+    if batches < FEWEST_BATCHES:
+        return None
+    q = vector.size
+    size = _record(q)
+    records = state[at + _RECORDS : at + _RECORDS + n * size].reshape(n, size)
+    upper = np.triu_indices(q)
+    J = np.zeros((n, q, q))
+    J[:, upper[0], upper[1]] = records[:, q:]
+    J[:, upper[1], upper[0]] = records[:, q:]
+    eta = records[:, :p].copy()
+    information, vector = information[:p, :p], vector[:p]
+    J[-1, :p, :p], eta[-1] = information, vector
+    own = J[:, :p, :p]
+    theta = _without(information, vector, np.diff(own, axis=0), np.diff(eta, axis=0))
+    if theta is None:
+        return None
+    deviations = theta - np.mean(theta, axis=0)
+    squares = np.sum(deviations**2, axis=0)
+    products = np.sum(deviations[1:] * deviations[:-1], axis=0)
+    r = np.divide(products, squares, out=np.zeros(p), where=squares > 0.0)
+    r = np.clip(r + (1.0 + 3.0 * r) / batches, 0.0, _MOST_CORRELATED)
+    inflation = (1.0 + r) / (1.0 - r)
+    factor = stats.t.ppf(_PROBABILITY, np.maximum((batches - 1) / inflation, _FEWEST_DEGREES))
+    half = factor * np.sqrt((batches - 1) / batches * squares * inflation)
+    ends = [0, batches // 2, batches]
+    halves = _without(information, vector, np.diff(own[ends], axis=0), np.diff(eta[ends], axis=0))
+    if halves is None:
+        return half
+    trend = np.max(np.abs(halves - np.linalg.solve(information, vector)), axis=0)
+    return np.maximum(half, _LEAST_WIDTH * trend)
+
+
+def _without(
+    information: Float[np.ndarray, "p p"],
+    vector: Float[np.ndarray, " p"],
+    parts: Float[np.ndarray, "b p p"],
+    vectors: Float[np.ndarray, "b p"],
+) -> Float[np.ndarray, "b p"] | None:
+    """Return theta without each part; None if it is not identifiable without one of them."""
+    scale = 1.0 / np.sqrt(np.diag(information))
+    J = (information - parts) * np.outer(scale, scale)
+    if not np.all(np.isfinite(J)) or np.any(np.linalg.eigvalsh(J) <= 0.0):
+        return None
+    return np.linalg.solve(J, ((vector - vectors) * scale)[..., None])[..., 0] * scale
+
+
+def intervals_of(
+    state: Float[np.ndarray, " s"],
+    at: int,
+    values: Float[np.ndarray, " p"],
+    information: Float[np.ndarray, "q q"],
+) -> Float[np.ndarray, "p 2"]:
+    """Return the 95 % intervals of the jackknife.
+
+    Parameters
+    ----------
+    state, at
+        State, and where its batches begin.
+    values
+        Estimates [SI].
+    information
+        J, of as many parameters as the batches are for (zero for those not estimated).
+
+    Returns
+    -------
+    Lower and upper ends [SI]; infinite with fewer than `FEWEST_BATCHES`.
+    """
+    p = values.size
+    vector = np.zeros(information.shape[0])
+    vector[:p] = information[:p, :p] @ values
+    half = jackknife(state, at, p, information, vector)
+    if half is None:
+        return np.column_stack([np.full(p, -np.inf), np.full(p, np.inf)])
+    return np.column_stack([values - half, values + half])

@@ -1,0 +1,195 @@
+"""The effort that an estimate predicts for a log, sample by sample."""
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.prepare import prepare
+from stickslip.estimation.selection.law import law_effort
+from stickslip.estimation.selection.search import SearchTuning, half_width
+from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotion, slip_motions
+from stickslip.estimation.weak_form.windows import Weight, convolved
+from stickslip.records import AxisLog, EffortKind, FrictionEstimate, InputError, ModelSelection
+
+__all__ = ["predict_effort"]
+
+
+def predict_effort(
+    estimate: FrictionEstimate,
+    log: AxisLog,
+    *,
+    inertia: float | None = None,
+    window: float | None = None,
+) -> Float[np.ndarray, " n"]:
+    """Return the effort that an estimate predicts from the motion of a log.
+
+    The inverse dynamics ``u = m a + c v + f_c sign(v) + f_0 + ...`` with all terms that the
+    estimate has, at the middle of the time for which each effort acts: the delay of the effort and
+    its kind (held, sampled or a mean) are in it. A ripple and a spring belong to positions, which
+    the log must count from the same origin. A drift belongs to the clock of the log that it was
+    estimated from; it is extrapolated.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator, of a rigid axis, with all parameters identified.
+    log
+        Of the same axis. Its effort is not used.
+    inertia
+        Moving mass or inertia, where the estimate does not hold it [kg or kg m^2].
+    window
+        Half of the width of the windows over which the acceleration is smoothed [s], at least 3
+        samples; None for the width that `SelectedModelEstimator` fits the log over. A narrower one
+        follows faster efforts and passes more noise of the position.
+
+    Returns
+    -------
+    Effort at each sample of the log, shape (n,) [N or N m, or the unit of the effort that the
+    estimate was fitted to]. NaN where the axis may be at rest (below 2 % of its largest speed or
+    within the noise of the speed), as friction there is whatever balances the effort, and within a
+    window of the ends of the log and of gaps.
+
+    Raises
+    ------
+    InputError
+        If a parameter is not identified, there is no inertia, the estimate is of a flexible arm or
+        of another kind of axis, or nothing moves in the log.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stickslip import identify
+    >>> from stickslip.records import AxisLog
+    >>> time = np.arange(0, 10, 0.001)
+    >>> velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    >>> acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    >>> position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
+    >>> log = AxisLog(name="stage", kind="linear", time=time, effort=effort,
+    ...               measured_position=position)
+    >>> predicted = predict_effort(identify(log.part(0, 5000)).estimate, log)
+    >>> bool(np.nanmax(np.abs(predicted - effort)) < 0.02)
+    True
+    """
+    values = _values(estimate, log, inertia)
+    if np.ptp(log.measured_position) == 0:
+        raise InputError(
+            "the position never changes", where=log.name, remedy="give a log of a motion"
+        )
+    prepared = prepare(log)
+    if not prepared.parts:
+        raise InputError(
+            "the log has no stretch of samples without a gap that is long enough",
+            where=log.name,
+            remedy="give a longer log, without gaps",
+        )
+    T = prepared.sampling_time
+    motions = slip_motions(prepared, MotionTuning())
+    tuning = SearchTuning()
+    half = half_width(motions, T, tuning) if window is None else round(window / T)
+    half = max(half, tuning.fewest_samples)
+    weight = Weight(half_width=half, sampling_time=T, margin=0)
+    selection = estimate.selection or ModelSelection(summary="", scores=())
+    at = selection.effort_delay + _middles(log.time, T, selection.effort_kind)
+    predicted = np.full(len(log), np.nan)
+    for motion in motions.stretches:
+        effort = values["inertia"] * _acceleration(motion, weight)
+        effort += law_effort(values, motion.velocity, np.sign(motion.velocity))
+        effort += _further_effort(values, selection, motion)
+        effort[motion.direction == 0] = np.nan
+        inside = (at >= motion.time[0]) & (at <= motion.time[-1])
+        predicted[inside] = np.interp(at[inside], motion.time, effort)
+    return predicted / (1.0 + values.get("gain_drift", 0.0) * (log.time - selection.reference_time))
+
+
+def _middles(
+    time: Float[np.ndarray, " n"], sampling_time: float, kind: EffortKind
+) -> Float[np.ndarray, " n"]:
+    """Return the middle of the time for which each effort acts, without a delay [s]."""
+    steps = np.diff(time)
+    steps[steps > _GAP * sampling_time] = sampling_time
+    if kind == "held":
+        return time + 0.5 * np.append(steps, sampling_time)
+    if kind == "mean":
+        return time - 0.5 * np.append(sampling_time, steps)
+    return time
+
+
+_GAP = 3.0  # sampling times: nothing is held beyond
+
+
+_SHAPES = ("ripple_period", "presliding_distance")  # which the selection holds too
+
+
+def _values(estimate: FrictionEstimate, log: AxisLog, inertia: float | None) -> dict[str, float]:
+    """Return all parameters, the moving mass or inertia as ``"inertia"`` [SI]."""
+    if estimate.kind != log.kind:
+        raise InputError(
+            f"the estimate is of a {estimate.kind} axis and the log of a {log.kind} one",
+            where=log.name,
+            remedy="give a log of the same axis",
+        )
+    if {"load_mass", "load_inertia", "stiffness"} & estimate.parameters.keys():
+        raise InputError(
+            "the estimate is of a flexible arm; its effort is predicted for rigid axes only",
+            remedy="give the estimate of a rigid axis",
+        )
+    if estimate.joint is not None:
+        raise InputError(
+            "the estimate is of several logs, each with its own offset",
+            remedy=f"give that of one log, as of estimate.of_log({estimate.joint.logs[0].name!r})",
+        )
+    held = [name for name, p in estimate.parameters.items() if p.identified or name not in _SHAPES]
+    values = {name: estimate.value(name) for name in held}
+    own = values.get("mass", values.get("inertia", inertia))
+    if own is None:
+        raise InputError(
+            "the estimate holds no inertia", remedy="give the one it was fitted with (inertia=...)"
+        )
+    return {**values, "inertia": own}
+
+
+def _acceleration(motion: SlipMotion, weight: Weight) -> Float[np.ndarray, " n"]:
+    """Return the acceleration; NaN where the window reaches beyond the ends of the stretch."""
+    acceleration = np.full(motion.position.size, np.nan)
+    whole = slice(weight.reach, motion.position.size - weight.reach)
+    acceleration[whole] = convolved(motion.position, weight.second())[whole]
+    return acceleration
+
+
+def _further_effort(
+    values: Mapping[str, float], selection: ModelSelection, motion: SlipMotion
+) -> Float[np.ndarray, " n"]:
+    """Return the effort of the terms of position, distance and time [N or N m]."""
+    shapes = {score.term: score.shape for score in selection.scores if score.selected}
+    coulomb, viscous = _symmetric(values, "coulomb"), _symmetric(values, "viscous")
+    place = motion.position - selection.reference_position
+    elapsed = motion.time - selection.reference_time
+    wave = 2.0 * np.pi / values.get("ripple_period", shapes.get("ripple", np.inf)) * place
+    distance = values.get("presliding_distance", shapes.get("presliding", np.inf))
+    reached = motion.travelled / distance
+    columns: Mapping[str, Callable[[], Float[np.ndarray, " n"]]] = {
+        "spring_stiffness": lambda: place,
+        "gravity_sine": lambda: np.sin(motion.position),
+        "gravity_cosine": lambda: np.cos(motion.position),
+        "ripple_sine": lambda: np.sin(wave),
+        "ripple_cosine": lambda: np.cos(wave),
+        "presliding_friction": lambda: motion.direction * np.exp(-reached),
+        "offset_drift": lambda: elapsed,
+        "friction_drift": lambda: (
+            elapsed * (coulomb * motion.direction + viscous * motion.velocity)
+        ),
+        "viscous_drift": lambda: motion.velocity * elapsed,
+    }
+    effort = np.zeros(motion.time.size)
+    for name, column in columns.items():
+        if name in values:
+            effort += values[name] * column()
+    return effort
+
+
+def _symmetric(values: Mapping[str, float], kind: str) -> float:
+    """Return the friction of a kind, the mean of both directions where they differ [SI]."""
+    sides = [values.get(f"{kind}_friction{side}", 0.0) for side in ("_positive", "_negative")]
+    return values.get(f"{kind}_friction", 0.5 * sum(sides))

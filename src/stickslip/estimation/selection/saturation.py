@@ -1,0 +1,86 @@
+"""A drive that saturates below the largest logged effort."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.terms import effort_excess
+from stickslip.estimation.weak_form.motion import SlipMotions
+from stickslip.estimation.weak_form.rows import window_rows
+from stickslip.records import AxisLog
+
+__all__ = ["SaturationTuning", "saturates", "without_saturation"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class SaturationTuning:
+    """What proves that a drive saturates."""
+
+    highest_followed: float = 0.98
+    """Effort over the limit [-], below which the drive follows."""
+    fewest_followed: float = 0.4
+    """Share of the windows below the limit [-]: a limit that is met in most of them is friction."""
+    smallest_excess: float = 0.02
+    """Excess of the logged effort, relative to the limit [-], below which a window does not count:
+    its effect is within the noise."""
+    largest_error: float = 0.25
+    """Squared error with the limit over that without it, beyond the limit [-]."""
+
+
+def without_saturation(
+    motions: SlipMotions, limit: float, log: AxisLog, tuning: SaturationTuning
+) -> tuple[SlipMotions, str]:
+    """Return the motions without the samples whose effort did not reach the axis, and a note.
+
+    Parameters
+    ----------
+    motions
+        Of the log.
+    limit
+        [N or N m].
+    log
+        For the unit of its effort.
+    tuning
+        What counts as saturated.
+    """
+    over = [np.abs(m.effort) > tuning.highest_followed * limit for m in motions.stretches]
+    stretches = tuple(
+        replace(m, usable=m.usable & ~out) for m, out in zip(motions.stretches, over, strict=True)
+    )
+    share = float(np.mean(np.concatenate(over)))
+    return replace(motions, stretches=stretches), (
+        f"logged effort beyond {limit:.3g} {log.unit('effort')} does not reach the axis, so the "
+        f"drive saturates; {100 * share:.2g} % of samples excluded"
+    )
+
+
+def saturates(model: Model, motions: SlipMotions, limit: float, tuning: SaturationTuning) -> bool:
+    """Return whether the effort that moves the axis stays at a limit where the logged one does not.
+
+    The model is that of the samples within the limit. The excess of an effort over a limit explains
+    part of any effort, so that its coefficient alone proves nothing.
+
+    Parameters
+    ----------
+    model
+        Fitted to the windows in which the effort is within the limit.
+    motions
+        All of the motion.
+    limit
+        [N or N m].
+    tuning
+        What proves it.
+    """
+    every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
+    if model.rows.size < tuning.fewest_followed * every.rows.size:
+        return False
+    values = least_squares(model.columns(), model.target())
+    logged = every.target()
+    excess = every.rows.mean(effort_excess(limit))
+    beyond = np.abs(excess) > tuning.smallest_excess * limit
+    needed = (every.columns() @ values)[beyond]
+    followed = float(np.sum((needed - logged[beyond]) ** 2))
+    limited = float(np.sum((needed - logged[beyond] + excess[beyond]) ** 2))
+    return bool(np.any(beyond)) and limited < tuning.largest_error * followed

@@ -1,0 +1,174 @@
+"""Rows of the force balance over windows, for any column that is a function of the motion."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from stickslip.estimation.weak_form.motion import SlipMotion
+from stickslip.estimation.weak_form.shape import Column, Shape
+from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
+
+__all__ = ["ROWS_PER_WINDOW", "WindowRows", "window_rows"]
+
+ROWS_PER_WINDOW = 6
+"""Rows in the width of a window: the weight passes next to nothing that they cannot hold."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowRows:
+    """Windows over a motion, each a row of the force balance.
+
+    Attributes
+    ----------
+    motions
+        Stretches without gaps.
+    weight
+        Of the windows.
+    delay
+        Time by which the effort acts later than it is logged [samples].
+    middles
+        Index of the middle sample of each window, one array a stretch.
+    move
+        Number of the move that each row belongs to [-], shape (n,).
+    """
+
+    motions: tuple[SlipMotion, ...]
+    weight: Weight
+    delay: float
+    middles: tuple[Int[np.ndarray, " _"], ...]
+    move: Int[np.ndarray, " n"]
+    _means: dict[int, tuple[Shape, Float[np.ndarray, "n p"]]] = field(
+        default_factory=dict, repr=False, compare=False
+    )
+
+    @property
+    def size(self) -> int:
+        """Number of rows."""
+        return self.move.size
+
+    @property
+    def moves(self) -> int:
+        """Number of moves."""
+        return int(self.move[-1]) + 1 if self.size else 0
+
+    @cached_property
+    def log(self) -> Int[np.ndarray, " n"]:
+        """Number of the log that each row is from [-]."""
+        return np.zeros(self.size, dtype=np.int64)
+
+    @cached_property
+    def time(self) -> Float[np.ndarray, " n"]:
+        """Middle of each window [s]."""
+        return self._at_middles(lambda m: m.time)
+
+    @cached_property
+    def position(self) -> Float[np.ndarray, " n"]:
+        """Position in the middle of each window [m or rad]."""
+        return self._at_middles(lambda m: m.position)
+
+    @cached_property
+    def direction(self) -> Float[np.ndarray, " n"]:
+        """Direction of travel in each window, 1 or -1 [-]."""
+        return self._at_middles(lambda m: m.direction.astype(float))
+
+    @cached_property
+    def acceleration(self) -> Float[np.ndarray, " n"]:
+        """Mean acceleration [m/s^2 or rad/s^2]."""
+        return self._filtered(lambda m: m.position - m.position[0], lambda own: own.weight.second())
+
+    @cached_property
+    def snap(self) -> Float[np.ndarray, " n"]:
+        """Mean fourth derivative of the position [m/s^4 or rad/s^4]."""
+        return self._filtered(lambda m: m.position - m.position[0], lambda own: own.weight.fourth())
+
+    @cached_property
+    def velocity(self) -> Float[np.ndarray, " n"]:
+        """Mean velocity [m/s or rad/s]."""
+        return self._filtered(lambda m: m.position - m.position[0], lambda own: own.weight.first())
+
+    @cached_property
+    def effort(self) -> Float[np.ndarray, " n"]:
+        """Mean of the effort that acts [N or N m]."""
+        return self._filtered(lambda m: m.effort, lambda own: own.weight.held(own.delay))
+
+    @cached_property
+    def effort_slope(self) -> Float[np.ndarray, " n"]:
+        """Derivative of `effort` with respect to the delay [N or N m a sample]."""
+        return self._filtered(lambda m: m.effort, lambda own: own.weight.held_slope(own.delay))
+
+    def mean(self, column: Column) -> Float[np.ndarray, " n"]:
+        """Return the weighted mean of a function of the motion."""
+        return self._filtered(column, lambda own: own.weight.mean())
+
+    def means(self, shape: Shape) -> Float[np.ndarray, "n p"]:
+        """Return the weighted means of the columns of a shape, computed once."""
+        known = self._means.get(id(shape))
+        if known is None:
+            known = (shape, np.column_stack([self.mean(column) for column in shape.columns]))
+            self._means[id(shape)] = known
+        return known[1]
+
+    def widened(self, factor: float) -> "WindowRows":
+        """Return rows of windows that are wider by a factor [-]."""
+        wider = replace(self.weight, half_width=round(factor * self.weight.half_width))
+        return window_rows(self.motions, wider, self.delay)
+
+    def _filtered(
+        self, column: Column, taps_of: Callable[["WindowRows"], Float[np.ndarray, " k"]]
+    ) -> Float[np.ndarray, " n"]:
+        taps = taps_of(self)
+        parts = [
+            convolved(column(motion), taps)[at]
+            for motion, at in zip(self.motions, self.middles, strict=True)
+        ]
+        return np.concatenate(parts)
+
+    def _at_middles(self, column: Column) -> Float[np.ndarray, " n"]:
+        parts = [column(m)[at] for m, at in zip(self.motions, self.middles, strict=True)]
+        return np.concatenate(parts)
+
+
+def window_rows(motions: Sequence[SlipMotion], weight: Weight, delay: float = 0.0) -> WindowRows:
+    """Lay windows over the moves, so that each holds usable samples of one direction only.
+
+    Parameters
+    ----------
+    motions
+        Stretches without gaps, at least one.
+    weight
+        Of the windows.
+    delay
+        Time by which the effort acts later than it is logged [samples].
+    """
+    stride = max(2 * weight.half_width // ROWS_PER_WINDOW, 1)
+    every: list[Int[np.ndarray, " _"]] = []
+    numbers: list[Int[np.ndarray, " _"]] = []
+    moves = 0
+    for motion in motions:
+        middles = _strided(whole_windows(motion.direction, motion.usable, weight.reach), stride)
+        changes = np.concatenate(([0], np.cumsum(np.diff(motion.direction) != 0)))
+        number = np.unique(changes[middles], return_inverse=True)[1].astype(np.int64)
+        every.append(middles)
+        numbers.append(number + moves)
+        moves += int(number[-1]) + 1 if number.size else 0
+    return WindowRows(
+        motions=tuple(motions),
+        weight=weight,
+        delay=delay,
+        middles=tuple(every),
+        move=np.concatenate(numbers),
+    )
+
+
+def _strided(marks: Bool[np.ndarray, " n"], stride: int) -> Int[np.ndarray, " m"]:
+    """Return the marked indices that are a stride apart, counted from the start of each run."""
+    index = np.flatnonzero(marks)
+    if index.size == 0:
+        return index
+    begins = np.concatenate(([True], np.diff(index) > 1))
+    place = np.arange(index.size)
+    since = place - np.maximum.accumulate(np.where(begins, place, 0))
+    return index[since % stride == 0]

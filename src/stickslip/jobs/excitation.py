@@ -1,0 +1,177 @@
+"""An effort to identify an axis with, as telling as its limits allow."""
+
+import json
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from stickslip import __version__
+from stickslip.jobs.estimate_file import estimate_in
+from stickslip.jobs.positioning.axis_table import AxisTable
+from stickslip.jobs.positioning.refusals import told_of
+from stickslip.records import AxisKind, Excitation, ExpectedParameter, InputError, positive, unit_of
+from stickslip.simulation import Sensors
+
+__all__ = ["excite"]
+
+_MOST_SAMPLES = 200_000
+"""A design tries some hundred inputs: minutes for so many samples."""
+
+
+def excite(
+    believed: Mapping[str, float],
+    *,
+    kind: AxisKind | None = None,
+    estimate: Path | str | None = None,
+    duration: float,
+    sampling_time: float,
+    effort_limit: float,
+    speed_limit: float | None = None,
+    travel_limit: float | None = None,
+    position_noise: float = 0.0,
+    encoder_step: float = 0.0,
+    velocity_noise: float | None = None,
+    seed: int = 1,
+) -> Excitation:
+    """Design an effort that tells the parameters of an axis apart as well as its limits allow.
+
+    Parameters
+    ----------
+    believed
+        What is believed of the axis, by name [SI]: ``inertia`` (or mass), friction alike in both
+        directions or for each, ``offset``, and ``load_inertia`` and ``stiffness`` of an arm. A
+        rough guess will do.
+    kind
+        ``"linear"`` or ``"rotary"``; None takes that of the estimate, or linear.
+    estimate
+        File that ``stickslip identify --json`` wrote; what ``believed`` holds comes before it.
+    duration, sampling_time
+        Of the effort [s].
+    effort_limit, speed_limit, travel_limit
+        Largest effort and speed, and largest distance from where the axis begins [N or N m, m/s or
+        rad/s, m or rad]; None for no limit.
+    position_noise, encoder_step
+        Of the position sensors: standard deviation and step [m or rad].
+    velocity_noise
+        Standard deviation of measured velocities [m/s or rad/s]; None where none is measured.
+    seed
+        Of the inputs that the search begins with.
+
+    Returns
+    -------
+    The effort, and the intervals to expect at best.
+
+    Raises
+    ------
+    InputError
+        If the axis is not described, a value is out of its range, or no input within the limits
+        tells the parameters apart.
+    """
+    from stickslip.estimation import InputLimits, design_input
+
+    samples = positive("duration", duration, "s") / positive("sampling time", sampling_time, "s")
+    if samples > _MOST_SAMPLES:
+        raise InputError(
+            f"duration is {duration:g} s, that is {samples:.3g} samples of {sampling_time:g} s, at "
+            f"most {_MOST_SAMPLES} can be designed",
+            remedy="shorten the duration, or lengthen the sampling time",
+        )
+    if seed < 0:
+        raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
+    file = None if estimate is None else Path(estimate)
+    if kind is None:
+        kind = "linear" if file is None else _kind_in(file)
+    values: dict[str, Any] = {
+        name.replace("inertia", "mass") if kind == "linear" else name: value
+        for name, value in believed.items()
+    }
+    if file is not None:
+        values = _from_estimate(file, kind, values) | values
+    try:
+        limits = InputLimits(effort=effort_limit, speed=speed_limit, travel=travel_limit)
+        sensors = Sensors(
+            position_noise=position_noise,
+            encoder_step=encoder_step,
+            velocity="none" if velocity_noise is None else "measured",
+            velocity_noise=velocity_noise or 0.0,
+        )
+        plant = AxisTable(kind=kind, **values).plant()
+        designed = design_input(
+            plant,
+            duration=duration,
+            sampling_time=sampling_time,
+            sensors=sensors,
+            limits=limits,
+            generator=np.random.default_rng(seed),
+        )
+    except InputError as error:
+        raise told_of(kind, error) from None
+    bound = designed.bound
+    options: dict[str, tuple[float | str, str]] = {
+        name: (value, unit_of(name.removeprefix("load_"), kind)) for name, value in values.items()
+    }
+    if file is not None:
+        options["estimate"] = (file.name, "")
+    for name, value, quantity in (
+        ("effort_limit", limits.effort, "effort"),
+        ("speed_limit", limits.speed, "velocity"),
+        ("travel_limit", limits.travel, "position"),
+        ("position_noise", sensors.position_noise, "position"),
+        ("encoder_step", sensors.encoder_step, "position"),
+        ("velocity_noise", sensors.velocity_noise, "velocity"),
+    ):
+        if value:
+            options[name] = (value, unit_of(quantity, kind))
+    options["seed"] = (float(seed), "")
+    return Excitation(
+        kind=kind,
+        sampling_time=sampling_time,
+        effort=designed.effort,
+        expected={
+            name: ExpectedParameter(believed=_believed(name, values), std=bound.std[name])
+            for name in bound.names
+        },
+        largest_speed=designed.largest_speed,
+        largest_travel=designed.largest_travel,
+        options=options,
+        stickslip_version=__version__,
+    )
+
+
+def _believed(name: str, values: Mapping[str, float]) -> float:
+    """Return what a parameter is believed to be."""
+    both = name.removesuffix("_positive").removesuffix("_negative")
+    return values.get(name, values.get(both, values.get(f"{both}_positive", 0.0)))
+
+
+def _kind_in(path: Path) -> AxisKind:
+    """Return the kind of axis an estimate is of; what is wrong with the file is found later."""
+    try:
+        document = json.loads(path.read_bytes())
+    except (OSError, ValueError):
+        return "linear"
+    return "rotary" if isinstance(document, dict) and document.get("kind") == "rotary" else "linear"
+
+
+def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) -> dict[str, float]:
+    """Return what an estimate holds and is not believed otherwise, by the names of ``[axis]``."""
+    held = estimate_in(path, kind)
+    known = {name.removesuffix("_positive").removesuffix("_negative") for name in believed} | {
+        "mass" for name in believed if name == "inertia"
+    }
+    for name, error in held.missing.items():
+        if name not in known and name != "static_friction":
+            raise error
+    values: dict[str, float] = {}
+    for name, (forward, backward) in held.values.items():
+        if name in known:
+            continue
+        if name == "mass":
+            values["mass" if kind == "linear" else "inertia"] = forward
+        elif forward == backward or name == "offset":
+            values[name] = forward
+        else:
+            values[f"{name}_positive"], values[f"{name}_negative"] = forward, backward
+    return values

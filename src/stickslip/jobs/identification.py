@@ -1,0 +1,229 @@
+"""From a log to identified friction parameters: reading, fitting and examining in one call."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import fields
+from pathlib import Path
+
+from stickslip.estimation.base import EstimationTask, Estimator
+from stickslip.estimation.registry import ESTIMATORS, EstimatorEntry, entry_of
+from stickslip.jobs.reading import log_at
+from stickslip.jobs.several_logs import logs_at
+from stickslip.logs import AxisSchema, LogSchema
+from stickslip.records import AxisLog, EffortKind, Identification, InputError
+
+__all__ = ["identify"]
+
+
+def identify(
+    log: AxisLog | Path | str | Sequence[AxisLog | Path | str],
+    *,
+    schema: Path | str | LogSchema | None = None,
+    axis: str | int | None = None,
+    columns: AxisSchema | None = None,
+    estimator: str | Estimator = "auto",
+    inertia: float | None = None,
+    load_inertia: float | None = None,
+    stiffness: float | None = None,
+    per_direction: bool = False,
+    offset: bool | None = None,
+    stribeck: bool = False,
+    cutoff: float | None = None,
+    forgetting_factor: float | None = None,
+    initial_variance: float | None = None,
+    include: Sequence[str] = (),
+    exclude: Sequence[str] = (),
+    select: bool = True,
+    effort_delay: float | Mapping[str, float] | None = None,
+    effort_kind: EffortKind | None = None,
+    truth: Mapping[str, float] | None = None,
+) -> Identification:
+    """Identify the friction of an axis from a log, or from several logs jointly.
+
+    Parameters
+    ----------
+    log
+        A log, or the path of one; or several of them, of one rigid axis. Several logs share
+        inertia and friction, and each has its own offset, delay and drift, with its name in
+        brackets, as in ``"offset[morning]"``. Estimator ``"auto"`` only.
+    schema, axis
+        How to read it, if it is a path (see `stickslip.logs.read_log`).
+    columns
+        What single columns are, in place of what the schema says of them.
+    estimator
+        Name in `stickslip.estimation.ESTIMATORS`, or an estimator; all settings of the latter are
+        its own, so that none can be given here.
+    inertia
+        Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
+        it.
+    load_inertia
+        Mass or inertia of the second body of a flexible arm [kg or kg m^2]; None for a rigid axis.
+    stiffness
+        Of the spring between the two [N/m or N m/rad]; None for a rigid axis.
+    per_direction
+        Whether each direction gets its own Coulomb and viscous friction.
+    offset
+        Whether a constant offset is estimated; None does unless ``per_direction``.
+    stribeck
+        Whether static friction and Stribeck velocity are estimated too, with a Gaussian law
+        (`stickslip.estimation.StribeckEstimator` has the exponential one); ``"energy"`` then stands
+        for ``"stribeck-energy"``, ``"idim-ls"`` for ``"stribeck-idim-ls"``.
+    cutoff
+        Cutoff frequency of the low-pass for noisy signals [Hz]; None takes a tenth of the sampling
+        rate and at most 100 Hz.
+    forgetting_factor
+        Of ``"published-energy"``, in (0, 1] [-]; None takes 1, which forgets nothing.
+    initial_variance
+        Of ``"published-energy"``: diagonal of P(0) [squared unit of the parameters over that of the
+        energy]; None takes 1e3.
+    include, exclude
+        Of ``"auto"``: terms that the model has, whatever the log supports, and terms that it does
+        not have (`stickslip.estimation.SelectedModelEstimator`).
+    select
+        Of ``"auto"``: whether further terms are selected.
+    effort_delay
+        Of ``"auto"``: known time by which the effort acts later than it is logged [s]; None
+        estimates it if the log shows one. Of several logs also a mapping from the names of those
+        whose delay is known.
+    effort_kind
+        Of ``"auto"``: ``"held"``, ``"sampled"`` or ``"mean"`` for an effort that is held from its
+        time stamp to the next, the value at its time stamp, or the mean since the time stamp
+        before; None takes it for held, or for what explains most if the time stamps are uneven.
+    truth
+        True values by parameter name [SI], for a log that was simulated; they are shown beside the
+        estimates and used for nothing else.
+
+    Returns
+    -------
+    The estimate with everything its report shows.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read or used, a known value is impossible, there is no such estimator,
+        or the estimator does not apply to the axis or does not use a setting; of several logs
+        also if they are not of one rigid axis, or two of them are the same.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stickslip.records import AxisLog
+    >>> time = np.arange(0, 10, 0.001)
+    >>> velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    >>> acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    >>> position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
+    >>> log = AxisLog(name="stage", kind="linear", time=time, effort=effort,
+    ...               measured_position=position)
+    >>> found = identify(log)
+    >>> found.estimate.status.value, round(found.estimate.value("coulomb_friction"), 1)
+    ('ok', 1.5)
+
+    Two logs of the same axis:
+
+    >>> from dataclasses import replace
+    >>> found = identify([log, replace(log, name="later", effort=effort + 0.2)])
+    >>> found.estimate.joint.consistent, round(found.estimate.value("offset[later]"), 1)
+    (True, 0.2)
+    """
+    if isinstance(estimator, str):
+        entry_of(estimator)
+    # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
+    # file's name should not wait for them.
+    logs = _logs_of(log, schema, axis, columns)
+    delays = effort_delay if isinstance(effort_delay, Mapping) else {}
+    task = EstimationTask(
+        inertia=inertia,
+        load_inertia=load_inertia,
+        stiffness=stiffness,
+        per_direction=per_direction,
+        offset=offset,
+        stribeck=stribeck,
+        cutoff=cutoff,
+        forgetting_factor=forgetting_factor,
+        initial_variance=initial_variance,
+        include=tuple(include),
+        exclude=tuple(exclude),
+        select=select,
+        effort_delay=None if isinstance(effort_delay, Mapping) else effort_delay,
+        effort_kind=effort_kind,
+    )
+    if len(logs) > 1 and task.flexible:
+        raise InputError(
+            "several logs are fitted jointly for rigid axes only, and a flexible arm is described",
+            remedy="identify each log alone",
+        )
+    if isinstance(estimator, str):
+        chosen = _named(estimator, task).make(task, logs[0].kind)
+    else:
+        chosen = _checked(estimator, task)
+    if len(logs) > 1 or delays:
+        return _jointly(logs, chosen, delays, truth)
+    from stickslip.estimation import examine
+
+    return examine(logs[0], chosen, truth=truth)
+
+
+def _logs_of(
+    log: AxisLog | Path | str | Sequence[AxisLog | Path | str],
+    schema: Path | str | LogSchema | None,
+    axis: str | int | None,
+    columns: AxisSchema | None,
+) -> list[AxisLog]:
+    """Return the log or logs, read."""
+    if isinstance(log, AxisLog):
+        return [log]
+    if not isinstance(log, Sequence) or isinstance(log, str):
+        return [log_at(log, schema, axis, columns)]
+    if not log:
+        raise InputError("no log is given", remedy="give at least one")
+    if len(log) == 1:
+        return _logs_of(log[0], schema, axis, columns)
+    return logs_at(log, schema, axis, columns)
+
+
+def _jointly(
+    logs: Sequence[AxisLog],
+    estimator: Estimator,
+    delays: Mapping[str, float],
+    truth: Mapping[str, float] | None,
+) -> Identification:
+    """Return the joint fit of several logs."""
+    from stickslip.estimation import SelectedModelEstimator
+    from stickslip.estimation.joint.estimator import JointEstimator
+    from stickslip.estimation.joint.examine import examine_jointly
+
+    if not isinstance(estimator, SelectedModelEstimator):
+        raise InputError(
+            f"{estimator.name} takes one log, and {len(logs)} are given",
+            remedy="use auto, or identify each log alone",
+        )
+    if len(logs) == 1:
+        raise InputError(
+            "effort delays are given by name of the log, and there is one log",
+            remedy="give its delay as a number",
+        )
+    return examine_jointly(logs, JointEstimator(single=estimator, delays=delays), truth=truth)
+
+
+def _named(name: str, task: EstimationTask) -> EstimatorEntry:
+    """Return the entry of a name, with the Stribeck effect if the task asks for it."""
+    entry = entry_of(name)
+    if not task.stribeck or not entry.with_stribeck:
+        return entry
+    return ESTIMATORS[entry.with_stribeck]
+
+
+def _checked(estimator: Estimator, task: EstimationTask) -> Estimator:
+    """Validate an estimator object, and that no setting is given beside it."""
+    if not isinstance(estimator, Estimator):  # pyright: ignore[reportUnnecessaryIsInstance]
+        raise InputError(
+            f"the estimator is a {type(estimator).__name__}",
+            remedy="give a name or an object with name and fit(log)",
+        )
+    given = [field.name for field in fields(task) if getattr(task, field.name) != field.default]
+    if given:
+        raise InputError(
+            f"{given[0].replace('_', ' ')} is given beside an estimator object",
+            remedy="give it to the estimator",
+        )
+    return estimator

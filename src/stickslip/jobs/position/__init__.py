@@ -1,6 +1,0 @@
-"""A positioning task from a scenario file: read it, run it, judge it."""
-
-from stickslip.jobs.position.run import position
-from stickslip.jobs.position.scenario import ScenarioFile, read_scenario
-
-__all__ = ["ScenarioFile", "position", "read_scenario"]

@@ -1,0 +1,98 @@
+"""Several logs of one axis, read and checked before they are fitted jointly."""
+
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from stickslip.jobs.reading import log_at
+from stickslip.logs import AxisSchema, LogSchema
+from stickslip.records import AxisLog, InputError
+
+__all__ = ["logs_at"]
+
+
+def logs_at(
+    given: Sequence[AxisLog | Path | str],
+    schema: Path | str | LogSchema | None,
+    axis: str | int | None,
+    columns: AxisSchema | None,
+) -> list[AxisLog]:
+    """Return several logs of one rigid axis, each with a name of its own.
+
+    A log that is read gets the name of its file without the ending; of files with the same name,
+    with the name of the folder before it.
+
+    Parameters
+    ----------
+    given
+        Logs, or paths of logs.
+    schema, axis, columns
+        How to read those that are paths (see `stickslip.jobs.reading.log_at`).
+
+    Raises
+    ------
+    InputError
+        If a log cannot be read, two are the same or have the same name, their kinds differ, or one
+        is of a flexible arm.
+    """
+    logs = [
+        each if isinstance(each, AxisLog) else log_at(each, schema, axis, columns) for each in given
+    ]
+    paths = [None if isinstance(each, AxisLog) else Path(each) for each in given]
+    logs = [
+        replace(log, name=name) if path else log
+        for log, path, name in zip(logs, paths, _names(paths), strict=True)
+    ]
+    called = [str(path) if path else log.name for path, log in zip(paths, logs, strict=True)]
+    for (one, own), (other, its) in combinations(zip(logs, called, strict=True), 2):
+        if _same(one, other):
+            raise InputError(
+                "the same log is given twice" if own == its else f"it is the same log as {own}",
+                where=its,
+                remedy="give each log once: repeated data would make the intervals too narrow",
+            )
+        if one.name == other.name:
+            raise InputError(
+                f"two logs have the name {one.name!r}",
+                where=its,
+                remedy="give them different names, as their offsets are named after them",
+            )
+        if one.kind != other.kind:
+            raise InputError(
+                f"{own} is of a {one.kind} axis, and {its} of a {other.kind} one",
+                where=its,
+                remedy="give logs of one axis, or the kind of axis if it was found wrongly",
+            )
+    for log, name in zip(logs, called, strict=True):
+        if log.measured_load_position is not None:
+            raise InputError(
+                "the log has the position of a second mass, as of a flexible arm; several logs "
+                "are fitted jointly for rigid axes only",
+                where=name,
+                remedy="identify it alone, or read it without that position",
+            )
+    return logs
+
+
+def _names(paths: Sequence[Path | None]) -> list[str]:
+    """Return the shortest distinct names of files: that of the file, or with its folder."""
+    stems = ["" if path is None else path.stem for path in paths]
+    return [
+        f"{path.absolute().parent.name}/{stem}"
+        if path is not None and stems.count(stem) > 1
+        else stem
+        for path, stem in zip(paths, stems, strict=True)
+    ]
+
+
+def _same(one: AxisLog, other: AxisLog) -> bool:
+    """Return whether two logs hold the same samples."""
+    pairs = (
+        (one.time - one.time[0], other.time - other.time[0]),
+        (one.effort, other.effort),
+        (one.measured_position, other.measured_position),
+    )
+    return len(one) == len(other) and all(np.array_equal(a, b) for a, b in pairs)

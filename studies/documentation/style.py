@@ -1,0 +1,49 @@
+"""The look that all figures of the documentation share, its folders, and tables in Markdown."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import matplotlib as mpl
+
+mpl.use("agg")
+
+import matplotlib.pyplot as plt  # the backend is chosen first
+
+__all__ = ["BLUE", "DOCS", "FIGURES", "GREEN", "GREY", "ORANGE", "save", "style", "table"]
+
+DOCS = Path(__file__).parents[2] / "docs"
+FIGURES = DOCS / "figures"
+BLUE, ORANGE, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#6b7280"
+
+
+def style() -> None:
+    """Set the look that all figures share."""
+    plt.rcParams.update(
+        {
+            "font.size": 9,
+            "axes.spines.top": False,
+            "axes.spines.right": False,
+            "axes.titlesize": 10,
+            "axes.titlelocation": "left",
+            "axes.titleweight": "bold",
+            "axes.grid": True,
+            "grid.color": "#e5e7eb",
+            "grid.linewidth": 0.6,
+            "legend.frameon": False,
+            "figure.dpi": 150,
+            "savefig.bbox": "tight",
+        }
+    )
+
+
+def save(figure: plt.Figure, name: str) -> None:
+    """Write one figure; no date inside, so that the same picture is the same file."""
+    FIGURES.mkdir(exist_ok=True)
+    figure.savefig(FIGURES / name, metadata={"Software": None})
+    plt.close(figure)
+
+
+def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
+    """Return a table in Markdown."""
+    lines = ["| " + " | ".join(row) + " |" for row in (head, ["---"] * len(head), *rows)]
+    return "\n".join(lines) + "\n"

@@ -1,0 +1,96 @@
+"""The conjunction of the source, whole: computed, judged, and put together."""
+
+from pathlib import Path
+
+from stickslip import __version__
+from stickslip.records import InputError
+from studies.van_de_wijdeven.records import ConjunctionReproduction
+from studies.van_de_wijdeven.writing import (
+    Progress,
+    Reproduced,
+    checked_seed,
+    checked_workers,
+    counted,
+    write_reproduction,
+)
+
+__all__ = ["reproduce_conjunction"]
+
+
+def reproduce_conjunction(
+    folder: Path | str,
+    *,
+    arms: int = 2,
+    seed: int = 1,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Reproduced:
+    """Work out what the source's concluding remarks sketch, and judge what they say.
+
+    A flexible arm is landed at rest with friction that it learns on the way; series of pulses are
+    planned and put beside known durations; and the landing controller is compared with others on
+    random arms. Writes ``conjunction.html``, ``conjunction.json`` and a PNG file for each of five
+    figures into the folder, all of them or none.
+
+    Parameters
+    ----------
+    folder
+        Where the files go; made if it is missing.
+    arms
+        On how many random arms each controller is tried. The figures and claims do not depend on
+        it.
+    seed
+        Of these arms and of all noise.
+    workers
+        How many pieces are worked on at once; None takes one for each processor.
+    progress
+        Called with the number of pieces of work that are done, and of all.
+
+    Returns
+    -------
+    What was reproduced, and the files.
+
+    Raises
+    ------
+    InputError
+        If no folder is named, there is no arm, the seed is negative, there is no worker, or
+        nothing can be written in the folder.
+    """
+    if arms < 1:
+        raise InputError(f"arms is {arms}, there must be one", remedy="give 1 or more")
+    seed, workers = checked_seed(seed), checked_workers(workers)
+    tell: Progress = progress or (lambda _done, _all: None)
+    return write_reproduction(folder, "conjunction", lambda: _computed(arms, seed, workers, tell))
+
+
+def _computed(arms: int, seed: int, workers: int, progress: Progress) -> ConjunctionReproduction:
+    # Imported here, as the compiler behind them takes a second to load.
+    from studies.van_de_wijdeven.conjunction.cases import EXACT, NOISY
+    from studies.van_de_wijdeven.conjunction.claims import conjunction_claims
+    from studies.van_de_wijdeven.conjunction.contenders import HOW_COMPARED
+    from studies.van_de_wijdeven.conjunction.figures import conjunction_figures
+    from studies.van_de_wijdeven.conjunction.landings import LANDING_PIECES, gather_landings
+    from studies.van_de_wijdeven.conjunction.series import SERIES_PIECES, gather_series
+    from studies.van_de_wijdeven.conjunction.setting import SETTING, setting_values
+    from studies.van_de_wijdeven.conjunction.study import landing_scores
+
+    cases = (EXACT, NOISY)
+    every = SERIES_PIECES + LANDING_PIECES + arms
+    advance = counted(progress, every)
+
+    series = gather_series(advance)
+    landings = gather_landings(seed, advance)
+    return ConjunctionReproduction(
+        title="A flexible arm lands at rest, with friction learned on the way",
+        setting=f"{SETTING}.",
+        values=setting_values(),
+        figures=conjunction_figures(landings, series),
+        claims=conjunction_claims(landings, series),
+        reference_series=tuple(each.numbers for each in series.planned),
+        friction_errors=series.effects,
+        successive_series=series.successive,
+        landing_scores=landing_scores(arms, seed, cases=cases, workers=workers, advance=advance),
+        how_compared=HOW_COMPARED,
+        options={"arms": arms, "seed": seed},
+        stickslip_version=__version__,
+    )

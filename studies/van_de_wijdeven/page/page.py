@@ -1,0 +1,192 @@
+"""The page of a reproduction: claims beside measurements, tables, and figures as pictures."""
+
+import base64
+import html
+from collections.abc import Mapping, Sequence
+from typing import NamedTuple
+
+from stickslip.report.dense import prose
+from stickslip.report.sheet import Section, contents, head, section
+from studies.van_de_wijdeven.page.conjunction_sections import conjunction_sections
+from studies.van_de_wijdeven.page.energy_sections import energy_sections
+from studies.van_de_wijdeven.page.pulse_sections import pulse_sections
+from studies.van_de_wijdeven.records import (
+    Claim,
+    ConjunctionReproduction,
+    EnergyReproduction,
+    PulseReproduction,
+    ReproducedFigure,
+    Reproduction,
+)
+
+__all__ = ["reproduction_page"]
+
+_POLICY = (
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
+    "form-action 'none'"
+)
+
+_PARTS = {"A": "part A", "B": "part B", "conjunction": "concluding remarks"}
+
+
+def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes]) -> str:
+    """Return a reproduction as one HTML page that works offline and on paper, without a script.
+
+    Parameters
+    ----------
+    reproduction
+        What to show; nothing is computed from it.
+    pictures
+        PNG of each figure, by the figure's number.
+    """
+    figures = "".join(_figure(each, pictures[each.number]) for each in reproduction.figures)
+    sections = (
+        Section("claims", "The source's claims", _claims(reproduction.claims)),
+        *_own_sections(reproduction),
+        Section("figures", "Figures", figures),
+        Section("provenance", "Provenance", _provenance(reproduction)),
+    )
+    return (
+        head(reproduction.title, policy=_POLICY)
+        + _header(reproduction)
+        + contents([(each.anchor, each.name) for each in sections])
+        + "<main>\n"
+        + "".join(section(*each) for each in sections)
+        + "</main>\n"
+        + f"<footer>Written by stickslip {html.escape(reproduction.stickslip_version)}. This page "
+        "holds everything it shows and fetches nothing.</footer>\n</body>\n</html>\n"
+    )
+
+
+def _own_sections(reproduction: Reproduction) -> tuple[Section, ...]:
+    """Return what only this part of the source has."""
+    match reproduction:
+        case EnergyReproduction():
+            return energy_sections(reproduction)
+        case PulseReproduction():
+            return pulse_sections(reproduction)
+        case ConjunctionReproduction():
+            return conjunction_sections(reproduction)
+        case _:
+            return ()
+
+
+class _Verdict(NamedTuple):
+    """Claims that share a verdict, and how it is called."""
+
+    anchor: str
+    words: str
+    claims: list[Claim]
+
+
+def _verdicts(claims: Sequence[Claim]) -> list[_Verdict]:
+    """Return the claims by verdict, those that differ first; one that there is none of, if rare."""
+    partly = [each for each in claims if each.agrees_partly]
+    differ = [each for each in claims if not (each.agrees or each.agrees_partly)]
+    verdicts = [
+        _Verdict("claims-that-differ", "differ", differ),
+        _Verdict("claims-that-agree-partly", "agree in part of the readings", partly),
+        _Verdict("claims-that-agree", "agree", [each for each in claims if each.agrees]),
+    ]
+    return [each for each in verdicts if each.claims is not partly or partly]
+
+
+def _header(reproduction: Reproduction) -> str:
+    differ, *partly, agree = (
+        f'<a href="#{each.anchor}">{len(each.claims)} {each.words}</a>'
+        for each in _verdicts(reproduction.claims)
+    )
+    between = "".join(f", {each}" for each in partly)
+    return (
+        '<header class="top">\n'
+        f'<p class="kicker">stickslip · van de Wijdeven (2002), {_PARTS[reproduction.part]}</p>\n'
+        f"<h1>{html.escape(reproduction.title)}</h1>\n"
+        f"<p>{prose(reproduction.setting)}</p>\n"
+        f"<p>Of {len(reproduction.claims)} claims of the source, {agree} with what was measured"
+        f"{between} and {differ}.</p>\n"
+        "</header>\n"
+    )
+
+
+def _claims(claims: Sequence[Claim]) -> str:
+    """Return the claims in the source's order, those that differ before those that agree."""
+    parts = [
+        "<p>Every verdict is computed from the numbers beside it, by the criterion that stands "
+        "there; they are also in the JSON file.</p>\n"
+    ]
+    for anchor, words, there in _verdicts(claims):
+        table = _claim_table(there) if there else "<p>None.</p>\n"
+        parts.append(f'<h3 id="{anchor}">{len(there)} {words}</h3>\n{table}')
+    return "".join(parts)
+
+
+def _claim_table(claims: Sequence[Claim]) -> str:
+    rows: list[str] = []
+    for claim in claims:
+        cells = (
+            (
+                "Measured",
+                f"{_measured(claim)}"
+                f"<span class='meaning'>Agrees if {prose(claim.criterion)}.</span>",
+            ),
+            ("Verdict", _verdict(claim)),
+            ("Why", prose(claim.why)),
+        )
+        body = "".join(f'<td data-label="{label}"><div>{text}</div></td>' for label, text in cells)
+        rows.append(
+            f'<tr><th scope="row">{prose(claim.statement)}'
+            f"<span class='meaning'>{prose(claim.place)}</span></th>{body}</tr>\n"
+        )
+    heads = "".join(
+        f'<th scope="col">{name}</th>' for name in ("The source says", "Measured", "Verdict", "Why")
+    )
+    return (
+        f'<table class="parameters claims"><thead><tr>{heads}</tr></thead>\n'
+        f"<tbody>\n{''.join(rows)}</tbody></table>\n"
+    )
+
+
+def _measured(claim: Claim) -> str:
+    """Return what was measured, in each reading by itself."""
+    if not claim.readings:
+        return prose(claim.measured)
+    items = "".join(
+        f'<li class="{"yes" if each.agrees else "no"}">{prose(each.name)}: '
+        f"{prose(each.measured)}</li>"
+        for each in claim.readings
+    )
+    return f'<ul class="readings">{items}</ul>'
+
+
+def _verdict(claim: Claim) -> str:
+    if claim.agrees:
+        return '<span class="mark-yes">✓ agrees</span>'
+    if claim.agrees_partly:
+        return '<span class="mark-part">◐ partly</span>'
+    return '<span class="mark-no">✗ differs</span>'
+
+
+def _figure(figure: ReproducedFigure, picture: bytes) -> str:
+    data = base64.b64encode(picture).decode("ascii")
+    title = html.escape(f"Figure {figure.number}: {figure.title}")
+    return (
+        f'<figure id="figure-{figure.number}">'
+        f'<img alt="{title}" src="data:image/png;base64,{data}">'
+        f"<figcaption>{prose(figure.caption)}</figcaption></figure>\n"
+    )
+
+
+def _provenance(reproduction: Reproduction) -> str:
+    rows = [
+        ("stickslip", html.escape(reproduction.stickslip_version)),
+        *((html.escape(name), str(value)) for name, value in reproduction.options.items()),
+        (
+            "Source",
+            "J. J. M. van de Wijdeven, Conjunction of “Energy-based approach for estimating "
+            "Coulomb and viscous friction” and “Adaptive pulse amplitude pulse width control of "
+            "systems subject to Coulomb and viscous friction”, Technische Universiteit Eindhoven, "
+            "DCT 2002-29, 2002",
+        ),
+    ]
+    body = "".join(f'<tr><th scope="row">{term}</th><td>{value}</td></tr>' for term, value in rows)
+    return f'<table class="options"><tbody>{body}</tbody></table>\n'

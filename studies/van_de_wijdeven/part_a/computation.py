@@ -1,0 +1,145 @@
+"""Part A of the source, whole: computed, judged, and put together."""
+
+from functools import partial
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+
+from stickslip import __version__
+from stickslip.jobs import surrogate
+from stickslip.records import InputError
+from studies.van_de_wijdeven.part_a.loops import LOOPS_SETTING, setting_values
+from studies.van_de_wijdeven.records import EnergyReproduction
+from studies.van_de_wijdeven.writing import (
+    Progress,
+    Reproduced,
+    checked_seed,
+    checked_workers,
+    counted,
+    write_reproduction,
+)
+
+__all__ = ["reproduce_part_a"]
+
+_FEWEST_RUNS = 5
+_STREAM = 2  # of the seeds; sequences and the Monte Carlo study have their own
+
+
+def reproduce_part_a(
+    folder: Path | str,
+    *,
+    runs: int = 20,
+    seed: int = 1,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Reproduced:
+    """Reproduce part A of the source: its figures, its tables, and its claims beside measurements.
+
+    Writes ``part-a.html``, ``part-a.json`` and a PNG file for each of Figures 5.1-5.3 and 6.1-6.10
+    into the folder, all of them or none.
+
+    Parameters
+    ----------
+    folder
+        Where the files go; made if it is missing.
+    runs
+        How often everything with noise is repeated: sequences of five runs of each case in each
+        loop, and runs of the Monte Carlo study for each loop and noise.
+    seed
+        Of all noise. The results depend on it and on ``runs`` alone.
+    workers
+        How many runs are worked on at once; None takes one for each processor.
+    progress
+        Called with the number of pieces of work that are done, and of all.
+
+    Returns
+    -------
+    What was reproduced, and the files.
+
+    Raises
+    ------
+    InputError
+        If no folder is named, there are too few runs, the seed is negative, there is no worker, or
+        nothing can be written in the folder.
+    """
+    if runs < _FEWEST_RUNS:
+        raise InputError(
+            f"runs is {runs}, from fewer than {_FEWEST_RUNS} nothing can be concluded",
+            remedy=f"give {_FEWEST_RUNS} or more",
+        )
+    seed, workers = checked_seed(seed), checked_workers(workers)
+    tell: Progress = progress or (lambda _done, _all: None)
+    return write_reproduction(folder, "part-a", lambda: _computed(runs, seed, workers, tell))
+
+
+def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyReproduction:
+    # Imported here, as the compiler behind them takes a second to load.
+    from stickslip.jobs.parallel import in_parallel
+    from studies.van_de_wijdeven.part_a.cases import CASES
+    from studies.van_de_wijdeven.part_a.evidence import (
+        Evidence,
+        interaction_of_terms,
+        rest_of_the_arm,
+        sampling_errors,
+    )
+    from studies.van_de_wijdeven.part_a.expectations import absolute_value, expectation_figures
+    from studies.van_de_wijdeven.part_a.loop_claims import loop_claims
+    from studies.van_de_wijdeven.part_a.monte_carlo import NOISES, monte_carlo
+    from studies.van_de_wijdeven.part_a.noise_claims import noise_claims
+    from studies.van_de_wijdeven.part_a.run_figures import five_run_table, run_figures
+    from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop, Trace, five_runs
+    from studies.van_de_wijdeven.part_a.sequences import (
+        Sequences,
+        digest,
+        sequence_seeds,
+        sequences_of,
+    )
+    from studies.van_de_wijdeven.part_a.simulation_claims import simulation_claims
+
+    pieces = runs + len(LOOPS) * len(NOISES) * runs
+    advance = counted(progress, pieces)
+
+    def sequence(number: int) -> dict[tuple[Loop, str], Trace]:
+        seeds = sequence_seeds(seed, number)
+        return {
+            (loop, case.key): five_runs(loop, case, seeds) for loop, case in product(LOOPS, CASES)
+        }
+
+    def digested(number: int) -> dict[tuple[Loop, str], Sequences]:
+        return digest(sequence(number))
+
+    # The first sequence is drawn. It is made alone, so that its kernels are compiled once only.
+    drawn = sequence(0)
+    advance()
+    others = in_parallel(
+        [partial(digested, number) for number in range(1, runs)], workers=workers, advance=advance
+    )
+    generator = np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(_STREAM,)))
+    evidence = Evidence(
+        absolute_value=absolute_value(generator),
+        interaction=interaction_of_terms(generator),
+        rest=rest_of_the_arm(),
+        sampling=sampling_errors(),
+        sequences=sequences_of([digest(drawn), *others]),
+        study=monte_carlo(runs, seed, workers=workers, advance=advance),
+    )
+    return EnergyReproduction(
+        title="Energy-based estimation of Coulomb and viscous friction",
+        setting=f"Simulated with surrogate values, as Table 6.1 is lost: {surrogate.SETTING}. "
+        f"{LOOPS_SETTING}.",
+        values=setting_values(),
+        figures=(
+            *expectation_figures(),
+            *(figure for loop in LOOPS for figure in run_figures(loop, drawn)),
+        ),
+        five_runs=five_run_table(drawn),
+        variants=evidence.study.scores,
+        claims=(
+            *noise_claims(evidence),
+            *simulation_claims(evidence),
+            *loop_claims(evidence),
+        ),
+        options={"runs": runs, "seed": seed},
+        stickslip_version=__version__,
+    )

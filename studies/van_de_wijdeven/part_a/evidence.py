@@ -1,0 +1,144 @@
+"""Everything that the claims of the source are judged by."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation import PublishedEnergyEstimator
+from stickslip.jobs import surrogate
+from stickslip.simulation import Sensors, SimulatedMotion, simulate
+from studies.van_de_wijdeven.part_a.cases import published_estimator
+from studies.van_de_wijdeven.part_a.expectations import AbsoluteValue
+from studies.van_de_wijdeven.part_a.monte_carlo import Study
+from studies.van_de_wijdeven.part_a.runs import Loop, one_run
+from studies.van_de_wijdeven.part_a.sequences import Sequences
+
+__all__ = [
+    "Evidence",
+    "Rest",
+    "Sampling",
+    "interaction_of_terms",
+    "rest_of_the_arm",
+    "sampling_errors",
+]
+
+_FINER = 10  # how many times shorter the sampling time becomes
+_LATE = 20.0  # of the run's end, in which the load's swing is measured [s]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rest:
+    """How the bang-bang input leaves the arm.
+
+    Attributes
+    ----------
+    time
+        When the first mass comes to rest for good [s].
+    swing
+        Amplitude at which the second goes on [m].
+    """
+
+    time: float
+    swing: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Sampling:
+    """Errors without noise, over the truth, of Coulomb and viscous friction [-], shape (2,) each.
+
+    Attributes
+    ----------
+    printed
+        Of the printed sums.
+    finer
+        Of the same with a sampling time ten times shorter.
+    exact
+        Of the exact sums at the first sampling time.
+    """
+
+    printed: Float[np.ndarray, " 2"]
+    finer: Float[np.ndarray, " 2"]
+    exact: Float[np.ndarray, " 2"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Evidence:
+    """What was measured.
+
+    Attributes
+    ----------
+    absolute_value
+        Of the expectations of chapter 5.
+    rest, sampling
+        Of the arm without noise.
+    interaction
+        Correlation of Coulomb and viscous friction (rows) with B and S (columns) [-].
+    sequences
+        Of five consecutive runs each, by loop and case.
+    study
+        Of all variants by Monte Carlo.
+    """
+
+    absolute_value: AbsoluteValue
+    rest: Rest
+    sampling: Sampling
+    interaction: Float[np.ndarray, "2 2"]
+    sequences: Mapping[tuple[Loop, str], Sequences]
+    study: Study
+
+
+def _motion(sampling_time: float) -> SimulatedMotion:
+    return simulate(
+        surrogate.surrogate_arm(),
+        surrogate.bang_bang_effort(sampling_time),
+        sampling_time=sampling_time,
+    )
+
+
+def rest_of_the_arm() -> Rest:
+    """Return when the first mass rests under the bang-bang input, and how the second swings.
+
+    Raises
+    ------
+    ValueError
+        If the plant has no second mass.
+    """
+    motion = _motion(surrogate.SAMPLING_TIME)
+    if motion.load_position is None:
+        raise ValueError("the plant has no second mass")
+    rests = motion.event_time[motion.event_mode == 0]
+    late = motion.load_position[motion.time > motion.time[-1] - _LATE]
+    return Rest(time=float(rests[-1]), swing=float(np.ptp(late)) / 2.0)
+
+
+def sampling_errors() -> Sampling:
+    """Return what the sums miss the truth by without noise."""
+    printed, exact = published_estimator(), published_estimator(sums="settled")
+    truth = np.array(list(surrogate.TRUTH.values()))
+
+    def errors(
+        estimator: PublishedEnergyEstimator, sampling_time: float
+    ) -> Float[np.ndarray, " 2"]:
+        log = Sensors().measure(_motion(sampling_time))
+        _, values = estimator.run(estimator.init(sampling_time=sampling_time), log)
+        return values[-1, :2] / truth - 1.0
+
+    T = surrogate.SAMPLING_TIME
+    return Sampling(
+        printed=errors(printed, T), finer=errors(printed, T / _FINER), exact=errors(exact, T)
+    )
+
+
+def interaction_of_terms(generator: np.random.Generator) -> Float[np.ndarray, "2 2"]:
+    """Return the correlation of Coulomb and viscous friction with B and S after one run, from P.
+
+    In the feedforward, with the source's compensation of the true noise.
+    """
+    estimator = published_estimator(compensation="printed", error_terms=True)
+    state = estimator.init(sampling_time=surrogate.SAMPLING_TIME)
+    log = one_run("feedforward", 1.0, generator, estimator, state).log
+    P = estimator.covariance(estimator.run(state, log)[0])
+    spread = np.sqrt(np.diag(P))
+    return (P / np.outer(spread, spread))[:2, 2:]

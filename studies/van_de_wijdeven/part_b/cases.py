@@ -1,0 +1,172 @@
+"""The controllers of the source's simulations, in the readings that its text allows."""
+
+from dataclasses import dataclass, replace
+from typing import Literal
+
+from stickslip.control import (
+    PulseAmplitudeWidthController,
+    PulseController,
+    PulseWidthController,
+    RestDetection,
+)
+from studies.van_de_wijdeven.part_b.setting import (
+    COULOMB_FRICTION,
+    GUESS,
+    LONGEST_PULSE,
+    MASS,
+    PULSE_EFFORT,
+    SAMPLING_TIME,
+    START_ERROR,
+    TOLERANCE,
+)
+
+__all__ = [
+    "APPLIED",
+    "BOUNDED",
+    "CALCULATED",
+    "CASES",
+    "COVARIANCE",
+    "KEYS",
+    "LARGE",
+    "PAPWC",
+    "PWC",
+    "READINGS",
+    "SMALL",
+    "UNBOUNDED",
+    "Case",
+    "Key",
+    "papwc",
+    "pwc",
+]
+
+PWC = "PWC"
+PAPWC = "PAPWC"
+UNBOUNDED, BOUNDED = None, LONGEST_PULSE
+
+CALCULATED = "u_p as calculated"
+APPLIED = "u_p as applied"
+SMALL = "P(0) = 1e-5 I"
+LARGE = "P(0) = 1e5 I"
+READINGS = {PWC: (CALCULATED, APPLIED), PAPWC: (SMALL, LARGE)}
+"""By controller; the printed one first."""
+KEYS = {CALCULATED: "calculated", APPLIED: "applied", SMALL: "small_p", LARGE: "large_p"}
+"""What the names of numbers begin with, by reading."""
+
+Key = tuple[str, str, float | None]
+"""Controller, reading, and t_p,max [s] or None."""
+
+COVARIANCE = {SMALL: 1e-5, LARGE: 1e5}
+"""P(0) over the unit matrix, by reading [of the recursion]."""
+_REST = RestDetection(samples=1, spread=0.0, speed=0.0)
+
+
+def pwc(
+    *,
+    longest_width: float | None,
+    regressor: Literal["nominal", "applied"] = "nominal",
+    sampling_time: float = SAMPLING_TIME,
+    start_error: float = START_ERROR,
+) -> PulseWidthController:
+    """Return pulse width control with F(0) = 1e5, which never gives up.
+
+    Parameters
+    ----------
+    longest_width
+        t_p,max [s]; None for none.
+    regressor
+        As `PulseWidthController` takes it.
+    sampling_time
+        [s].
+    start_error
+        Where the target is, as seen from 0 [m].
+    """
+    controller = PulseWidthController.from_friction(
+        mass=MASS,
+        coulomb_friction=GUESS * COULOMB_FRICTION,
+        pulse_effort=PULSE_EFFORT,
+        sampling_time=sampling_time,
+        target=start_error,
+        tolerance=TOLERANCE,
+        rest=_REST,
+        longest_width=longest_width,
+        patience=None,
+    )
+    return replace(controller, regressor=regressor)
+
+
+def papwc(
+    *,
+    longest_width: float | None,
+    covariance: float = 1e-5,
+    sampling_time: float = SAMPLING_TIME,
+    tolerance: float = TOLERANCE,
+    guess: float = GUESS,
+) -> PulseAmplitudeWidthController:
+    """Return pulse amplitude and width control, which never gives up.
+
+    Parameters
+    ----------
+    longest_width
+        t_p,max [s]; None for none.
+    covariance
+        P(0) over the unit matrix [of the recursion].
+    sampling_time
+        [s].
+    tolerance
+        [m].
+    guess
+        First guess of the Coulomb friction over the true one [-].
+    """
+    controller = PulseAmplitudeWidthController.from_friction(
+        mass=MASS,
+        coulomb_friction=guess * COULOMB_FRICTION,
+        pulse_effort=PULSE_EFFORT,
+        sampling_time=sampling_time,
+        target=START_ERROR,
+        tolerance=tolerance,
+        rest=_REST,
+        longest_width=longest_width,
+        patience=None,
+    )
+    return replace(controller, initial_covariance=covariance)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """One of the simulations of section 4.
+
+    Attributes
+    ----------
+    controller
+        `PWC` or `PAPWC`.
+    reading
+        One of its `READINGS`.
+    longest_width
+        t_p,max [s]; None for none.
+    """
+
+    controller: str
+    reading: str
+    longest_width: float | None
+
+    @property
+    def key(self) -> Key:
+        """All three."""
+        return self.controller, self.reading, self.longest_width
+
+    def first(self) -> PulseController:
+        """Return the controller of the first run."""
+        if self.controller == PWC:
+            nominal = self.reading == CALCULATED
+            return pwc(
+                longest_width=self.longest_width, regressor="nominal" if nominal else "applied"
+            )
+        return papwc(longest_width=self.longest_width, covariance=COVARIANCE[self.reading])
+
+
+CASES = tuple(
+    Case(controller=controller, reading=reading, longest_width=longest_width)
+    for controller, readings in READINGS.items()
+    for reading in readings
+    for longest_width in (UNBOUNDED, BOUNDED)
+)

@@ -1,0 +1,132 @@
+"""Part B of the source, whole: computed, judged, and put together."""
+
+import re
+from pathlib import Path
+
+from stickslip import __version__
+from stickslip.records import InputError
+from studies.van_de_wijdeven.part_b.setting import SETTING, setting_values
+from studies.van_de_wijdeven.records import Claim, PulseReproduction
+from studies.van_de_wijdeven.writing import (
+    Progress,
+    Reproduced,
+    checked_seed,
+    checked_workers,
+    counted,
+    write_reproduction,
+)
+
+__all__ = ["reproduce_part_b"]
+
+_FEWEST_AXES = 25
+_STARTS = 40  # of each case of the study of resolution
+
+
+def reproduce_part_b(
+    folder: Path | str,
+    *,
+    axes: int = 400,
+    seed: int = 1,
+    workers: int | None = None,
+    progress: Progress | None = None,
+) -> Reproduced:
+    """Reproduce part B of the source: figures, Table 1, numbers, and claims beside measurements.
+
+    Beyond the source, controllers are put beside each other on random axes. Writes ``part-b.html``,
+    ``part-b.json`` and a PNG file for each of Figures 1 to 9 into the folder, all of them or none.
+
+    Parameters
+    ----------
+    folder
+        Where the files go; made if it is missing.
+    axes
+        On how many random axes each controller is tried. The figures and claims do not depend on
+        it.
+    seed
+        Of these axes and of their noise.
+    workers
+        How many pieces are worked on at once; None takes one for each processor.
+    progress
+        Called with the number of pieces of work that are done, and of all.
+
+    Returns
+    -------
+    What was reproduced, and the files.
+
+    Raises
+    ------
+    InputError
+        If no folder is named, there are too few axes, the seed is negative, there is no worker, or
+        nothing can be written in the folder.
+    """
+    if axes < _FEWEST_AXES:
+        raise InputError(
+            f"axes is {axes}, from fewer than {_FEWEST_AXES} nothing can be concluded",
+            remedy=f"give {_FEWEST_AXES} or more",
+        )
+    seed, workers = checked_seed(seed), checked_workers(workers)
+    tell: Progress = progress or (lambda _done, _all: None)
+    return write_reproduction(folder, "part-b", lambda: _computed(axes, seed, workers, tell))
+
+
+def _computed(axes: int, seed: int, workers: int, progress: Progress) -> PulseReproduction:
+    # Imported here, as the compiler behind them takes a second to load.
+    from studies.van_de_wijdeven.part_b.cases import CASES
+    from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED
+    from studies.van_de_wijdeven.part_b.error_claims import error_claims
+    from studies.van_de_wijdeven.part_b.estimate_claims import estimate_claims
+    from studies.van_de_wijdeven.part_b.evidence import PIECES, gather
+    from studies.van_de_wijdeven.part_b.figures import part_b_figures
+    from studies.van_de_wijdeven.part_b.form_claims import form_claims
+    from studies.van_de_wijdeven.part_b.law_claims import law_claims
+    from studies.van_de_wijdeven.part_b.numbers import printed_numbers
+    from studies.van_de_wijdeven.part_b.pulse_claims import pulse_claims
+    from studies.van_de_wijdeven.part_b.resolution import resolution_pieces, resolution_scores
+    from studies.van_de_wijdeven.part_b.runs import carried
+    from studies.van_de_wijdeven.part_b.study import controller_scores, pieces
+    from studies.van_de_wijdeven.part_b.width_claims import width_claims
+
+    every = PIECES + pieces(axes) + resolution_pieces()
+    advance = counted(progress, every)
+
+    evidence = gather(advance)
+    claims = (
+        *law_claims(evidence.law),
+        *width_claims(evidence),
+        *form_claims(evidence),
+        *error_claims(evidence),
+        *pulse_claims(evidence),
+        *estimate_claims(evidence),
+    )
+    return PulseReproduction(
+        title="Adaptive pulse amplitude pulse width control",
+        setting=f"{SETTING}.",
+        values=setting_values(),
+        figures=part_b_figures(evidence),
+        claims=tuple(sorted(claims, key=_place)),
+        printed_numbers=printed_numbers(evidence.law),
+        carried_runs=tuple(
+            carried(
+                evidence.series[case.key],
+                controller=case.controller,
+                reading=case.reading,
+                longest_pulse=case.longest_width,
+            )
+            for case in CASES
+        ),
+        controller_scores=controller_scores(axes, seed, workers=workers, advance=advance),
+        how_compared=HOW_TUNED,
+        resolution_scores=resolution_scores(_STARTS, seed, workers=workers, advance=advance),
+        options={"axes": axes, "seed": seed},
+        stickslip_version=__version__,
+    )
+
+
+def _place(claim: Claim) -> tuple[float, int]:
+    """Return where the source makes a claim: its section and its figure, 0 if it is in none."""
+    section = re.match(r"\d(\.\d)?", claim.place)
+    figure = re.search(r"Figs?\. (\d)", claim.place)
+    return (
+        float(section[0]) if section else 0.0,
+        int(figure[1]) if figure else 0,
+    )

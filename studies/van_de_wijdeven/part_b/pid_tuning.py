@@ -1,0 +1,188 @@
+"""How the PID controllers that pulses are compared with are tuned: by trial, all the same way."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import product
+from math import inf, radians, sqrt
+from typing import Literal
+
+from stickslip.control import Dither, PIDController, ResetIntegral
+from stickslip.records import InputError
+from studies.van_de_wijdeven.part_b.random_axes import (
+    SAMPLE_NOISE,
+    RandomAxis,
+)
+from studies.van_de_wijdeven.part_b.setting import SAMPLING_TIME, TOLERANCE
+from studies.van_de_wijdeven.part_b.trials import study
+from studies.van_de_wijdeven.records import ControllerScore
+
+__all__ = ["FASTEST", "LEAST_MARGIN", "PIDTuning", "tune"]
+
+_REST = 5.0  # standard deviations of the differentiated noise
+_REST_SAMPLES = 2
+
+
+@dataclass(frozen=True, kw_only=True)
+class PIDTuning:
+    """What fits a PID controller to any axis of which mass and friction are believed.
+
+    Attributes
+    ----------
+    bandwidth
+        Crossover frequency [Hz].
+    phase_margin
+        [degrees].
+    integral_ratio
+        Crossover frequency over that of the integral [-].
+    dead_band
+        Over the tolerance [-].
+    dither
+        Amplitude over the believed static friction [-]; 0 for none.
+    dither_frequency
+        Of its square wave [Hz].
+    reset
+        Law of the integral's resets; None for none.
+    """
+
+    bandwidth: float
+    phase_margin: float
+    integral_ratio: float
+    dead_band: float = 0.0
+    dither: float = 0.0
+    dither_frequency: float = 50.0
+    reset: Literal["coulomb", "stribeck"] | None = None
+
+    @property
+    def is_possible(self) -> bool:
+        """Whether a loop can be shaped so at this sampling time."""
+        try:
+            self._shaped(1.0, 0.0, 1.0, None, None)
+        except InputError:
+            return False
+        return True
+
+    def __call__(self, axis: RandomAxis) -> PIDController:
+        """Return the controller for an axis."""
+        mass, target, limit = axis.believed_mass, axis.start_error, axis.effort_limit
+        reset = dither = None
+        if self.reset is not None:
+            tau = self._shaped(mass, target, limit, None, None).filter_time
+            reset = ResetIntegral(
+                law=self.reset,
+                rest_speed=_REST * _derivative_noise(tau),
+                rest_samples=_REST_SAMPLES,
+            )
+        if self.dither > 0.0:
+            dither = Dither(
+                amplitude=self.dither * axis.believed_friction.static_friction_positive,
+                frequency=self.dither_frequency,
+                shape="square",
+            )
+        return self._shaped(mass, target, limit, reset, dither)
+
+    def _shaped(
+        self,
+        mass: float,
+        target: float,
+        limit: float,
+        reset: ResetIntegral | None,
+        dither: Dither | None,
+    ) -> PIDController:
+        return PIDController.for_mass(
+            sampling_time=SAMPLING_TIME,
+            target=target,
+            mass=mass,
+            bandwidth=self.bandwidth,
+            effort_limit=limit,
+            phase_margin=radians(self.phase_margin),
+            integral_ratio=self.integral_ratio,
+            dead_band=self.dead_band * TOLERANCE,
+            dither=dither,
+            reset=reset,
+        )
+
+
+def _derivative_noise(tau: float) -> float:
+    """Return the standard deviation of (2 (z - 1))/((2 tau + T) z - (2 tau - T)) of the noise."""
+    T = SAMPLING_TIME
+    pole = (2.0 * tau - T) / (2.0 * tau + T)
+    return SAMPLE_NOISE * 2.0 / (2.0 * tau + T) * sqrt(2.0 / (1.0 + pole))
+
+
+_GRID: dict[str, tuple[float, ...]] = {
+    "bandwidth": (1.0, 2.0, 3.0, 4.0, 6.0, 8.0, 10.0, 12.0, 14.0, 16.0),
+    "phase_margin": (20.0, 30.0, 45.0, 60.0),
+    "integral_ratio": (3.0, 5.0, 10.0, 20.0),
+    "dead_band": (0.0, 0.5, 0.75, 0.9),
+    "dither": (0.15, 0.3, 0.45, 0.6, 0.75, 0.9, 1.2),
+    "dither_frequency": (12.5, 25.0, 50.0),
+}
+FASTEST = 0.1 / SAMPLING_TIME
+"""A tenth of the sampling rate [Hz], a common rule: beyond it every delay of a real loop tells."""
+LEAST_MARGIN = 30.0
+"""What is usually asked of a loop at least [degrees]."""
+_STARTS = tuple(product((30.0, 60.0), (3.0, 10.0)))  # phase margin and integral ratio
+
+
+def tune(
+    variant: PIDTuning,
+    axes: Sequence[RandomAxis],
+    *,
+    free: Sequence[str] = (),
+    fastest: float = FASTEST,
+    least_margin: float = LEAST_MARGIN,
+    workers: int,
+) -> list[tuple[PIDTuning, ControllerScore]]:
+    """Tune a variant by trial, on other axes than those of the comparison.
+
+    One setting after the other runs over its grid while the others stay as they are, until a whole
+    round changes none; that from several starts. Better is what keeps more axes within the
+    tolerance; of equals, what is there sooner in the median.
+
+    Parameters
+    ----------
+    variant
+        Says what is not searched, and where the search of what is in ``free`` begins.
+    axes
+        To train on.
+    free
+        What is searched besides bandwidth, phase margin and integral ratio: ``"dead_band"``,
+        ``"dither"``, ``"dither_frequency"``.
+    fastest
+        Bandwidth that is not exceeded [Hz].
+    least_margin
+        Phase margin that is kept [degrees].
+    workers
+        How many runs are worked on at once.
+
+    Returns
+    -------
+    All that was tried with its score, the best first.
+    """
+    tried: dict[PIDTuning, ControllerScore] = {}
+
+    def merit(tuning: PIDTuning) -> tuple[float, float]:
+        found = tried[tuning]
+        return found.within_tolerance, -(inf if found.median_time is None else found.median_time)
+
+    for phase_margin, integral_ratio in _STARTS:
+        best, before = (
+            replace(variant, phase_margin=phase_margin, integral_ratio=integral_ratio),
+            None,
+        )
+        while best != before:
+            before = best
+            for name in ("bandwidth", "phase_margin", "integral_ratio", *free):
+                row = [best, *(replace(best, **{name: value}) for value in _GRID[name])]
+                row = [
+                    each
+                    for each in row
+                    if each.bandwidth <= fastest
+                    and each.phase_margin >= least_margin
+                    and each.is_possible
+                ]
+                new = {str(each): each for each in row if each not in tried}
+                scores = study(axes, new, workers=workers, advance=lambda: None)
+                tried.update(zip(new.values(), scores, strict=True))
+                best = max(row, key=merit)
+    return [(each, tried[each]) for each in sorted(tried, key=merit, reverse=True)]

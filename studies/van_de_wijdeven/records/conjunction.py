@@ -1,0 +1,167 @@
+"""The conjunction of the source, worked out: series of pulses, landings, and its rivals."""
+
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.records.quantities import quantity_field
+from studies.van_de_wijdeven.records.landing_score import LandingScore
+from studies.van_de_wijdeven.records.reproduction import Reproduction
+
+__all__ = [
+    "ConjunctionReproduction",
+    "FrictionErrorEffect",
+    "ReferenceSeries",
+    "SuccessiveSeries",
+]
+
+_LEGEND = {
+    "claims.numbers": "what the verdict is computed from; in the unit that the end of a name "
+    "tells (_m, _s, _N), else a ratio or a count",
+    "reference_series": "series that take the arm of the reference points 1 m from rest to rest",
+    "reference_series.expected_duration": "the duration to be reached [s]",
+    "reference_series.residual": "what the exact simulation leaves, of either mass's position and "
+    "of the swing, the largest [m]",
+    "friction_errors": "what the fastest of them leaves if the Coulomb friction is not as believed",
+    "friction_errors.friction_error": "true Coulomb friction over the believed one, less 1",
+    "friction_errors.expected_error": "the final position of mass 1 less the target, as known for "
+    "another series of the same duration [m]",
+    "friction_errors.expected_swing": "the same of the amplitude of mass 2 about mass 1 [m]",
+    "successive_series": "series after series to the same target, the first Coulomb friction "
+    "believed wrong",
+    "successive_series.friction_error": "first believed Coulomb friction over the true one, less 1",
+    "successive_series.learning": "whether the estimator runs along; otherwise the belief stays",
+    "successive_series.error": "of mass 1 after each series [m]",
+    "successive_series.swing": "of mass 2 about mass 1 after each series [m]",
+    "landing_scores": "controllers on random arms",
+    "landing_scores.error_1": "the farthest that mass 1 was from the target while watched, over "
+    "the move",
+    "landing_scores.time_ratio": "time to land over the shortest possible; null: none landed",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class ReferenceSeries:
+    """A series whose shortest duration is known.
+
+    Attributes
+    ----------
+    pulse_width
+        Of each pulse.
+    pulses
+        How many.
+    expected_duration, duration
+        Known, and planned.
+    impulse
+        Time integral of the effort's magnitude [N s].
+    peak_effort
+        Its largest magnitude.
+    residual
+        What the exact simulation leaves, of either mass's position and of the swing, the largest.
+    """
+
+    pulse_width: float = quantity_field("time")
+    pulses: int
+    expected_duration: float = quantity_field("time")
+    duration: float = quantity_field("time")
+    impulse: float
+    peak_effort: float = quantity_field("effort")
+    residual: float = quantity_field("position")
+
+
+@dataclass(frozen=True, kw_only=True)
+class FrictionErrorEffect:
+    """What a series leaves if the Coulomb friction is not as believed.
+
+    Attributes
+    ----------
+    friction_error
+        True Coulomb friction over the believed one, less 1 [-].
+    expected_error, expected_swing
+        What is known for another series of the same duration.
+    error
+        Final position of mass 1 less the target.
+    swing
+        Amplitude of mass 2 about mass 1.
+    """
+
+    friction_error: float
+    expected_error: float = quantity_field("position")
+    expected_swing: float = quantity_field("position")
+    error: float = quantity_field("position")
+    swing: float = quantity_field("position")
+
+
+@dataclass(frozen=True, kw_only=True)
+class SuccessiveSeries:
+    """Series after series to one target, the Coulomb friction first believed wrong.
+
+    Attributes
+    ----------
+    friction_error
+        First believed Coulomb friction over the true one, less 1 [-].
+    learning
+        Whether the estimator runs along, so that each series is planned with what the ones before
+        have taught; otherwise the belief stays.
+    error, swing
+        Of mass 1, and of mass 2 about it, after each series, shape (k,).
+    """
+
+    friction_error: float
+    learning: bool
+    error: Float[np.ndarray, " k"] = quantity_field("position")
+    swing: Float[np.ndarray, " k"] = quantity_field("position")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ConjunctionReproduction(Reproduction):
+    """What the source's concluding remarks sketch, worked out.
+
+    Attributes
+    ----------
+    reference_series
+        Series whose shortest durations are known.
+    friction_errors
+        What the fastest of them leaves if the Coulomb friction is not as believed.
+    successive_series
+        Series after series, with a belief that stays and with one that learns.
+    landing_scores
+        Controllers on random arms.
+    how_compared
+        How those were tuned and judged, in words.
+    """
+
+    reference_series: tuple[ReferenceSeries, ...]
+    friction_errors: tuple[FrictionErrorEffect, ...]
+    successive_series: tuple[SuccessiveSeries, ...]
+    landing_scores: tuple[LandingScore, ...]
+    how_compared: str
+
+    @property
+    def part(self) -> Literal["conjunction"]:
+        """Which part of the source."""
+        return "conjunction"
+
+    def legend(self) -> dict[str, str]:
+        """Return what the keys of this part's own results mean."""
+        return dict(_LEGEND)
+
+    def results(self) -> dict[str, Any]:
+        """Return this part's own results, by their key, as plain JSON types."""
+        return {
+            "reference_series": [asdict(each) for each in self.reference_series],
+            "friction_errors": [asdict(each) for each in self.friction_errors],
+            "successive_series": [
+                {
+                    "friction_error": each.friction_error,
+                    "learning": each.learning,
+                    "error": each.error.tolist(),
+                    "swing": each.swing.tolist(),
+                }
+                for each in self.successive_series
+            ],
+            "landing_scores": [asdict(each) for each in self.landing_scores],
+            "how_compared": self.how_compared,
+        }

@@ -1,0 +1,153 @@
+"""Part A of the source, reproduced: what estimators learn in a row, and how their variants do."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Float
+
+from studies.van_de_wijdeven.records.reproduction import Reproduction
+
+__all__ = ["EnergyReproduction", "FiveRuns", "VariantScore"]
+
+Loop = Literal["feedforward", "feedback"]
+
+_LEGEND = {
+    "loop": "feedforward: the bang-bang input; feedback: the controller along its moves",
+    "claims.numbers": "what the verdict is computed from. Names that end in f_c and c, and those "
+    "of bias, rmse and error, are fractions of the true value (0.01 is 1 %); lines through e_y and "
+    "energies are in J, times in s, lengths in m, correlations without unit",
+    "five_runs.values": "estimates at the end of each consecutive run [N, N s/m]",
+    "five_runs.itse": "integral of time-multiplied squared prediction error of each run (Eq. 6.3), "
+    "over that of the first run without noise in the same loop [-]",
+    "variants.noise": "of the sensors, over setting.noise [-]",
+    "variants.assumed": "standard deviations that the variant was told, over the true ones [-]; "
+    "null: told none",
+    "variants.bias": "mean error, a fraction of the true value [-]",
+    "variants.rmse": "root mean square error, a fraction of the true value [-]",
+    "variants.coverage": "share of the runs whose 95 % interval holds the true value [-]; null: "
+    "the variant gives no interval",
+    "variants.failed": "runs in which nothing was identified; they count in nothing else",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class FiveRuns:
+    """Consecutive runs of one case, each beginning with what the one before had learned.
+
+    Attributes
+    ----------
+    loop
+        ``"feedforward"`` or ``"feedback"``.
+    case
+        What is compensated, and with which standard deviations.
+    values
+        Estimates at the end of each run by parameter name, shape (runs,) each [SI].
+    itse
+        Of the prediction error of each run (Eq. 6.3), over that of the first run without noise in
+        the same loop, shape (runs,) [-].
+    """
+
+    loop: Loop
+    case: str
+    values: Mapping[str, Float[np.ndarray, " runs"]]
+    itse: Float[np.ndarray, " runs"]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "values", MappingProxyType(dict(self.values)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class VariantScore:
+    """How one variant of the estimator does over many runs with noise.
+
+    Attributes
+    ----------
+    loop
+        ``"feedforward"`` or ``"feedback"``.
+    variant
+        What it is called.
+    noise
+        Of the sensors, over that of the surrogate values [-].
+    assumed
+        Standard deviations that the variant was told, over the true ones [-]; None if it was told
+        none.
+    runs
+        How many there were.
+    failed
+        In how many of them nothing was identified; they count in nothing else.
+    bias, rmse
+        Mean error and root mean square error by parameter name, over the truth [-].
+    coverage
+        Share of runs whose 95 % interval holds the truth, by parameter name [-]; None for a variant
+        that gives no interval.
+    """
+
+    loop: Loop
+    variant: str
+    noise: float
+    assumed: float | None
+    runs: int
+    failed: int
+    bias: Mapping[str, float]
+    rmse: Mapping[str, float]
+    coverage: Mapping[str, float] | None
+
+    def __post_init__(self) -> None:
+        for name in ("bias", "rmse", "coverage"):
+            values = getattr(self, name)
+            if values is not None:
+                object.__setattr__(self, name, MappingProxyType(dict(values)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnergyReproduction(Reproduction):
+    """Part A of the source, reproduced.
+
+    Attributes
+    ----------
+    five_runs, variants
+        What was reproduced beside figures and claims.
+    """
+
+    five_runs: tuple[FiveRuns, ...]
+    variants: tuple[VariantScore, ...]
+
+    @property
+    def part(self) -> Literal["A"]:
+        """Which part of the source."""
+        return "A"
+
+    def legend(self) -> dict[str, str]:
+        """Return what the keys of this part's own results mean."""
+        return dict(_LEGEND)
+
+    def results(self) -> dict[str, Any]:
+        """Return this part's own results, by their key, as plain JSON types."""
+        return {
+            "five_runs": [
+                {
+                    "loop": each.loop,
+                    "case": each.case,
+                    "values": {name: value.tolist() for name, value in each.values.items()},
+                    "itse": each.itse.tolist(),
+                }
+                for each in self.five_runs
+            ],
+            "variants": [
+                {
+                    "loop": each.loop,
+                    "variant": each.variant,
+                    "noise": each.noise,
+                    "assumed": each.assumed,
+                    "runs": each.runs,
+                    "failed": each.failed,
+                    "bias": dict(each.bias),
+                    "rmse": dict(each.rmse),
+                    "coverage": None if each.coverage is None else dict(each.coverage),
+                }
+                for each in self.variants
+            ],
+        }

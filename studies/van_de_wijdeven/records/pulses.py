@@ -1,0 +1,281 @@
+"""Part B of the source, reproduced: its numbers, its runs, and controllers on random axes."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from decimal import Decimal
+from types import MappingProxyType
+from typing import Any, Literal
+
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from studies.van_de_wijdeven.records.reproduction import Reproduction
+
+__all__ = [
+    "CarriedRuns",
+    "ControllerScore",
+    "PrintedNumber",
+    "PulseReproduction",
+    "ResolutionScore",
+]
+
+_LEGEND = {
+    "claims.numbers": "what the verdict is computed from; in the unit that the end of a name "
+    "tells (_m, _s, _N), else a ratio or a count",
+    "printed_numbers.printed": "the number as the source prints it",
+    "printed_numbers.same_digits": "whether ours, rounded to the digits that the source prints, "
+    "is the source's",
+    "carried_runs": "consecutive runs, each beginning with the estimates and the covariance that "
+    "the run before ended with",
+    "carried_runs.longest_pulse": "t_p,max [s]; null: not bounded",
+    "carried_runs.reading": "how the source is read where it can be read in two ways",
+    "carried_runs.final_error": "the largest error of each run's last half second, with its sign "
+    "[m]",
+    "carried_runs.reached": "whether the axis was at rest within the tolerance at the end of it",
+    "carried_runs.time": "from the start of each run to rest within the tolerance [s]; null: never",
+    "carried_runs.pulses": "that ended within each run",
+    "carried_runs.reversed": "of these, how many pushed back, as the axis had overshot",
+    "carried_runs.estimates": "at the end of each run, SI units: pulse_gain b [m/s^2], "
+    "coulomb_friction f_c [N]",
+    "controller_scores.within_tolerance": "share of the axes that were within the tolerance all "
+    "the time in which they were watched at the end [1]",
+    "controller_scores.hunting": "share of the axes that were still moved to and fro at the end "
+    "[1]",
+    "controller_scores.median_error": "of the axes' final errors, absolute [m]; likewise error_95, "
+    "that 95 % of them do not exceed, and worst_error",
+    "controller_scores.median_time": "until the error stayed within the tolerance [s], of the axes "
+    "on which it did; null: of none",
+    "controller_scores.median_pulses": "until then; null: the controller gives no pulses, or "
+    "reached the tolerance on none of the axes",
+    "controller_scores.peak_effort": "largest effort over the axis's limit [1]",
+    "how_compared": "how those controllers were tuned that needed it",
+    "resolution_scores": "the controller of exact pulses on the mass of Table 1, asked for the "
+    "step of its encoder [m]: friction_change is the standard deviation by which friction changes "
+    "from pulse to pulse, over itself; smallest_step what a single pulse can do (Eq. 24) [m]; "
+    "median_error and error_95 of the final errors [m]; within_a_step the share that ended within "
+    "a step of the encoder; still_moving the number that had not ended",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class PrintedNumber:
+    """A number of the source beside the same number computed.
+
+    Attributes
+    ----------
+    place
+        Where the source prints it, such as ``"3.1"``.
+    quantity
+        What it is.
+    printed
+        As printed, with all its digits, such as ``"0.092"`` or ``"1.9e-4"``.
+    value
+        The same, computed [unit].
+    unit
+        Of both; ``"1"`` for a ratio.
+    how
+        What it was computed from.
+    """
+
+    place: str
+    quantity: str
+    printed: str
+    value: float
+    unit: str
+    how: str
+
+    @property
+    def difference(self) -> float:
+        """What the source's number differs by from ours, over ours [1]."""
+        return float(self.printed) / self.value - 1.0
+
+    @property
+    def same_digits(self) -> bool:
+        """Whether ours, rounded to the digits that the source prints, is the source's."""
+        printed = Decimal(self.printed)
+        step = Decimal(1).scaleb(int(printed.as_tuple().exponent))
+        return Decimal(self.value).quantize(step) == printed
+
+
+@dataclass(frozen=True, kw_only=True)
+class CarriedRuns:
+    """Consecutive runs of one controller, each beginning with what the one before had learnt.
+
+    Attributes
+    ----------
+    controller
+        Which one.
+    reading
+        How the source is read, where it can be read in two ways.
+    longest_pulse
+        The bound t_p,max of its pulse widths [s]; None for none.
+    final_error
+        The largest error of each run's last half second, with its sign, shape (runs,) [m].
+    reached
+        Whether the axis rested within the tolerance at the end of it, shape (runs,).
+    time
+        From the start of each run to that rest, NaN where it never came, shape (runs,) [s].
+    pulses, reversed_pulses
+        Pulses that ended within each run, and how many of them pushed back, shape (runs,).
+    estimates
+        At the end of each run by name, shape (runs,) each [SI].
+    """
+
+    controller: str
+    reading: str
+    longest_pulse: float | None
+    final_error: Float[np.ndarray, " runs"]
+    reached: Bool[np.ndarray, " runs"]
+    time: Float[np.ndarray, " runs"]
+    pulses: Int[np.ndarray, " runs"]
+    reversed_pulses: Int[np.ndarray, " runs"]
+    estimates: Mapping[str, Float[np.ndarray, " runs"]]
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "estimates", MappingProxyType(dict(self.estimates)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class ControllerScore:
+    """How one controller does on many random axes.
+
+    Attributes
+    ----------
+    controller
+        Which one, and how it is tuned where that is not said elsewhere.
+    axes
+        How many it was tried on.
+    within_tolerance
+        Share of them that were within it all the time while watched at the end [1].
+    hunting
+        Share of them that were still moved to and fro at the end [1].
+    median_error, error_95, worst_error
+        Of the absolute final errors: the median, what 95 % do not exceed, and the largest [m].
+    median_time
+        Until the error stayed within the tolerance, of the axes on which it did [s]; None if there
+        was none.
+    median_pulses
+        Until then, of these axes [1]; None if there was none, or the controller gives no pulses.
+    peak_effort
+        Largest effort over the axis's limit [1].
+    """
+
+    controller: str
+    axes: int
+    within_tolerance: float
+    hunting: float
+    median_error: float
+    error_95: float
+    worst_error: float
+    median_time: float | None
+    median_pulses: float | None
+    peak_effort: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResolutionScore:
+    """How near the target an axis is brought that is asked for the step of its encoder.
+
+    Attributes
+    ----------
+    encoder_step
+        Of the encoder, which is also the tolerance [m].
+    static_ratio
+        Static over Coulomb friction [1].
+    friction_change
+        Standard deviation by which the friction changes from pulse to pulse, relative to it [1].
+    sampling_time
+        Shortest pulse [s].
+    axes
+        How many runs there were, from starts of their own.
+    smallest_step
+        That a single pulse can cause (Eq. 24) [m].
+    median_error, error_95
+        Of the absolute final errors: the median, and what 95 % do not exceed [m].
+    within_a_step
+        Share of runs that ended within a step of the encoder [1].
+    median_pulses
+        Until they ended [1].
+    still_moving
+        Runs that had not ended.
+    """
+
+    encoder_step: float
+    static_ratio: float
+    friction_change: float
+    sampling_time: float
+    axes: int
+    smallest_step: float
+    median_error: float
+    error_95: float
+    within_a_step: float
+    median_pulses: float
+    still_moving: int
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseReproduction(Reproduction):
+    """Part B of the source, reproduced.
+
+    Attributes
+    ----------
+    printed_numbers
+        The source's numbers beside ours.
+    carried_runs
+        Every case that was simulated, ten runs each.
+    controller_scores
+        Controllers on random axes.
+    how_compared
+        How those were tuned that needed it, in words.
+    resolution_scores
+        How near the target pulses bring an axis.
+    """
+
+    printed_numbers: tuple[PrintedNumber, ...]
+    carried_runs: tuple[CarriedRuns, ...]
+    controller_scores: tuple[ControllerScore, ...]
+    how_compared: str
+    resolution_scores: tuple[ResolutionScore, ...]
+
+    @property
+    def part(self) -> Literal["B"]:
+        """Which part of the source."""
+        return "B"
+
+    def legend(self) -> dict[str, str]:
+        """Return what the keys of this part's own results mean."""
+        return dict(_LEGEND)
+
+    def results(self) -> dict[str, Any]:
+        """Return this part's own results, by their key, as plain JSON types."""
+        return {
+            "printed_numbers": [
+                {
+                    "place": each.place,
+                    "quantity": each.quantity,
+                    "printed": each.printed,
+                    "value": each.value,
+                    "unit": each.unit,
+                    "same_digits": each.same_digits,
+                    "how": each.how,
+                }
+                for each in self.printed_numbers
+            ],
+            "carried_runs": [
+                {
+                    "controller": each.controller,
+                    "reading": each.reading,
+                    "longest_pulse": each.longest_pulse,
+                    "final_error": each.final_error.tolist(),
+                    "reached": each.reached.tolist(),
+                    "time": each.time.tolist(),
+                    "pulses": each.pulses.tolist(),
+                    "reversed": each.reversed_pulses.tolist(),
+                    "estimates": {name: of.tolist() for name, of in each.estimates.items()},
+                }
+                for each in self.carried_runs
+            ],
+            "controller_scores": [asdict(each) for each in self.controller_scores],
+            "how_compared": self.how_compared,
+            "resolution_scores": [asdict(each) for each in self.resolution_scores],
+        }

@@ -1,0 +1,139 @@
+"""What every part of the source is asked with, and how its files are written."""
+
+import os
+import re
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import count
+from pathlib import Path
+
+from stickslip.jobs.json_file import json_text
+from stickslip.outputs import check_output, files_at_once
+from stickslip.records import InputError
+from studies.van_de_wijdeven.page import picture, reproduction_page
+from studies.van_de_wijdeven.records import Reproduction
+
+__all__ = [
+    "Progress",
+    "Reproduced",
+    "checked_seed",
+    "checked_workers",
+    "counted",
+    "write_reproduction",
+]
+
+Progress = Callable[[int, int], None]
+"""Called with the number of pieces of work that are done, and of all."""
+
+_LIST_OF_NUMBERS = re.compile(r"\[[-+.\de,\snul]+\]")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Reproduced:
+    """A reproduction and where it was written.
+
+    Attributes
+    ----------
+    reproduction
+        What was reproduced.
+    page, numbers
+        The page and its numbers as JSON.
+    pictures
+        One PNG file a figure.
+    """
+
+    reproduction: Reproduction
+    page: Path
+    numbers: Path
+    pictures: tuple[Path, ...]
+
+
+def checked_seed(seed: int) -> int:
+    """Return the seed of all noise.
+
+    Raises
+    ------
+    InputError
+        If it is negative.
+    """
+    if seed < 0:
+        raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
+    return seed
+
+
+def checked_workers(workers: int | None) -> int:
+    """Return how many pieces of work are worked on at once; None takes one for each processor.
+
+    Raises
+    ------
+    InputError
+        If there is none.
+    """
+    if workers is None:
+        return os.cpu_count() or 1
+    if workers < 1:
+        raise InputError(f"workers is {workers}, there must be one", remedy="give 1 or more")
+    return workers
+
+
+def counted(progress: Progress, pieces: int) -> Callable[[], None]:
+    """Return a function to call after each piece of work, which reports how many are done.
+
+    Parameters
+    ----------
+    progress
+        Called with the number of pieces that are done, and of all.
+    pieces
+        Number of all.
+    """
+    done = count(1)
+    return lambda: progress(next(done), pieces)
+
+
+def write_reproduction(
+    folder: Path | str, name: str, compute: Callable[[], Reproduction]
+) -> Reproduced:
+    """Compute a reproduction and write its page, its numbers and its pictures, all or none.
+
+    Parameters
+    ----------
+    folder
+        Where the files go; made if it is missing. That they can be written there is found out
+        before anything is computed.
+    name
+        Of the page and of the numbers, without their endings.
+    compute
+        What makes the reproduction.
+
+    Raises
+    ------
+    InputError
+        If no folder is named, or nothing can be written in it.
+    """
+    if not str(folder):
+        raise InputError(
+            "the folder for the reproduction has no name",
+            remedy="name one, or give . for the current folder",
+        )
+    place, page, numbers = Path(folder), f"{name}.html", f"{name}.json"
+    with files_at_once(place, what="the reproduction") as scratch:
+        for each in (page, numbers):
+            check_output(place / each, what="the reproduction")
+        reproduction = compute()
+        drawn = {each.number: picture(each) for each in reproduction.figures}
+        for figure in reproduction.figures:
+            (scratch / figure.file_name).write_bytes(drawn[figure.number])
+        (scratch / numbers).write_text(_numbers(reproduction), encoding="utf-8")
+        (scratch / page).write_text(reproduction_page(reproduction, drawn), encoding="utf-8")
+    return Reproduced(
+        reproduction=reproduction,
+        page=place / page,
+        numbers=place / numbers,
+        pictures=tuple(place / each.file_name for each in reproduction.figures),
+    )
+
+
+def _numbers(reproduction: Reproduction) -> str:
+    """Return a reproduction as JSON, each list of numbers on one line."""
+    text = json_text(reproduction.to_dict())
+    return _LIST_OF_NUMBERS.sub(lambda found: " ".join(found[0].split()), text)

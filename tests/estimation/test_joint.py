@@ -1,0 +1,427 @@
+"""Joint fit of several logs on motions in closed form, and its test of consistency."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from jaxtyping import Float
+from scipy.stats import f as f_distribution
+
+from stickslip import identify, write_csv
+from stickslip.estimation import JointEstimator, SelectedModelEstimator, predict_effort
+from stickslip.estimation.fit.intervals import robust_uncertainty
+from stickslip.estimation.joint.estimator import difference_text
+from stickslip.estimation.selection.significance import Basis, significance
+from stickslip.records import AxisLog, FrictionEstimate, InputError, LogDeviation, Status
+
+TRUTH = {"mass": 3.0, "viscous_friction": 4.0, "coulomb_friction": 1.5}
+
+DEVIATIONS = 4.0
+"""Standard deviations within which a value must lie: one in some thousand values of a t
+distribution with 12 degrees of freedom does not."""
+
+SAME = 1e-9
+"""Relative; what sums of some hundred terms leave of double precision."""
+
+
+def log_of(
+    name: str,
+    *,
+    offset: float = 0.2,
+    delay: float = 0.0,
+    noise: float = 0.02,
+    step: float = 1e-3,
+    duration: float = 10.0,
+    more_coulomb: float = 0.0,
+    stiffness: float = 0.0,
+    drift: float = 0.0,
+    seed: int = 1,
+) -> AxisLog:
+    """Return a log of two sines; each seed has phases, and thus moves, of its own."""
+    rng = np.random.default_rng([seed, 314])
+    phases = rng.uniform(0.0, 2.0 * np.pi, 2)
+    rates, sizes = np.array([2.0, 5.0]), np.array([0.1, 0.05])
+
+    def motion(t: Float[np.ndarray, " n"]) -> tuple[Float[np.ndarray, " n"], ...]:
+        angle = np.outer(t, rates) + phases
+        return (
+            -np.cos(angle) @ (sizes / rates),
+            np.sin(angle) @ sizes,
+            np.cos(angle) @ (sizes * rates),
+        )
+
+    time = np.arange(0.0, duration, step)
+    acts = time + 0.5 * step + delay  # the effort of a sample is held until the next
+    x, v, a = motion(acts)
+    effort = 3.0 * a + 4.0 * v + 1.5 * (1.0 + more_coulomb) * np.sign(v) + offset
+    effort += stiffness * x + drift * (acts - 0.5 * duration)
+    return AxisLog(
+        name=name,
+        kind="linear",
+        time=time,
+        effort=effort + noise * rng.standard_normal(time.size),
+        measured_position=motion(time)[0],
+    )
+
+
+@pytest.fixture(scope="module")
+def trio() -> list[AxisLog]:
+    return [
+        log_of("morning", offset=0.2, delay=2e-3, noise=0.01, seed=1),
+        log_of("noon", offset=-0.1, delay=-1e-3, noise=0.02, step=2e-3, seed=2),
+        log_of("evening", offset=0.5, delay=4e-3, noise=0.04, seed=3),
+    ]
+
+
+@pytest.fixture(scope="module")
+def fitted(trio: list[AxisLog]) -> FrictionEstimate:
+    return JointEstimator().fit(trio)
+
+
+def near(estimate: FrictionEstimate, name: str, value: float) -> bool:
+    std = estimate.parameters[name].std
+    assert std is not None
+    return abs(estimate.value(name) - value) < DEVIATIONS * std
+
+
+def test_common_parameters_and_those_of_each_log_are_found(fitted: FrictionEstimate) -> None:
+    assert fitted.status is Status.OK
+    truth = TRUTH | {
+        "offset[morning]": 0.2,
+        "offset[noon]": -0.1,
+        "offset[evening]": 0.5,
+        "effort_delay[morning]": 2e-3,
+        "effort_delay[noon]": -1e-3,
+        "effort_delay[evening]": 4e-3,
+    }
+    assert set(fitted.parameters) == set(truth)
+    for name, value in truth.items():
+        assert near(fitted, name, value), name
+    assert fitted.parameters["offset[noon]"].unit == "N"
+    assert fitted.covariance.shape == (len(truth), len(truth))
+
+
+def test_residual_levels_are_those_of_the_noise(fitted: FrictionEstimate) -> None:
+    assert fitted.joint is not None
+    levels = np.array([log.residual for log in fitted.joint.logs])
+    # A window of fixed duration averages over half as many samples of the second log
+    expected = np.array([0.01, 0.02 * np.sqrt(2.0), 0.04])
+    assert levels / levels[0] == pytest.approx(expected / expected[0], rel=0.2)
+    assert fitted.joint.consistent
+    assert [log.name for log in fitted.joint.logs] == ["morning", "noon", "evening"]
+
+
+def test_a_noisy_log_does_not_spoil_a_good_one() -> None:
+    good = log_of("good", noise=0.02, seed=1)
+    noisy = log_of("noisy", noise=1.0, seed=2)
+    alone = SelectedModelEstimator(select=False).fit(good)
+    joint = JointEstimator(single=SelectedModelEstimator(select=False)).fit([good, noisy])
+    for name in TRUTH:
+        own, common = alone.parameters[name].std, joint.parameters[name].std
+        assert own is not None
+        assert common is not None
+        assert common < 1.3 * own, name  # an unweighted fit has more than ten times as much
+
+
+@pytest.mark.slow
+def test_intervals_shrink_with_the_number_of_logs() -> None:
+    single = SelectedModelEstimator(select=False)
+    logs = [log_of(f"log {k}", noise=0.2, seed=k) for k in range(9)]
+    joint = JointEstimator(single=single).fit(logs)
+    for name in TRUTH:
+        stds = np.array([single.fit(log).parameters[name].std for log in logs], dtype=float)
+        common = joint.parameters[name].std
+        assert common is not None
+        # One over the square root of nine; each standard deviation is known to 20 %
+        assert common == pytest.approx(1.0 / np.sqrt(np.sum(stds**-2.0)), rel=0.5)
+
+
+def test_a_log_that_differs_is_named_with_parameter_and_size() -> None:
+    logs = [
+        log_of("morning", offset=0.2, seed=1),
+        log_of("noon", offset=0.3, seed=2, more_coulomb=0.1),
+        log_of("evening", offset=0.1, seed=3),
+    ]
+    found = JointEstimator().fit(logs)
+    assert found.status is Status.MODEL_MISMATCH
+    assert found.joint is not None
+    assert not found.joint.consistent
+    assert found.joint.p_value is not None
+    assert found.joint.p_value < found.joint.error_rate
+    first = found.joint.deviations[0]
+    assert (first.log, first.parameter) == ("noon", "coulomb_friction")
+    assert first.relative == pytest.approx(0.1, abs=0.02)
+    note = found.diagnostics.notes[0]
+    assert "noon shows" in note
+    assert "more Coulomb friction than the others" in note
+    # The value is that of the other logs, and the interval allows for the one that differs
+    parameter = found.parameters["coulomb_friction"]
+    assert parameter.value == pytest.approx(1.5, rel=0.02)
+    assert parameter.ci95 is not None
+    assert parameter.ci95[0] < 1.5 < 1.65 < parameter.ci95[1]
+
+
+def test_of_two_logs_the_second_is_compared_with_the_first() -> None:
+    logs = [log_of("before", seed=1), log_of("after", seed=2, more_coulomb=-0.1)]
+    found = JointEstimator().fit(logs)
+    assert found.joint is not None
+    first = found.joint.deviations[0]
+    assert (first.log, first.parameter) == ("after", "coulomb_friction")
+    assert first.relative == pytest.approx(-0.1, abs=0.02)
+    assert "less Coulomb friction than before" in found.diagnostics.notes[0]
+
+
+@pytest.mark.parametrize("mass", [None, 3.0])
+def test_a_log_with_reversed_effort_is_named(mass: float | None) -> None:
+    turned = log_of("evening", seed=3)
+    logs = [
+        log_of("morning", seed=1),
+        log_of("noon", seed=2),
+        replace(turned, effort=-turned.effort),
+    ]
+    single = SelectedModelEstimator(inertia=mass, select=False)
+    found = JointEstimator(single=single).fit(logs)
+    assert found.status is Status.MODEL_MISMATCH
+    named = [note for note in found.diagnostics.notes if "is reversed" in note]
+    assert len(named) == 1
+    assert named[0].startswith("evening: ")
+
+
+@pytest.mark.parametrize(
+    ("relative", "words"),
+    [
+        (-0.1, "noon shows 10 % less Coulomb friction than the others"),
+        (2.4, "noon shows 240 % more Coulomb friction than the others"),
+        (-1.2, "noon shows a Coulomb friction of -0.3 N, the others 1.5 N"),
+    ],
+)
+def test_a_difference_is_a_plain_sentence(relative: float, words: str) -> None:
+    deviation = LogDeviation(
+        log="noon",
+        parameter="coulomb_friction",
+        difference=1.5 * relative,
+        std=0.01,
+        relative=relative,
+        p_value=1e-6,
+        material=True,
+    )
+    sentence = difference_text(deviation, ["morning", "noon", "evening"], "linear")
+    assert sentence.startswith(f"{words} (p = 1e-06)")
+
+
+def test_a_difference_that_does_not_matter_widens_the_interval_only() -> None:
+    logs = [log_of("a", noise=0.002, seed=1), log_of("b", noise=0.002, seed=2, more_coulomb=0.01)]
+    found = JointEstimator().fit(logs)
+    assert found.status is Status.OK
+    assert found.joint is not None
+    assert found.joint.consistent
+    assert found.joint.deviations
+    assert any("the intervals allow for it" in note for note in found.diagnostics.notes)
+    interval = found.parameters["coulomb_friction"].ci95
+    assert interval is not None
+    assert interval[0] < 1.5 < 1.515 < interval[1]
+
+
+@pytest.mark.slow
+def test_a_spring_is_common_and_a_drift_is_that_of_a_log() -> None:
+    logs = [
+        log_of("still", offset=0.2, stiffness=20.0, seed=1),
+        log_of("drifting", offset=0.3, stiffness=20.0, drift=0.05, seed=2),
+    ]
+    found = JointEstimator().fit(logs)
+    assert found.selection is not None
+    assert set(found.selection.selected) == {"spring", "offset drift"}
+    for name, value in {
+        **TRUTH,
+        "spring_stiffness": 20.0,
+        "offset_drift[still]": 0.0,
+        "offset_drift[drifting]": 0.05,
+    }.items():
+        assert near(found, name, value), name
+
+
+def test_friction_per_direction_contains_the_offset_of_the_first_log() -> None:
+    logs = [log_of("a", offset=0.2, seed=1), log_of("b", offset=0.5, seed=2)]
+    single = SelectedModelEstimator(include=("direction",), select=False)
+    found = JointEstimator(single=single).fit(logs)
+    assert near(found, "coulomb_friction_positive", 1.7)
+    assert near(found, "coulomb_friction_negative", 1.3)
+    assert near(found, "offset[b]", 0.3)
+    assert "offset[a]" not in found.parameters
+
+
+@pytest.mark.slow
+def test_a_known_delay_is_taken_and_the_others_are_estimated(trio: list[AxisLog]) -> None:
+    found = JointEstimator(delays={"morning": 2e-3}).fit(trio)
+    assert "effort_delay[morning]" not in found.parameters
+    assert near(found, "effort_delay[evening]", 4e-3)
+    assert near(found, "mass", 3.0)
+
+
+def test_the_estimate_of_one_log_has_the_usual_names(
+    trio: list[AxisLog], fitted: FrictionEstimate
+) -> None:
+    for log in trio:
+        own = fitted.of_log(log.name)
+        assert set(own.parameters) == {*TRUTH, "offset", "effort_delay"}
+        assert own.value("offset") == fitted.value(f"offset[{log.name}]")
+        std = own.parameters["effort_delay"].std
+        assert std == pytest.approx(float(np.sqrt(own.covariance[-1, -1])), rel=SAME)
+        error = predict_effort(own, log) - log.effort
+        noise = {"morning": 0.01, "noon": 0.02, "evening": 0.04}[log.name]
+        # The noise of the log, and less than a tenth of it of the model
+        assert np.sqrt(np.nanmean(error**2)) == pytest.approx(noise, rel=0.1)
+    with pytest.raises(InputError, match="of_log"):
+        predict_effort(fitted, trio[0])
+    with pytest.raises(InputError, match="morning, noon, evening"):
+        fitted.of_log("night")
+
+
+def test_logs_have_cosines_of_their_own() -> None:
+    """Where no column is shared, each log has the covariance of a fit of its own."""
+    rng = np.random.default_rng(1)
+    sizes = (300, 500)
+    blocks = [rng.standard_normal((n, 2)) for n in sizes]
+    columns = np.zeros((sum(sizes), 4))
+    columns[:300, :2], columns[300:, 2:] = blocks
+    target = rng.standard_normal(sum(sizes))
+    log = np.repeat([0, 1], sizes)
+
+    def covariance(x: Float[np.ndarray, "n p"], y: Float[np.ndarray, " n"], own: Any = None) -> Any:
+        left, singular, right = np.linalg.svd(x, full_matrices=False)
+        to_values = right.T / singular
+        residual = y - left @ (left.T @ y)
+        return robust_uncertainty(left, to_values, residual, log=own)
+
+    joint = covariance(columns, target, log)
+    for k, x in enumerate(blocks):
+        alone = covariance(x, target[log == k])
+        own = slice(2 * k, 2 * k + 2)
+        # Each loses degrees of freedom to its own two columns, or to all four
+        factor = (800 / 796) / (sizes[k] / (sizes[k] - 2))
+        assert joint.covariance[own, own] == pytest.approx(alone.covariance * factor, rel=SAME)
+        assert joint.degrees_of_freedom[own] == pytest.approx(alone.degrees_of_freedom, rel=SAME)
+
+
+def test_intervals_of_several_logs_hold_under_correlated_residuals() -> None:
+    """Three blocks of an AR(1) process around a common mean: 95 % intervals hold in 95 %."""
+    rng = np.random.default_rng(2)
+    runs, sizes = 400, (200, 300, 400)
+    log = np.repeat([0, 1, 2], sizes)
+    n = log.size
+    left = np.full((n, 1), n**-0.5)
+    inside = 0
+    for _ in range(runs):
+        noise = []
+        for size in sizes:
+            white = rng.standard_normal(size + 50)
+            values = np.zeros(size + 50)
+            for k in range(1, size + 50):
+                values[k] = 0.7 * values[k - 1] + white[k]
+            noise.append(values[50:])
+        target = np.concatenate(noise)
+        mean = float(np.mean(target))
+        found = robust_uncertainty(left, np.array([[n**-0.5]]), target - mean, log=log)
+        quantile = f_distribution.ppf(0.95, 1, found.degrees_of_freedom[0])
+        inside += mean**2 < quantile * found.covariance[0, 0]
+    # Three standard deviations of a binomial rate, and one per cent of a finite sample
+    assert abs(inside / runs - 0.95) < 3.0 * np.sqrt(0.95 * 0.05 / runs) + 0.01
+
+
+def test_columns_of_single_logs_are_tested_one_by_one() -> None:
+    rng = np.random.default_rng(3)
+    log = np.repeat([0, 1, 2], 200)
+    columns = np.ones((600, 1))
+    further = rng.standard_normal((600, 1)) * (log[:, None] == np.arange(3))
+    basis = Basis.of(columns, rng.standard_normal(600) + 0.4 * further[:, 1], log)
+    parts = [basis.partial(further[:, [k]]) for k in range(3)]
+    whole = basis.partial(further)
+    assert whole is not None
+    each = [significance(basis, part) for part in parts if part is not None]
+    assert len(each) == 3
+    assert significance(basis, whole, further) == pytest.approx(3.0 * min(each))
+    assert each[1] < 1e-3
+
+
+# Refusals
+
+
+def resting_pair() -> list[AxisLog]:
+    """Return a log and one in which the position is noise."""
+    resting = log_of("second", seed=2)
+    noise = 1e-6 * np.random.default_rng(0).standard_normal(len(resting))
+    return [log_of("first"), replace(resting, measured_position=noise)]
+
+
+def pair(**changes: Any) -> list[AxisLog]:
+    return [log_of("first", seed=1), replace(log_of("second", seed=2), **changes)]
+
+
+@pytest.mark.parametrize(
+    ("logs", "words"),
+    [
+        (lambda: pair(kind="rotary"), ("first is of a linear axis", "second of a rotary")),
+        (lambda: pair(name="first"), ("two logs have the name 'first'",)),
+        (lambda: [log_of("first"), replace(log_of("first"), name="copy")], ("copy", "same log")),
+        (
+            lambda: pair(measured_load_position=np.zeros(10000)),
+            ("second", "flexible arm"),
+        ),
+        (list, ("no log is given",)),
+        (lambda: pair(effort=np.zeros(10000)), ("second", "effort is 0 N")),
+        (lambda: [log_of("first"), "missing.csv"], ("missing.csv",)),
+        (resting_pair, ("second", "the axis does not move in this log", "leave it out")),
+    ],
+)
+def test_what_cannot_be_fitted_jointly_is_refused_by_name(
+    logs: Callable[[], list[Any]], words: tuple[str, ...]
+) -> None:
+    with pytest.raises(InputError) as refused:
+        identify(logs())
+    for each in words:
+        assert each in str(refused.value)
+
+
+@pytest.mark.parametrize(
+    ("options", "words"),
+    [
+        ({"estimator": "energy"}, "energy takes one log, and 2 are given"),
+        ({"estimator": SelectedModelEstimator(), "inertia": 3.0}, "beside an estimator object"),
+        ({"load_inertia": 1.0, "stiffness": 9.0}, "rigid axes only"),
+        ({"effort_delay": {"third": 0.001}}, "'third', which is none of the logs"),
+        ({"effort_delay": {"first": 7.0}}, "the effort delay is 7 s"),
+    ],
+)
+def test_options_that_several_logs_do_not_have_are_refused(
+    options: dict[str, Any], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        identify(pair(), **options)
+
+
+def test_delays_by_name_need_several_logs() -> None:
+    with pytest.raises(InputError, match="there is one log"):
+        identify(log_of("first"), effort_delay={"first": 0.001})
+
+
+def test_a_list_of_one_log_is_that_log() -> None:
+    log = log_of("only")
+    assert identify([log]).estimate.to_dict() == identify(log).estimate.to_dict()
+
+
+def test_files_of_one_name_are_told_apart_by_their_folders(tmp_path: Path) -> None:
+    paths = []
+    for k, folder in enumerate(("monday", "tuesday")):
+        path = tmp_path / folder / "stage.csv"
+        path.parent.mkdir()
+        write_csv(log_of("stage", duration=5.0, seed=k), path)
+        paths.append(path)
+    found = identify(paths)
+    assert [log.name for log in found.logs] == ["monday/stage", "tuesday/stage"]
+    assert "offset[tuesday/stage]" in found.estimate.parameters
+    assert found.estimate.provenance.files == ("stage.csv", "stage.csv")
+    with pytest.raises(InputError, match="same log"):
+        identify([paths[0], paths[0]])

@@ -1,0 +1,35 @@
+"""Public objects can be sent to another process and copied."""
+
+import copy
+import pickle
+
+import numpy as np
+import pytest
+
+from stickslip import AxisSchema, LearntPulses, LogSchema
+
+OBJECTS = (
+    AxisSchema(kind="linear", position="encoder", units={"position": "mm"}),
+    LogSchema(files={"a": "axis.csv"}, axes={"x": AxisSchema(units={"effort": "A"})}),
+)
+
+
+@pytest.mark.parametrize("original", OBJECTS, ids=lambda each: type(each).__name__)
+def test_schemas_pickle_and_copy(original: AxisSchema) -> None:
+    for again in (
+        pickle.loads(pickle.dumps(original)),  # noqa: S301 - its own bytes
+        copy.deepcopy(original),
+    ):
+        assert again == original
+        assert again is not original
+
+
+def test_learnt_pulses_pickle_and_copy() -> None:
+    learnt = LearntPulses(
+        method="pwc", kind="linear", values={"pulse_gain": 2.5}, covariance=np.array([[1e5]])
+    )
+    for again in (
+        pickle.loads(pickle.dumps(learnt)),  # noqa: S301 - its own bytes
+        copy.deepcopy(learnt),
+    ):
+        assert again.to_dict() == learnt.to_dict()

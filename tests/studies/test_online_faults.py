@@ -1,0 +1,184 @@
+"""Online estimators on the independent plant: coverage, faults, delay, static friction."""
+
+from typing import Any
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from stickslip.estimation import EnergyEstimator, ExtendedKalmanFilter
+from stickslip.estimation.online.faults import admission
+from stickslip.estimation.online.intervals import batches
+from stickslip.estimation.online.kalman.kernels import CAREFUL
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
+from stickslip.records import InputError
+from stickslip.simulation import simulate
+from studies.mismatch.cases import record
+from studies.online import (
+    ESTIMATORS,
+    FAULTS,
+    Outcome,
+    estimator_for,
+    outcome_of,
+    samples_of,
+    study,
+)
+
+pytestmark = pytest.mark.slow
+
+RUNS = 16
+LEAST_COVERAGE, MOST_COVERAGE = 0.90, 0.98
+SURE = 1e-3  # probability with which an estimator of that coverage fails a bound
+FAULT_RUNS = 4
+UNHARMED = 0.5  # of the half width without a fault: the largest change of an estimate
+T = 0.001
+
+
+def passes(outcomes: list[Outcome]) -> bool:
+    """Return whether enough intervals hold; the parameters of a run count as one trial."""
+    inside = float(np.mean([each.inside for each in outcomes]))
+    least = scipy.stats.binom.ppf(SURE, len(outcomes), LEAST_COVERAGE) / len(outcomes)
+    return inside >= least and all(each.finite for each in outcomes)
+
+
+@pytest.mark.parametrize("case", ["noise", "correlated_098", "quantized"])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_intervals_hold_without_a_given_force_noise(estimator: str, case: str) -> None:
+    assert passes(study(estimator, case, RUNS))
+
+
+@pytest.mark.parametrize("fault", FAULTS[1:])
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_fault_is_over_within_two_moves(estimator: str, fault: str) -> None:
+    outcomes = study(estimator, "noise", FAULT_RUNS, fault=fault)
+    without = study(estimator, "noise", FAULT_RUNS, fault="none")
+    assert passes(outcomes)
+    for one, other in zip(outcomes, without, strict=True):
+        change = np.abs(one.error - other.error)
+        assert np.all(change < UNHARMED * np.maximum(one.half_width, other.half_width))
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_values_of_any_kind_never_spoil_a_state(estimator: str) -> None:
+    recorded = record("noise", 0)
+    samples = samples_of(recorded)
+    rng = np.random.default_rng(0)
+    bad = np.array([np.nan, np.inf, -np.inf, 1e300, -1e200, 1e29, 0.0])
+    hit = rng.random(samples.shape) < 0.05
+    samples[hit] = rng.choice(bad, np.count_nonzero(hit))
+    one = estimator_for(estimator, recorded)
+    outcome = outcome_of(one, recorded, samples)
+    assert outcome.finite
+    assert np.all(outcome.error < outcome.half_width) or np.all(outcome.error < 1.0)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+def test_a_state_that_is_not_finite_is_reset_and_reported(estimator: str) -> None:
+    recorded = record("noise", 0)
+    samples = samples_of(recorded)[:4000]
+    one = estimator_for(estimator, recorded)
+    state = one.init(sampling_time=T, velocity_measured=False)
+    for sample in samples[:3000].tolist():
+        one.kernel(state, *sample)
+    untouched = state.copy()
+    assert one.health(state).resets == 0
+    state[one.values_at] = np.nan
+    if estimator == "ekf":
+        state[CAREFUL + 3] = np.nan
+    for sample in samples[3000:].tolist():
+        one.kernel(state, *sample)
+        one.kernel(untouched, *sample)
+    assert one.health(state).resets == 1
+    assert "reset" in one.health(state).text
+    np.testing.assert_allclose(state[one.values_at], untouched[one.values_at], rtol=0.5)
+
+
+@pytest.mark.parametrize("estimator", ESTIMATORS)
+@pytest.mark.parametrize("delay", [2.0, 0.5, -1.5])
+def test_a_known_delay_is_removed(estimator: str, delay: float) -> None:
+    recorded = record("noise", 1)
+    samples = samples_of(recorded)
+    index = np.arange(len(samples))
+    late = samples.copy()
+    late[:, 0] = np.interp(index + delay, index, samples[:, 0])  # the log is early by the delay
+    plain = outcome_of(estimator_for(estimator, recorded), recorded, samples)
+    right = outcome_of(estimator_for(estimator, recorded, delay=delay), recorded, late)
+    wrong = outcome_of(estimator_for(estimator, recorded), recorded, late)
+    assert np.all(right.error < plain.error + plain.half_width)
+    assert wrong.error[0] > 1.5 * right.error[0]
+
+
+def test_static_friction_is_not_learned_as_coulomb_friction() -> None:
+    """The effort rises slowly to nearly the static friction again and again; no slip follows."""
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=2.0, viscous_friction=3.0, static_friction=3.0
+    )
+    time = np.arange(0.0, 8.0, T)
+    slip = np.where(time < 4.0, 6.0 * np.sin(4.0 * time), 0.0)
+    rest = np.where(time >= 4.5, 2.9 * np.sin(np.pi * (time - 4.5) / 3.5) ** 2, 0.0)
+    motion = simulate(SingleMass(mass=1.5, friction=law), slip + rest, sampling_time=T)
+    rng = np.random.default_rng(0)
+    x = motion.position + 1e-6 * rng.normal(size=motion.position.size)
+    ekf = ExtendedKalmanFilter(
+        inertia=1.5,
+        position_noise=1e-6,
+        rest_speed=0.01,
+        rest_force=4.0,
+        initial_deviations={"viscous_friction": 10.0, "coulomb_friction": 5.0},
+    )
+    state = ekf.init(sampling_time=T, velocity_measured=False)
+    effort = np.append(slip + rest, 0.0)
+    found: list[Any] = []
+    for k in range(x.size):
+        state, values = ekf.step(state, (float(effort[k]), float(x[k]), 0.0, 0.0, 0.0))
+        found.append(values)
+    at_rest = np.array(found)[4500:, 1]
+    assert np.ptp(at_rest) < 0.01 * 2.0
+
+
+def test_a_delay_out_of_range_is_refused() -> None:
+    for one in (
+        EnergyEstimator(inertia=1.0, effort_delay=31.0),
+        EnergyEstimator(inertia=1.0, effort_delay=float("nan")),
+    ):
+        with pytest.raises(InputError, match="effort_delay"):
+            one.init(sampling_time=T)
+
+
+def test_a_step_is_accepted_after_the_stated_number_of_samples() -> None:
+    s = np.zeros(admission.ADMISSION_SIZE)
+    admission.lay_admission(
+        s, 0, sampling_time=T, effort_delay=0.0, inertia=1.0, measured=(False, False, False)
+    )
+    rng = np.random.default_rng(0)
+    for _ in range(100):
+        admission.admit(s, 0, 0.0, 1e-6 * rng.normal(), 0.0, 0.0, 0.0)
+    seen = [admission.admit(s, 0, 0.0, 1.0, 0.0, 0.0, 0.0) for _ in range(admission.LASTING + 2)]
+    missing = [bool(np.isnan(each[3])) for each in seen]
+    assert missing == [True] * admission.LASTING + [False, False]
+    assert [each[7] for each in seen].index(True) == admission.LASTING
+    assert s[admission.MOTION_GLITCHES] == admission.LASTING
+    assert s[admission.MOTION_STEPS] == 1
+
+
+@pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
+def test_batch_intervals_cover_the_mean_of_correlated_noise(correlation: float) -> None:
+    runs, n = 400, 4000
+    inside = 0
+    for generator in np.random.default_rng(1).spawn(runs):
+        state = np.zeros(batches.batch_size(1))
+        batches.lay_batches(state, 0)
+        noise = generator.normal(size=n)
+        value, total = 0.0, 0.0
+        for k in range(n):
+            value = correlation * value + noise[k]
+            if batches.count_sample(state, 0):
+                batches.close_batch(state, 0, 1, np.array([[float(k)]]), np.array([total]))
+            total += value
+        J = np.array([[float(n)]])
+        low, high = batches.intervals_of(state, 0, np.array([total / n]), J)[0]
+        inside += low <= 0.0 <= high
+    least = scipy.stats.binom.ppf(SURE, runs, LEAST_COVERAGE)
+    most = scipy.stats.binom.ppf(1.0 - SURE, runs, MOST_COVERAGE)
+    assert least <= inside <= most

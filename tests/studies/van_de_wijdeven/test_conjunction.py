@@ -1,0 +1,172 @@
+"""The conjunction from one call: its files, its claims, its reference points."""
+
+import json
+import struct
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.records import InputError
+from studies.van_de_wijdeven import Reproduced, reproduce_conjunction
+from studies.van_de_wijdeven.conjunction import study
+from studies.van_de_wijdeven.records import ConjunctionReproduction, LandingScore, Spread
+
+pytestmark = pytest.mark.slow
+
+FIGURES = [f"C.{k}" for k in range(1, 6)]
+SAME = 1e-9  # m; what the exact simulation leaves of a move of 1 m
+SHARE = 0.02  # of what is known with two digits
+BOUND = 1e-5
+
+
+def scores(arms: int, seed: int, *, cases: object, workers: int, advance: object) -> object:
+    """Stand for the study, which has tests of its own."""
+    assert callable(advance)
+    for _ in range(arms):
+        advance()
+    spread = Spread(median=1e-7, upper_95=2e-7, worst=3e-7)
+    return (
+        LandingScore(
+            controller=f"landing, {seed}",
+            case="no noise",
+            arms=arms,
+            moves=2 * arms,
+            landed=1.0,
+            landed_in_four=1.0,
+            error_1=spread,
+            error_2=spread,
+            swing=spread,
+            time_ratio=None,
+            series=None,
+            misjudged=0.0,
+            farthest=0.1,
+            peak_effort=1.0,
+        ),
+    )
+
+
+@pytest.fixture(scope="module")
+def calls() -> list[tuple[int, int]]:
+    return []
+
+
+@pytest.fixture(scope="module")
+def reproduced(
+    tmp_path_factory: pytest.TempPathFactory, calls: list[tuple[int, int]]
+) -> Reproduced:
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(study, "landing_scores", scores)
+        return reproduce_conjunction(
+            tmp_path_factory.mktemp("conjunction") / "new",
+            arms=1,
+            seed=2,
+            progress=lambda done, every: calls.append((done, every)),
+        )
+
+
+@pytest.fixture(scope="module")
+def record(reproduced: Reproduced) -> ConjunctionReproduction:
+    assert isinstance(reproduced.reproduction, ConjunctionReproduction)
+    return reproduced.reproduction
+
+
+def test_every_file_is_there_and_nothing_else(reproduced: Reproduced) -> None:
+    names = {f"figure-{number}.png" for number in FIGURES}
+    names |= {"conjunction.html", "conjunction.json"}
+    assert {path.name for path in reproduced.page.parent.iterdir()} == names
+    for path in reproduced.pictures:
+        data = path.read_bytes()
+        assert data[:8] == b"\x89PNG\r\n\x1a\n"
+        width, height = struct.unpack(">II", data[16:24])
+        assert width > 1000
+        assert height > 400
+
+
+def test_progress_is_told_to_its_end(reproduced: Reproduced, calls: list[tuple[int, int]]) -> None:
+    assert reproduced.page.exists()
+    every = calls[0][1]
+    assert calls == [(done, every) for done in range(1, every + 1)]
+
+
+def test_the_numbers_are_those_of_the_record(
+    reproduced: Reproduced, record: ConjunctionReproduction
+) -> None:
+    found = json.loads(reproduced.numbers.read_text())
+    assert (found["schema"], found["part"]) == (1, "conjunction")
+    assert found["provenance"]["options"] == {"arms": 1, "seed": 2}
+    assert [each["number"] for each in found["figures"]] == FIGURES
+    for written, kept in zip(found["claims"], record.claims, strict=True):
+        assert (written["agrees"], written["numbers"]) == (kept.agrees, dict(kept.numbers))
+    for written, series in zip(found["successive_series"], record.successive_series, strict=True):
+        assert written["error"] == series.error.tolist()
+    assert found["landing_scores"][0]["error_1"]["upper_95"] == 2e-7
+    for path in found["legend"]:
+        place = found
+        for key in path.split("."):
+            place = (place[0] if isinstance(place, list) else place)[key]
+
+
+def test_the_page_shows_all_of_it(reproduced: Reproduced) -> None:
+    page = reproduced.page.read_text()
+    for words in (
+        "van de Wijdeven (2002), concluding remarks",
+        "92 pulses of 0.05 s",
+        "Series after series",
+        "−5 %, learns",
+        "landing, 2",
+        'id="figure-C.5"',
+    ):
+        assert words in page, words
+
+
+def test_the_reference_points_are_reached(record: ConjunctionReproduction) -> None:
+    durations = {(each.pulses, each.pulse_width): each.duration for each in record.reference_series}
+    assert durations == pytest.approx(
+        {(92, 0.05): 4.6, (10, 0.5): 5.0, (6, 1.0): 6.0, (4, 1.5): 6.0}
+    )
+    for each in record.reference_series:
+        assert each.residual < SAME
+        assert each.peak_effort <= 1.0
+
+
+def test_less_friction_than_believed_leaves_what_is_known(record: ConjunctionReproduction) -> None:
+    for each in record.friction_errors:
+        if each.friction_error < 0:
+            assert each.error == pytest.approx(each.expected_error, rel=SHARE)
+            assert each.swing == pytest.approx(each.expected_swing, rel=SHARE)
+        else:
+            assert each.error < 0
+            assert abs(each.error) < 0.005 * abs(each.friction_error) / 0.01
+
+
+def test_series_learn_and_three_are_enough(record: ConjunctionReproduction) -> None:
+    assert len(record.successive_series) == 8
+    for each in record.successive_series:
+        left = np.maximum(np.abs(each.error), each.swing)
+        if each.learning:
+            assert left.size == 3
+            assert left[-1] < 1e-6
+        elif each.friction_error > 0:
+            assert left[-1] > 1e-3
+
+
+def test_every_remark_agrees(record: ConjunctionReproduction) -> None:
+    assert len(record.claims) == 9
+    for claim in record.claims:
+        assert claim.agrees, claim.statement
+    by_words = {claim.statement: claim for claim in record.claims}
+    landed = by_words["Pulse control and energy-based estimation of friction work together."]
+    assert landed.numbers["together"] <= BOUND < landed.numbers["feedback_alone"]
+
+
+@pytest.mark.parametrize(
+    ("arms", "seed", "workers", "words"),
+    [(0, 1, 1, "arms is 0"), (1, -1, 1, "seed is -1"), (1, 1, 0, "workers is 0")],
+)
+def test_bad_settings_are_refused(
+    arms: int, seed: int, workers: int, words: str, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=words):
+        reproduce_conjunction(tmp_path / "out", arms=arms, seed=seed, workers=workers)
+    assert list(tmp_path.iterdir()) == []

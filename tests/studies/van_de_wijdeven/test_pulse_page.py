@@ -1,0 +1,269 @@
+"""Part B's page and pictures: its own tables, readings one by one, staircases and the sketch."""
+
+import re
+import struct
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from studies.van_de_wijdeven.page import picture, reproduction_page
+from studies.van_de_wijdeven.records import (
+    CarriedRuns,
+    Claim,
+    ControllerScore,
+    Curve,
+    Panel,
+    PrintedNumber,
+    PulseReproduction,
+    Reading,
+    ReproducedFigure,
+    ResolutionScore,
+)
+
+
+def claim(**verdicts: bool) -> Claim:
+    return Claim(
+        place="4, Fig. 6",
+        statement=f"b̂ and Â_2 are below t_p,max: {len(verdicts)}.",
+        criterion="they are",
+        measured="; ".join(verdicts),
+        agrees=all(verdicts.values()),
+        why="As f_c is.",
+        readings=tuple(
+            Reading(name=name, agrees=agrees, measured=f"seen <{name}>")
+            for name, agrees in verdicts.items()
+        ),
+    )
+
+
+def panel(*, staircase: bool = False, lines: int = 2) -> Panel:
+    x = np.arange(5.0)
+    roles = ("first", "second")
+    return Panel(
+        title="a panel",
+        x_label="time [s]",
+        y_label="f_p [N]",
+        curves=tuple(
+            Curve(label=role, role=role, x=x, y=(-1.0) ** x * (k + 1), staircase=staircase)
+            for k, role in enumerate(roles[:lines])
+        ),
+    )
+
+
+def figure(number: str, *panels: Panel, columns: int = 2) -> ReproducedFigure:
+    return ReproducedFigure(
+        number=number, title="b̂ at t_p,max", caption="Of f̂_c.", columns=columns, panels=panels
+    )
+
+
+def sketch() -> ReproducedFigure:
+    return ReproducedFigure(
+        number="2",
+        title="Model",
+        caption="A mass.",
+        columns=1,
+        panels=(),
+        sketch="mass with friction",
+    )
+
+
+@pytest.fixture
+def reproduction() -> PulseReproduction:
+    return PulseReproduction(
+        title="Part B",
+        setting="With Table 1.",
+        values={
+            "table_1": {
+                "mass": (150.0, "kg"),
+                "viscous_friction": (700.0, "N s/m"),
+                "pulse_effort": (300.0, "N"),
+            },
+            "runs": {"duration": (2.0, "s")},
+        },
+        figures=(figure("1", panel()), sketch()),
+        claims=(
+            claim(one=True, other=True),
+            claim(one=True, other=False, third=False),
+            claim(one=False),
+        ),
+        printed_numbers=tuple(
+            PrintedNumber(
+                place="3.1", quantity="t_p", printed=shown, value=0.07071, unit=unit, how="Eq. 4"
+            )
+            for shown, unit in (("0.071", "s"), ("0.070", "1"))
+        ),
+        carried_runs=tuple(
+            CarriedRuns(
+                controller=controller,
+                reading="u_p as printed",
+                longest_pulse=longest,
+                final_error=np.array([2.5e-6, -1.234567e-3]),
+                reached=np.array([True, False]),
+                time=np.array([0.41, np.nan]),
+                pulses=np.array([4, 84]),
+                reversed_pulses=np.array([0, 41]),
+                estimates={
+                    "pulse_gain": np.array([1.909, 1.301]),
+                    **(
+                        {"coulomb_friction": np.array([103.1, 130.4])}
+                        if controller == "PAPWC"
+                        else {}
+                    ),
+                },
+            )
+            for controller in ("PWC", "PAPWC")
+            for longest in (None, 0.03)
+        ),
+        controller_scores=(
+            ControllerScore(
+                controller="PWC, t_p ≤ 1",
+                axes=30,
+                within_tolerance=0.8333,
+                hunting=0.1667,
+                median_error=1.27e-5,
+                error_95=4.2e-4,
+                worst_error=7.5181e-3,
+                median_time=None,
+                median_pulses=None,
+                peak_effort=1.0,
+            ),
+        ),
+        how_compared="By <hand>.",
+        resolution_scores=(
+            ResolutionScore(
+                encoder_step=1e-8,
+                static_ratio=1.3,
+                friction_change=0.01,
+                sampling_time=1e-3,
+                axes=40,
+                smallest_step=1.3e-7,
+                median_error=5.8e-9,
+                error_95=1.6e-8,
+                within_a_step=0.82,
+                median_pulses=7.0,
+                still_moving=0,
+            ),
+        ),
+        options={"axes": 30, "seed": 1},
+        stickslip_version="1.2.3",
+    )
+
+
+def page_of(reproduction: PulseReproduction) -> str:
+    return reproduction_page(reproduction, {each.number: b"png" for each in reproduction.figures})
+
+
+def text_of(page: str) -> str:
+    return re.sub(r"<[^>]+>", "", page)
+
+
+def test_it_has_its_own_sections_and_none_of_part_a(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    anchors = re.findall(r'<section id="([^"]+)"', page)
+    assert anchors == [
+        "claims", "numbers", "runs", "controllers", "resolution", "figures", "provenance",
+    ]  # fmt: skip
+    assert "van de Wijdeven (2002), part B" in page
+    assert "ITSE" not in page
+    for anchor in re.findall(r'href="#([^"]+)"', page):
+        assert f'id="{anchor}"' in page
+
+
+def test_claims_that_hold_in_part_stand_by_themselves(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    text = text_of(page)
+    assert "1 agree with what was measured, 1 agree in part of the readings and 1 differ" in text
+    assert text.count("◐ partly") == 1
+    assert text.index("✗ differs") < text.index("◐ partly") < text.index("✓ agrees")
+    assert page.count('<li class="yes">') == 3
+    assert page.count('<li class="no">') == 3
+    assert "seen &lt;one&gt;" in page
+    every = page_of(replace(reproduction, claims=reproduction.claims[:1]))
+    assert "in part of the readings" not in every
+
+
+def test_symbols_get_their_hats_and_indices(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    assert "<i>t</i><sub>p,max</sub>" in page
+    assert "<i>Â</i><sub>2</sub>" in page
+    assert "<i>f̂</i><sub>c</sub>" in page
+
+
+def test_the_reports_numbers_stand_beside_ours(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    section = page[page.index('id="numbers"') : page.index('id="runs"')]
+    text = text_of(section)
+    for words in ("150 kg", "700 N s/m", "Pulse effort fp", "0.071", "0.07071", "+0.4 %", "−1.0 %"):
+        assert words in text, words
+    assert section.count("mark-yes") == section.count("mark-no") == 1
+
+
+def test_first_and_last_run_of_each_case_are_there(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    text = text_of(page[page.index('id="runs"') : page.index('id="controllers"')])
+    assert text.count("4 (0)") == text.count("84 (41)") == 4
+    assert text.count("−1\u202f235") == 4
+    assert text.count("1 of 2") == 4
+    assert text.count("130.4") == 2
+    assert "nan" not in text
+
+
+def test_what_is_not_there_is_a_dash(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    section = page[page.index('id="controllers"') : page.index('id="resolution"')]
+    text = text_of(section)
+    assert text.count("–") == 2
+    for words in ("83.33", "16.67", "12.7", "7\u202f518", "By &lt;hand&gt;."):
+        assert words in text, words
+    assert "<i>t</i><sub>p</sub> ≤ 1" in section
+    assert "axes)" not in section
+
+
+def test_a_controller_on_fewer_axes_says_so(reproduction: PulseReproduction) -> None:
+    (one,) = reproduction.controller_scores
+    other = replace(one, controller="slow", axes=20)
+    assert "slow (20 axes)" in page_of(replace(reproduction, controller_scores=(one, other)))
+
+
+def test_how_near_it_comes_is_told_in_fitting_units(reproduction: PulseReproduction) -> None:
+    page = page_of(reproduction)
+    text = text_of(page[page.index('id="resolution"') : page.index('id="figures"')])
+    for words in ("10.0 nm", "1.00 ms", "130 nm", "5.80 nm", "1 %", "82"):
+        assert words in text, words
+
+
+def test_a_sketch_is_drawn_in_the_place_of_panels() -> None:
+    drawn = picture(sketch())
+    assert drawn[:8] == b"\x89PNG\r\n\x1a\n"
+    assert picture(sketch()) == drawn
+    width, height = struct.unpack(">II", drawn[16:24])
+    assert (width, height) == (1440, 464)
+    assert len(drawn) > 10_000  # an empty frame has 3000
+
+
+def test_a_staircase_is_no_slope() -> None:
+    assert picture(figure("5", panel(staircase=True))) != picture(figure("5", panel()))
+
+
+def test_many_panels_share_one_legend() -> None:
+    one_row = figure("3", panel(), panel())
+    two_rows = figure("3", *([panel()] * 4))
+    lone_lines = figure("3", *([panel(lines=1)] * 4))
+    sizes = [struct.unpack(">II", picture(each)[16:24]) for each in (one_row, two_rows, lone_lines)]
+    assert sizes[1] == sizes[2] != sizes[0]
+    renamed = replace(panel(lines=1), title="another")
+    assert picture(figure("3", *([panel(lines=1)] * 3), renamed)) != picture(lone_lines)
+
+
+def test_the_document_says_which_part_it_is(reproduction: PulseReproduction) -> None:
+    document = reproduction.to_dict()
+    assert document["part"] == "B"
+    assert document["figures"][0]["panels"][0]["curves"][0]["staircase"] is False
+    assert document["claims"][1]["readings"][1] == {
+        "name": "other",
+        "agrees": False,
+        "measured": "seen <other>",
+    }
+    assert "five_runs" not in document
+    assert document["resolution_scores"][0]["friction_change"] == 0.01
