@@ -249,7 +249,7 @@ def _energies(
 
 
 def _evolution(regression: Regression, estimate: FrictionEstimate) -> EstimateEvolution:
-    """Return the estimates from the rows up to each time, from when on they can be told apart.
+    """Return the estimates from the rows up to each time, once these determine the parameters.
 
     Their standard deviations are those of white residuals times the factor that the correlation of
     the residuals gives in the whole log.

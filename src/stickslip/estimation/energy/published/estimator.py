@@ -16,9 +16,9 @@ from stickslip.estimation.energy.published.recursion import (
 )
 from stickslip.estimation.energy.published.rows import (
     NOTEWORTHY_NOISE,
+    filtered_samples,
     known_biases,
     noise_shares,
-    samples_of,
     weighted_rows,
     without_error_terms,
 )
@@ -482,4 +482,4 @@ class PublishedEnergyEstimator(OnlineMethod):
         cutoff = default_cutoff(part.sampling_time) if self.cutoff is None else self.cutoff
         low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
         load = self.stiffness is not None
-        return samples_of(part, low_pass, load=load, effort_delay=effort_delay)
+        return filtered_samples(part, low_pass, load=load, effort_delay=effort_delay)

@@ -15,9 +15,9 @@ from stickslip.records import AxisLog
 
 __all__ = [
     "NOTEWORTHY_NOISE",
+    "filtered_samples",
     "known_biases",
     "noise_shares",
-    "samples_of",
     "weighted_rows",
     "without_error_terms",
 ]
@@ -26,7 +26,7 @@ NOTEWORTHY_NOISE = 0.001
 """Share of noise in a regressor [-] above which a note states it and the status is `biased`."""
 
 
-def samples_of(
+def filtered_samples(
     part: AxisLog, low_pass: LowPass, *, load: bool, effort_delay: float = 0.0
 ) -> Float[np.ndarray, "n 5"]:
     """Return effort, position, velocity, load position and load velocity, one row a sample.

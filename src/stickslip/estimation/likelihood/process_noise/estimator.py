@@ -70,8 +70,6 @@ from stickslip.records import (
 
 __all__ = ["ProcessNoiseLikelihoodEstimator"]
 
-_LEAST_INNOVATIONS = 50
-_LEAST_MEANS = 200  # innovations that levels of noise and parameters can be estimated from
 _DELAY = "effort_delay"
 _LOW_SPEED = {"stribeck_excess", "low_speed_friction", "presliding_friction"}
 
@@ -274,7 +272,7 @@ class ProcessNoiseLikelihoodEstimator:
 
         notes = (*prepared.notes, *wrong)
         problem = averaged(1)
-        if problem is None or _innovations(problem) < _LEAST_INNOVATIONS:
+        if problem is None or _innovations(problem) < self.tuning.fewest_innovations:
             return self._nothing(log, notes)
         whole = best = self._candidate(log, problem, found)
         others: list[_Candidate] = []
@@ -282,7 +280,9 @@ class ProcessNoiseLikelihoodEstimator:
             slipping, samples = _innovations(problem), self.tuning.averaging_ratio
             while (slower := averaged(samples)) is not None:
                 left = _innovations(slower)
-                if left < max(self.tuning.least_share * slipping / samples, _LEAST_MEANS):
+                if left < max(
+                    self.tuning.least_share * slipping / samples, self.tuning.fewest_means
+                ):
                     break
                 others.append(self._candidate(log, slower, found))
                 samples *= self.tuning.averaging_ratio

@@ -22,6 +22,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.intervals.batches import LEAST_WIDTH
 from stickslip.estimation.online.recursion import PARAMETERS, ROW
 
 __all__ = [
@@ -46,11 +47,6 @@ _SLOW_SHARE = 0.25
 _RAMP_SHARE = 0.1  # acceleration from which a sample is accelerated, over the largest so far
 _SMOOTHING = 0.1  # weight of a sample in the smoothed velocity, whose change is the acceleration
 _FADING = 1.0 / 65536.0  # relative decay of the largest speed and acceleration in a sample
-_LEAST_WIDTH = 1.5
-"""Least half width over the sum of the differences. In the cases of the mismatch study 1.25 covers
-Coulomb friction with presliding and a Stribeck effect in 80 % and 1.5 in 88 %, and white noise in
-98.1 % and 98.3 %."""
-
 _SINGULAR = 1e-9  # least eigenvalue of information with a unit diagonal
 
 _VELOCITY, _STARTED, _TOP_SPEED, _TOP_CHANGE, _RECORDS = range(5)
@@ -173,5 +169,5 @@ def widened(
         vector = (J @ values - record[:p]) * scale
         difference = np.linalg.solve(rest, vector) * scale - values
         total += np.abs(difference)
-    half = np.maximum(half, _LEAST_WIDTH * total)
+    half = np.maximum(half, LEAST_WIDTH * total)
     return np.column_stack([values - half, values + half])

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
 
-from stickslip.estimation.energy.published.rows import samples_of
+from stickslip.estimation.energy.published.rows import filtered_samples
 from stickslip.estimation.energy.samples import check_fits
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of
@@ -353,7 +353,7 @@ class ForceObserver(OnlineMethod):
         T = part.sampling_time
         low_pass = self._low_pass(T)
         load = self.stiffness is not None
-        samples = samples_of(part, low_pass, load=load, effort_delay=effort_delay)
+        samples = filtered_samples(part, low_pass, load=load, effort_delay=effort_delay)
         v = samples[:, 2]
         slow = np.abs(v) <= (self.dead_band or 0.0)
         reach = 1 if self.dead_band else 0
