@@ -1,4 +1,4 @@
-"""A pause for compiling is told where a later process is spared it."""
+"""Compilation of kernels: the notice, and the cache on disk."""
 
 import os
 import subprocess
@@ -7,36 +7,102 @@ from pathlib import Path
 
 import pytest
 
+pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
+
 SCRIPT = """\
 import sys
 
+import numba
+
+from added import step
 from stickslip.compiled import compiled
 
 
 def add_one(x: float) -> float:
-    return x + 1.0
+    return step(x) + 1.0
 
 
 add_one.__module__ = "stickslip.added"
 sys.modules["stickslip.added"] = sys.modules["__main__"]
-print(compiled(cached=sys.argv[1] == "cached")(add_one)(1.0))
+print(compiled(cached=sys.argv[1:] != ["not cached"])(add_one)(1.0), numba.config.CACHE_DIR)
 """
 
+CALLEE = """\
+from stickslip.compiled import compiled
 
-@pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
-def test_the_notice_is_about_kernels_that_are_kept(tmp_path: Path) -> None:
-    script = tmp_path / "script.py"
-    script.write_text(SCRIPT)
-    said = [
-        subprocess.run(
-            [sys.executable, str(script), how],
-            capture_output=True,
-            text=True,
-            timeout=120,
-            check=True,
-            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path / "cache")},
-        )
-        for how in ("not cached", "cached", "cached")
-    ]
-    assert [each.stdout for each in said] == ["2.0\n"] * 3
-    assert ["compiling the kernels" in each.stderr for each in said] == [False, True, False]
+
+@compiled()
+def step(x: float) -> float:
+    return x * {factor}
+"""
+
+NOTICE = "compiling the kernels"
+
+
+@pytest.fixture
+def script(tmp_path: Path) -> Path:
+    """Return a script whose kernel calls another one, of another folder."""
+    (tmp_path / "callee").mkdir()
+    (tmp_path / "callee" / "added.py").write_text(CALLEE.format(factor=1.0))
+    path = tmp_path / "script.py"
+    path.write_text(SCRIPT)
+    return path
+
+
+def run(script: Path, *arguments: str, cache: str = "cache") -> subprocess.CompletedProcess[str]:
+    folder = script.parent
+    return subprocess.run(
+        [sys.executable, str(script), *arguments],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+        env={
+            **os.environ,
+            "NUMBA_CACHE_DIR": str(folder / cache),
+            "PYTHONPATH": os.pathsep.join([str(folder / "callee"), *sys.path]),
+        },
+    )
+
+
+def value(done: subprocess.CompletedProcess[str]) -> str:
+    return done.stdout.split()[0]
+
+
+def test_the_notice_is_about_kernels_that_are_kept(script: Path) -> None:
+    done = [run(script, *how) for how in (["not cached"], [], [])]
+    assert [value(each) for each in done] == ["2.0"] * 3
+    assert [NOTICE in each.stderr for each in done] == [False, True, False]
+
+
+def test_the_setting_of_numba_is_left_as_it_was(script: Path) -> None:
+    assert run(script).stdout.split()[1] == str(script.parent / "cache")
+
+
+def test_a_change_of_a_kernel_that_is_called_is_noticed(script: Path) -> None:
+    assert value(run(script)) == "2.0"
+    (script.parent / "callee" / "added.py").write_text(CALLEE.format(factor=10.0))
+    assert value(run(script)) == "11.0"
+
+
+@pytest.mark.parametrize("content", [b"", b"\\0" * 4096, None])
+@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+def test_a_damaged_cache_is_compiled_anew(script: Path, suffix: str, content: bytes | None) -> None:
+    """As after a power loss: emptied, blanked, or cut off in the middle."""
+    run(script)
+    files = list((script.parent / "cache").rglob(f"*.{suffix}"))
+    assert files
+    for path in files:
+        whole = path.read_bytes()
+        path.write_bytes(whole[: len(whole) // 2] if content is None else content)
+    done = run(script)
+    assert value(done) == "2.0"
+    assert "is damaged; its kernels are compiled anew" in done.stderr
+    assert not run(script).stderr
+
+
+def test_without_a_folder_to_write_kernels_are_compiled_in_memory(script: Path) -> None:
+    (script.parent / "file").write_text("")
+    done = run(script, cache="file/cache")
+    assert value(done) == "2.0"
+    assert "set NUMBA_CACHE_DIR" in done.stderr

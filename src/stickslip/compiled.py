@@ -2,19 +2,27 @@
 
 Kernels are plain functions on scalars, tuples and arrays. ``compiled`` hands them to Numba with the
 settings all kernels share: cached on disk, no fast-math (results must not depend on how terms are
-reordered), IEEE division, and, unless they are brief, free of the interpreter lock. Numba itself
-refreshes its cache of a kernel only when the kernel's own file changes; here a change does in any
-file of its folder, or of the folders of the kernels that it calls.
+reordered), IEEE division, and, unless they are brief, free of the interpreter lock.
+
+Numba compares a cached kernel with the kernel's own file only. The cache therefore lies in a folder
+named after the state of all files beside the kernel and beside the kernels that it calls: after a
+change in any of them the folder is another one, and everything in it is compiled anew.
 """
 
+import hashlib
 import logging
+import os
+import shutil
+import tempfile
+import time
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
 from typing import Any, ParamSpec, TypeVar
 
 import numba
-from numba.core import event
+import platformdirs
+from numba.core import config, event
 
 __all__ = ["compiled"]
 
@@ -22,12 +30,16 @@ P = ParamSpec("P")
 R = TypeVar("R")
 
 _logger = logging.getLogger("stickslip")
+_settings: Any = config  # numba.config, whose attributes are set from the environment
+
+_KEPT = 30 * 86400.0
+"""Age from which the kernels of earlier sources are removed [s]."""
 
 
 class _CompilationNotice(event.Listener):
-    """Says once per process that kernels are being compiled, so that a pause is explained.
+    """Reports once per process that kernels are compiled, to explain the pause.
 
-    Kernels that are not cached are compiled in every process; the notice is not about them.
+    Kernels that are not cached are compiled in every process; the notice leaves them out.
     """
 
     def __init__(self) -> None:
@@ -43,10 +55,37 @@ class _CompilationNotice(event.Listener):
             )
 
     def on_end(self, event: event.Event) -> None:
-        """Nothing is said when compilation ends."""
+        """Report nothing when compilation ends."""
 
 
-event.register("numba:compile", _CompilationNotice())
+@cache
+def _expect_compilation() -> None:
+    """Install the notice; called once a kernel is not in the cache."""
+    event.register("numba:compile", _CompilationNotice())
+
+
+@cache
+def _cache_root() -> Path | None:
+    """Return the folder of all kernels: the user's choice, beside the package, or the user's cache.
+
+    None if there is none that can be written.
+    """
+    chosen = _settings.CACHE_DIR  # NUMBA_CACHE_DIR
+    beside = Path(__file__).parent / "__pycache__"
+    tried = [Path(chosen)] if chosen else [beside, platformdirs.user_cache_path("stickslip")]
+    for root in tried:
+        try:
+            root.mkdir(parents=True, exist_ok=True)
+            tempfile.TemporaryFile(dir=root).close()
+        except OSError:
+            continue
+        return root
+    _logger.warning(
+        "kernels are compiled anew in every process: no folder for them can be written (tried "
+        "%s); set NUMBA_CACHE_DIR to one that can",
+        ", ".join(map(str, tried)),
+    )
+    return None
 
 
 @cache
@@ -56,20 +95,78 @@ def _folder_stamp(folder: Path) -> tuple[tuple[str, float, int], ...]:
     return tuple((name, stat.st_mtime, stat.st_size) for name, stat in files)
 
 
-def _note_folders(dispatcher: Any) -> None:
-    """Note on a kernel in which folders it and the kernels that it calls lie."""
-    code = dispatcher.py_func.__code__
-    callees = (dispatcher.py_func.__globals__.get(name) for name in code.co_names)
-    dispatcher.stickslip_folders = frozenset({Path(code.co_filename).parent}).union(
-        *(getattr(each, "stickslip_folders", ()) for each in callees)
+@cache
+def _cache_folder(root: Path, sources: frozenset[Path]) -> tuple[Path, frozenset[str]]:
+    """Return the folder for kernels of some source folders, and the names of its files.
+
+    A file that was cut off or blanked (power loss, full disk) does not end with the stop code of a
+    pickle. The folder is then emptied.
+    """
+    stamps = [(str(source), _folder_stamp(source)) for source in sorted(sources)]
+    digest = hashlib.sha256(repr(stamps).encode()).hexdigest()[:20]
+    folder = root / f"stickslip-{digest}"
+    if not folder.is_dir():
+        _remove_outdated(root)
+        return folder, frozenset()
+    files = [path for path in folder.rglob("*.nb?") if path.is_file()]
+    if not all(map(_is_whole, files)):
+        _logger.warning("the kernel cache %s is damaged; its kernels are compiled anew", folder)
+        shutil.rmtree(folder, ignore_errors=True)
+        return folder, frozenset()
+    return folder, frozenset(path.name for path in files)
+
+
+def _is_whole(path: Path) -> bool:
+    """Whether a pickle has its end; a file that another process has just replaced has."""
+    try:
+        with path.open("rb") as file:
+            file.seek(-1, os.SEEK_END)
+            return file.read() == b"."
+    except FileNotFoundError:
+        return True
+    except OSError:
+        return False
+
+
+def _remove_outdated(root: Path) -> None:
+    """Remove the kernels of sources that changed long ago."""
+    for folder in root.glob("stickslip-*"):
+        try:
+            outdated = time.time() - folder.stat().st_mtime > _KEPT
+        except OSError:
+            continue
+        if outdated:
+            shutil.rmtree(folder, ignore_errors=True)
+
+
+def _sources(function: Callable[..., Any]) -> frozenset[Path]:
+    """Return the folders in which a function and the kernels that it calls lie."""
+    code = function.__code__
+    callees = (function.__globals__.get(name) for name in code.co_names)
+    return frozenset({Path(code.co_filename).parent}).union(
+        *(getattr(each, "stickslip_sources", ()) for each in callees)
     )
 
 
-def _cache_by_folder(dispatcher: Any) -> None:
-    """Let a cached kernel be valid only as long as no file of its folders has changed."""
-    file = dispatcher._cache._cache_file  # Numba has no public way to say it
-    stamps = tuple(_folder_stamp(folder) for folder in sorted(dispatcher.stickslip_folders))
-    file._source_stamp = (file._source_stamp, stamps)
+def _cached(function: Callable[..., Any], options: dict[str, Any]) -> Any:
+    """Return the kernel with its machine code in the folder of its sources."""
+    root = _cache_root()
+    sources = _sources(function)
+    if root is None:
+        dispatcher: Any = numba.njit(**options)(function)
+    else:
+        folder, names = _cache_folder(root, sources)
+        start = f"{Path(function.__code__.co_filename).stem}.{function.__qualname__}-"
+        if not any(name.startswith(start) for name in names):
+            _expect_compilation()
+        chosen = _settings.CACHE_DIR
+        _settings.CACHE_DIR = str(folder)
+        try:
+            dispatcher = numba.njit(**options, cache=True)(function)
+        finally:
+            _settings.CACHE_DIR = chosen
+    dispatcher.stickslip_sources = sources
+    return dispatcher
 
 
 def compiled(
@@ -92,16 +189,17 @@ def compiled(
     -------
     The decorator; the decorated kernel keeps its signature.
     """
-    options: dict[str, Any] = {"cache": cached, "nogil": not brief, "error_model": "numpy"}
+    options: dict[str, Any] = {"nogil": not brief, "error_model": "numpy"}
     if inline:
         options["forceinline"] = True
 
     def compile_lazily(function: Callable[P, R]) -> Callable[P, R]:
+        if _settings.DISABLE_JIT:
+            return function
+        if cached:
+            return _cached(function, options)
         dispatcher: Any = numba.njit(**options)(function)
-        if hasattr(dispatcher, "py_func"):  # not under NUMBA_DISABLE_JIT, where nothing is compiled
-            _note_folders(dispatcher)
-            if cached:
-                _cache_by_folder(dispatcher)
+        dispatcher.stickslip_sources = _sources(function)
         return dispatcher
 
     return compile_lazily
