@@ -383,7 +383,7 @@ def test_odd_first_beliefs_still_lead_to_the_target(settings):
     )
     assert run.outcome is REACHED
     assert len(run.pulses) <= 15
-    assert np.isfinite(run.run.controller_state[at.VALUES : at.OWN_SIZE]).all()
+    assert np.isfinite(at.own_fields(run.run.controller_state).values).all()
 
 
 # The step

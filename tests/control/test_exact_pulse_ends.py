@@ -62,8 +62,8 @@ def lived(controller, plants, samples, *, step=0.0, noise=0.0, push=None, seed=0
         if step > 0.0:
             shown = step * round(shown / step)
         state, effort = controller.step(state, SensorSample(k * T, shown, v, math.nan, math.nan))
-        if state[pulse.PULSES] != fired:
-            fired = state[pulse.PULSES]
+        if pulse.head(state).pulses != fired:
+            fired = pulse.head(state).pulses
             stepper = PlantStepper(next(make), sampling_time=T)
         plant_state, (x, v) = stepper.step(plant_state, effort)
         efforts.append(effort)
@@ -241,7 +241,7 @@ def assert_ended_against(ratios, patience):
             break
         aim = 0.01 - (0.01 - x) * ratios[fired % len(ratios)]
         fired += 1
-        while effort != 0.0 and state[pulse.PHASE] == pulse.PULSING:
+        while effort != 0.0 and pulse.head(state).phase == pulse.PULSING:
             x += 0.3 * (aim - x)
             sample = SensorSample(k * T, x, 0.1, math.nan, math.nan)
             state, effort = controller.step(state, sample)

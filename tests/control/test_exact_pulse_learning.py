@@ -50,9 +50,8 @@ ABOVE_TRUTH = 1e-3  # as the Coulomb friction is known no better than that
 
 def moments(state):
     """Return mean and covariance of the logarithms."""
-    n = at.PARAMETERS
-    covariance = state[at.COVARIANCE : at.COVARIANCE + n * n].reshape(n, n)
-    return state[at.VALUES : at.VALUES + n].copy(), covariance.copy()
+    own = at.own_fields(state)
+    return own.values.copy(), own.covariance.copy()
 
 
 class OnePulse:
@@ -82,7 +81,7 @@ def most_probable(controller, once, log, *, inflation=1.0):
     """Return mean, covariance and mean square residual from the simulator and least squares."""
     record = controller.last_pulse(once.after)
     effort, width = record.levels[0]
-    period, stride = controller.sampling_time, int(once.before[pulse.STRIDE])
+    period, stride = controller.sampling_time, int(pulse.head(once.before).stride)
     first, last = round(record.time / period), round(once.decided / period)
     later = np.arange(1, pulse.TRACE_SIZE) * stride
     later = later[later <= last - first]
@@ -150,7 +149,7 @@ def test_the_posterior_of_a_pulse_is_that_of_least_squares_on_the_simulator(targ
     apart = np.abs(covariance - expected_covariance) / np.outer(deviation, deviation)
     assert apart.max() < COVARIANCE_APART
     if period < T:
-        assert once.before[pulse.STRIDE] > 1.0  # else a longer pulse would do to see it thinned
+        assert pulse.head(once.before).stride > 1  # else a longer pulse would do to see it thinned
 
 
 def test_noise_that_was_not_told_is_found_out():
@@ -270,8 +269,9 @@ def test_the_breakaway_interval_holds_the_truth():
         simulate_closed_loop(axis.plant, Noting(), sampling_time=T, samples=150)
         for state in states[:: len(states) // 15] + states[-1:]:
             for side in range(2):
-                low, high = state[at.HELD + side], state[at.MOVED_AT + side]
-                believed = state[at.BREAKAWAY + side]
+                own = at.own_fields(state)
+                low, high = own.held[side], own.moved_at[side]
+                believed = own.breakaway[side]
                 assert low <= truth[side] * (1.0 + ABOVE_TRUTH)
                 assert high >= truth[side] or high == axis.effort_limit
                 held += low > law.coulomb_friction_positive * 1.01
@@ -426,7 +426,7 @@ def test_what_was_saved_with_no_uncertainty_at_all_is_still_followed():
     sure = replace(learnt(), values=values, covariance=np.zeros((5, 5)))
     controller = replace(CONTROLLER.resumed(sure), effort_limit=250.0)
     run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
-    assert np.isfinite(run.run.controller_state[at.VALUES : at.OWN_SIZE]).all()
+    assert np.isfinite(at.own_fields(run.run.controller_state).values).all()
     assert np.abs(run.run.motion.commanded_effort).max() <= 250.0
     assert run.outcome is PositioningOutcome.REACHED
 

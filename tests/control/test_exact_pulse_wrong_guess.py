@@ -126,7 +126,7 @@ def test_where_the_law_does_not_hold_pulses_grow_step_by_step():
         if effort == 0.0:
             break
         width, aim = 1, x + 1e-7
-        while state[pulse.PHASE] == pulse.PULSING:
+        while pulse.head(state).phase == pulse.PULSING:
             x += 0.5 * (aim - x)
             state, _ = blocked.step(state, SensorSample(k * T, x, 0.1, math.nan, math.nan))
             k, width = k + 1, width + 1

@@ -15,7 +15,7 @@ from stickslip.control import (
     RestDetection,
 )
 from stickslip.control import pulse_kernel as pulse
-from stickslip.control.pulse_settings import checked_patience, whole
+from stickslip.control.pulse_settings import whole
 from stickslip.records import InputError, PositioningOutcome, SensorSample
 
 FULL = 300.0
@@ -208,7 +208,7 @@ from stickslip.control import (
     RestDetection,
 )
 from stickslip.control import pulse_kernel as pulse
-from stickslip.control.pulse_settings import checked_patience, whole
+from stickslip.control.pulse_settings import whole
 from stickslip.records import SensorSample
 controller = PulseWidthController(sampling_time=0.01, target=0.01, tolerance=1e-3,
     rest=RestDetection(samples=1, spread=0.0, speed=0.0), pulse_effort=300.0,
@@ -318,10 +318,10 @@ def test_a_longer_trace_is_kept_more_coarsely():
     moving = [0.001 * k for k in range(1, 1001)]
     _, states = played(CONTROLLER, [0.0, *moving], [0.0] + [1.0] * 1000)
     for k, state in enumerate(states):
-        count, stride = int(state[pulse.TRACED]), int(state[pulse.STRIDE])
+        count, stride = int(pulse.head(state).position_count), int(pulse.head(state).stride)
         assert count <= pulse.TRACE_SIZE
         assert k - stride < (count - 1) * stride <= k
-        kept = state[pulse.TRACE : pulse.TRACE + count]
+        kept = pulse.head(state).positions[:count]
         np.testing.assert_array_equal(kept, [0.0, *moving][: k + 1 : stride])
 
 
@@ -329,5 +329,3 @@ def test_patience_is_a_whole_number():
     assert [whole(value) for value in (1, np.int64(5), 2.5, True, "3")] == [True, True] + 3 * [
         False
     ]
-    with pytest.raises(InputError, match="patience is 0 pulses, it must be a whole number"):
-        checked_patience(0)

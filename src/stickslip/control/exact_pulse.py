@@ -11,17 +11,10 @@ from stickslip.compiled import compiled
 from stickslip.control import exact_pulse_learning as at
 from stickslip.control.exact_pulse_planning import EXHAUSTED, HELD_FAST, NO_BETTER, plan
 from stickslip.control.pulse_controller import PulseController
-from stickslip.control.pulse_kernel import (
-    FRESH,
-    MOVING,
-    OUTCOME,
-    STOPPED,
-    emit,
-    readable,
-    watch,
-)
+from stickslip.control.pulse_kernel import MOVING, STOPPED, emit, head, readable, watch
 from stickslip.control.pulse_settings import longest_samples, whole
 from stickslip.friction import CoulombViscousFriction
+from stickslip.numerics.named_fields import places
 from stickslip.records import (
     InputError,
     LearntPulses,
@@ -34,7 +27,7 @@ from stickslip.records import (
 
 __all__ = ["ExactPulseController"]
 
-_METHOD = 3.0  # in the vector
+_METHOD = 3  # in the vector
 
 _LOGARITHMS = (
     "mass",
@@ -65,15 +58,16 @@ def _step(
     state: Float[np.ndarray, " s"], sample: SensorSample
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample."""
-    s = state.copy()
-    if not readable(s, _METHOD, sample):
-        return s, np.nan
-    if watch(s, sample):
-        if s[FRESH] > 0.0:
-            at.learn(s)
-        if s[OUTCOME] == MOVING:
-            plan(s)
-    return s, emit(s)
+    vector = state.copy()
+    if not readable(vector, _METHOD, sample):
+        return vector, np.nan
+    s, own = head(vector), at.own_fields(vector)
+    if watch(vector, sample):
+        if s.fresh:
+            at.learn(s, own)
+        if s.outcome == MOVING:
+            plan(s, own)
+    return vector, emit(s)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -243,23 +237,24 @@ class ExactPulseController(PulseController):
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        s = self._first_state(_METHOD, (0.0,) * at.OWN_SIZE)
-        s[at.PERIOD], s[at.LIMIT] = self.sampling_time, self.effort_limit
-        s[at.LONGEST] = longest_samples(self.longest_width, self.sampling_time)
-        s[at.NOISE] = self.position_noise
+        state = self._first_state(_METHOD, places(at.OWN_DTYPE))
+        own = at.own_fields(state)
+        own.period, own.limit = self.sampling_time, self.effort_limit
+        own.longest = longest_samples(self.longest_width, self.sampling_time)
+        own.noise = self.position_noise
         rest_noise = self.position_noise / sqrt(self.rest.samples)
-        s[at.REST_NOISE] = max(rest_noise, _FINEST_REST * self.tolerance)
-        s[at.PATIENCE] = float(self.patience)
-        s[at.BEST] = s[at.GOAL] = s[at.ALLOWED] = inf
+        own.rest_noise = max(rest_noise, _FINEST_REST * self.tolerance)
+        own.patience = self.patience
+        own.best = own.goal = own.allowed = inf
         known = self._guess() if self.experience is None else self.experience
         values = known.values
-        s[at.VALUES : at.COVARIANCE] = [log(values[name]) for name in _LOGARITHMS]
-        s[at.COVARIANCE : at.COVARIANCE + at.PARAMETERS**2] = known.covariance.ravel()
-        for place, names in ((at.BREAKAWAY, _STATIC), (at.HELD, _HELD)):
-            s[place : place + 2] = [values[name] for name in names]
-        s[at.MOVED_AT : at.MOVED_AT + 2] = [min(values[name], self.effort_limit) for name in _FREED]
-        s[at.WALK] = values[_WALK] ** 2
-        return s
+        own.values = [log(values[name]) for name in _LOGARITHMS]
+        own.covariance = known.covariance
+        own.breakaway = [values[name] for name in _STATIC]
+        own.held = [values[name] for name in _HELD]
+        own.moved_at = [min(values[name], self.effort_limit) for name in _FREED]
+        own.walk = values[_WALK] ** 2
+        return state
 
     def _guess(self) -> LearntPulses:
         """Return the first guesses in the form of what is learned."""
@@ -300,9 +295,10 @@ class ExactPulseController(PulseController):
         InputError
             If the target is not finite.
         """
-        s = super().retargeted(state, target)
-        s[at.BEST] = s[at.GOAL] = inf
-        return s
+        vector = super().retargeted(state, target)
+        own = at.own_fields(vector)
+        own.best = own.goal = inf
+        return vector
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
         """Return mass and friction of either direction, offsets included [SI].
@@ -312,8 +308,8 @@ class ExactPulseController(PulseController):
         state
             From `init`, a step, or a run's ``controller_state``.
         """
-        values = np.exp(state[at.VALUES : at.COVARIANCE]).tolist()
-        static = state[at.BREAKAWAY : at.BREAKAWAY + 2].tolist()
+        own = at.own_fields(state)
+        values, static = np.exp(own.values).tolist(), own.breakaway.tolist()
         return dict(zip((*_LOGARITHMS, *_STATIC), (*values, *static), strict=True))
 
     def why(self, state: Float[np.ndarray, " s"]) -> str | None:
@@ -324,7 +320,8 @@ class ExactPulseController(PulseController):
         state
             As for `estimates`.
         """
-        return _WHY[float(state[at.REASON])] if state[OUTCOME] == STOPPED else None
+        stopped = head(state).outcome == STOPPED
+        return _WHY[int(at.own_fields(state).reason)] if stopped else None
 
     def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
         """Return what was learned, with the covariance of the logarithms of mass and friction.
@@ -334,18 +331,17 @@ class ExactPulseController(PulseController):
         state
             As for `estimates`.
         """
+        own = at.own_fields(state)
         return LearntPulses(
             method=self.method,
             kind=self.kind,
             values={
                 **self.estimates(state),
-                **dict(zip(_HELD, state[at.HELD : at.HELD + 2].tolist(), strict=True)),
-                **dict(zip(_FREED, state[at.MOVED_AT : at.MOVED_AT + 2].tolist(), strict=True)),
-                _WALK: sqrt(float(state[at.WALK])),
+                **dict(zip(_HELD, own.held.tolist(), strict=True)),
+                **dict(zip(_FREED, own.moved_at.tolist(), strict=True)),
+                _WALK: sqrt(float(own.walk)),
             },
-            covariance=state[at.COVARIANCE : at.COVARIANCE + at.PARAMETERS**2].reshape(
-                at.PARAMETERS, at.PARAMETERS
-            ),
+            covariance=own.covariance.copy(),
         )
 
     def resumed(

@@ -19,82 +19,55 @@ to be at most twice the Coulomb friction: to try in vain costs a sample, never t
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.pulse_kernel import (
-    AT_ACHIEVED,
-    AT_LEVELS,
-    AT_MOVED,
-    AT_PREDICTED,
-    DELAY,
-    LAST,
-    OWN,
-    REST,
-    STRIDE,
-    TRACE,
-    TRACED,
-)
+from stickslip.control.pulse_kernel import OWN
+from stickslip.numerics.named_fields import fields_at
 from stickslip.planning.pulse_kernels import position_along, pulse_displacement, pulse_ends
 
 __all__ = [
-    "ALLOWED",
-    "BEST",
-    "BREAKAWAY",
     "COULOMB",
-    "COVARIANCE",
-    "FRUITLESS",
-    "GOAL",
-    "HELD",
-    "LIMIT",
-    "LONGEST",
-    "MOVED_AT",
-    "NOISE",
-    "OWN_SIZE",
+    "OWN_DTYPE",
     "PARAMETERS",
-    "PATIENCE",
-    "PERIOD",
-    "REASON",
-    "REST_NOISE",
-    "VALUES",
     "VISCOUS",
-    "WALK",
     "learn",
+    "own_fields",
     "slopes",
 ]
 
 PARAMETERS = 5  # logarithms of m, F+, F-, c+, c-
 COULOMB, VISCOUS = 1, 3  # of the positive direction; that of the negative follows
 
-# Settings
-(
-    PERIOD,  # sampling time
-    LIMIT,  # of the effort
-    LONGEST,  # most samples in one pulse
-    NOISE,  # standard deviation of a sampled position
-    REST_NOISE,  # of the position at rest
-    PATIENCE,  # pulses in a row that may bring nothing
-) = range(OWN, OWN + 6)
-# What changes
-(
-    WALK,  # variance by which log F+, F-, c+ and c- walk from pulse to pulse
-    BREAKAWAY,  # believed, for each direction
-    _,
-    HELD,  # strongest effort that did not free the mass, or the Coulomb friction, each direction
-    _,
-    MOVED_AT,  # weakest effort that freed it, each direction
-    _,
-    BEST,  # smallest error at rest so far
-    GOAL,  # half of what the error was when it was last halved
-    FRUITLESS,  # pulses since then
-    REASON,  # why no pulse is fired any more
-    ALLOWED,  # most samples of the next pulse
-) = range(PATIENCE + 1, PATIENCE + 13)
-VALUES = ALLOWED + 1
-COVARIANCE = VALUES + PARAMETERS
-OWN_SIZE = COVARIANCE + PARAMETERS * PARAMETERS - OWN
+OWN_DTYPE = np.dtype(
+    [
+        # Settings
+        ("period", "f8"),  # sampling time
+        ("limit", "f8"),  # of the effort
+        ("longest", "f8"),  # most samples in one pulse
+        ("noise", "f8"),  # standard deviation of a sampled position
+        ("rest_noise", "f8"),  # of the position at rest
+        ("patience", "f8"),  # pulses in a row that may bring nothing
+        # What changes
+        ("walk", "f8"),  # variance by which log F+, F-, c+ and c- walk from pulse to pulse
+        ("breakaway", "f8", (2,)),  # believed, for each direction
+        ("held", "f8", (2,)),  # strongest effort that did not free the mass, or Coulomb friction
+        ("moved_at", "f8", (2,)),  # weakest effort that freed it
+        ("best", "f8"),  # smallest error at rest so far
+        ("goal", "f8"),  # half of what the error was when it was last halved
+        ("fruitless", "i8"),  # pulses since then
+        ("reason", "i8"),  # why no pulse is fired any more
+        ("allowed", "f8"),  # most samples of the next pulse
+        ("values", "f8", (PARAMETERS,)),
+        ("covariance", "f8", (PARAMETERS, PARAMETERS)),
+    ]
+)
+"""What the exact pulse controller adds to the state."""
+
+own_fields = fields_at(OWN_DTYPE, start=OWN)
 
 _ITERATIONS = 30
 _COOLING = 0.1  # of the variance by which the observation is inflated, from iteration to iteration
@@ -155,7 +128,7 @@ def _observe(
 
 @compiled()
 def _posterior(
-    s: Vector, prior: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, f: float,
+    s: Any, own: Any, prior: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, f: float,
     t: float, inflation: float, value: Vector, Q: Float[np.ndarray, "p p"],
 ) -> float:  # fmt: skip
     """Write the posterior linearised at ``at`` into ``value`` and ``Q``.
@@ -170,23 +143,23 @@ def _posterior(
     m = math.exp(at[0])
     F, c = math.exp(at[COULOMB + side]), math.exp(at[VISCOUS + side])
     way = 1.0 if f > 0.0 else -1.0
-    achieved = way * s[LAST + AT_ACHIEVED]
-    start = s[REST] - s[LAST + AT_ACHIEVED]
+    achieved = way * s.last.achieved
+    start = s.rest - s.last.achieved
     coarse = (_FINEST * achieved) ** 2
-    count, total = int(s[TRACED]), 0.0
+    count, total = s.position_count, 0.0
     u, up, row = abs(f), 1.0 + _DIFFERENCE, np.empty(4)
     ends, ends_m = pulse_ends(m, F, c, u, t), pulse_ends(m * up, F, c, u, t)
     ends_f, ends_c = pulse_ends(m, F * up, c, u, t), pulse_ends(m, F, c * up, u, t)
     for k in range(1, count + 1):
         last = k == count
-        tau = math.inf if last else max(k * s[STRIDE] - s[DELAY], 0.0) * s[PERIOD]
+        tau = math.inf if last else max(k * s.stride - s.delay, 0.0) * own.period
         x = position_along(m, F, c, u, t, tau, ends)
         row[0] = x
         row[1] = (position_along(m * up, F, c, u, t, tau, ends_m) - x) / _DIFFERENCE
         row[2] = (position_along(m, F * up, c, u, t, tau, ends_f) - x) / _DIFFERENCE
         row[3] = (position_along(m, F, c * up, u, t, tau, ends_c) - x) / _DIFFERENCE
-        y = achieved if last else way * (s[TRACE + k] - start)
-        R = s[REST_NOISE] ** 2 + coarse + (s[REST_NOISE] ** 2 if last else s[NOISE] ** 2)
+        y = achieved if last else way * (s.positions[k] - start)
+        R = own.rest_noise**2 + coarse + (own.rest_noise**2 if last else own.noise**2)
         total += (y - row[0]) ** 2 / R
         _observe(value, Q, at, side, row, y, R * inflation)
     return total / count
@@ -194,7 +167,7 @@ def _posterior(
 
 @compiled()
 def _maximum(
-    s: Vector, prior: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, f: float,
+    s: Any, own: Any, prior: Vector, P: Float[np.ndarray, "p p"], at: Vector, side: int, f: float,
     t: float, value: Vector, Q: Float[np.ndarray, "p p"],
 ) -> float:  # fmt: skip
     """Write the posterior's maximum, looked for from ``at`` on, and its covariance.
@@ -205,10 +178,10 @@ def _maximum(
     most = math.log(_STRONGEST * abs(f))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
-    inflation = misfit = _posterior(s, prior, P, at, side, f, t, 1.0, value, Q)
+    inflation = misfit = _posterior(s, own, prior, P, at, side, f, t, 1.0, value, Q)
     for _ in range(_ITERATIONS):
         inflation = max(min(inflation, misfit) * _COOLING, 1.0)
-        misfit = _posterior(s, prior, P, at, side, f, t, inflation, value, Q)
+        misfit = _posterior(s, own, prior, P, at, side, f, t, inflation, value, Q)
         farthest = 0.0
         for a in range(n):
             farthest = max(farthest, abs(value[a] - at[a]))
@@ -219,7 +192,7 @@ def _maximum(
         if farthest <= _CONVERGED and inflation == 1.0:
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
-    _posterior(s, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
+    _posterior(s, own, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
     farthest = 0.0
     for a in range(n):
         farthest = max(farthest, abs(value[a] - at[a]))
@@ -249,14 +222,14 @@ def _unseen(P: Float[np.ndarray, "p p"], side: int, C: Float[np.ndarray, "p p"])
 
 
 @compiled()
-def _estimate(s: Vector, side: int, f: float, t: float, at: Vector) -> None:
+def _estimate(s: Any, own: Any, side: int, f: float, t: float, at: Vector) -> None:
     """Write into ``at`` which mass and friction the pulse alone speaks for, viscous friction small.
 
     The effort does on its way what the friction does on all of it; Eq. 2 then gives the mass.
     """
-    k = min(math.ceil((t / s[PERIOD] + s[DELAY]) / s[STRIDE]), int(s[TRACED]) - 1)
-    u, d = abs(f), abs(s[LAST + AT_ACHIEVED])
-    way = abs(s[TRACE + k] - (s[REST] - s[LAST + AT_ACHIEVED]))
+    k = min(math.ceil((t / own.period + s.delay) / s.stride), s.position_count - 1)
+    u, d = abs(f), abs(s.last.achieved)
+    way = abs(s.positions[k] - (s.rest - s.last.achieved))
     F = u * min(max(way / d, 1.0 - _STRONGEST), _STRONGEST)
     m = u * (u - F) * t * t / (2.0 * d * F)
     at[0], at[COULOMB + side] = math.log(m), math.log(F)
@@ -264,20 +237,20 @@ def _estimate(s: Vector, side: int, f: float, t: float, at: Vector) -> None:
 
 
 @compiled()
-def _fit(s: Vector, side: int, f: float, t: float) -> None:
+def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
     """Replace mean and covariance of the parameters by those after the last pulse."""
     n = PARAMETERS
     prior, at, value = np.empty(n), np.empty(n), np.empty(n)
     P, Q = np.empty((n, n)), np.empty((n, n))
     for a in range(n):
-        prior[a] = at[a] = s[VALUES + a]
+        prior[a] = at[a] = own.values[a]
         for b in range(n):
-            P[a, b] = s[COVARIANCE + n * a + b]
-    s[WALK] = max(s[WALK], _SLOWEST_WALK)
+            P[a, b] = own.covariance[a, b]
+    own.walk = max(own.walk, _SLOWEST_WALK)
     for side_ in range(2):
-        P[COULOMB + side_, COULOMB + side_] += s[WALK]
-        P[VISCOUS + side_, VISCOUS + side_] += s[WALK]
-    misfit = _maximum(s, prior, P, at, side, f, t, value, Q)
+        P[COULOMB + side_, COULOMB + side_] += own.walk
+        P[VISCOUS + side_, VISCOUS + side_] += own.walk
+    misfit = _maximum(s, own, prior, P, at, side, f, t, value, Q)
     i = COULOMB + side
     surprise = (value[i] - prior[i]) ** 2 / P[i, i]
     # A prior that leaves much unexplained which a wider one explains was too sure of itself. On an
@@ -290,8 +263,8 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
                 at[a] = prior[a]
                 for b in range(n):
                     P[a, b] = C[a, b] + _WIDENING * (P[a, b] - C[a, b])
-            _estimate(s, side, f, t, at)
-            again = _maximum(s, prior, P, at, side, f, t, wider, wider_Q)
+            _estimate(s, own, side, f, t, at)
+            again = _maximum(s, own, prior, P, at, side, f, t, wider, wider_Q)
             if again < _EXPLAINED * misfit:
                 misfit = again
                 for a in range(n):
@@ -300,41 +273,41 @@ def _fit(s: Vector, side: int, f: float, t: float) -> None:
                         Q[a, b] = wider_Q[a, b]
             if misfit <= _UNEXPLAINED:
                 break
-    told = s[LAST + AT_PREDICTED] / s[LAST + AT_ACHIEVED]
+    told = s.last.predicted / s.last.achieved
     near = 1.0 / _MISSED < told < _MISSED
     longer = _NEAR_LONGER if near else _MISSED
-    s[ALLOWED] = math.inf if misfit <= _UNEXPLAINED else longer * math.ceil(t / s[PERIOD] - 0.5)
-    s[WALK] = max(s[WALK] * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
+    own.allowed = math.inf if misfit <= _UNEXPLAINED else longer * math.ceil(t / own.period - 0.5)
+    own.walk = max(own.walk * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
     for a in range(n):
-        s[VALUES + a] = value[a]
+        own.values[a] = value[a]
         for b in range(n):
-            s[COVARIANCE + n * a + b] = Q[a, b]
+            own.covariance[a, b] = Q[a, b]
 
 
 @compiled()
-def learn(s: Vector) -> None:
-    """Learn from the pulse at ``s[LAST + ...]``."""
-    f = s[LAST + AT_LEVELS]
-    t = s[LAST + AT_LEVELS + 1] * s[PERIOD]
+def learn(s: Any, own: Any) -> None:
+    """Learn from the last pulse."""
+    f = s.last.levels[0, 0]
+    t = s.last.levels[0, 1] * own.period
     side = 0 if f > 0.0 else 1
     strength = abs(f)
-    if s[LAST + AT_MOVED] == 0.0:
-        s[HELD + side] = strength
-        if s[MOVED_AT + side] <= strength:  # it has grown since
-            s[MOVED_AT + side] = s[LIMIT]
-        s[BREAKAWAY + side] = max(s[BREAKAWAY + side], 0.5 * (s[HELD + side] + s[MOVED_AT + side]))
+    if not s.last.moved:
+        own.held[side] = strength
+        if own.moved_at[side] <= strength:  # it has grown since
+            own.moved_at[side] = own.limit
+        own.breakaway[side] = max(own.breakaway[side], 0.5 * (own.held[side] + own.moved_at[side]))
         return
-    if s[LAST + AT_ACHIEVED] * f < 0.0:  # something else has pushed
+    if s.last.achieved * f < 0.0:  # something else has pushed
         return
-    _fit(s, side, f, t)
-    s[MOVED_AT + side] = min(s[MOVED_AT + side], strength)
+    _fit(s, own, side, f, t)
+    own.moved_at[side] = min(own.moved_at[side], strength)
     for side_ in range(2):
-        most = _HIGHEST * math.exp(s[VALUES + COULOMB + side_])
-        if s[HELD + side_] < most:
-            s[BREAKAWAY + side_] = min(s[BREAKAWAY + side_], most)
-    F = math.exp(s[VALUES + COULOMB + side])
-    if s[HELD + side] >= strength or s[HELD + side] < F:  # it has fallen since; or is at least F
-        s[HELD + side] = min(F, strength)
-    if s[BREAKAWAY + side] > s[MOVED_AT + side]:
-        s[BREAKAWAY + side] = 0.5 * (s[HELD + side] + s[MOVED_AT + side])
-    s[BREAKAWAY + side] = max(s[BREAKAWAY + side], s[HELD + side])
+        most = _HIGHEST * math.exp(own.values[COULOMB + side_])
+        if own.held[side_] < most:
+            own.breakaway[side_] = min(own.breakaway[side_], most)
+    F = math.exp(own.values[COULOMB + side])
+    if own.held[side] >= strength or own.held[side] < F:  # it has fallen since; or is at least F
+        own.held[side] = min(F, strength)
+    if own.breakaway[side] > own.moved_at[side]:
+        own.breakaway[side] = 0.5 * (own.held[side] + own.moved_at[side])
+    own.breakaway[side] = max(own.breakaway[side], own.held[side])

@@ -9,16 +9,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import pulse_amplitude_width_kernel as at
-from stickslip.control.pulse_controller import PulseController
-from stickslip.control.pulse_settings import (
-    checked_first_friction,
-    checked_patience,
-    checked_share,
-    longest_samples,
-)
-from stickslip.control.rest_detection import RestDetection
+from stickslip.control.published_pulse_controller import PublishedPulseController
+from stickslip.control.pulse_settings import checked_share
+from stickslip.numerics.named_fields import places
 from stickslip.records import (
-    AxisKind,
     InputError,
     LearntPulses,
     PulseMethod,
@@ -33,7 +27,7 @@ _ROUNDED = 1e-9  # what is carried on may have been rounded by so much of itself
 
 
 @dataclass(frozen=True, kw_only=True)
-class PulseAmplitudeWidthController(PulseController):
+class PulseAmplitudeWidthController(PublishedPulseController):
     """Adaptive pulse amplitude pulse width control, PAPWC: whole samples, trimmed effort.
 
     A pulse of effort f and width t is taken to move the axis by ``(A1 f |f| - A2 f) t^2``, without
@@ -44,17 +38,9 @@ class PulseAmplitudeWidthController(PulseController):
 
     Attributes
     ----------
-    pulse_effort
-        Largest effort of a pulse; more than the axis needs to break away.
     first_gain_1, first_gain_2
         First guesses of ``A1`` and ``A2``; `from_friction` takes them from mass and Coulomb
         friction.
-    gain
-        Share of the error that a pulse is to take away, ``K_c`` [-]; between 0 and 2.
-    longest_width
-        Of a pulse, rounded down to whole samples; None for no limit.
-    forgetting
-        ``lambda`` of the recursion [-], in (0, 1].
     initial_covariance
         ``P(0)`` of the recursion: a number, for that times the identity, or its entries ``(P11,
         P12, P22)`` [1/(N s)^4, 1/(N^3 s^4), 1/(N^2 s^4); with N m for N on a rotary axis]. The
@@ -68,9 +54,6 @@ class PulseAmplitudeWidthController(PulseController):
         ``"applied"``: effort and width of the pulse that was fired; ``"nominal"``: full effort and
         the width before rounding, from which only one combination of A1 and A2 can be learned;
         ``"printed"``: the same with the published sign of A2, which is wrong.
-    patience
-        After so many pulses in a row that did not move the axis it stops, since the next would be
-        the same; None to go on, as published.
 
     Raises
     ------
@@ -101,24 +84,16 @@ class PulseAmplitudeWidthController(PulseController):
     10
     """
 
-    pulse_effort: float = quantity_field("effort")
     first_gain_1: float = quantity_field("gain_1")
     first_gain_2: float = quantity_field("gain_2")
-    gain: float = 1.0
-    longest_width: float | None = quantity_field("time", default=None)
-    forgetting: float = 1.0
     initial_covariance: float | tuple[float, float, float] = 1e-5
     friction_margin: float | None = 0.01
     regressor: Literal["applied", "nominal", "printed"] = "applied"
-    patience: int | None = 3
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("pulse_effort", "first_gain_1", "first_gain_2"):
+        for name in ("first_gain_1", "first_gain_2"):
             self._check_positive(name)
-        checked_share("gain", self.gain, 2.0, ends="", usual=1.0)
-        checked_share("forgetting", self.forgetting, 1.0, ends="high", usual=1.0)
-        longest_samples(self.longest_width, self.sampling_time)
         P11, P12, P22 = self._covariance
         definite = P11 > 0.0 and P22 > 0.0 and P12 * P12 <= P11 * P22 * (1.0 + _ROUNDED)
         if not (definite and isfinite(P11 + P22)):
@@ -134,7 +109,6 @@ class PulseAmplitudeWidthController(PulseController):
                 f"regressor is {self.regressor!r}",
                 remedy=f"give one of {', '.join(_REGRESSORS)}",
             )
-        checked_patience(self.patience)
         f_c, f_p, unit = self.coulomb_friction, self.pulse_effort, self._unit("pulse_effort")
         edge = _ROUNDED * f_p if margin is None else (margin - _ROUNDED) * f_p
         if not edge <= f_c <= f_p - edge:
@@ -158,56 +132,14 @@ class PulseAmplitudeWidthController(PulseController):
         return self.first_gain_2 / self.first_gain_1
 
     @classmethod
-    def from_friction(
-        cls,
-        *,
-        mass: float,
-        coulomb_friction: float,
-        static_friction: float | None = None,
-        pulse_effort: float,
-        sampling_time: float,
-        target: float,
-        tolerance: float,
-        rest: RestDetection,
-        kind: AxisKind = "linear",
-        gain: float = 1.0,
-        longest_width: float | None = None,
-        patience: int | None = 3,
-    ) -> "PulseAmplitudeWidthController":
-        """Return one whose first guesses follow from mass and friction (Eq. 16).
-
-        Parameters
-        ----------
-        mass
-            Moving mass or inertia [kg or kg m^2].
-        coulomb_friction
-            First guess of it [N or N m].
-        static_friction
-            Effort it takes to break away, if known; the largest pulse must exceed it [N or N m].
-        pulse_effort, sampling_time, target, tolerance, gain, longest_width
-            As of the class [N or N m, s, m or rad, m or rad, -, s].
-        rest, kind, patience
-            As of the class.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range, or the pulses cannot overcome the friction.
-        """
-        checked_first_friction(mass, coulomb_friction, static_friction, pulse_effort, kind)
-        return cls(
-            first_gain_1=1.0 / (2.0 * mass * coulomb_friction),
-            first_gain_2=1.0 / (2.0 * mass),
-            pulse_effort=pulse_effort,
-            sampling_time=sampling_time,
-            target=target,
-            tolerance=tolerance,
-            rest=rest,
-            kind=kind,
-            gain=gain,
-            longest_width=longest_width,
-            patience=patience,
-        )
+    def _first_gains(
+        cls, mass: float, coulomb_friction: float, pulse_effort: float
+    ) -> dict[str, float]:
+        del pulse_effort
+        return {
+            "first_gain_1": 1.0 / (2.0 * mass * coulomb_friction),
+            "first_gain_2": 1.0 / (2.0 * mass),
+        }
 
     @property
     def method(self) -> PulseMethod:
@@ -223,31 +155,19 @@ class PulseAmplitudeWidthController(PulseController):
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        T, f_p, margin = self.sampling_time, self.pulse_effort, self.friction_margin
+        f_p, margin = self.pulse_effort, self.friction_margin
         P11, P12, P22 = self._covariance
         S11, S21 = sqrt(P11), P12 / sqrt(P11)
-        return self._first_state(
-            at.METHOD,
-            (
-                f_p,
-                T,
-                longest_samples(self.longest_width, T) * T,
-                self.gain,
-                self.forgetting,
-                -inf if margin is None else margin * f_p,
-                inf if margin is None else (1.0 - margin) * f_p,
-                _REGRESSORS[self.regressor],
-                inf if self.patience is None else float(self.patience),
-                self.first_gain_1,
-                self.first_gain_2,
-                S11,
-                0.0,
-                S21,
-                sqrt(max(P22 - S21 * S21, 0.0)),
-                0.0,
-                0.0,
-            ),
-        )
+        state = self._first_state(at.METHOD, places(at.OWN_DTYPE))
+        own = at.own_fields(state)
+        own.effort, own.period, own.longest = f_p, self.sampling_time, self._longest
+        own.gain, own.forgetting, own.patience = self.gain, self.forgetting, self._patience
+        own.low = -inf if margin is None else margin * f_p
+        own.high = inf if margin is None else (1.0 - margin) * f_p
+        own.regressor = _REGRESSORS[self.regressor]
+        own.A_1, own.A_2 = self.first_gain_1, self.first_gain_2
+        own.S = [[S11, 0.0], [S21, sqrt(max(P22 - S21 * S21, 0.0))]]
+        return state
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
         """Return the estimates by name, and what follows from them.
@@ -261,7 +181,8 @@ class PulseAmplitudeWidthController(PulseController):
         state
             From `init`, a step, or a run's ``controller_state``.
         """
-        A_1, A_2, f_p = float(state[at.A_1]), float(state[at.A_2]), self.pulse_effort
+        own, f_p = at.own_fields(state), self.pulse_effort
+        A_1, A_2 = float(own.A_1), float(own.A_2)
         return {
             "gain_1": A_1,
             "gain_2": A_2,
@@ -277,12 +198,12 @@ class PulseAmplitudeWidthController(PulseController):
         state
             As for `estimates`.
         """
-        S = state[at.S_11 : at.S_11 + 4].reshape(2, 2)
+        own = at.own_fields(state)
         return LearntPulses(
             method=self.method,
             kind=self.kind,
-            values={"gain_1": float(state[at.A_1]), "gain_2": float(state[at.A_2])},
-            covariance=S @ S.T,
+            values={"gain_1": float(own.A_1), "gain_2": float(own.A_2)},
+            covariance=own.S @ own.S.T,
         )
 
     def resumed(

@@ -1,66 +1,63 @@
 """The step of pulse amplitude pulse width control (van de Wijdeven 2002 B, Eqs. 14-22)."""
 
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.pulse_kernel import (
-    AT_ACHIEVED,
-    AT_MOVED,
-    ERROR,
-    FRESH,
-    IDLE,
-    LAST,
     MOVING,
-    OUTCOME,
     OWN,
     add_level,
     emit,
     fire,
+    head,
     readable,
     stop,
     watch,
     whole_samples,
 )
+from stickslip.numerics.named_fields import fields_at
 from stickslip.records import SensorSample
 
 __all__ = [
     "APPLIED",
-    "A_1",
-    "A_2",
     "METHOD",
     "NOMINAL",
+    "OWN_DTYPE",
     "PRINTED",
-    "S_11",
     "in_range",
+    "own_fields",
     "papwc_step",
     "trimmed_effort",
 ]
 
-METHOD = 2.0  # in the vector
-APPLIED, NOMINAL, PRINTED = 0.0, 1.0, 2.0  # regressors
+METHOD = 2  # in the vector
+APPLIED, NOMINAL, PRINTED = 0, 1, 2  # regressors
 
-(
-    _EFFORT,
-    _T,
-    _LONGEST,
-    _GAIN,
-    _LAMBDA,
-    _LOW,  # range of the estimated Coulomb friction; infinite when it is not kept
-    _HIGH,
-    _REGRESSOR,
-    _PATIENCE,
-    A_1,
-    A_2,
-    S_11,  # P = S S', so that it stays definite however large P(0) is
-    _S_12,
-    _S_21,
-    _S_22,
-    _U_1,  # regressor of the pulse on its way
-    _U_2,
-) = range(OWN, OWN + 17)
+OWN_DTYPE = np.dtype(
+    [
+        ("effort", "f8"),
+        ("period", "f8"),  # sampling time
+        ("longest", "f8"),  # pulse [s]
+        ("gain", "f8"),  # K_c
+        ("forgetting", "f8"),  # lambda
+        ("low", "f8"),  # range of the estimated Coulomb friction; infinite when it is not kept
+        ("high", "f8"),
+        ("regressor", "i8"),
+        ("patience", "f8"),
+        ("A_1", "f8"),
+        ("A_2", "f8"),
+        ("S", "f8", (2, 2)),  # P = S S', so that it stays definite however large P(0) is
+        ("u_1", "f8"),  # regressor of the pulse on its way
+        ("u_2", "f8"),
+    ]
+)
+"""What pulse amplitude pulse width control adds to the state."""
+
+own_fields = fields_at(OWN_DTYPE, start=OWN)
 
 
 @compiled()
@@ -95,19 +92,19 @@ def in_range(
 
 
 @compiled()
-def _learn(s: Float[np.ndarray, " s"]) -> None:
+def _learn(s: Any, own: Any) -> None:
     """Take in what the last pulse did (Eqs. 17-21), unless no possible estimate agrees with it.
 
     With P = S S' and phi = S' u, pi = S phi (Eq. 17), and Eqs. 18 and 19 are (Potter)
     S <- [S - pi phi' / (beta + sqrt(lambda beta))] / sqrt(lambda), beta = lambda + phi' phi.
     """
-    u_1, u_2, lam = s[_U_1], s[_U_2], s[_LAMBDA]
-    s_11, s_12, s_21, s_22 = s[S_11], s[_S_12], s[_S_21], s[_S_22]
+    u_1, u_2, lam = own.u_1, own.u_2, own.forgetting
+    s_11, s_12, s_21, s_22 = own.S[0, 0], own.S[0, 1], own.S[1, 0], own.S[1, 1]
     phi_1, phi_2 = s_11 * u_1 + s_21 * u_2, s_12 * u_1 + s_22 * u_2
     pi_1, pi_2 = s_11 * phi_1 + s_12 * phi_2, s_21 * phi_1 + s_22 * phi_2
     beta = lam + phi_1 * phi_1 + phi_2 * phi_2
-    xi = s[LAST + AT_ACHIEVED] - s[A_1] * u_1 - s[A_2] * u_2
-    a = (s[A_1] + pi_1 / beta * xi, s[A_2] + pi_2 / beta * xi)
+    xi = s.last.achieved - own.A_1 * u_1 - own.A_2 * u_2
+    a = (own.A_1 + pi_1 / beta * xi, own.A_2 + pi_2 / beta * xi)
     gamma, root = 1.0 / (beta + sqrt(lam * beta)), sqrt(lam)
     S = (
         (s_11 - gamma * pi_1 * phi_1) / root,
@@ -115,34 +112,34 @@ def _learn(s: Float[np.ndarray, " s"]) -> None:
         (s_21 - gamma * pi_2 * phi_1) / root,
         (s_22 - gamma * pi_2 * phi_2) / root,
     )
-    if s[_HIGH] < np.inf:
-        a = in_range(a, S, s[_LOW], s[_HIGH])
+    if own.high < np.inf:
+        a = in_range(a, S, own.low, own.high)
     if np.isfinite(a[0] + a[1] + S[0] + S[1] + S[2] + S[3]):
-        s[A_1], s[A_2] = a
-        s[S_11], s[_S_12], s[_S_21], s[_S_22] = S
+        own.A_1, own.A_2 = a
+        own.S[0, 0], own.S[0, 1], own.S[1, 0], own.S[1, 1] = S
 
 
 @compiled()
-def _plan(s: Float[np.ndarray, " s"]) -> None:
+def _plan(s: Any, own: Any) -> None:
     """Fire a pulse of whole samples, its effort trimmed to the width they are longer (Eq. 14)."""
-    e, f_p, T = s[ERROR], s[_EFFORT], s[_T]
-    b = s[A_1] * f_p * f_p - s[A_2] * f_p  # Eq. 16
-    f_c = s[A_2] / s[A_1]
-    if not (b > 0.0 and f_c < f_p) or s[IDLE] >= s[_PATIENCE]:
+    e, f_p, T = s.error, own.effort, own.period
+    b = own.A_1 * f_p * f_p - own.A_2 * f_p  # Eq. 16
+    f_c = own.A_2 / own.A_1
+    if not (b > 0.0 and f_c < f_p) or s.idle >= own.patience:
         stop(s)
         return
     sign = 1.0 if e > 0.0 else -1.0
-    t_p = min(sqrt(s[_GAIN] * abs(e) / b), s[_LONGEST])
+    t_p = min(sqrt(own.gain * abs(e) / b), own.longest)
     n = whole_samples(t_p, T)
     T_x = n * T
     f = sign * trimmed_effort(f_p, f_c, t_p, T_x)
     f_n = sign * f_p
-    if s[_REGRESSOR] == APPLIED:
-        s[_U_1], s[_U_2] = T_x * T_x * f * abs(f), -T_x * T_x * f
-    elif s[_REGRESSOR] == NOMINAL:
-        s[_U_1], s[_U_2] = t_p * t_p * f_n * abs(f_n), -t_p * t_p * f_n
+    if own.regressor == APPLIED:
+        own.u_1, own.u_2 = T_x * T_x * f * abs(f), -T_x * T_x * f
+    elif own.regressor == NOMINAL:
+        own.u_1, own.u_2 = t_p * t_p * f_n * abs(f_n), -t_p * t_p * f_n
     else:
-        s[_U_1], s[_U_2] = t_p * t_p * f_n * f_n, t_p * t_p * f_n  # Eq. 22
+        own.u_1, own.u_2 = t_p * t_p * f_n * f_n, t_p * t_p * f_n  # Eq. 22
     fire(s, sign * b * t_p * t_p)
     add_level(s, f, n)
 
@@ -152,12 +149,13 @@ def papwc_step(
     state: Float[np.ndarray, " s"], sample: SensorSample
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample."""
-    s = state.copy()
-    if not readable(s, METHOD, sample):
-        return s, np.nan
-    if watch(s, sample):
-        if s[FRESH] > 0.0 and s[LAST + AT_MOVED] > 0.0:
-            _learn(s)
-        if s[OUTCOME] == MOVING:
-            _plan(s)
-    return s, emit(s)
+    vector = state.copy()
+    if not readable(vector, METHOD, sample):
+        return vector, np.nan
+    s, own = head(vector), own_fields(vector)
+    if watch(vector, sample):
+        if s.fresh and s.last.moved:
+            _learn(s, own)
+        if s.outcome == MOVING:
+            _plan(s, own)
+    return vector, emit(s)

@@ -155,7 +155,8 @@ class PulseController(ABC):
         state
             As for `estimates`.
         """
-        return int(state[at.PULSES] - state[at.PENDING])
+        s = at.head(state)
+        return int(s.pulses - s.pending)
 
     def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
         """Return how far positioning has come.
@@ -165,7 +166,7 @@ class PulseController(ABC):
         state
             As for `estimates`.
         """
-        return _OUTCOMES[float(state[at.OUTCOME])]
+        return _OUTCOMES[int(at.head(state).outcome)]
 
     def last_pulse(self, state: Float[np.ndarray, " s"]) -> PulseRecord | None:
         """Return the last pulse of which it is known what it did, or None.
@@ -175,21 +176,20 @@ class PulseController(ABC):
         state
             As for `estimates`.
         """
-        pulse = state[at.LAST : at.TRACED].tolist()
-        count = int(pulse[at.AT_LEVEL_COUNT])
+        pulse = at.head(state).last
+        count = int(pulse.level_count)
         if count == 0:
             return None
-        levels = pulse[at.AT_LEVELS : at.AT_LEVELS + 2 * count]
         return PulseRecord(
-            time=pulse[at.AT_TIME],
+            time=float(pulse.time),
             levels=tuple(
                 (effort, samples * self.sampling_time)
-                for effort, samples in zip(levels[::2], levels[1::2], strict=True)
+                for effort, samples in pulse.levels[:count].tolist()
             ),
-            error=pulse[at.AT_ERROR],
-            predicted_displacement=pulse[at.AT_PREDICTED],
-            achieved_displacement=pulse[at.AT_ACHIEVED],
-            moved=pulse[at.AT_MOVED] > 0.0,
+            error=float(pulse.error),
+            predicted_displacement=float(pulse.predicted),
+            achieved_displacement=float(pulse.achieved),
+            moved=bool(pulse.moved),
         )
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
@@ -208,29 +208,29 @@ class PulseController(ABC):
             If it is not finite.
         """
         _finite_target(target, self.kind)
-        s = state.copy()
-        s[at.TARGET] = target
-        s[at.OUTCOME] = at.MOVING
-        if s[at.PHASE] == at.RESTING:
-            s[at.PHASE] = at.WAITING
-        return s
+        vector = state.copy()
+        s = at.head(vector)
+        s.target, s.outcome = target, at.MOVING
+        if s.phase == at.RESTING:
+            s.phase = at.WAITING
+        return vector
 
-    def _first_state(self, method: float, own: tuple[float, ...]) -> Float[np.ndarray, " s"]:
-        """Return the state before the first sample, with these numbers of the method's own.
+    def _first_state(self, method: int, own: int) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample, with so many numbers of the method's own.
 
         ``method`` is the number by which the method's kernel knows it.
         """
         rest = self.rest
-        s = np.zeros(at.OWN + len(own) + rest.samples)
-        s[at.METHOD], s[at.SIZE] = method, s.size
-        s[at.TARGET], s[at.TOLERANCE] = self.target, self.tolerance
-        s[at.WINDOW], s[at.SPREAD] = rest.samples, rest.spread
-        s[at.SPEED] = inf if rest.speed is None else rest.speed
-        s[at.LEAST_MOTION] = rest.spread if rest.least_motion is None else rest.least_motion
-        s[at.DELAY] = rest.delay
-        s[at.REST] = s[at.ERROR] = np.nan  # until the first rest
-        s[at.OWN : at.OWN + len(own)] = own
-        return s
+        vector = np.zeros(at.OWN + own + rest.samples)
+        s = at.head(vector)
+        s.method, s.length = method, vector.size
+        s.target, s.tolerance = self.target, self.tolerance
+        s.window, s.spread = rest.samples, rest.spread
+        s.speed = inf if rest.speed is None else rest.speed
+        s.least_motion = rest.spread if rest.least_motion is None else rest.least_motion
+        s.delay = rest.delay
+        s.rest = s.error = np.nan  # until the first rest
+        return vector
 
     def _check_learnt(self, learnt: LearntPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""

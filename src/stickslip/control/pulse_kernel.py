@@ -1,144 +1,128 @@
 """What every pulse controller does: wait for rest, judge the last pulse, fire the next.
 
-All that a controller is and remembers is one vector. Its head is laid out by the constants below
-and kept by the kernels here; what is a method's own begins at `OWN`; the window of positions in
-which rest is looked for is its end. A method is three kernels of its own on top of these::
+The state of a pulse controller is one vector of three parts: the fields that all methods share
+(`HEAD`), the method's own fields, and the window of positions in which rest is looked for. A method
+is three kernels of its own on top of these::
+
+    own = fields_at(OWN_DTYPE, start=OWN)
 
     @compiled()
     def method_step(state, sample):
-        s = state.copy()
-        if not readable(s, METHOD, sample):
-            return s, np.nan
-        if watch(s, sample):  # the axis has come to rest
-            if s[FRESH] > 0.0:  # after a pulse, which now is the one at LAST
-                learn(s)
-            if s[OUTCOME] == MOVING:  # outside the tolerance
-                plan(s)
-        return s, emit(s)
+        vector = state.copy()
+        s = head(vector)
+        if not readable(vector, METHOD, sample):
+            return vector, np.nan
+        if watch(vector, sample):  # the axis has come to rest
+            if s.fresh:  # after a pulse, which now is s.last
+                learn(s, own(vector))
+            if s.outcome == MOVING:  # outside the tolerance
+                plan(s, own(vector))
+        return vector, emit(s)
 
-``learn`` reads the pulse at ``s[LAST + ...]`` (its effort levels, the displacement it was to make
-and the one it made, whether it moved the axis) and the positions sampled from its start on, which
-are ``s[TRACE : TRACE + int(s[TRACED])]``, every ``s[STRIDE]`` samples. ``METHOD`` is a number by
-which `readable` knows a vector of this method. ``plan`` reads ``s[ERROR]``
-(target minus position) and either calls `fire` and then `add_level` once or several times, or calls
-`stop`. A pulse ends early where the axis has gone farther than ``s[REACH]``, if that is set after
-`fire`.
+``learn`` reads the last pulse ``s.last`` (its effort levels, the displacement predicted and the one
+achieved, whether it moved the axis) and the positions sampled from its start on, which are
+``s.positions[: s.position_count]``, every ``s.stride`` samples. ``METHOD`` is a number by which `readable`
+knows a vector of this method. ``plan`` reads ``s.error`` (target minus position) and either calls
+`fire` and then `add_level` once or several times, or calls `stop`. A pulse ends early where the
+axis has gone farther than ``s.reach``, if that is set after `fire`.
 """
+
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 
 __all__ = [
-    "AT_ACHIEVED",
-    "AT_ERROR",
-    "AT_LEVELS",
-    "AT_LEVEL_COUNT",
-    "AT_MOVED",
-    "AT_PREDICTED",
-    "AT_TIME",
-    "DELAY",
-    "ERROR",
-    "FRESH",
-    "IDLE",
-    "LAST",
-    "LEAST_MOTION",
-    "METHOD",
+    "HEAD",
     "MOVING",
-    "OUTCOME",
     "OWN",
-    "PENDING",
-    "PHASE",
-    "PULSES",
     "PULSING",
-    "REACH",
     "REACHED",
-    "REST",
     "RESTING",
     "ROUNDING",
-    "SIZE",
-    "SPEED",
-    "SPREAD",
     "STOPPED",
-    "STRIDE",
-    "TARGET",
-    "TOLERANCE",
-    "TRACE",
-    "TRACED",
     "TRACE_SIZE",
     "WAITING",
-    "WINDOW",
     "add_level",
     "emit",
     "fire",
+    "head",
     "readable",
     "stop",
     "watch",
     "whole_samples",
 ]
 
-WAITING, PULSING, RESTING = 0.0, 1.0, 2.0  # values of PHASE
-MOVING, REACHED, STOPPED = 0.0, 1.0, 2.0  # values of OUTCOME
+WAITING, PULSING, RESTING = 0, 1, 2  # phases
+MOVING, REACHED, STOPPED = 0, 1, 2  # outcomes
 _MOST_LEVELS = 4  # of one pulse
 TRACE_SIZE = 64  # positions kept from a pulse's first sample on
 ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more has been rounded so
 
-# Settings
-(
-    METHOD,  # whose vector it is
-    SIZE,  # of the vector
-    TARGET,
-    TOLERANCE,
-    WINDOW,  # samples in which rest is looked for
-    SPREAD,  # largest range of positions at rest
-    SPEED,  # largest measured velocity at rest; infinite where none is measured
-    LEAST_MOTION,  # a displacement of no more than this is none
-    DELAY,  # of the sensors, in samples
-) = range(9)
-# What changes
-(
-    PHASE,
-    OUTCOME,
-    REST,  # position at the last rest
-    ERROR,  # target minus that
-    PENDING,  # 1 from a pulse's start to the rest after it
-    FRESH,  # 1 in the sample in which the last pulse's displacement became known
-    PULSES,  # fired so far
-    IDLE,  # the last so many pulses in a row did not move the axis
-    _LEVEL,  # on its way
-    _LEFT,  # samples of it left
-    _WAIT,  # samples that still show what was before the pulse's end
-    _FILLED,  # samples in the window
-    _NEXT,  # place in the window of the next one
-    _QUIET,  # samples in a row in which the measured velocity was small enough
-    _TIME,  # of this sample
-    _POSITION,  # in this sample
-    STRIDE,  # samples between two positions kept
-    _AGE,  # samples since the pulse's start
-    REACH,  # how far the axis may go under the pulse before it is cut short
-) = range(DELAY + 1, DELAY + 20)
-# Places within a pulse
-(
-    AT_TIME,
-    AT_ERROR,
-    AT_PREDICTED,
-    AT_ACHIEVED,
-    AT_MOVED,
-    AT_LEVEL_COUNT,
-    AT_LEVELS,  # effort and whole samples of each
-) = range(7)
-_PULSE_SIZE = AT_LEVELS + 2 * _MOST_LEVELS
-_PULSE = REACH + 1  # the pulse on its way
-LAST = _PULSE + _PULSE_SIZE  # the last pulse of which it is known what it did
-TRACED = LAST + _PULSE_SIZE  # positions kept
-TRACE = TRACED + 1
-OWN = TRACE + TRACE_SIZE  # from here to the window: the method's own
+PULSE = np.dtype(
+    [
+        ("time", "f8"),  # of its first sample
+        ("error", "f8"),  # target minus position before it
+        ("predicted", "f8"),  # displacement
+        ("achieved", "f8"),
+        ("moved", "i8"),  # 1 if it moved the axis
+        ("level_count", "i8"),
+        ("levels", "f8", (_MOST_LEVELS, 2)),  # effort, and whole samples it is held for
+    ]
+)
+"""A pulse."""
+
+HEAD = np.dtype(
+    [
+        # Settings
+        ("method", "i8"),  # whose vector it is
+        ("length", "i8"),  # of the vector
+        ("target", "f8"),
+        ("tolerance", "f8"),
+        ("window", "i8"),  # samples in which rest is looked for
+        ("spread", "f8"),  # largest range of positions at rest
+        ("speed", "f8"),  # largest measured velocity at rest; infinite where none is measured
+        ("least_motion", "f8"),  # a displacement of no more than this is none
+        ("delay", "i8"),  # of the sensors, in samples
+        # What changes
+        ("phase", "i8"),
+        ("outcome", "i8"),
+        ("rest", "f8"),  # position at the last rest
+        ("error", "f8"),  # target minus that
+        ("pending", "i8"),  # 1 from a pulse's start to the rest after it
+        ("fresh", "i8"),  # 1 in the sample in which the last pulse's displacement became known
+        ("pulses", "i8"),  # fired so far
+        ("idle", "i8"),  # the last so many pulses in a row did not move the axis
+        ("level", "i8"),  # on its way
+        ("left", "f8"),  # samples of it left
+        ("wait", "i8"),  # samples that still show what was before the pulse's end
+        ("filled", "i8"),  # samples in the window
+        ("next", "i8"),  # place in the window of the next one
+        ("quiet", "i8"),  # samples in a row in which the measured velocity was small enough
+        ("time", "f8"),  # of this sample
+        ("position", "f8"),  # in this sample
+        ("age", "i8"),  # samples since the pulse's start
+        ("stride", "i8"),  # samples between two positions kept
+        ("reach", "f8"),  # how far the axis may go under the pulse before it is cut short
+        ("pulse", PULSE),  # on its way
+        ("last", PULSE),  # the last pulse of which it is known what it did
+        ("position_count", "i8"),
+        ("positions", "f8", (TRACE_SIZE,)),  # kept
+    ]
+)
+"""What all methods share."""
+
+head = fields_at(HEAD)
+OWN = places(HEAD)
+"""Place from which a method has its own fields."""
 
 
 @compiled()
-def readable(s: Float[np.ndarray, " s"], method: float, sample: SensorSample) -> bool:
+def readable(vector: Float[np.ndarray, " s"], method: int, sample: SensorSample) -> bool:
     """Return whether the sample holds what the controller needs.
 
     Raises
@@ -146,137 +130,134 @@ def readable(s: Float[np.ndarray, " s"], method: float, sample: SensorSample) ->
     ValueError
         If the vector is not one of this method: what lies where in it could not be told.
     """
-    if s.size < OWN or s[METHOD] != method or s[SIZE] != s.size:
+    if vector.size < OWN or head(vector).method != method or head(vector).length != vector.size:
         raise ValueError("not a state of this controller's method: begin with the one of init()")
     return np.isfinite(sample.measured_position) and (
-        s[SPEED] == np.inf or np.isfinite(sample.measured_velocity)
+        head(vector).speed == np.inf or np.isfinite(sample.measured_velocity)
     )
 
 
 @compiled()
-def _see(s: Float[np.ndarray, " s"], x: float, v: float) -> None:
+def _see(vector: Float[np.ndarray, " s"], x: float, v: float) -> None:
     """Take a sample into the window."""
-    window = int(s[WINDOW])
-    place = int(s[_NEXT])
-    s[s.size - window + place] = x
-    s[_NEXT] = (place + 1) % window
-    s[_FILLED] = min(s[_FILLED] + 1.0, s[WINDOW])
-    s[_QUIET] = s[_QUIET] + 1.0 if s[SPEED] == np.inf or abs(v) <= s[SPEED] else 0.0
+    s = head(vector)
+    vector[vector.size - s.window + s.next] = x
+    s.next = (s.next + 1) % s.window
+    s.filled = min(s.filled + 1, s.window)
+    s.quiet = s.quiet + 1 if s.speed == np.inf or abs(v) <= s.speed else 0
 
 
 @compiled()
-def _rest_position(s: Float[np.ndarray, " s"]) -> float:
+def _rest_position(vector: Float[np.ndarray, " s"]) -> float:
     """Return the mean position over the window, or NaN if the axis is not at rest."""
-    window = int(s[WINDOW])
-    if s[_FILLED] < window or s[_QUIET] < window:
+    s = head(vector)
+    if s.filled < s.window or s.quiet < s.window:
         return np.nan
-    start = s.size - window
-    first = s[start]
+    start = vector.size - s.window
+    first = vector[start]
     low, high, total = first, first, 0.0
-    for k in range(start, s.size):
-        low, high = min(low, s[k]), max(high, s[k])
-        total += s[k] - first  # from the first: equal positions have exactly that mean
-    return first + total / window if high - low <= s[SPREAD] else np.nan
+    for k in range(start, vector.size):
+        low, high = min(low, vector[k]), max(high, vector[k])
+        total += vector[k] - first  # from the first: equal positions have exactly that mean
+    return first + total / s.window if high - low <= s.spread else np.nan
 
 
 @compiled()
-def _conclude(s: Float[np.ndarray, " s"], rest: float) -> None:
+def _conclude(s: Any, rest: float) -> None:
     """Note what the pulse on its way has done, now that the axis rests again."""
-    d = rest - s[REST]
-    s[_PULSE + AT_ACHIEVED] = d
-    s[_PULSE + AT_MOVED] = 1.0 if abs(d) > s[LEAST_MOTION] else 0.0
-    for k in range(_PULSE_SIZE):
-        s[LAST + k] = s[_PULSE + k]
-    s[IDLE] = 0.0 if s[LAST + AT_MOVED] > 0.0 else s[IDLE] + 1.0
-    s[PENDING] = 0.0
-    s[FRESH] = 1.0
+    d = rest - s.rest
+    s.pulse.achieved = d
+    s.pulse.moved = 1 if abs(d) > s.least_motion else 0
+    s.last = s.pulse
+    s.idle = 0 if s.last.moved else s.idle + 1
+    s.pending, s.fresh = 0, 1
 
 
 @compiled()
-def _keep(s: Float[np.ndarray, " s"], x: float) -> None:
+def _keep(s: Any, x: float) -> None:
     """Keep a position; where there is no more room, let go of every other one."""
-    s[_AGE] += 1.0
-    if s[_AGE] != s[STRIDE] * s[TRACED]:
+    s.age += 1
+    if s.age != s.stride * s.position_count:
         return
-    if s[TRACED] == TRACE_SIZE:
+    if s.position_count == TRACE_SIZE:
         for k in range(TRACE_SIZE // 2):
-            s[TRACE + k] = s[TRACE + 2 * k]
-        s[TRACED] = TRACE_SIZE // 2
-        s[STRIDE] *= 2.0
-    s[TRACE + int(s[TRACED])] = x
-    s[TRACED] += 1.0
+            s.positions[k] = s.positions[2 * k]
+        s.position_count = TRACE_SIZE // 2
+        s.stride *= 2
+    s.positions[s.position_count] = x
+    s.position_count += 1
 
 
 @compiled()
-def _end(s: Float[np.ndarray, " s"]) -> None:
+def _end(s: Any) -> None:
     """Wait for rest from here on."""
-    s[PHASE], s[_WAIT] = WAITING, s[DELAY]
-    s[_FILLED] = s[_NEXT] = s[_QUIET] = 0.0
+    s.phase, s.wait = WAITING, s.delay
+    s.filled = s.next = s.quiet = 0
 
 
 @compiled()
-def _cut(s: Float[np.ndarray, " s"]) -> None:
+def _cut(s: Any) -> None:
     """End the pulse before its time, and note how long it has lasted."""
-    i = int(s[_LEVEL])
-    s[_PULSE + AT_LEVELS + 2 * i + 1] -= s[_LEFT]
-    s[_PULSE + AT_LEVEL_COUNT] = i + (1.0 if s[_PULSE + AT_LEVELS + 2 * i + 1] > 0.0 else 0.0)
+    i = s.level
+    s.pulse.levels[i, 1] -= s.left
+    s.pulse.level_count = i + (1 if s.pulse.levels[i, 1] > 0.0 else 0)
     _end(s)
 
 
 @compiled()
-def watch(s: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
+def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """Take a sample in; return whether the axis has come to rest, so that it is time to decide.
 
-    Then ``s[REST]``, ``s[ERROR]`` and ``s[OUTCOME]`` (`MOVING` or `REACHED`) are those of this
-    rest, and ``s[FRESH]`` says whether a pulse has led to it. It stays silent while a pulse is on
-    its way, while the axis moves, and once a rest has been judged, until the axis is at rest
-    elsewhere.
+    Then ``rest``, ``error`` and ``outcome`` (`MOVING` or `REACHED`) are those of this rest, and
+    ``fresh`` says whether a pulse has led to it. It stays silent while a pulse is on its way, while
+    the axis moves, and once a rest has been judged, until the axis is at rest elsewhere.
     """
+    s = head(vector)
     x = sample.measured_position
-    s[_TIME], s[_POSITION], s[FRESH] = sample.time, x, 0.0
-    if s[PENDING] > 0.0:
+    s.time, s.position, s.fresh = sample.time, x, 0
+    if s.pending:
         _keep(s, x)
-    if s[PHASE] == PULSING:
-        if abs(x - s[REST]) <= s[REACH]:
+    if s.phase == PULSING:
+        if abs(x - s.rest) <= s.reach:
             return False
         _cut(s)
-    if s[_WAIT] > 0.0:
-        s[_WAIT] -= 1.0
+    if s.wait > 0:
+        s.wait -= 1
         return False
-    _see(s, x, sample.measured_velocity)
-    rest = _rest_position(s)
+    _see(vector, x, sample.measured_velocity)
+    rest = _rest_position(vector)
     if np.isnan(rest):
         return False
-    if s[PHASE] == RESTING and abs(rest - s[REST]) <= s[LEAST_MOTION]:
+    if s.phase == RESTING and abs(rest - s.rest) <= s.least_motion:
         return False
-    if s[PENDING] > 0.0:
+    if s.pending:
         _conclude(s, rest)
     else:
-        s[IDLE] = 0.0
-    s[REST], s[ERROR], s[PHASE] = rest, s[TARGET] - rest, RESTING
-    s[OUTCOME] = REACHED if abs(s[ERROR]) <= s[TOLERANCE] else MOVING
+        s.idle = 0
+    s.rest, s.error, s.phase = rest, s.target - rest, RESTING
+    s.outcome = REACHED if abs(s.error) <= s.tolerance else MOVING
     return True
 
 
 @compiled()
-def fire(s: Float[np.ndarray, " s"], predicted: float) -> None:
+def fire(s: Any, predicted: float) -> None:
     """Begin a pulse, from this sample on, that is expected to move the axis by ``predicted``."""
-    s[_PULSE + AT_TIME], s[_PULSE + AT_ERROR] = s[_TIME], s[ERROR]
-    s[_PULSE + AT_PREDICTED], s[_PULSE + AT_LEVEL_COUNT] = predicted, 0.0
-    s[PHASE], s[PENDING] = PULSING, 1.0
-    s[PULSES] += 1.0
-    s[TRACE], s[TRACED], s[STRIDE], s[_AGE] = s[_POSITION], 1.0, 1.0, 0.0
-    s[_LEVEL], s[REACH] = 0.0, np.inf
+    s.pulse.time, s.pulse.error = s.time, s.error
+    s.pulse.predicted, s.pulse.level_count = predicted, 0
+    s.phase, s.pending = PULSING, 1
+    s.pulses += 1
+    s.positions[0], s.position_count, s.stride, s.age = s.position, 1, 1, 0
+    s.level, s.reach = 0, np.inf
 
 
 @compiled()
-def add_level(s: Float[np.ndarray, " s"], effort: float, samples: float) -> None:
+def add_level(s: Any, effort: float, samples: float) -> None:
     """Add a level to the pulse that was begun, held for whole samples, at least one."""
-    i = int(s[_PULSE + AT_LEVEL_COUNT])
-    s[_PULSE + AT_LEVELS + 2 * i], s[_PULSE + AT_LEVELS + 2 * i + 1] = effort, samples
-    s[_PULSE + AT_LEVEL_COUNT] = i + 1.0
+    i = s.pulse.level_count
+    s.pulse.levels[i, 0], s.pulse.levels[i, 1] = effort, samples
+    s.pulse.level_count = i + 1
     if i == 0:
-        s[_LEFT] = samples
+        s.left = samples
 
 
 @compiled()
@@ -286,23 +267,23 @@ def whole_samples(width: float, T: float) -> float:
 
 
 @compiled()
-def stop(s: Float[np.ndarray, " s"]) -> None:
+def stop(s: Any) -> None:
     """Fire no pulse: none brings the axis nearer."""
-    s[OUTCOME] = STOPPED
+    s.outcome = STOPPED
 
 
 @compiled()
-def emit(s: Float[np.ndarray, " s"]) -> float:
+def emit(s: Any) -> float:
     """Return the effort from this sample to the next, and go on by one sample in the pulse."""
-    if s[PHASE] != PULSING:
+    if s.phase != PULSING:
         return 0.0
-    i = int(s[_LEVEL])
-    effort = s[_PULSE + AT_LEVELS + 2 * i]
-    s[_LEFT] -= 1.0
-    if s[_LEFT] <= 0.0:
-        s[_LEVEL] = i + 1.0
-        if i + 1 < s[_PULSE + AT_LEVEL_COUNT]:
-            s[_LEFT] = s[_PULSE + AT_LEVELS + 2 * (i + 1) + 1]
+    i = s.level
+    effort = s.pulse.levels[i, 0]
+    s.left -= 1.0
+    if s.left <= 0.0:
+        s.level = i + 1
+        if i + 1 < s.pulse.level_count:
+            s.left = s.pulse.levels[i + 1, 1]
         else:
             _end(s)
     return effort

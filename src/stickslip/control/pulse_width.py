@@ -2,41 +2,29 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf, sqrt
-from typing import Literal
+from math import sqrt
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.pulse_controller import PulseController
+from stickslip.control.published_pulse_controller import PublishedPulseController
 from stickslip.control.pulse_kernel import (
-    AT_ACHIEVED,
-    AT_MOVED,
-    ERROR,
-    FRESH,
-    IDLE,
-    LAST,
     MOVING,
-    OUTCOME,
     OWN,
     add_level,
     emit,
     fire,
+    head,
     readable,
     stop,
     watch,
     whole_samples,
 )
-from stickslip.control.pulse_settings import (
-    checked_first_friction,
-    checked_patience,
-    checked_share,
-    longest_samples,
-)
-from stickslip.control.rest_detection import RestDetection
+from stickslip.control.pulse_settings import checked_share
+from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import (
-    AxisKind,
     InputError,
     LearntPulses,
     PulseMethod,
@@ -47,46 +35,49 @@ from stickslip.records import (
 
 __all__ = ["PulseWidthController"]
 
-_METHOD = 1.0  # in the vector
+_METHOD = 1  # in the vector
 
-(
-    _EFFORT,
-    _T,
-    _LONGEST,
-    _GAIN,
-    _LAMBDA_1,
-    _LAMBDA_2,
-    _APPLIED,
-    _PATIENCE,
-    _B,
-    _F_INVERSE,
-    _U,  # regressor of the pulse on its way
-) = range(OWN, OWN + 11)
+_OWN = np.dtype(
+    [
+        ("effort", "f8"),
+        ("period", "f8"),  # sampling time
+        ("longest", "f8"),  # pulse [s]
+        ("gain", "f8"),  # K_c
+        ("lambda_1", "f8"),
+        ("lambda_2", "f8"),
+        ("applied", "i8"),  # 1 to learn from whole samples
+        ("patience", "f8"),
+        ("b", "f8"),
+        ("F_inverse", "f8"),
+        ("u", "f8"),  # regressor of the pulse on its way
+    ]
+)
+_own_fields = fields_at(_OWN, start=OWN)
 
 
 @compiled()
-def _learn(s: Float[np.ndarray, " s"]) -> None:
+def _learn(s: Any, own: Any) -> None:
     """Take in what the last pulse did (Eqs. 11-13)."""
-    u, d = s[_U], s[LAST + AT_ACHIEVED]
-    s[_F_INVERSE] = s[_LAMBDA_1] * s[_F_INVERSE] + s[_LAMBDA_2] * u * u
-    s[_B] += u * (d - s[_B] * u) / s[_F_INVERSE]
+    u, d = own.u, s.last.achieved
+    own.F_inverse = own.lambda_1 * own.F_inverse + own.lambda_2 * u * u
+    own.b += u * (d - own.b * u) / own.F_inverse
 
 
 @compiled()
-def _plan(s: Float[np.ndarray, " s"]) -> None:
+def _plan(s: Any, own: Any) -> None:
     """Fire the pulse of Eqs. 7, 9 and 10, its width rounded up to whole samples."""
-    e, b, T = s[ERROR], s[_B], s[_T]
-    if not b > 0.0 or s[IDLE] >= s[_PATIENCE]:
+    e, b, T = s.error, own.b, own.period
+    if not b > 0.0 or s.idle >= own.patience:
         stop(s)
         return
     sign = 1.0 if e > 0.0 else -1.0
-    t_p = min(sqrt(s[_GAIN] * abs(e) / b), s[_LONGEST])
+    t_p = min(sqrt(own.gain * abs(e) / b), own.longest)
     n = whole_samples(t_p, T)
-    if s[_APPLIED] > 0.0:
+    if own.applied:
         t_p = n * T
-    s[_U] = sign * t_p * t_p
-    fire(s, b * s[_U])
-    add_level(s, sign * s[_EFFORT], n)
+    own.u = sign * t_p * t_p
+    fire(s, b * own.u)
+    add_level(s, sign * own.effort, n)
 
 
 @compiled()
@@ -94,19 +85,20 @@ def _step(
     state: Float[np.ndarray, " s"], sample: SensorSample
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample."""
-    s = state.copy()
-    if not readable(s, _METHOD, sample):
-        return s, np.nan
-    if watch(s, sample):
-        if s[FRESH] > 0.0 and s[LAST + AT_MOVED] > 0.0:
-            _learn(s)
-        if s[OUTCOME] == MOVING:
-            _plan(s)
-    return s, emit(s)
+    vector = state.copy()
+    if not readable(vector, _METHOD, sample):
+        return vector, np.nan
+    s, own = head(vector), _own_fields(vector)
+    if watch(vector, sample):
+        if s.fresh and s.last.moved:
+            _learn(s, own)
+        if s.outcome == MOVING:
+            _plan(s, own)
+    return vector, emit(s)
 
 
 @dataclass(frozen=True, kw_only=True)
-class PulseWidthController(PulseController):
+class PulseWidthController(PublishedPulseController):
     """Adaptive pulse width control, PWC: pulses of one effort and of many widths.
 
     A pulse of width ``t_p`` is taken to move the axis by ``b t_p^2``, without viscous friction;
@@ -117,25 +109,16 @@ class PulseWidthController(PulseController):
 
     Attributes
     ----------
-    pulse_effort
-        Of every pulse; more than the axis needs to break away.
     first_gain
         First guess of ``b``, the displacement of a pulse over its squared width; `from_friction`
         takes it from mass and Coulomb friction.
-    gain
-        Share of the error that a pulse is to take away, ``K_c`` [-]; between 0 and 2.
-    longest_width
-        Of a pulse, rounded down to whole samples; None for no limit.
-    forgetting, new_data_weight
-        ``lambda_1``, in (0, 1], and ``lambda_2``, in [0, 2), of the recursion [-].
+    new_data_weight
+        ``lambda_2``, in [0, 2), of the recursion [-]; the forgetting factor is ``lambda_1``.
     initial_covariance
         ``F(0)`` of the recursion [1/s^4]: the larger, the less the first guess counts.
     regressor
         Whether to learn from the width as calculated (``"nominal"``, as published) or from
         whole samples (``"applied"``).
-    patience
-        After so many pulses in a row that did not move the axis it stops; None to go on, as
-        published.
 
     Raises
     ------
@@ -158,82 +141,27 @@ class PulseWidthController(PulseController):
     'reached'
     """
 
-    pulse_effort: float = quantity_field("effort")
     first_gain: float = quantity_field("pulse_gain")
-    gain: float = 1.0
-    longest_width: float | None = quantity_field("time", default=None)
-    forgetting: float = 1.0
     new_data_weight: float = 1.0
     initial_covariance: float = 1e5
     regressor: Literal["nominal", "applied"] = "nominal"
-    patience: int | None = 3
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("pulse_effort", "first_gain"):
-            self._check_positive(name)
-        checked_share("gain", self.gain, 2.0, ends="", usual=1.0)
-        checked_share("forgetting", self.forgetting, 1.0, ends="high", usual=1.0)
+        self._check_positive("first_gain")
         checked_share("new_data_weight", self.new_data_weight, 2.0, ends="low", usual=1.0)
-        longest_samples(self.longest_width, self.sampling_time)
         positive("initial_covariance", self.initial_covariance, "1/s^4")
         if self.regressor not in ("nominal", "applied"):
             raise InputError(
                 f"regressor is {self.regressor!r}", remedy="give 'nominal' or 'applied'"
             )
-        checked_patience(self.patience)
 
     @classmethod
-    def from_friction(
-        cls,
-        *,
-        mass: float,
-        coulomb_friction: float,
-        static_friction: float | None = None,
-        pulse_effort: float,
-        sampling_time: float,
-        target: float,
-        tolerance: float,
-        rest: RestDetection,
-        kind: AxisKind = "linear",
-        gain: float = 1.0,
-        longest_width: float | None = None,
-        patience: int | None = 3,
-    ) -> "PulseWidthController":
-        """Return one whose first guess follows from mass and friction (Eq. 4).
-
-        Parameters
-        ----------
-        mass
-            Moving mass or inertia [kg or kg m^2].
-        coulomb_friction
-            First guess of it [N or N m].
-        static_friction
-            Effort it takes to break away, if known; the pulses must exceed it [N or N m].
-        pulse_effort, sampling_time, target, tolerance, gain, longest_width
-            As of the class [N or N m, s, m or rad, m or rad, -, s].
-        rest, kind, patience
-            As of the class.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range, or the pulses cannot overcome the friction.
-        """
+    def _first_gains(
+        cls, mass: float, coulomb_friction: float, pulse_effort: float
+    ) -> dict[str, float]:
         f_p, f_c = pulse_effort, coulomb_friction
-        checked_first_friction(mass, f_c, static_friction, f_p, kind)
-        return cls(
-            first_gain=f_p * (f_p - f_c) / (2.0 * mass * f_c),
-            pulse_effort=f_p,
-            sampling_time=sampling_time,
-            target=target,
-            tolerance=tolerance,
-            rest=rest,
-            kind=kind,
-            gain=gain,
-            longest_width=longest_width,
-            patience=patience,
-        )
+        return {"first_gain": f_p * (f_p - f_c) / (2.0 * mass * f_c)}
 
     @property
     def method(self) -> PulseMethod:
@@ -249,23 +177,14 @@ class PulseWidthController(PulseController):
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        T = self.sampling_time
-        return self._first_state(
-            _METHOD,
-            (
-                self.pulse_effort,
-                T,
-                longest_samples(self.longest_width, T) * T,
-                self.gain,
-                self.forgetting,
-                self.new_data_weight,
-                float(self.regressor == "applied"),
-                inf if self.patience is None else float(self.patience),
-                self.first_gain,
-                1.0 / self.initial_covariance,
-                0.0,
-            ),
-        )
+        state = self._first_state(_METHOD, places(_OWN))
+        own = _own_fields(state)
+        own.effort, own.period, own.longest = self.pulse_effort, self.sampling_time, self._longest
+        own.gain, own.patience = self.gain, self._patience
+        own.lambda_1, own.lambda_2 = self.forgetting, self.new_data_weight
+        own.applied = self.regressor == "applied"
+        own.b, own.F_inverse = self.first_gain, 1.0 / self.initial_covariance
+        return state
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
         """Return the estimate of ``b`` as ``pulse_gain`` [m/s^2 or rad/s^2].
@@ -275,7 +194,7 @@ class PulseWidthController(PulseController):
         state
             From `init`, a step, or a run's ``controller_state``.
         """
-        return {"pulse_gain": float(state[_B])}
+        return {"pulse_gain": float(_own_fields(state).b)}
 
     def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
         """Return the estimate, and the effort that it is for.
@@ -289,7 +208,7 @@ class PulseWidthController(PulseController):
             method=self.method,
             kind=self.kind,
             values={**self.estimates(state), "effort": self.pulse_effort},
-            covariance=np.array([[1.0 / state[_F_INVERSE]]]),
+            covariance=np.array([[1.0 / _own_fields(state).F_inverse]]),
         )
 
     def resumed(

@@ -1,0 +1,78 @@
+"""Names for the numbers of a state vector.
+
+The state of a compiled step is one vector of float64: it copies, goes into a kernel and comes back
+at little cost, whatever its length. A structured dtype says what lies where in it, and kernels read
+and write ``s.pulse.levels[i, 0]`` instead of counting places. In a kernel the fields are the memory
+of the vector itself, without a further array: a step takes no longer than with numbered places
+(`python -m benchmarks pulses`).
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numba
+import numpy as np
+from jaxtyping import Float
+from numba.extending import intrinsic, overload
+
+__all__ = ["fields_at", "places"]
+
+_PLACE = 8  # bytes of a number in the vector
+
+
+def places(dtype: np.dtype[Any]) -> int:
+    """Return how many numbers of the vector a dtype takes."""
+    return dtype.itemsize // _PLACE
+
+
+def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarray, " s"]], Any]:
+    """Return a function that gives the fields of a vector by name, in a kernel and in Python.
+
+    Parameters
+    ----------
+    dtype
+        Structured, of 8-byte numbers: floats, integers of zero or more (a negative one would read
+        as NaN), and arrays and structures of them.
+    start
+        Place of the first of them in the vector.
+
+    Returns
+    -------
+    ``fields(vector) -> record``: what is written to the record is written to the vector. In a
+    kernel the record must not outlive the vector.
+
+    Raises
+    ------
+    ValueError
+        If the name of a field is an attribute of every record.
+
+    Examples
+    --------
+    >>> count = np.dtype([("total", "f8"), ("samples", "i8")])
+    >>> vector = np.zeros(3)
+    >>> fields_at(count, start=1)(vector).samples = 2
+    >>> fields_at(count, start=1)(vector).samples
+    np.int64(2)
+    """
+    if taken := [name for name in dtype.names or () if hasattr(np.record, name)]:
+        raise ValueError(f"np.record has an attribute of its own named {' and '.join(taken)}")
+    record: Any = numba.from_dtype(dtype)
+
+    @intrinsic
+    def in_kernel(_: Any, vector: Any) -> Any:
+        def address(context: Any, builder: Any, signature: Any, arguments: Any) -> Any:
+            data = context.make_array(signature.args[0])(context, builder, arguments[0]).data
+            first = builder.gep(data, [context.get_constant(numba.types.intp, start)])
+            return builder.bitcast(first, context.get_value_type(record))
+
+        return record(vector), address
+
+    def fields(vector: Float[np.ndarray, " s"]) -> Any:
+        part = vector[start : start + places(dtype)]
+        return part.view(np.dtype((np.record, dtype)))[0]
+
+    def typed(vector):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        return lambda vector: in_kernel(vector)  # noqa: PLW0108 - Numba wants the argument's name
+
+    overload(fields)(typed)
+    return fields
