@@ -71,8 +71,9 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
         part = vector[start : start + places(dtype)]
         return part.view(np.dtype((np.record, dtype)))[0]
 
-    def typed(vector):  # type: ignore[no-untyped-def]  # noqa: ARG001
-        return lambda vector: in_kernel(vector)  # noqa: PLW0108 - Numba wants the argument's name
+    # Numba compares the signatures of both, which therefore have no annotations
+    def typed(vector):  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]  # noqa: ARG001
+        return lambda vector: in_kernel(vector)  # pyright: ignore  # noqa: PLW0108
 
     overload(fields)(typed)
     return fields
