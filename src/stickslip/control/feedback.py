@@ -151,39 +151,31 @@ class FeedbackController:
         online, table = self.online, self.reference.table
         learned = np.empty(0) if online is None else online.first_state
         estimator = at.REFERENCE + table.size
-        s = np.zeros(estimator + learned.size)
-        s[at.METHOD], s[at.SIZE] = at.MARK, s.size
-        s[at.POSITION_GAIN] = self.pd.position_gain
-        s[at.VELOCITY_GAIN] = self.pd.velocity_gain
-        s[at.INERTIA] = self.inertia
-        s[at.EFFORT_LIMIT] = np.inf if self.effort_limit is None else self.effort_limit
-        s[at.NOTCH : at.NOTCH + 5] = (
+        state = np.zeros(estimator + learned.size)
+        s = at.head(state)
+        s.method, s.length = at.METHOD, state.size
+        s.position_gain, s.velocity_gain = self.pd.position_gain, self.pd.velocity_gain
+        s.inertia = self.inertia
+        s.effort_limit = np.inf if self.effort_limit is None else self.effort_limit
+        s.notch = (
             _STRAIGHT_THROUGH if self.notch is None else self.notch.coefficients(self.sampling_time)
         )
         if self.compensation is not None:
-            s[at.MEASURED] = self.compensation.velocity == "measured"
-            s[at.DEAD_BAND] = self.compensation.dead_band
+            s.measured = self.compensation.velocity == "measured"
+            s.dead_band = self.compensation.dead_band
             law = self.compensation.friction
             if isinstance(law, OnlineFriction):
                 coulomb, viscous = law.places
-                s[at.COULOMB_AT] = estimator + coulomb
-                s[at.VISCOUS_AT] = estimator + viscous
-                s[at.NEEDS_LOAD] = law.needs_load
+                s.coulomb_at, s.viscous_at = estimator + coulomb, estimator + viscous
+                s.needs_load = law.needs_load
             else:
-                s[at.COULOMB : at.COULOMB + 2] = (
-                    law.coulomb_friction_positive,
-                    law.coulomb_friction_negative,
-                )
-                s[at.VISCOUS : at.VISCOUS + 2] = (
-                    law.viscous_friction_positive,
-                    law.viscous_friction_negative,
-                )
-                s[at.OFFSET] = law.offset
-        s[at.ESTIMATOR] = estimator
-        s[at.MOVES] = len(self.reference.moves)
-        s[at.REFERENCE : estimator] = table
-        s[estimator:] = learned
-        return s
+                s.coulomb = law.coulomb_friction_positive, law.coulomb_friction_negative
+                s.viscous = law.viscous_friction_positive, law.viscous_friction_negative
+                s.offset = law.offset
+        s.estimator, s.moves = estimator, len(self.reference.moves)
+        state[at.REFERENCE : estimator] = table
+        state[estimator:] = learned
+        return state
 
     def estimator_state(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, " e"]:
         """Return a copy of the state of the estimator that runs along.
@@ -199,7 +191,7 @@ class FeedbackController:
             If no estimator runs along.
         """
         self._running()
-        return state[int(state[at.ESTIMATOR]) :].copy()
+        return state[int(at.head(state).estimator) :].copy()
 
     def refused_samples(self, state: Float[np.ndarray, " s"]) -> int:
         """Return how many samples the estimator could not take: not finite, or without the load.
@@ -215,7 +207,7 @@ class FeedbackController:
             If no estimator runs along.
         """
         self._running()
-        return int(state[at.REFUSED])
+        return int(at.head(state).refused)
 
     def resumed(self, estimator_state: Float[np.ndarray, " e"]) -> "FeedbackController":
         """Return the same controller, its estimator beginning with the given state.

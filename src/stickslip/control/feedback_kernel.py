@@ -1,7 +1,8 @@
-"""The step of a feedback controller: what it remembers, and the kernels that advance it.
+"""The step of a feedback controller.
 
-Settings and memory are one vector of fixed size, so that one piece of machine code serves all
-controllers, whatever their settings. What lies where in it is given by the constants below.
+Settings and memory are one vector, so that one piece of machine code serves all controllers,
+whatever their settings: the fields of `HEAD`, the moves of the reference, and the state of the
+estimator that runs along.
 """
 
 from collections.abc import Callable
@@ -17,68 +18,50 @@ from stickslip.control.friction_compensation import compensating_effort, physica
 from stickslip.control.notch import notch_step
 from stickslip.control.pd import pd_effort
 from stickslip.control.reference import reference_at
+from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 
-__all__ = [
-    "COULOMB",
-    "COULOMB_AT",
-    "DEAD_BAND",
-    "EFFORT_LIMIT",
-    "ESTIMATOR",
-    "INERTIA",
-    "MARK",
-    "MEASURED",
-    "METHOD",
-    "MOVES",
-    "NEEDS_LOAD",
-    "NOTCH",
-    "OFFSET",
-    "POSITION_GAIN",
-    "REFERENCE",
-    "REFUSED",
-    "SIZE",
-    "VELOCITY_GAIN",
-    "VISCOUS",
-    "VISCOUS_AT",
-    "step_for",
-]
+__all__ = ["HEAD", "METHOD", "REFERENCE", "head", "step_for"]
 
-MARK = 5.0  # of a vector of these kernels
+METHOD = 5  # of a vector of these kernels
 
-# Settings
-(
-    METHOD,  # whose vector it is
-    SIZE,  # of the vector
-    POSITION_GAIN,
-    VELOCITY_GAIN,
-    INERTIA,
-    EFFORT_LIMIT,
-    NOTCH,  # five coefficients
-) = range(7)
-(
-    COULOMB,  # in positive, in negative direction
-    _,
-    VISCOUS,  # likewise
-    _,
-    OFFSET,
-    MEASURED,  # the measured velocity is compensated for, not that of the reference
-    DEAD_BAND,
-    COULOMB_AT,  # places of the running estimates in this vector; 0 when there are none
-    VISCOUS_AT,
-    NEEDS_LOAD,
-    ESTIMATOR,  # where the estimator's state begins, which is the rest of the vector
-    MOVES,
-) = range(NOTCH + 5, NOTCH + 17)
-# What changes
-_Z1, _Z2, REFUSED = range(MOVES + 1, MOVES + 4)  # notch; samples that the estimator did not take
-REFERENCE = REFUSED + 1  # the moves
+HEAD = np.dtype(
+    [
+        # Settings
+        ("method", "i8"),  # whose vector it is
+        ("length", "i8"),  # of the vector
+        ("position_gain", "f8"),
+        ("velocity_gain", "f8"),
+        ("inertia", "f8"),
+        ("effort_limit", "f8"),
+        ("notch", "f8", (5,)),  # coefficients
+        ("coulomb", "f8", (2,)),  # in positive, in negative direction
+        ("viscous", "f8", (2,)),  # likewise
+        ("offset", "f8"),
+        ("measured", "i8"),  # 1: the measured velocity is compensated for, not the reference's
+        ("dead_band", "f8"),
+        ("coulomb_at", "i8"),  # places of the running estimates in the vector; 0 without any
+        ("viscous_at", "i8"),
+        ("needs_load", "i8"),
+        ("estimator", "i8"),  # where the estimator's state begins, which is the rest of the vector
+        ("moves", "i8"),
+        # What changes
+        ("z", "f8", (2,)),  # memory of the notch
+        ("refused", "i8"),  # samples that the estimator did not take
+    ]
+)
+"""What precedes the moves of the reference."""
+
+head = fields_at(HEAD)
+REFERENCE = places(HEAD)
+"""Place of the first move."""
 
 Vector = Float[np.ndarray, " s"]
 Step = Callable[[Vector, SensorSample], tuple[Vector, float]]
 
 
 @compiled()
-def command(s: Float[np.ndarray, " s"], t: float, x: float, v: float) -> float:
+def command(vector: Float[np.ndarray, " s"], t: float, x: float, v: float) -> float:
     """Return the effort at time t, and advance the notch in place unless the effort is not finite.
 
     u = H(z) [K_p (r - x) + K_d (r' - v)] + J r'' + f_c sign(w) + c w + f_0, limited; w is the
@@ -89,27 +72,31 @@ def command(s: Float[np.ndarray, " s"], t: float, x: float, v: float) -> float:
     ValueError
         If the vector is not one of these kernels.
     """
-    if s.size < REFERENCE or s[METHOD] != MARK or s[SIZE] != s.size:
+    if (
+        vector.size < REFERENCE
+        or head(vector).method != METHOD
+        or head(vector).length != vector.size
+    ):
         raise ValueError("not a state of a FeedbackController: begin with the one of its init()")
-    r, r_dot, r_ddot = reference_at(s, REFERENCE, int(s[MOVES]), t)
-    e = pd_effort(s[POSITION_GAIN], s[VELOCITY_GAIN], r, x, r_dot, v)
-    y, z1, z2 = notch_step(
-        s[NOTCH], s[NOTCH + 1], s[NOTCH + 2], s[NOTCH + 3], s[NOTCH + 4], s[_Z1], s[_Z2], e
-    )
-    if s[COULOMB_AT] > 0.0:
-        f_pos = physical(s[int(s[COULOMB_AT])])
-        c_pos = physical(s[int(s[VISCOUS_AT])])
+    s = head(vector)
+    r, r_dot, r_ddot = reference_at(vector, REFERENCE, s.moves, t)
+    e = pd_effort(s.position_gain, s.velocity_gain, r, x, r_dot, v)
+    n = s.notch
+    y, z1, z2 = notch_step(n[0], n[1], n[2], n[3], n[4], s.z[0], s.z[1], e)
+    if s.coulomb_at > 0:
+        f_pos = physical(float(vector[s.coulomb_at]))
+        c_pos = physical(float(vector[s.viscous_at]))
         f_neg, c_neg = f_pos, c_pos
     else:
-        f_pos, f_neg = s[COULOMB], s[COULOMB + 1]
-        c_pos, c_neg = s[VISCOUS], s[VISCOUS + 1]
-    w = v if s[MEASURED] > 0.0 else r_dot
-    u = y + s[INERTIA] * r_ddot + s[OFFSET]
-    u += compensating_effort(f_pos, f_neg, c_pos, c_neg, w, s[DEAD_BAND])
+        f_pos, f_neg = s.coulomb[0], s.coulomb[1]
+        c_pos, c_neg = s.viscous[0], s.viscous[1]
+    w = v if s.measured else r_dot
+    u = y + s.inertia * r_ddot + s.offset
+    u += compensating_effort(f_pos, f_neg, c_pos, c_neg, w, s.dead_band)
     if not np.isfinite(u):
         return np.nan
-    s[_Z1], s[_Z2] = z1, z2
-    limit = s[EFFORT_LIMIT]
+    s.z[0], s.z[1] = z1, z2
+    limit = s.effort_limit
     return min(max(u, -limit), limit)
 
 
@@ -118,8 +105,8 @@ def _step_alone(
     state: Float[np.ndarray, " s"], sample: SensorSample
 ) -> tuple[Float[np.ndarray, " s"], float]:
     """Take a sample, with no estimator running along."""
-    s = state.copy()
-    return s, command(s, sample.time, sample.measured_position, sample.measured_velocity)
+    vector = state.copy()
+    return vector, command(vector, sample.time, sample.measured_position, sample.measured_velocity)
 
 
 def step_for(kernel: Any) -> Step:
@@ -142,16 +129,17 @@ def _compiled_step(kernel: Any) -> Step:
 
 def _step_with(kernel: Any) -> Step:
     def step(state: Vector, sample: SensorSample) -> tuple[Vector, float]:
-        s = state.copy()
+        vector = state.copy()
         x, v = sample.measured_position, sample.measured_velocity
-        u = command(s, sample.time, x, v)
+        u = command(vector, sample.time, x, v)
         if np.isfinite(u):
+            s = head(vector)
             x2, v2 = sample.measured_load_position, sample.measured_load_velocity
-            if s[NEEDS_LOAD] == 0.0:
+            if not s.needs_load:
                 x2 = 0.0 if np.isnan(x2) else x2
                 v2 = 0.0 if np.isnan(v2) else v2
-            if not kernel(s[int(s[ESTIMATOR]) :], u, x, v, x2, v2):
-                s[REFUSED] += 1.0
-        return s, u
+            if not kernel(vector[s.estimator :], u, x, v, x2, v2):
+                s.refused += 1
+        return vector, u
 
     return step

@@ -10,6 +10,7 @@ from jaxtyping import Float
 from stickslip.control import pid_kernel as at
 from stickslip.control.dither import Dither
 from stickslip.control.reset_integral import COULOMB, NO_RESET, STRIBECK, ResetIntegral
+from stickslip.numerics.named_fields import places
 from stickslip.records import InputError, non_negative, positive, quantity_field
 
 __all__ = ["PIDController"]
@@ -213,29 +214,24 @@ class PIDController:
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        s = np.zeros(at.SIZE)
-        s[at.METHOD] = at.MARK
-        s[at.TIME], s[at.TARGET] = self.sampling_time, self.target
-        s[at.K_P], s[at.K_I], s[at.K_D] = (
-            self.position_gain,
-            self.integral_gain,
-            self.velocity_gain,
-        )
-        s[at.FILTER] = self.filter_time
-        s[at.MEASURED] = self.velocity == "measured"
-        s[at.EFFORT_LIMIT], s[at.DEAD_BAND] = self.effort_limit, self.dead_band
+        state = np.zeros(places(at.STATE))
+        s = at.fields(state)
+        s.method, s.period, s.target = at.METHOD, self.sampling_time, self.target
+        s.K_p, s.K_i, s.K_d = self.position_gain, self.integral_gain, self.velocity_gain
+        s.filter_time = self.filter_time
+        s.measured = self.velocity == "measured"
+        s.effort_limit, s.dead_band = self.effort_limit, self.dead_band
         if self.dither is not None:
-            s[at.DITHER_AMPLITUDE] = self.dither.amplitude
-            s[at.DITHER_CYCLES] = self.dither.frequency * self.sampling_time
-            s[at.DITHER_SQUARE] = self.dither.shape == "square"
-        s[at.RESET_LAW] = NO_RESET
+            s.dither_amplitude = self.dither.amplitude
+            s.dither_cycles = self.dither.frequency * self.sampling_time
+            s.dither_square = self.dither.shape == "square"
+        s.reset_law = NO_RESET
         if self.reset is not None:
-            s[at.RESET_LAW] = _LAWS[self.reset.law]
-            s[at.RESET_FACTOR] = self.reset.factor
-            s[at.REST_SPEED] = self.reset.rest_speed
-            s[at.REST_SAMPLES] = self.reset.rest_samples
-        s[at.ARMED] = 1.0
-        return s
+            s.reset_law = _LAWS[self.reset.law]
+            s.reset_factor = self.reset.factor
+            s.rest_speed, s.rest_samples = self.reset.rest_speed, self.reset.rest_samples
+        s.armed = 1.0
+        return state
 
     def integral_action(self, state: Float[np.ndarray, " s"]) -> float:
         """Return the integral's part of the effort [N or N m].
@@ -245,7 +241,7 @@ class PIDController:
         state
             From `init`, a step, or a run's ``controller_state``.
         """
-        return float(state[at.INTEGRAL])
+        return float(at.fields(state).integral)
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
         """Return the state that goes on to another target, with its integral as it is.
@@ -262,10 +258,10 @@ class PIDController:
         InputError
             If the target is not finite.
         """
-        s = state.copy()
-        s[at.TARGET] = _target(target)
-        s[at.ARMED] = 1.0
-        return s
+        vector = state.copy()
+        s = at.fields(vector)
+        s.target, s.armed = _target(target), 1.0
+        return vector
 
 
 def _target(target: float) -> float:

@@ -1,4 +1,4 @@
-"""The step of a PID controller. Settings and memory are one vector, laid out by the constants."""
+"""The step of a PID controller."""
 
 import math
 from collections.abc import Callable
@@ -9,67 +9,46 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.control.dither import dither_effort
 from stickslip.control.reset_integral import reset
+from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 
-__all__ = [
-    "ARMED",
-    "DEAD_BAND",
-    "DITHER_AMPLITUDE",
-    "DITHER_CYCLES",
-    "DITHER_SQUARE",
-    "EFFORT_LIMIT",
-    "FILTER",
-    "INTEGRAL",
-    "K_D",
-    "K_I",
-    "K_P",
-    "MARK",
-    "MEASURED",
-    "METHOD",
-    "RESET_FACTOR",
-    "RESET_LAW",
-    "REST_SAMPLES",
-    "REST_SPEED",
-    "SAMPLES",
-    "SIZE",
-    "TARGET",
-    "TIME",
-    "Step",
-    "pid_step",
-]
+__all__ = ["METHOD", "STATE", "Step", "fields", "pid_step"]
 
-MARK = 4.0  # of a vector of this kernel
+METHOD = 4  # of a vector of this kernel
 
-# Settings
-(
-    METHOD,  # whose vector it is
-    TIME,  # T
-    TARGET,
-    K_P,
-    K_I,
-    K_D,
-    FILTER,  # tau, time constant of the derivative
-    MEASURED,  # the velocity is measured, not differentiated
-    EFFORT_LIMIT,
-    DEAD_BAND,
-    DITHER_AMPLITUDE,
-    DITHER_CYCLES,  # a sample
-    DITHER_SQUARE,
-    RESET_LAW,
-    RESET_FACTOR,
-    REST_SPEED,
-    REST_SAMPLES,
-) = range(17)
-# What changes
-(
-    SAMPLES,  # taken so far
-    _LAST_X,
-    _VELOCITY,
-    INTEGRAL,  # integral action, an effort
-    ARMED,  # logic state of the resets
-    _RESTED,  # samples in a row within the speed of rest
-    SIZE,
-) = range(REST_SAMPLES + 1, REST_SAMPLES + 8)
+STATE = np.dtype(
+    [
+        # Settings
+        ("method", "i8"),  # whose vector it is
+        ("period", "f8"),  # T
+        ("target", "f8"),
+        ("K_p", "f8"),
+        ("K_i", "f8"),
+        ("K_d", "f8"),
+        ("filter_time", "f8"),  # tau, time constant of the derivative
+        ("measured", "i8"),  # 1 if the velocity is measured, not differentiated
+        ("effort_limit", "f8"),
+        ("dead_band", "f8"),
+        ("dither_amplitude", "f8"),
+        ("dither_cycles", "f8"),  # a sample
+        ("dither_square", "i8"),
+        ("reset_law", "f8"),
+        ("reset_factor", "f8"),
+        ("rest_speed", "f8"),
+        ("rest_samples", "i8"),
+        # What changes
+        ("samples", "i8"),  # taken so far
+        ("x", "f8"),  # position and velocity of the last sample
+        ("v", "f8"),
+        ("integral", "f8"),  # integral action, an effort
+        ("armed", "f8"),  # logic state of the resets
+        ("rested", "i8"),  # samples in a row within the speed of rest
+    ]
+)
+"""Settings and memory of a PID controller."""
+
+fields = fields_at(STATE)
+_SIZE = places(STATE)
 
 Vector = Float[np.ndarray, " s"]
 Step = Callable[[Vector, SensorSample], tuple[Vector, float]]
@@ -92,43 +71,42 @@ def pid_step(
     ValueError
         If the vector is not one of this kernel.
     """
-    if state.size != SIZE or state[METHOD] != MARK:
+    if state.size != _SIZE or fields(state).method != METHOD:
         raise ValueError("not a state of a PIDController: begin with the one of its init()")
-    s = state.copy()
+    vector = state.copy()
+    s = fields(vector)
     x, v = sample.measured_position, sample.measured_velocity
-    T, r = s[TIME], s[TARGET]
-    started = s[SAMPLES] > 0.0
-    x_last = s[_LAST_X] if started else x
-    v_last = s[_VELOCITY]
-    if s[MEASURED] == 0.0:
-        tau = s[FILTER]
+    T, r = s.period, s.target
+    started = s.samples > 0
+    x_last = s.x if started else x
+    v_last = s.v
+    if not s.measured:
+        tau = s.filter_time
         v = ((2.0 * tau - T) * v_last + 2.0 * (x - x_last)) / (2.0 * tau + T)
     if not math.isfinite(x) or not math.isfinite(v):
-        return s, math.nan
+        return vector, math.nan
     e, e_last = r - x, r - x_last
-    u_p, u_i = s[K_P] * e, s[INTEGRAL]
-    growth = 0.5 * s[K_I] * T * (e + e_last)
-    if not started or abs(e) <= s[DEAD_BAND]:
+    u_p, u_i = s.K_p * e, s.integral
+    growth = 0.5 * s.K_i * T * (e + e_last)
+    if not started or abs(e) <= s.dead_band:
         growth = 0.0
 
-    moving = abs(v) > s[REST_SPEED]
-    s[_RESTED] = 0.0 if moving else s[_RESTED] + 1.0
-    stopped = s[_RESTED] >= s[REST_SAMPLES] or v * v_last < 0.0
-    u_i, s[ARMED] = reset(
-        s[RESET_LAW], s[RESET_FACTOR], s[DEAD_BAND], s[ARMED], u_p, u_i + growth, e, e_last,
+    moving = abs(v) > s.rest_speed
+    s.rested = 0 if moving else s.rested + 1
+    stopped = s.rested >= s.rest_samples or v * v_last < 0.0
+    u_i, s.armed = reset(
+        s.reset_law, s.reset_factor, s.dead_band, s.armed, u_p, u_i + growth, e, e_last,
         moving, stopped,
     )  # fmt: skip
 
-    u = u_p + u_i - s[K_D] * v
-    u += dither_effort(
-        s[DITHER_AMPLITUDE], s[DITHER_CYCLES] * (s[SAMPLES] + 0.5), s[DITHER_SQUARE] > 0.0
-    )
-    limit = s[EFFORT_LIMIT]
+    u = u_p + u_i - s.K_d * v
+    u += dither_effort(s.dither_amplitude, s.dither_cycles * (s.samples + 0.5), s.dither_square > 0)
+    limit = s.effort_limit
     if abs(u) > limit:
         if u * growth > 0.0:
             u_i -= growth
         u = math.copysign(limit, u)
-    s[INTEGRAL] = u_i
-    s[_LAST_X], s[_VELOCITY] = x, v
-    s[SAMPLES] += 1.0
-    return s, u
+    s.integral = u_i
+    s.x, s.v = x, v
+    s.samples += 1
+    return vector, u
