@@ -4,8 +4,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.control import PD, FrictionCompensation, OnlineFriction
-from stickslip.control.friction_compensation import compensating_effort, physical
-from stickslip.control.pd import pd_effort
+from stickslip.control.feedback.friction_compensation import compensating_effort, physical
+from stickslip.control.feedback.pd import pd_effort
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError

@@ -17,7 +17,7 @@ from random_axes import (
 )
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control import exact_pulse_learning as at
+from stickslip.control.pulses import exact_learning as at
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
 from stickslip.planning import PulseLaw

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control import pulse_kernel as pulse
+from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass

@@ -10,8 +10,8 @@ from random_axes import random_axes
 from scipy.optimize import least_squares
 
 from stickslip.control import ExactPulseController, PulseWidthController, RestDetection
-from stickslip.control import exact_pulse_learning as at
-from stickslip.control import pulse_kernel as pulse
+from stickslip.control.pulses import exact_learning as at
+from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass

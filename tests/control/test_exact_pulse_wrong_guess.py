@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control import exact_pulse_learning as at
-from stickslip.control import pulse_kernel as pulse
+from stickslip.control.pulses import exact_learning as at
+from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass

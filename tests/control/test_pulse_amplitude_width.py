@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize
 
 from stickslip.control import PulseAmplitudeWidthController, RestDetection
-from stickslip.control.pulse_amplitude_width_kernel import in_range, trimmed_effort
+from stickslip.control.pulses.amplitude_width_kernel import in_range, trimmed_effort
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass

@@ -1,9 +1,18 @@
 """Controllers, sample by sample: PD, notch, compensation of friction, and pulses."""
 
-from stickslip.control.dither import Dither
-from stickslip.control.exact_pulse import ExactPulseController
-from stickslip.control.feedback import FeedbackController
-from stickslip.control.friction_compensation import FrictionCompensation
+from stickslip.control.feedback.controller import FeedbackController
+from stickslip.control.feedback.dither import Dither
+from stickslip.control.feedback.friction_compensation import FrictionCompensation
+from stickslip.control.feedback.notch import Notch, NotchCoefficients
+from stickslip.control.feedback.online_friction import (
+    OnlineEstimator,
+    OnlineFriction,
+    RunningEstimator,
+)
+from stickslip.control.feedback.pd import PD
+from stickslip.control.feedback.pid import PIDController
+from stickslip.control.feedback.reference import Move, PointToPoint, Reference
+from stickslip.control.feedback.reset_integral import ResetIntegral
 from stickslip.control.landing import (
     AxisLandingController,
     AxisLandingState,
@@ -16,19 +25,10 @@ from stickslip.control.landing import (
     scaled_notch,
     scaled_pd,
 )
-from stickslip.control.notch import Notch, NotchCoefficients
-from stickslip.control.online_friction import (
-    OnlineEstimator,
-    OnlineFriction,
-    RunningEstimator,
-)
-from stickslip.control.pd import PD
-from stickslip.control.pid import PIDController
-from stickslip.control.pulse_amplitude_width import PulseAmplitudeWidthController
-from stickslip.control.pulse_controller import PulseController
-from stickslip.control.pulse_width import PulseWidthController
-from stickslip.control.reference import Move, PointToPoint, Reference
-from stickslip.control.reset_integral import ResetIntegral
+from stickslip.control.pulses.amplitude_width import PulseAmplitudeWidthController
+from stickslip.control.pulses.controller import PulseController
+from stickslip.control.pulses.exact import ExactPulseController
+from stickslip.control.pulses.width import PulseWidthController
 from stickslip.control.rest_detection import RestDetection
 
 __all__ = [

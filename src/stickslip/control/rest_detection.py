@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from math import sqrt
 from statistics import NormalDist
 
-from stickslip.control.pulse_settings import whole
+from stickslip.control.pulses.settings import whole
 from stickslip.records import InputError, non_negative, positive, quantity_field
 
 __all__ = ["RestDetection"]

@@ -9,9 +9,9 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from stickslip.compiled import compiled
-from stickslip.control.friction_compensation import compensating_effort
-from stickslip.control.pd import PD, pd_effort
-from stickslip.control.reference import PointToPoint, Reference, reference_at
+from stickslip.control.feedback.friction_compensation import compensating_effort
+from stickslip.control.feedback.pd import PD, pd_effort
+from stickslip.control.feedback.reference import PointToPoint, Reference, reference_at
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, SensorSample, positive, quantity_field
 

@@ -5,12 +5,12 @@ from math import pi, sqrt
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.feedback import FeedbackController
-from stickslip.control.friction_compensation import FrictionCompensation
-from stickslip.control.notch import Notch
-from stickslip.control.online_friction import OnlineEstimator, OnlineFriction
-from stickslip.control.pd import PD
-from stickslip.control.reference import Move, PointToPoint
+from stickslip.control.feedback.controller import FeedbackController
+from stickslip.control.feedback.friction_compensation import FrictionCompensation
+from stickslip.control.feedback.notch import Notch
+from stickslip.control.feedback.online_friction import OnlineEstimator, OnlineFriction
+from stickslip.control.feedback.pd import PD
+from stickslip.control.feedback.reference import Move, PointToPoint
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 

@@ -7,14 +7,14 @@ from statistics import NormalDist
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.feedback import FeedbackController
+from stickslip.control.feedback.controller import FeedbackController
+from stickslip.control.feedback.notch import Notch
 from stickslip.control.landing.approach import arm_approach, scaled_notch, scaled_pd
 from stickslip.control.landing.arm_learning import ArmLearning
 from stickslip.control.landing.belief import ArmBelief, check_learnt
 from stickslip.control.landing.series import next_series
 from stickslip.control.landing.state import Flight, LandingState, Window
 from stickslip.control.landing.swing import Swing
-from stickslip.control.notch import Notch
 from stickslip.planning import PulseSeries
 from stickslip.records import InputError, LearntPulses, SensorSample
 

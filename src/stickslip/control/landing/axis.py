@@ -6,11 +6,11 @@ from math import isfinite
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.exact_pulse import ExactPulseController
-from stickslip.control.feedback import FeedbackController
+from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.landing.approach import axis_approach
 from stickslip.control.landing.state import AxisLandingState, Window
 from stickslip.control.landing.supervisor import Supervisor
+from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.rest_detection import RestDetection
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass

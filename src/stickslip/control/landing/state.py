@@ -5,9 +5,9 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.exact_pulse import ExactPulseController
-from stickslip.control.feedback import FeedbackController
+from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.landing.belief import ArmBelief
+from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.planning import PulseSeries
 from stickslip.records import LandingPhaseName, SensorSample, quantity_field
 

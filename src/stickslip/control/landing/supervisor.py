@@ -8,10 +8,10 @@ from typing import Generic, TypeVar
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.feedback import FeedbackController
+from stickslip.control.feedback.controller import FeedbackController
+from stickslip.control.feedback.online_friction import RunningEstimator
+from stickslip.control.feedback.pd import PD
 from stickslip.control.landing.state import Phase, SupervisorState
-from stickslip.control.online_friction import RunningEstimator
-from stickslip.control.pd import PD
 from stickslip.records import (
     AxisKind,
     InputError,

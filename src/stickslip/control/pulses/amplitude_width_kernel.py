@@ -7,7 +7,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.pulse_kernel import (
+from stickslip.control.pulses.kernel import (
     MOVING,
     OWN,
     add_level,

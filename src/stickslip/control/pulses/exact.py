@@ -8,11 +8,11 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control import exact_pulse_learning as at
-from stickslip.control.exact_pulse_planning import EXHAUSTED, HELD_FAST, NO_BETTER, plan
-from stickslip.control.pulse_controller import PulseController
-from stickslip.control.pulse_kernel import MOVING, STOPPED, emit, head, readable, watch
-from stickslip.control.pulse_settings import longest_samples, whole
+from stickslip.control.pulses import exact_learning as at
+from stickslip.control.pulses.controller import PulseController
+from stickslip.control.pulses.exact_planning import EXHAUSTED, HELD_FAST, NO_BETTER, plan
+from stickslip.control.pulses.kernel import MOVING, STOPPED, emit, head, readable, watch
+from stickslip.control.pulses.settings import longest_samples, whole
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
 from stickslip.records import (

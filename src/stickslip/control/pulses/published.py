@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from math import inf
 from typing import TypeVar
 
-from stickslip.control.pulse_controller import PulseController
-from stickslip.control.pulse_settings import checked_share, longest_samples, whole
+from stickslip.control.pulses.controller import PulseController
+from stickslip.control.pulses.settings import checked_share, longest_samples, whole
 from stickslip.control.rest_detection import RestDetection
 from stickslip.records import AxisKind, InputError, positive, quantity_field, unit_of
 

@@ -6,12 +6,12 @@ from math import isclose
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control import feedback_kernel as at
-from stickslip.control.friction_compensation import FrictionCompensation
-from stickslip.control.notch import Notch, NotchCoefficients
-from stickslip.control.online_friction import OnlineFriction
-from stickslip.control.pd import PD
-from stickslip.control.reference import PointToPoint
+from stickslip.control.feedback import kernel as at
+from stickslip.control.feedback.friction_compensation import FrictionCompensation
+from stickslip.control.feedback.notch import Notch, NotchCoefficients
+from stickslip.control.feedback.online_friction import OnlineFriction
+from stickslip.control.feedback.pd import PD
+from stickslip.control.feedback.reference import PointToPoint
 from stickslip.records import InputError, non_negative, positive, quantity_field
 
 __all__ = ["FeedbackController"]

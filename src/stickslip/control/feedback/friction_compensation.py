@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stickslip.compiled import compiled
-from stickslip.control.online_friction import OnlineFriction
+from stickslip.control.feedback.online_friction import OnlineFriction
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError, non_negative, quantity_field
 

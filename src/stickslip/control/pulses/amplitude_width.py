@@ -8,9 +8,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control import pulse_amplitude_width_kernel as at
-from stickslip.control.published_pulse_controller import PublishedPulseController
-from stickslip.control.pulse_settings import checked_share
+from stickslip.control.pulses import amplitude_width_kernel as at
+from stickslip.control.pulses.published import PublishedPulseController
+from stickslip.control.pulses.settings import checked_share
 from stickslip.numerics.named_fields import places
 from stickslip.records import (
     InputError,

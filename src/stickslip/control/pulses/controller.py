@@ -8,7 +8,7 @@ from math import inf, isfinite
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control import pulse_kernel as at
+from stickslip.control.pulses import kernel as at
 from stickslip.control.rest_detection import RestDetection
 from stickslip.records import (
     AxisKind,

@@ -14,10 +14,10 @@ from jaxtyping import Float
 from numba.extending import is_jitted
 
 from stickslip.compiled import compiled
-from stickslip.control.friction_compensation import compensating_effort, physical
-from stickslip.control.notch import notch_step
-from stickslip.control.pd import pd_effort
-from stickslip.control.reference import reference_at
+from stickslip.control.feedback.friction_compensation import compensating_effort, physical
+from stickslip.control.feedback.notch import notch_step
+from stickslip.control.feedback.pd import pd_effort
+from stickslip.control.feedback.reference import reference_at
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 

@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.published_pulse_controller import PublishedPulseController
-from stickslip.control.pulse_kernel import (
+from stickslip.control.pulses.kernel import (
     MOVING,
     OWN,
     add_level,
@@ -22,7 +21,8 @@ from stickslip.control.pulse_kernel import (
     watch,
     whole_samples,
 )
-from stickslip.control.pulse_settings import checked_share
+from stickslip.control.pulses.published import PublishedPulseController
+from stickslip.control.pulses.settings import checked_share
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import (
     InputError,

@@ -21,8 +21,8 @@ import math
 from typing import Any
 
 from stickslip.compiled import compiled
-from stickslip.control.exact_pulse_learning import COULOMB, VISCOUS, slopes
-from stickslip.control.pulse_kernel import add_level, fire, stop, whole_samples
+from stickslip.control.pulses.exact_learning import COULOMB, VISCOUS, slopes
+from stickslip.control.pulses.kernel import add_level, fire, stop, whole_samples
 from stickslip.planning.pulse_kernels import (
     effort_for,
     pulse_displacement,

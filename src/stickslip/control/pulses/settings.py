@@ -5,7 +5,7 @@ from typing import Literal
 
 import numpy as np
 
-from stickslip.control.pulse_kernel import ROUNDING
+from stickslip.control.pulses.kernel import ROUNDING
 from stickslip.records import InputError, positive
 
 __all__ = ["checked_share", "longest_samples", "whole"]

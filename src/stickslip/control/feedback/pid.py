@@ -7,9 +7,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control import pid_kernel as at
-from stickslip.control.dither import Dither
-from stickslip.control.reset_integral import COULOMB, NO_RESET, STRIBECK, ResetIntegral
+from stickslip.control.feedback import pid_kernel as at
+from stickslip.control.feedback.dither import Dither
+from stickslip.control.feedback.reset_integral import COULOMB, NO_RESET, STRIBECK, ResetIntegral
 from stickslip.numerics.named_fields import places
 from stickslip.records import InputError, non_negative, positive, quantity_field
 

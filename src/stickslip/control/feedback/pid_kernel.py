@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.dither import dither_effort
-from stickslip.control.reset_integral import reset
+from stickslip.control.feedback.dither import dither_effort
+from stickslip.control.feedback.reset_integral import reset
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 

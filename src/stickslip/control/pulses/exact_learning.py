@@ -25,7 +25,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.pulse_kernel import OWN
+from stickslip.control.pulses.kernel import OWN
 from stickslip.numerics.named_fields import fields_at
 from stickslip.planning.pulse_kernels import position_along, pulse_displacement, pulse_ends
 

@@ -1,0 +1,1 @@
+"""Positioning by pulses from rest to rest."""
