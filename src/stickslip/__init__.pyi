@@ -205,13 +205,13 @@ from .records import (
 from .records import (
     Status as Status,
 )
-from .report import (
+from .presentation import (
     write_comparison_page as write_comparison_page,
 )
-from .report import (
+from .presentation import (
     write_positioning_page as write_positioning_page,
 )
-from .report import (
+from .presentation import (
     write_report as write_report,
 )
 from .simulation import (

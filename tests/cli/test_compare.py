@@ -178,7 +178,7 @@ def test_a_late_effort_is_found_and_told(run: Run, scenario: Path) -> None:
     _, found = outcome.out.split("delay found")
     last = {line.split()[0]: line.split()[-1] for line in found.splitlines() if line.strip()}
     assert last["maximum-likelihood"] == "100.0%"
-    assert last["energy"] == "-"
+    assert last["energy"] == "–"
     assert "Delay found" in page.read_text()
     not_sought = run("compare", scenario, "--only", "energy")
     assert "delay found" not in not_sought.out

@@ -8,8 +8,8 @@ import pytest
 from rich.console import Console
 
 from stickslip import EstimationTask
-from stickslip.cli.compare_tables import print_comparison
 from stickslip.jobs import compare_log, compare_scenario
+from stickslip.presentation.terminal import print_comparison
 from stickslip.records import EstimatorComparison, EstimatorStudy, Status
 
 SCENARIO = """

@@ -88,6 +88,17 @@ def test_words_say_what_was_assumed_found_and_written(run: Run, good_log: Path) 
     assert sorted(good_log.parent.iterdir()) == sorted([good_log, json_file, report])
 
 
+def test_an_assumed_unit_is_repeated_beside_the_result(run: Run, tmp_path: Path) -> None:
+    columns = table()
+    bare = {name.partition(" ")[0]: values for name, values in columns.items()}
+    for name, header in (("bare", bare), ("named", columns)):
+        log, report = tmp_path / f"{name}.csv", tmp_path / f"{name}.html"
+        log.write_text(csv_text(header))
+        outcome = run("identify", log, "--kind", "linear", "--report", report)
+        words = "Assumed units, as the log names none: effort in N, position in m, time in s."
+        assert (words in outcome.out) == (words in report.read_text()) == (name == "bare")
+
+
 def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
     outcome = run("identify", good_log, "--mass", MASS, "--json", "-")
     assert set(contract(outcome.out).parameters) == {

@@ -250,7 +250,7 @@ def test_what_a_landing_did_is_printed(run: Run, tmp_path: Path) -> None:
         "swing left",
         "feedback",
         "the target is new",
-        "pulse series",
+        "Pulse series",
         "mass 1 missed by",
         "Coulomb friction",
         "reached",

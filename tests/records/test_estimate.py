@@ -1,7 +1,6 @@
 """The estimate's JSON form and its refusal of half results."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,15 +11,11 @@ from stickslip.records import (
     Diagnostics,
     FrictionEstimate,
     InputError,
-    Judgement,
     ParameterEstimate,
     Provenance,
     Status,
     Verdict,
-    judged,
-    missing_parameters,
     unit_of,
-    value_texts,
 )
 
 
@@ -98,37 +93,3 @@ def test_every_status_has_its_own_word() -> None:
     words = [status.word for status in Status]
     assert len(set(words)) == len(words)
     assert all(word and not word.endswith(".") for word in words)
-
-
-def test_every_parameter_is_judged_with_its_reason() -> None:
-    estimate = make_estimate()
-    assert judged(estimate, "mass").judgement is Judgement.IDENTIFIED
-    missing = judged(estimate, "offset")
-    assert (missing.judgement, missing.reason) == (Judgement.NOT_IDENTIFIED, "it does not move")
-    assert missing_parameters(estimate) == ["Offset: it does not move"]
-    assert missing_parameters(replace(estimate, diagnostics=replace(
-        estimate.diagnostics, verdicts=()))) == []  # fmt: skip
-
-
-@pytest.mark.parametrize("status", Status)
-def test_a_value_is_used_only_where_the_status_allows_it(status: Status) -> None:
-    word = judged(replace(make_estimate(), status=status), "mass").judgement
-    assert word is (Judgement.IDENTIFIED if status.usable else Judgement.UNUSABLE)
-
-
-@pytest.mark.parametrize(("name", "value"), [("mass", -2.0), ("mass", 0.0), ("offset", -2.0)])
-def test_only_what_cannot_be_negative_is_unphysical(name: str, value: float) -> None:
-    parameter = ParameterEstimate(name=name, value=value, std=None, ci95=None, unit="N")
-    estimate = replace(
-        make_estimate(), status=Status.UNPHYSICAL, parameters={name: parameter},
-        covariance=np.zeros((1, 1)),
-    )  # fmt: skip
-    wrong = judged(estimate, name).judgement is Judgement.UNPHYSICAL
-    assert wrong == (name == "mass")
-
-
-def test_values_are_shown_with_the_digits_that_count() -> None:
-    mass = make_estimate().parameters["mass"]
-    assert value_texts(mass) == ("2.00", "1.00 to 3.00")
-    assert value_texts(replace(mass, std=None, ci95=None)) == ("2", "none")
-    assert value_texts(replace(mass, value=None, std=None, ci95=None)) == ("–", "–")

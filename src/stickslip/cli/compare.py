@@ -117,7 +117,7 @@ def compare(
                 progress=progress,
             )
         files.write(found.to_dict, partial(write_comparison_page, found))
-    from stickslip.cli.compare_tables import print_comparison
+    from stickslip.presentation.terminal import print_comparison
 
     files.tell(found.to_dict, partial(print_comparison, found=found))
     return 0 if found.trusted else 1

@@ -1,19 +1,12 @@
 """``stickslip demo``: from a log to a landing, on a simulated arm whose friction is known."""
 
-import textwrap
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import folder, whole_number
-from stickslip.cli.tables import print_identification
 from stickslip.cli.terminal import console_on, reader_may_leave, working
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stickslip.records import Positioning
 
 __all__ = ["demo"]
 
@@ -35,6 +28,7 @@ def demo(
     the scenario of the landing, and a page on each into the folder.
     """
     from stickslip.jobs import demonstrate
+    from stickslip.presentation.terminal import print_identification, print_landing
 
     with working("identifying and landing the arm"):
         result = demonstrate(out, seed=seed)
@@ -46,35 +40,8 @@ def demo(
         console.print(f"Estimate  {result.json_file}", soft_wrap=True)
         console.print(f"Report    {result.report_file}", soft_wrap=True)
         console.print()
-        _print_landing(console, result.landing)
+        print_landing(console, result.landing)
         console.print(f"Scenario  {result.scenario_file}", soft_wrap=True)
         console.print(f"Landing   {result.landing_file}", soft_wrap=True)
     trusted = result.identification.estimate.status.trusted
     return 0 if trusted and result.landing.ending.reached else 1
-
-
-def _print_landing(console: "Console", landing: "Positioning") -> None:
-    """Print how the arm has landed."""
-    from stickslip.records import prefixed
-
-    run, move = landing.runs[-1], landing.last
-    console.print(
-        textwrap.fill(
-            f"Then the same arm is sent {prefixed(move.target, 'm')} away, with this estimate for "
-            "its first guess and the same noisy sensors: feedback, then series of pulses.",
-            console.width,
-        )
-    )
-    if not landing.ending.reached:
-        words = f"✗ {landing.ending.value}: {landing.ending_text}"
-        console.print(textwrap.fill(words, console.width), style="bold red")
-        return
-    arm = run.arm
-    fired = "" if arm is None else f", by {len(arm.series)} series"
-    swing = "" if move.swing is None else f", mass 2 swings by {prefixed(move.swing, 'm')}"
-    settled = "" if move.settling_time is None else f" after {prefixed(move.settling_time, 's')}"
-    words = (
-        f"✓ landed{settled}{fired}: mass 1 rests {prefixed(abs(move.final_error), 'm')} from the "
-        f"target{swing}; asked for were {prefixed(landing.tolerance, 'm')}."
-    )
-    console.print(textwrap.fill(words, console.width), style="green")

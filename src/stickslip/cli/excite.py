@@ -1,20 +1,14 @@
 """``stickslip excite``: an effort to identify an axis with, as telling as its limits allow."""
 
-import textwrap
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import Annotated, Literal
 
 from cyclopts import Group, Parameter
 
 from stickslip.cli.arguments import whole_number
 from stickslip.cli.outputs import check_outputs, json_file, print_result
 from stickslip.cli.terminal import working
-
-if TYPE_CHECKING:
-    from rich.console import Console
-
-    from stickslip.records import Excitation
 
 __all__ = ["EXAMPLES", "excite"]
 
@@ -156,49 +150,10 @@ def excite(
         write_effort(designed.effort, designed.sampling_time, out, kind=designed.kind)
         if (path := json_file(json)) is not None:
             write_json(designed.to_dict(), path)
+    from stickslip.presentation.terminal import print_excitation
+
     written = {"Effort": out, "JSON": json_file(json)}
-    print_result(designed.to_dict, partial(_print, designed=designed), json=json, files=written)
+    print_result(
+        designed.to_dict, partial(print_excitation, designed=designed), json=json, files=written
+    )
     return 1 if designed.untold else 0
-
-
-def _print(console: "Console", designed: "Excitation") -> None:
-    from rich import box
-    from rich.table import Table
-
-    from stickslip.records import parameter_label, prefixed, share_text, unit_of, unit_text
-
-    kind = designed.kind
-    console.print(
-        f"{designed.effort.size} samples over {prefixed(designed.duration, 's')}; as believed, the "
-        f"axis moves up to {prefixed(designed.largest_travel, unit_of('position', kind))} away "
-        f"from where it begins, at up to "
-        f"{prefixed(designed.largest_speed, unit_of('velocity', kind))}.",
-        soft_wrap=True,
-    )
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("parameter", no_wrap=True)
-    for head in ("believed", "± at best (95 %)", "of it"):
-        table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    for name, each in designed.expected.items():
-        share = "-" if each.believed == 0 else share_text(each.half_width / abs(each.believed))
-        table.add_row(
-            parameter_label(name),
-            f"{each.believed:.5g}",
-            f"{each.half_width:.2g}",
-            share,
-            unit_text(unit_of(name, kind)),
-        )
-    console.print(table)
-    words = (
-        "At best, for an axis as believed and a known effort: friction that changes, or a force "
-        "that disturbs the axis, widens the intervals."
-    )
-    console.print(textwrap.fill(words, console.width), style="dim", soft_wrap=True)
-    if designed.untold:
-        names = " and ".join(parameter_label(name, kind).lower() for name in designed.untold)
-        words = (
-            f"Not to be trusted: such an input does not tell the {names}, whose interval reaches "
-            "0 even at best. Give a longer duration, or allow more effort, speed or travel."
-        )
-        console.print(textwrap.fill(words, console.width), soft_wrap=True)

@@ -8,7 +8,6 @@ from cyclopts import Parameter
 
 from stickslip.cli.log_arguments import WANTED, KnownAxis, LogReading, SoughtFriction
 from stickslip.cli.outputs import ResultFiles
-from stickslip.cli.tables import print_identification
 from stickslip.cli.terminal import working
 from stickslip.records import EffortKind, InputError
 
@@ -158,6 +157,8 @@ def identify(
             effort_kind=effort_kind,
         )
         files.write(found.estimate.to_dict, partial(write_report, found))
+    from stickslip.presentation.terminal import print_identification
+
     files.tell(found.estimate.to_dict, partial(print_identification, identification=found))
     return 0 if found.estimate.status.trusted else 1
 

@@ -1,20 +1,13 @@
 """``stickslip position``: a positioning task on a simulated axis, from a scenario file."""
 
-import textwrap
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 from cyclopts import Parameter
 
 from stickslip.cli.outputs import check_apart, json_file, print_result
 from stickslip.cli.terminal import progress_bar
-
-if TYPE_CHECKING:
-    from rich.console import Console
-    from rich.table import Table
-
-    from stickslip.records import Positioning, PositioningMove, PositioningRun
 
 __all__ = ["EXAMPLES", "position"]
 
@@ -22,9 +15,6 @@ EXAMPLES = """Examples:
   stickslip position examples/scenarios/exact.toml --report exact.html
   stickslip position examples/scenarios/arm.toml --report arm.html
   stickslip position stage.toml --learnt learnt.json --json -"""
-
-_FIRST, _LAST = 20, 10
-"""Rows of a long table that are printed."""
 
 
 def position(
@@ -89,118 +79,10 @@ def position(
             write_json(result.to_dict(), path)
         if report is not None:
             write_positioning_page(result, report)
+    from stickslip.presentation.terminal import print_positioning
+
     written = {"JSON": json_file(json), "Report": report, "Learnt": saved}
-    print_result(result.to_dict, partial(_print, result=result), json=json, files=written)
+    print_result(
+        result.to_dict, partial(print_positioning, result=result), json=json, files=written
+    )
     return 0 if result.ending.reached else 1
-
-
-def _print(console: "Console", result: "Positioning") -> None:
-    from stickslip.records import prefixed, unit_of
-
-    unit = unit_of("position", result.kind)
-    run = result.runs[-1]
-    arm = run.arm
-    axis = f"{result.kind} axis" if arm is None else f"flexible arm, {result.kind}"
-    console.print(f"{result.name}: {result.controller}, {axis}", soft_wrap=True)
-    console.print()
-    console.print(_moves(result))
-    if run.phases:
-        from stickslip.cli.arm_tables import phases_table, series_table
-
-        console.print(phases_table(run))
-        if arm is not None and arm.series:
-            console.print(series_table(arm, result))
-    if result.runs[0].estimates:
-        console.print(_estimates(result))
-        if result.counts_offset:
-            words = "Friction of each direction has the constant offset in it, also the truth's."
-            console.print(textwrap.fill(words, console.width), style="dim", soft_wrap=True)
-            console.print()
-    last = result.last
-    words = f"{result.ending.value}: {result.ending_text}"
-    if result.ending.reached:
-        words = (
-            f"reached: {prefixed(last.final_error, unit)} from the target, tolerance "
-            f"{prefixed(result.tolerance, unit)}."
-        )
-    mark = "✓" if result.ending.reached else "✗"
-    style = "green" if result.ending.reached else "bold red"
-    console.print(textwrap.fill(f"{mark} {words}", console.width), style=style, soft_wrap=True)
-    for note in result.notes:
-        console.print(textwrap.fill(note, console.width), style="dim", soft_wrap=True)
-
-
-def _moves(result: "Positioning") -> "Table":
-    from rich import box
-    from rich.table import Table
-
-    several = len(result.runs[0].moves) > 1
-    arm = result.runs[0].arm is not None
-    pulsed = bool(result.runs[0].estimates) and not arm
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("run", justify="right")
-    if several:
-        table.add_column("move", justify="right")
-    swing = ("swing left",) if arm else ()
-    for head in ("target", "final error", *swing, "within tolerance after"):
-        table.add_column(head, justify="right", no_wrap=True)
-    if pulsed:
-        table.add_column("pulses", justify="right")
-    table.add_column("peak effort", justify="right", no_wrap=True)
-    table.add_column("ending", no_wrap=True)
-    every = [(run, move) for run in result.runs for move in run.moves]
-    for k, (run, move) in enumerate(every):
-        if _FIRST <= k < len(every) - _LAST:
-            if k == _FIRST:
-                table.add_row("…")
-            continue
-        table.add_row(*_row(run, move, result, several=several, pulsed=pulsed))
-    return table
-
-
-def _row(
-    run: "PositioningRun",
-    move: "PositioningMove",
-    result: "Positioning",
-    *,
-    several: bool,
-    pulsed: bool,
-) -> list[str]:
-    from stickslip.records import prefixed, unit_of
-
-    unit, settled = unit_of("position", result.kind), move.settling_time
-    return [
-        str(run.number),
-        *([str(move.number)] if several else []),
-        prefixed(move.target, unit),
-        prefixed(move.final_error, unit),
-        *([] if move.swing is None else [prefixed(move.swing, unit)]),
-        "never" if settled is None else prefixed(settled, "s"),
-        *([str(len(move.pulses))] if pulsed else []),
-        prefixed(move.peak_effort, unit_of("effort", result.kind)),
-        move.ending.word.lower(),
-    ]
-
-
-def _estimates(result: "Positioning") -> "Table":
-    from rich import box
-    from rich.table import Table
-
-    from stickslip.records import between_text, parameter_label, unit_of, unit_text
-
-    table = Table(box=box.SIMPLE_HEAD, pad_edge=False)
-    table.add_column("learnt", no_wrap=True)
-    for head in ("at first", "in the end", "truth"):
-        table.add_column(head, justify="right", no_wrap=True)
-    table.add_column("unit", no_wrap=True)
-    last = result.runs[-1].estimates
-    for name, values in result.runs[0].estimates.items():
-        truth, limits = result.truth.get(name), result.limits.get(name)
-        table.add_row(
-            parameter_label(name, result.kind),
-            f"{values[0]:.4g}",
-            f"{last[name][-1]:.4g}" if limits is None else between_text(*limits),
-            "-" if truth is None else f"{truth:.4g}",
-            unit_text(unit_of(name, result.kind)),
-        )
-    return table

@@ -11,8 +11,8 @@ from stickslip.jobs.json_file import write_json
 from stickslip.jobs.positioning import position
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.outputs import files_at_once
+from stickslip.presentation import write_positioning_page, write_report
 from stickslip.records import Identification, InputError, Positioning
-from stickslip.report import write_positioning_page, write_report
 
 __all__ = ["Demonstration", "demonstrate"]
 

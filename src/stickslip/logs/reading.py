@@ -237,6 +237,9 @@ def _axis_log(
     try:
         kind, told = axis_kind(bound.values(), schema.kind, table.label)
         channels, notes = _channels(table, bound, kind)
+        assumed = tuple(
+            (name, unit_of(quantity_of(name), kind)) for name in bound if bound[name].unit is None
+        )
     except InputError as error:
         raise error if error.where else error.at(table.label) from None
     time = channels.pop("time", None)
@@ -250,7 +253,7 @@ def _axis_log(
     _check_motion(log, bound, table.label)
     source = source or _source_in_memory(table, time, channels)
     assumptions = (*table.notes, *notes, *([told] if told else []), *_timing(log, table, bound))
-    return replace(log, source=replace(source, assumptions=assumptions))
+    return replace(log, source=replace(source, assumptions=assumptions, assumed_units=assumed))
 
 
 def _sampled_time(schema: AxisSchema, samples: int) -> Column:

@@ -38,13 +38,6 @@ from stickslip.records.identification import (
     Resimulation,
 )
 from stickslip.records.joint import JointLog, JointLogs, LogDeviation
-from stickslip.records.judgement import (
-    Judged,
-    Judgement,
-    judged,
-    missing_parameters,
-    value_texts,
-)
 from stickslip.records.positioning import (
     Ending,
     Positioning,
@@ -71,17 +64,12 @@ from stickslip.records.read_only import ReadOnlyMapping
 from stickslip.records.selection import EffortKind, ModelSelection, TermScore
 from stickslip.records.sensor_sample import SensorSample
 from stickslip.records.wording import (
-    between_text,
     count_of,
     in_units_of,
     in_words,
     parameter_label,
     prefixed,
     prefixed_unit,
-    ratio_text,
-    rounded,
-    rounded_interval,
-    share_text,
     unit_text,
 )
 
@@ -114,8 +102,6 @@ __all__ = [
     "InputError",
     "JointLog",
     "JointLogs",
-    "Judged",
-    "Judgement",
     "LandingPhase",
     "LandingPhaseName",
     "LearntPulses",
@@ -142,13 +128,10 @@ __all__ = [
     "StickslipError",
     "TermScore",
     "Verdict",
-    "between_text",
     "count_of",
     "finite_vector",
     "in_units_of",
     "in_words",
-    "judged",
-    "missing_parameters",
     "non_negative",
     "parameter_label",
     "positive",
@@ -156,12 +139,7 @@ __all__ = [
     "prefixed_unit",
     "quantity_field",
     "quantity_name",
-    "ratio_text",
-    "rounded",
-    "rounded_interval",
-    "share_text",
     "shared_name",
     "unit_of",
     "unit_text",
-    "value_texts",
 ]

@@ -35,11 +35,14 @@ class LogSource:
         Hash of their bytes, in that order.
     assumptions
         One sentence for everything that was inferred and not stated by the user.
+    assumed_units
+        Channels whose unit is stated nowhere, each with the SI unit that it was taken in.
     """
 
     files: tuple[str, ...]
     sha256: str
     assumptions: tuple[str, ...] = ()
+    assumed_units: tuple[tuple[str, str], ...] = ()
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,4 @@
-"""How values, units and parameter names are put before a reader, in tables, pages and terminals."""
+"""Names and units as they are written in messages and results."""
 
 import math
 import re
@@ -6,17 +6,12 @@ import re
 from stickslip.records.quantities import QUANTITIES, AxisKind
 
 __all__ = [
-    "between_text",
     "count_of",
     "in_units_of",
     "in_words",
     "parameter_label",
     "prefixed",
     "prefixed_unit",
-    "ratio_text",
-    "rounded",
-    "rounded_interval",
-    "share_text",
     "unit_text",
 ]
 
@@ -30,7 +25,6 @@ _EITHER_UNIT = re.compile(
     + r")(?![\w/^])"
 )
 _DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
-_MOST_DECIMALS = 15
 _PREFIXABLE = ("m", "rad", "s")
 _PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
 _ROUNDED_TO_ONE = 0.9995
@@ -104,38 +98,6 @@ def _term_of(name: re.Match[str]) -> str:
     return f"{term} ({direction})" if direction else term
 
 
-def share_text(share: float) -> str:
-    """Return a share in percent, with two digits however small it is.
-
-    Parameters
-    ----------
-    share
-        The share, 1 being the whole [-].
-
-    Examples
-    --------
-    >>> share_text(0.000024), share_text(0.0)
-    ('0.0024 %', '0 %')
-    """
-    return f"{100 * share:.2g} %"
-
-
-def ratio_text(ratio: float) -> str:
-    """Return a ratio with three digits, or all before the point.
-
-    Parameters
-    ----------
-    ratio
-        [-]
-
-    Examples
-    --------
-    >>> ratio_text(1.0234), ratio_text(1234.5)
-    ('1.02', '1234')
-    """
-    return f"{ratio:.3g}" if abs(ratio) < 1000 else f"{ratio:.0f}"
-
-
 def unit_text(unit: str) -> str:
     """Return a unit as it is printed.
 
@@ -195,75 +157,3 @@ def _three_digits(value: float) -> str:
     if value == 0 or not 1e-3 <= abs(value) < 1e6:
         return f"{value:.3g}"
     return f"{value:.{max(0, 2 - math.floor(math.log10(abs(value) * _ROUNDING)))}f}"
-
-
-def _decimals(uncertainty: float) -> int | None:
-    """Return how many decimals show two digits of an uncertainty; None if it has no digits."""
-    if not (math.isfinite(uncertainty) and uncertainty > 0):
-        return None
-    decimals = 1 - math.floor(math.log10(uncertainty))
-    return decimals if abs(decimals) <= _MOST_DECIMALS else None
-
-
-def _fixed(value: float, decimals: int | None) -> str:
-    if decimals is None or abs(value) >= 10.0**_MOST_DECIMALS:
-        return f"{value:.6g}"
-    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
-    return text.removeprefix("-") if float(text) == 0 else text
-
-
-def between_text(low: float | None, high: float | None) -> str:
-    """Return what is known of a value that lies between two limits.
-
-    Parameters
-    ----------
-    low, high
-        The limits [any unit]; None where there is none.
-
-    Examples
-    --------
-    >>> between_text(130.0, 173.24), between_text(None, 173.24), between_text(None, None)
-    ('130 to 173.2', 'below 173.2', 'untested')
-    """
-    if low is not None and high is not None:
-        return f"{low:.4g} to {high:.4g}"
-    if high is not None:
-        return f"below {high:.4g}"
-    return "untested" if low is None else f"above {low:.4g}"
-
-
-def rounded(value: float, uncertainty: float) -> str:
-    """Return a value with the digits that its uncertainty leaves meaningful.
-
-    Parameters
-    ----------
-    value
-        The value [any unit].
-    uncertainty
-        Its standard deviation [same unit]; two of its digits are kept.
-
-    Examples
-    --------
-    >>> rounded(95.108877, 0.1085), rounded(203503.4, 1146.0)
-    ('95.11', '203500')
-    """
-    return _fixed(value, _decimals(uncertainty))
-
-
-def rounded_interval(low: float, high: float, uncertainty: float) -> str:
-    """Return an interval, rounded as `rounded` does.
-
-    Parameters
-    ----------
-    low, high
-        Its ends [any unit].
-    uncertainty
-        The standard deviation [same unit].
-
-    Examples
-    --------
-    >>> rounded_interval(-3.2518, -3.0778, 0.0444)
-    '-3.252 to -3.078'
-    """
-    decimals = _decimals(uncertainty)
-    return f"{_fixed(low, decimals)} to {_fixed(high, decimals)}"

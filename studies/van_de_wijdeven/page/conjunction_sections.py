@@ -2,9 +2,9 @@
 
 from collections.abc import Sequence
 
+from stickslip.presentation.page import Section
 from stickslip.records import prefixed
-from stickslip.report.dense import prose, row, wide
-from stickslip.report.sheet import Section
+from studies.van_de_wijdeven.page.dense import prose, row, section, wide
 from studies.van_de_wijdeven.records import (
     ConjunctionReproduction,
     FrictionErrorEffect,
@@ -20,14 +20,14 @@ __all__ = ["conjunction_sections"]
 def conjunction_sections(reproduction: ConjunctionReproduction) -> tuple[Section, ...]:
     """Return what stands on the page of the conjunction between claims and figures."""
     return (
-        Section(
+        section(
             "series",
             "Series of pulses",
             _reference_series(reproduction.reference_series)
             + _friction_errors(reproduction.friction_errors)
             + _successive_series(reproduction.successive_series),
         ),
-        Section(
+        section(
             "controllers",
             "Controllers compared",
             _landing_scores(reproduction.landing_scores, reproduction.how_compared),

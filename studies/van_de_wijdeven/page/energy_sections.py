@@ -4,10 +4,10 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 
+from stickslip.presentation.figures.drawing import symbol
+from stickslip.presentation.page import Section
 from stickslip.records import parameter_label, unit_of, unit_text
-from stickslip.report.dense import row, wide
-from stickslip.report.drawing import symbol
-from stickslip.report.sheet import Section
+from studies.van_de_wijdeven.page.dense import row, section, wide
 from studies.van_de_wijdeven.records import EnergyReproduction, FiveRuns, VariantScore
 
 __all__ = ["energy_sections"]
@@ -16,8 +16,8 @@ __all__ = ["energy_sections"]
 def energy_sections(reproduction: EnergyReproduction) -> tuple[Section, ...]:
     """Return what stands on the page of part A between claims and figures."""
     return (
-        Section("estimates", "Estimates and ITSE", _estimates(reproduction.five_runs)),
-        Section("variants", "All variants", _variants(reproduction.variants)),
+        section("estimates", "Estimates and ITSE", _estimates(reproduction.five_runs)),
+        section("variants", "All variants", _variants(reproduction.variants)),
     )
 
 

@@ -5,9 +5,9 @@ import html
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from stickslip.report.dense import prose
-from stickslip.report.sheet import Section, contents, head, section
+from stickslip.presentation.page import Markup, Page, Section, rendered
 from studies.van_de_wijdeven.page.conjunction_sections import conjunction_sections
+from studies.van_de_wijdeven.page.dense import prose, section
 from studies.van_de_wijdeven.page.energy_sections import energy_sections
 from studies.van_de_wijdeven.page.pulse_sections import pulse_sections
 from studies.van_de_wijdeven.records import (
@@ -20,11 +20,6 @@ from studies.van_de_wijdeven.records import (
 )
 
 __all__ = ["reproduction_page"]
-
-_POLICY = (
-    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; "
-    "form-action 'none'"
-)
 
 _PARTS = {"A": "part A", "B": "part B", "conjunction": "concluding remarks"}
 
@@ -40,21 +35,20 @@ def reproduction_page(reproduction: Reproduction, pictures: Mapping[str, bytes])
         PNG of each figure, by the figure's number.
     """
     figures = "".join(_figure(each, pictures[each.number]) for each in reproduction.figures)
-    sections = (
-        Section("claims", "The source's claims", _claims(reproduction.claims)),
-        *_own_sections(reproduction),
-        Section("figures", "Figures", figures),
-        Section("provenance", "Provenance", _provenance(reproduction)),
-    )
-    return (
-        head(reproduction.title, policy=_POLICY)
-        + _header(reproduction)
-        + contents([(each.anchor, each.name) for each in sections])
-        + "<main>\n"
-        + "".join(section(*each) for each in sections)
-        + "</main>\n"
-        + f"<footer>Written by stickslip {html.escape(reproduction.stickslip_version)}. This page "
-        "holds everything it shows and fetches nothing.</footer>\n</body>\n</html>\n"
+    return rendered(
+        Page(
+            title=reproduction.title,
+            kicker=f"van de Wijdeven (2002), {_PARTS[reproduction.part]}",
+            name=reproduction.title,
+            lead=[Markup(_lead(reproduction))],
+            sections=[
+                section("claims", "The source's claims", _claims(reproduction.claims)),
+                *_own_sections(reproduction),
+                section("figures", "Figures", figures),
+                section("provenance", "Provenance", _provenance(reproduction)),
+            ],
+            version=reproduction.stickslip_version,
+        )
     )
 
 
@@ -91,20 +85,16 @@ def _verdicts(claims: Sequence[Claim]) -> list[_Verdict]:
     return [each for each in verdicts if each.claims is not partly or partly]
 
 
-def _header(reproduction: Reproduction) -> str:
+def _lead(reproduction: Reproduction) -> str:
     differ, *partly, agree = (
         f'<a href="#{each.anchor}">{len(each.claims)} {each.words}</a>'
         for each in _verdicts(reproduction.claims)
     )
     between = "".join(f", {each}" for each in partly)
     return (
-        '<header class="top">\n'
-        f'<p class="kicker">stickslip · van de Wijdeven (2002), {_PARTS[reproduction.part]}</p>\n'
-        f"<h1>{html.escape(reproduction.title)}</h1>\n"
         f"<p>{prose(reproduction.setting)}</p>\n"
         f"<p>Of {len(reproduction.claims)} claims of the source, {agree} with what was measured"
         f"{between} and {differ}.</p>\n"
-        "</header>\n"
     )
 
 

@@ -6,10 +6,10 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from stickslip.presentation.figures.drawing import symbol
+from stickslip.presentation.page import Section
 from stickslip.records import QUANTITIES, in_words, prefixed, unit_text
-from stickslip.report.dense import prose, row, wide
-from stickslip.report.drawing import symbol
-from stickslip.report.sheet import Section
+from studies.van_de_wijdeven.page.dense import prose, row, section, wide
 from studies.van_de_wijdeven.records import (
     CarriedRuns,
     ControllerScore,
@@ -29,18 +29,18 @@ _TABLE = "table_1"  # the group of values that the source prints as its Table 1
 def pulse_sections(reproduction: PulseReproduction) -> tuple[Section, ...]:
     """Return what stands on the page of part B between claims and figures."""
     return (
-        Section(
+        section(
             "numbers",
             "Numbers",
             _table_1(reproduction) + _printed_numbers(reproduction.printed_numbers),
         ),
-        Section("runs", "Ten runs", _carried_runs(reproduction.carried_runs)),
-        Section(
+        section("runs", "Ten runs", _carried_runs(reproduction.carried_runs)),
+        section(
             "controllers",
             "Controllers compared",
             _controller_scores(reproduction.controller_scores, reproduction.how_compared),
         ),
-        Section("resolution", "How near", _resolution_scores(reproduction.resolution_scores)),
+        section("resolution", "How near", _resolution_scores(reproduction.resolution_scores)),
     )
 
 

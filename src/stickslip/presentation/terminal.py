@@ -1,0 +1,237 @@
+"""Results as words and tables for a terminal."""
+
+import textwrap
+from collections.abc import Iterable, Sequence
+from typing import TYPE_CHECKING
+
+from stickslip.presentation.comparison import (
+    assumed_inertia,
+    contradictions,
+    estimate_table,
+    reasons_against,
+    score_tables,
+)
+from stickslip.presentation.identification import assumed_units, parameter_table
+from stickslip.presentation.positioning import (
+    belief_table,
+    move_table,
+    phase_table,
+    series_table,
+    what_moves,
+)
+from stickslip.presentation.table import Column, Table, print_table
+from stickslip.presentation.words import missing_parameters, or_none, printed_unit, share_text
+from stickslip.records import (
+    AxisLog,
+    EstimatorComparison,
+    EstimatorStudy,
+    Excitation,
+    Identification,
+    Positioning,
+    in_words,
+    parameter_label,
+    prefixed,
+    unit_of,
+)
+
+if TYPE_CHECKING:
+    from rich.console import Console
+
+__all__ = [
+    "print_comparison",
+    "print_excitation",
+    "print_identification",
+    "print_landing",
+    "print_positioning",
+]
+
+
+def print_identification(console: "Console", identification: Identification) -> None:
+    """Print what was assumed, the parameters, the verdict with its remedy, and the notes."""
+    estimate = identification.estimate
+    diagnostics, status = estimate.diagnostics, estimate.status
+    for log in identification.logs:
+        sampling = f"one every {1e3 * log.sampling_time:.4g} ms, "
+        console.print(f"{_log(log)}, {sampling}{log.kind} axis")
+    _listed(console, "Assumed in reading it:", estimate.provenance.assumptions)
+    console.print()
+    console.print(parameter_table(identification).to_rich())
+    console.print()
+    if assumed_units(identification):
+        console.print(assumed_units(identification))
+    _verdict(console, f"{status.value}: {status.text}", good=status.trusted, wrapped=False)
+    if any(parameter.identified for parameter in estimate.parameters.values()):
+        crossed = diagnostics.cross_validation_residual
+        crossed = "" if crossed is None else f", {crossed:.2%} in cross-validation"
+        effort = identification.residuals
+        unexplained = "" if effort is None else f"{effort.share:.2%} of the effort; of its rows "
+        console.print(
+            f"Unexplained by estimator {estimate.estimator}: {unexplained}"
+            f"{diagnostics.relative_residual:.2%}{crossed}. Effective sample size: "
+            f"{diagnostics.effective_samples:.0f} of {diagnostics.samples}."
+        )
+    if estimate.joint is not None:
+        console.print(estimate.joint.text)
+    if estimate.selection is not None:
+        _listed(console, "Model selection:", [estimate.selection.summary])
+    _listed(console, "Not identified:", missing_parameters(estimate))
+    _listed(console, "Notes:", [in_words(note) for note in diagnostics.notes])
+
+
+def print_comparison(console: "Console", found: EstimatorComparison | EstimatorStudy) -> None:
+    """Print what was compared, a row for each estimator, and why others do not apply."""
+    if isinstance(found, EstimatorComparison):
+        log = found.log
+        console.print(f"{_log(log)}, {log.kind} axis", soft_wrap=True)
+        _listed(console, "Assumed in reading it:", log.source.assumptions if log.source else ())
+        console.print()
+        if found.applied:
+            print_table(console, estimate_table(found))
+        _listed(console, "", [assumed_inertia(found)], bullet="")
+        _listed(console, "Not to be trusted:", _doubts(found))
+        differences = contradictions(found)
+        if differences:
+            words = "Contradictory results: at least one method is wrong."
+            console.print(words, style="bold red")
+            _listed(console, "", differences)
+    else:
+        runs = f"{found.runs} runs of {found.samples} samples"
+        console.print(f"{found.name}: {runs}, {found.kind} axis", soft_wrap=True)
+        console.print()
+        for table in score_tables(found):
+            console.print(table.to_rich())
+        if any(each.assumes_inertia for each in found.applied):
+            _listed(console, "", [assumed_inertia(found)], bullet="")
+        _listed(console, "", found.notes)
+    reasons = [f"{name}: {why}" for name, why in reasons_against(found).items()]
+    _listed(console, "Does not apply:", reasons)
+    if not found.trusted:
+        _verdict(console, "None of the estimates can be trusted.", good=False)
+
+
+def _doubts(found: EstimatorComparison) -> list[str]:
+    """Return why each estimate that is not to be trusted is not."""
+    doubts: dict[str, list[str]] = {}
+    for each in found.applied:
+        if each.estimate is not None and not each.estimate.status.trusted:
+            reasons = missing_parameters(each.estimate, found.log.kind)
+            doubts.setdefault("; ".join(reasons) or each.estimate.status.text, []).append(each.name)
+    return [f"{', '.join(names)}: {why}" for why, names in doubts.items()]
+
+
+def print_positioning(console: "Console", result: Positioning) -> None:
+    """Print how each move ended, the phases and series of a landing, and what was learnt."""
+    unit, run = unit_of("position", result.kind), result.runs[-1]
+    console.print(f"{result.name}: {result.controller}, {what_moves(result)}", soft_wrap=True)
+    console.print()
+    console.print(move_table(result).to_rich())
+    if run.phases:
+        console.print(phase_table(run).to_rich())
+        if run.arm is not None and run.arm.series:
+            console.print(series_table(run, run.arm, result).to_rich())
+    if result.runs[0].estimates:
+        console.print(belief_table(result).to_rich())
+        if result.counts_offset:
+            words = "Friction of each direction has the constant offset in it, also the truth's."
+            _say(console, words, "dim")
+            console.print()
+    words = f"{result.ending.value}: {result.ending_text}"
+    if result.ending.reached:
+        words = (
+            f"reached: {prefixed(result.last.final_error, unit)} from the target, tolerance "
+            f"{prefixed(result.tolerance, unit)}."
+        )
+    _verdict(console, words, good=result.ending.reached)
+    for note in result.notes:
+        _say(console, note, "dim")
+
+
+def print_landing(console: "Console", landing: Positioning) -> None:
+    """Print in a sentence how the arm of the demonstration has landed."""
+    run, move = landing.runs[-1], landing.last
+    _say(
+        console,
+        f"Then the same arm is sent {prefixed(move.target, 'm')} away, with this estimate for "
+        "its first guess and the same noisy sensors: feedback, then series of pulses.",
+    )
+    if not landing.ending.reached:
+        _verdict(console, f"{landing.ending.value}: {landing.ending_text}", good=False)
+        return
+    fired = "" if run.arm is None else f", by {len(run.arm.series)} series"
+    swing = "" if move.swing is None else f", mass 2 swings by {prefixed(move.swing, 'm')}"
+    settled = "" if move.settling_time is None else f" after {prefixed(move.settling_time, 's')}"
+    words = (
+        f"landed{settled}{fired}: mass 1 rests {prefixed(abs(move.final_error), 'm')} from the "
+        f"target{swing}; asked for were {prefixed(landing.tolerance, 'm')}."
+    )
+    _verdict(console, words, good=True)
+
+
+def print_excitation(console: "Console", designed: Excitation) -> None:
+    """Print what the axis does under a designed effort, and the intervals to expect at best."""
+    kind = designed.kind
+    travel, speed = designed.largest_travel, designed.largest_speed
+    console.print(
+        f"{designed.effort.size} samples over {prefixed(designed.duration, 's')}; as believed, the "
+        f"axis moves up to {prefixed(travel, unit_of('position', kind))} away from where it "
+        f"begins, at up to {prefixed(speed, unit_of('velocity', kind))}.",
+        soft_wrap=True,
+    )
+    heads = ("Believed", "± at best (95 %)", "Of it")
+    table = Table(
+        columns=[Column("Parameter", "left"), *map(Column, heads), Column("Unit", "left")],
+        rows=[
+            [
+                parameter_label(name),
+                f"{each.believed:.5g}",
+                f"{each.half_width:.2g}",
+                or_none(
+                    each.half_width / abs(each.believed) if each.believed else None, share_text
+                ),
+                printed_unit(name, kind),
+            ]
+            for name, each in designed.expected.items()
+        ],
+    )
+    console.print(table.to_rich())
+    words = (
+        "At best, for an axis as believed and a known effort: friction that changes, or a force "
+        "that disturbs the axis, widens the intervals."
+    )
+    _say(console, words, "dim")
+    if designed.untold:
+        names = " and ".join(parameter_label(name, kind).lower() for name in designed.untold)
+        _say(
+            console,
+            f"Not to be trusted: such an input does not tell the {names}, whose interval reaches "
+            "0 even at best. Give a longer duration, or allow more effort, speed or travel.",
+        )
+
+
+def _log(log: AxisLog) -> str:
+    return f"{log.name}: {len(log)} samples over {float(log.time[-1] - log.time[0]):.4g} s"
+
+
+def _say(console: "Console", words: str, style: str = "") -> None:
+    console.print(textwrap.fill(words, console.width), style=style, soft_wrap=True)
+
+
+def _verdict(console: "Console", words: str, *, good: bool, wrapped: bool = True) -> None:
+    """Print how it went, with a mark."""
+    words = f"{'✓' if good else '✗'} {words}"
+    style = "green" if good else "bold red"
+    if wrapped:
+        _say(console, words, style)
+    else:
+        console.print(words, style=style)
+
+
+def _listed(console: "Console", heading: str, sentences: Iterable[str], bullet: str = "- ") -> None:
+    """Print sentences below each other under their heading; nothing if there are none."""
+    every: Sequence[str] = [each for each in sentences if each]
+    if heading and every:
+        console.print(heading)
+    for each in every:
+        first = f"  {bullet}"
+        text = textwrap.fill(each, console.width, initial_indent=first, subsequent_indent="    ")
+        console.print(text, soft_wrap=True)

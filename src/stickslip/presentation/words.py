@@ -1,0 +1,243 @@
+"""Values, intervals and verdicts as text, for the terminal and for pages."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any
+
+from stickslip.records import (
+    AxisKind,
+    FrictionEstimate,
+    ParameterEstimate,
+    Status,
+    in_words,
+    parameter_label,
+    prefixed,
+    unit_of,
+    unit_text,
+)
+
+__all__ = [
+    "NONE",
+    "Judged",
+    "Judgement",
+    "between_text",
+    "judged",
+    "missing_parameters",
+    "or_none",
+    "printed_unit",
+    "ratio_text",
+    "rounded",
+    "share_text",
+    "shown",
+    "typeset",
+    "value_text",
+    "value_texts",
+    "value_with_half",
+]
+
+NONE = "–"
+"""What stands for a missing value."""
+
+_MOST_DECIMALS = 15
+
+
+class Judgement(Enum):
+    """Whether a value of an estimate can be used."""
+
+    IDENTIFIED = "identified"
+    NOT_IDENTIFIED = "not identified"
+    UNPHYSICAL = "unphysical"
+    UNUSABLE = "not to be used"
+
+
+@dataclass(frozen=True, kw_only=True)
+class Judged:
+    """A judgement with its reason.
+
+    Attributes
+    ----------
+    judgement
+        Whether the value can be used.
+    reason
+        Why not, in words; empty if it can, or if the status of the estimate is the reason.
+    """
+
+    judgement: Judgement
+    reason: str = ""
+
+
+def judged(estimate: FrictionEstimate, name: str) -> Judged:
+    """Return whether a parameter of an estimate can be used, and why not.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator.
+    name
+        One of its parameters.
+    """
+    parameter = estimate.parameters[name]
+    verdicts = {each.parameter: each for each in estimate.diagnostics.verdicts}
+    verdict = verdicts.get(name)
+    negative = parameter.value is not None and parameter.value <= 0
+    if estimate.status is Status.UNPHYSICAL and negative and not parameter.signed:
+        return Judged(judgement=Judgement.UNPHYSICAL, reason="it cannot be negative")
+    if parameter.identified and not estimate.status.usable:
+        return Judged(judgement=Judgement.UNUSABLE)
+    if parameter.identified and (verdict is None or verdict.identifiable):
+        return Judged(judgement=Judgement.IDENTIFIED)
+    reason = "" if verdict is None else in_words(verdict.reason)
+    return Judged(judgement=Judgement.NOT_IDENTIFIED, reason=reason)
+
+
+def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") -> list[str]:
+    """Return one sentence for each reason for which parameters are not identifiable.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator.
+    kind
+        Of the axis, for the labels of its parameters.
+    """
+    reasons: dict[str, list[str]] = {}
+    for verdict in estimate.diagnostics.verdicts:
+        if not verdict.identifiable:
+            reasons.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter, kind))
+    return [f"{', '.join(names)}: {in_words(reason)}" for reason, names in reasons.items()]
+
+
+def value_texts(parameter: ParameterEstimate) -> tuple[str, str]:
+    """Return value and 95 % interval with their significant digits; a dash for a missing one."""
+    value, std, interval = parameter.value, parameter.std, parameter.ci95
+    if value is None:
+        return NONE, NONE
+    if std is None or interval is None:
+        return f"{value:.5g}", "none"
+    decimals = _decimals(std)
+    return rounded(value, std), " to ".join(_fixed(end, decimals) for end in interval)
+
+
+def value_with_half(parameter: ParameterEstimate) -> str:
+    """Return a value with half of its 95 % interval; a dash for a missing one."""
+    if parameter.value is None:
+        return NONE
+    if parameter.ci95 is None:
+        return f"{parameter.value:.4g}"
+    half = 0.5 * (parameter.ci95[1] - parameter.ci95[0])
+    return f"{rounded(parameter.value, half)} ± {half:.2g}"
+
+
+def or_none(value: float | None, text: Callable[[float], str]) -> str:
+    """Return the text of a value; a dash for a missing one."""
+    return NONE if value is None else text(value)
+
+
+def ratio_text(ratio: float) -> str:
+    """Return a ratio with three digits, or all before the point.
+
+    Examples
+    --------
+    >>> ratio_text(1.0234), ratio_text(1234.5)
+    ('1.02', '1234')
+    """
+    return f"{ratio:.3g}" if abs(ratio) < 1000 else f"{ratio:.0f}"
+
+
+def share_text(share: float) -> str:
+    """Return a share in percent, with two digits however small it is.
+
+    Examples
+    --------
+    >>> share_text(0.000024), share_text(0.0)
+    ('0.0024 %', '0 %')
+    """
+    return f"{100 * share:.2g} %"
+
+
+def between_text(low: float | None, high: float | None) -> str:
+    """Return what is known of a value that lies between two limits, None where there is none.
+
+    Examples
+    --------
+    >>> between_text(130.0, 173.24), between_text(None, 173.24), between_text(None, None)
+    ('130 to 173.2', 'below 173.2', 'untested')
+    """
+    if low is not None and high is not None:
+        return f"{low:.4g} to {high:.4g}"
+    if high is not None:
+        return f"below {high:.4g}"
+    return "untested" if low is None else f"above {low:.4g}"
+
+
+def rounded(value: float, uncertainty: float) -> str:
+    """Return a value with the digits that two digits of its standard deviation leave meaningful.
+
+    Examples
+    --------
+    >>> rounded(95.108877, 0.1085), rounded(203503.4, 1146.0)
+    ('95.11', '203500')
+    """
+    return _fixed(value, _decimals(uncertainty))
+
+
+def printed_unit(name: str, kind: AxisKind) -> str:
+    """Return the unit of a quantity or parameter as it is printed.
+
+    Examples
+    --------
+    >>> printed_unit("mass", "rotary")
+    'kg m²'
+    """
+    return unit_text(unit_of(name, kind))
+
+
+def typeset(number: str) -> str:
+    """Return a number with its unit as a page shows it: with a minus sign, on one line."""
+    return number.replace("-", "−").replace(" ", "\u00a0")
+
+
+def shown(value: float, unit: str) -> str:
+    """Return a value in the unit that suits its size, typeset for a page."""
+    return typeset(prefixed(value, unit))
+
+
+def value_text(value: Any, unit: str = "") -> str:
+    """Return a value of a scenario or an option of an estimator, with its unit.
+
+    Examples
+    --------
+    >>> value_text([0.5, 1.0], "Hz"), value_text(True), value_text(None)
+    ('0.5, 1 Hz', 'yes', 'not given')
+    """
+    match value:
+        case None:
+            text = "not given"
+        case bool():
+            text = "yes" if value else "no"
+        case float():
+            text = f"{value:.6g}"
+        case Mapping():
+            text = ", ".join(f"{key} = {value_text(each)}" for key, each in value.items()) or "none"
+        case tuple() | list():
+            text = ", ".join(map(value_text, value)) or "none"
+        case _:
+            text = str(value)
+    return f"{text} {unit_text(unit)}".rstrip()
+
+
+def _decimals(uncertainty: float) -> int | None:
+    """Return how many decimals show two digits of an uncertainty; None if it has no digits."""
+    if not (math.isfinite(uncertainty) and uncertainty > 0):
+        return None
+    decimals = 1 - math.floor(math.log10(uncertainty))
+    return decimals if abs(decimals) <= _MOST_DECIMALS else None
+
+
+def _fixed(value: float, decimals: int | None) -> str:
+    if decimals is None or abs(value) >= 10.0**_MOST_DECIMALS:
+        return f"{value:.6g}"
+    text = f"{round(value, decimals):.{max(decimals, 0)}f}"
+    return text.removeprefix("-") if float(text) == 0 else text

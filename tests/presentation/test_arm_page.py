@@ -1,0 +1,319 @@
+"""The page of a flexible arm shows both masses, phases, series, estimates, and the arm moving."""
+
+import json
+import re
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+from pages import MOST_BYTES, plots_of
+
+from stickslip.presentation import write_positioning_page
+from stickslip.records import (
+    ArmRun,
+    ArmSeries,
+    Ending,
+    LandingPhase,
+    LandingPhaseName,
+    Positioning,
+    PositioningMove,
+    PositioningRun,
+)
+
+MOST_FILM = 200_000  # of what the film shows, however long the run
+MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
+NAME = 'arm <b>&"x"</b>'
+TOLERANCE = 1e-4
+
+
+def flown(move: int, start: float, target: float, ends: float | None) -> ArmSeries:
+    phase = np.linspace(0.0, 1.0, 41)
+    way = phase**2 * (3.0 - 2.0 * phase)
+    return ArmSeries(
+        move=move,
+        start_time=start,
+        sampling_time=0.05,
+        pulses=40,
+        target=target,
+        coulomb_friction=0.149,
+        viscous_friction=0.101,
+        effort=np.sign(np.sin(np.arange(40.0))),
+        position=target - 0.2 + 0.2 * way,
+        load_position=target - 0.2 + 0.2 * way,
+        start_swing=0.05,
+        final_position=ends,
+        final_swing=None if ends is None else 2e-5,
+    )
+
+
+def make_arm(
+    *,
+    samples: int = 600,
+    moves: int = 1,
+    number: int = 1,
+    phases: bool = True,
+    sensed: bool = True,
+    series: int = 2,
+) -> PositioningRun:
+    end = 30.0 * moves
+    time = np.linspace(0.0, end, samples + 1)
+    within = time % 30.0
+    gone = 1.0 - np.exp(-within)
+    load = gone + np.where(within < 14.0, 0.2 * np.sin(time), 2e-5 * np.sin(time))
+    target = np.where(np.minimum(time // 30.0, moves - 1) % 2 == 0, 1.0, 0.0)
+    start = 1.0 - target
+    position, load = start + (target - start) * gone, start + (target - start) * load
+    noise = 1e-4 * np.random.default_rng(number).standard_normal(samples + 1) * sensed
+    names: tuple[tuple[LandingPhaseName, float], ...] = (
+        ("feedback", 0.0),
+        ("resting", 8.0),
+        ("series", 12.0),
+        ("done", 16.0),
+    )
+    starts: list[tuple[LandingPhaseName, float]] = [
+        (name, 30.0 * k + at) for k in range(moves) for name, at in names
+    ]
+    ends = [*(at for _, at in starts[1:]), end]
+    arm = ArmRun(
+        target=target,
+        position=position,
+        load_position=load,
+        measured_position=position + noise,
+        measured_load_position=load + noise,
+        resting=within > 14.0,
+        series=tuple(
+            flown(1 + k % moves, 12.0 + 0.1 * k, 1.0, 0.9999 if k else None) for k in range(series)
+        )
+        if phases
+        else (),
+    )
+    return PositioningRun(
+        number=number,
+        time=time,
+        error=arm.error,
+        measured_error=arm.measured_error,
+        effort=np.sin(time[:-1]) * (time[:-1] < 14.0),
+        estimate_time=np.linspace(0.0, end, 50),
+        estimates={
+            "coulomb_friction": 0.15 - 0.1 * 0.5 ** np.arange(50.0),
+            "viscous_friction": np.full(50, 0.1),
+        },
+        moves=tuple(
+            PositioningMove(
+                number=k + 1,
+                start_time=30.0 * k,
+                end_time=30.0 * (k + 1),
+                start=float(k % 2),
+                target=float((k + 1) % 2),
+                ending=Ending.REACHED,
+                reason=None,
+                final_error=-1.234e-5,
+                late_errors=(-2e-5, 1e-5),
+                settling_time=14.0,
+                peak_effort=1.0,
+                pulses=(),
+                swing=2.346e-5,
+            )
+            for k in range(moves)
+        ),
+        arm=arm,
+        phases=tuple(
+            LandingPhase(name=name, start_time=at, end_time=until, reason=f"because <{k}>")
+            for k, ((name, at), until) in enumerate(zip(starts, ends, strict=True))
+        )
+        if phases
+        else (),
+        deviations={"coulomb_friction": np.where(np.arange(50) < 3, np.inf, 0.01)},
+    )
+
+
+def positioning(*runs: PositioningRun) -> Positioning:
+    return Positioning(
+        name=NAME,
+        kind="linear",
+        method="landing",
+        controller="feedback, then series of pulses",
+        tolerance=TOLERANCE,
+        scenario={
+            "axis": {"load_mass": (1.0, "kg"), "stiffness": (1.0, "N/m")},
+            "controller": {"effort_limit": (1.0, "N")},
+        },
+        truth={"coulomb_friction": 0.15, "viscous_friction": 0.1},
+        believed={"load_mass": "the axis, taken as known", "stiffness": "the scenario"},
+        runs=runs or (make_arm(),),
+        limits={},
+        learnt=None,
+        notes=("Known: <all>.",),
+        file="arm <1>.toml",
+        sha256="ab" * 32,
+        stickslip_version="1.2.3",
+    )
+
+
+def written(result: Positioning, folder: Path) -> str:
+    return write_positioning_page(result, folder / "arm.html").read_text(encoding="utf-8")
+
+
+def data(text: str, anchor: str) -> Any:
+    found = re.search(rf'<script type="application/json" id="{anchor}">(.*?)</script>', text)
+    assert found is not None
+    return json.loads(found[1])
+
+
+def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
+    text = written(positioning(), tmp_path)
+    assert len(text) < MOST_BYTES
+    for word in (
+        "flexible arm, linear",
+        "Both masses stay within the tolerance.",
+        "Swing left",
+        "23.5\u00a0µm",
+        "80 pulses in all",
+        "because &lt;2&gt;",
+        "Pulse series",
+        "The end, magnified",
+        "Mass 2 at most by",
+        "100\u00a0µm",  # what mass 1 missed its series' target by
+        "120\u00a0µm",  # and mass 2 in its swing
+        "not\u00a0at\u00a0rest",
+        "Load mass",
+        "Coulomb friction",
+        "taken as known",
+        "load_mass",
+        "ab" * 32,
+    ):
+        assert word in text, word
+    assert "<b>" not in text.split("<script", maxsplit=1)[0].replace("<body>", "")
+    plots = plots_of(text)
+    assert {
+        "motion-1",
+        "end-1-1",
+        "series-1-1",
+        "series-1-2",
+        "estimate-coulomb-friction",
+        "estimate-viscous-friction",
+    } == set(plots)
+    for anchor in plots:
+        assert f'id="{anchor}"' in text
+
+
+def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
+    motion = plots_of(written(positioning(), tmp_path))["motion-1"]
+    names = [trace["name"] for trace in motion["data"]]
+    assert {"mass 1", "mass 2", "target", "tolerance", "effort"} == set(names)
+    shades = motion["layout"]["shapes"]
+    assert [each["x0"] for each in shades] == [0.0, 8.0, 12.0, 16.0]
+    assert len({each["fillcolor"] for each in shades}) == 4
+    assert [each["text"] for each in motion["layout"]["annotations"]] == ["1", "2", "3", "4"]
+    # A rest that changes nothing is left out at first
+    assert motion["layout"]["xaxis"]["range"][1] == pytest.approx(1.15 * 16.0)
+
+
+def test_estimates_have_bands_and_the_truth(tmp_path: Path) -> None:
+    plots = plots_of(written(positioning(), tmp_path))
+    drawn = [trace["name"] for trace in plots["estimate-coulomb-friction"]["data"]]
+    assert "95 % interval" in drawn
+    assert "true value" in drawn
+    assert "error of the estimate" in drawn
+    alone = [trace["name"] for trace in plots["estimate-viscous-friction"]["data"]]
+    assert "95 % interval" not in alone  # the controller told no deviation of it
+
+
+def test_the_film_shows_what_happened(tmp_path: Path) -> None:
+    result = positioning()
+    text = written(result, tmp_path)
+    film = data(text, "film")
+    run = result.runs[0]
+    assert run.arm is not None
+    frames = len(film["position"])
+    for name in ("load_position", "target", "effort", "resting", "gauge", "load_gauge"):
+        assert len(film[name]) == frames
+    time = film["step"] * np.arange(frames)
+    assert time[-1] == pytest.approx(1.15 * 16.0)
+    gap = float(run.time[1])
+    for name in ("position", "load_position"):
+        shown = np.interp(time, run.time, getattr(run.arm, name))
+        fastest = np.max(np.abs(np.diff(getattr(run.arm, name)))) / gap
+        assert np.max(np.abs(shown - film[name])) <= fastest * gap
+    # Masses never overlap, and never leave the stage
+    first = film["left"] + film["scale"] * np.array(film["position"])
+    second = film["left"] + film["apart"] + film["scale"] * np.array(film["load_position"])
+    assert np.min(second - first) > 2 * film["half"]
+    assert np.min(first) >= film["half"]
+    assert np.max(second) <= 960 - film["half"]
+    assert film["phases"][2] == {"start": 12.0, "word": "Pulse series", "reason": "because <2>"}
+    assert film["effort_limit"] == 1.0
+    for name in ("film-play", "film-time", "film-speed", "film-clock", "film-phases"):
+        assert f'id="{name}"' in text
+    assert "prefers-reduced-motion" in text
+    assert text.count('aria-label="to phase') == 4
+
+
+def test_the_gauge_is_of_powers_of_ten(tmp_path: Path) -> None:
+    film = data(written(positioning(), tmp_path), "film")
+    arm = make_arm().arm
+    assert arm is not None
+    gauge = np.array(film["gauge"])
+    assert gauge[0] == pytest.approx(max(film["gauge"]))  # farthest at first
+    errors = np.abs(np.array(film["target"]) - np.array(film["position"]))
+    seen = errors > 2e-5
+    slope = np.diff(gauge[seen]) / np.diff(np.log10(errors[seen]))
+    moving = np.abs(np.diff(np.log10(errors[seen]))) > 1e-2
+    np.testing.assert_allclose(slope[moving], np.median(slope[moving]), rtol=0.1)
+
+
+@pytest.mark.parametrize("moves", [1, 40])
+def test_a_long_task_stays_a_page(moves: int, tmp_path: Path) -> None:
+    result = positioning(make_arm(samples=60_000, moves=moves, series=60))
+    text = written(result, tmp_path)
+    assert len(text) < MOST_BYTES
+    assert len(json.dumps(data(text, "film"))) < MOST_FILM
+    plots = plots_of(text)
+    for plot in plots.values():
+        for trace in plot["data"]:
+            assert len(trace["x"]) <= 2 * MOST_POINTS
+    assert sum(anchor.startswith("series-") for anchor in plots) <= 10
+    assert sum(anchor.startswith("end-") for anchor in plots) <= 7
+    assert "more series" in text
+
+
+def test_a_controller_without_phases_has_a_page_too(tmp_path: Path) -> None:
+    run = make_arm(phases=False, sensed=False)
+    move = replace(run.moves[0], ending=Ending.SWINGING, settling_time=None)
+    text = written(replace(positioning(run), runs=(replace(run, moves=(move,)),)), tmp_path)
+    assert "Mass 1 rests within the tolerance" in text
+    assert "Series of pulses" not in text
+    assert "Shaded are the phases" not in text
+    assert "film-phases" not in text.split("<script>", maxsplit=1)[0]
+    assert data(text, "film")["phases"] == []
+    assert "end-1-1" in plots_of(text)
+
+
+def test_several_runs_are_told_apart(tmp_path: Path) -> None:
+    text = written(positioning(make_arm(), make_arm(number=2)), tmp_path)
+    plots = plots_of(text)
+    assert {"motion-1", "motion-2", "series-2-1"} <= set(plots)
+    assert "Run 2: target reached" in text
+    assert "The arm of run 2" in text
+    times = plots["estimate-coulomb-friction"]["data"][-1]["x"]
+    assert times[-1] == pytest.approx(60.0)  # one run after the other
+
+
+def test_an_arm_that_stays_is_drawn_too(tmp_path: Path) -> None:
+    run = make_arm()
+    assert run.arm is not None
+    still = np.zeros_like(run.time)
+    arm = replace(
+        run.arm,
+        target=still + 1.0,
+        position=still,
+        load_position=still,
+        measured_position=still,
+        measured_load_position=still,
+        series=(),
+    )
+    held = replace(run, arm=arm, phases=(), error=arm.error, effort=np.zeros_like(run.effort))
+    film = data(written(positioning(held), tmp_path), "film")
+    assert set(film["position"]) == {0.0}

@@ -1,0 +1,133 @@
+"""The page of estimators side by side: what it holds, and that it needs nothing else."""
+
+import re
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip import EstimationTask, write_comparison_page
+from stickslip.friction import CoulombViscousFriction
+from stickslip.jobs import compare_log
+from stickslip.plants import SingleMass
+from stickslip.records import (
+    EstimatorComparison,
+    EstimatorScore,
+    EstimatorStudy,
+    ParameterScore,
+)
+from stickslip.simulation import Sensors, simulate
+
+
+@pytest.fixture(scope="module")
+def comparison() -> EstimatorComparison:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=3.0)
+    time = 0.004 * np.arange(1500)
+    effort = 5.0 * np.sin(3.0 * time) + 3.0 * np.sin(7.1 * time)
+    motion = simulate(SingleMass(mass=1.5, friction=law), effort, sampling_time=0.004)
+    log = Sensors(position_noise=1e-6, velocity="none").measure(
+        motion, np.random.default_rng(4), name="a <b> stage"
+    )
+    only = ("energy", "idim-ls", "gradient", "free-decay")
+    return compare_log(log, only=only)
+
+
+def study(**changes: object) -> EstimatorStudy:
+    def score(bias: float, ratio: float | None) -> ParameterScore:
+        return ParameterScore(
+            name="mass", truth=2.0, bias=bias, rmse=0.02, runs=9, bound_ratio=ratio, coverage=0.956
+        )
+
+    made = EstimatorStudy(
+        name="a <b> scenario",
+        kind="linear",
+        runs=9,
+        samples=101,
+        scenario={
+            "axis": {"mass": (2.0, "kg")},
+            "input": {"frequencies": ([0.5, 1.0], "Hz"), "random_phases": (True, "")},
+        },
+        truth={"mass": 2.0},
+        bound={"mass": 0.01},
+        scores=(
+            EstimatorScore(name="energy", trusted=1.0, scores={"mass": score(0.001, 2.0)}),
+            EstimatorScore(name="idim-ls", trusted=0.5, scores={"mass": score(-0.0199, None)}),
+            EstimatorScore(
+                name="ekf", trusted=1.0, assumes_inertia=True, scores={"mass": score(0.0, None)}
+            ),
+            EstimatorScore(name="free-decay", why_not="no decay"),
+        ),
+        notes=("a note",),
+        file="x.toml",
+        sha256="abc",
+        stickslip_version="0",
+    )
+    return replace(made, **changes)  # pyright: ignore[reportArgumentType] - of the test's own making
+
+
+def test_a_page_of_a_log_holds_every_estimator(
+    comparison: EstimatorComparison, tmp_path: Path
+) -> None:
+    text = write_comparison_page(comparison, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "<h1>a &lt;b&gt; stage</h1>" in text
+    for name in ("energy", "idim-ls", "gradient"):
+        assert f'id="motion-{name}"' in text
+    assert "free-decay: " in text
+    for anchor in re.findall(r'<a href="#([\w-]+)"', text):
+        assert f'id="{anchor}"' in text
+    assert 'id="estimates-coulomb-friction"' in text
+    assert not re.search(r'(?:src|href)="(?:https?:)?//', text.split("<script")[0])
+    body = text.split("<script")[0]
+    assert not re.search(r"\bnan\b", body)
+    for column in ("Effort left: ", "Position explained: ", "A sample: "):
+        assert column in body
+    assert "Told to be known" not in body
+
+
+def test_what_was_known_is_told(comparison: EstimatorComparison, tmp_path: Path) -> None:
+    task = EstimationTask(inertia=1.5)
+    found = compare_log(comparison.log, task=task, only=("energy", "gradient"))
+    text = write_comparison_page(found, tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "Told to be known: mass 1.5 kg." in text
+
+
+def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
+    text = write_comparison_page(study(), tmp_path / "page.html").read_text(encoding="utf-8")
+    for words in (
+        "a &lt;b&gt; scenario",
+        "Mass: 2 kg; Cramér-Rao bound 0.5 %",
+        "95.6%",
+        "biased by more than three standard errors",
+        "free-decay: no decay",
+        "a note",
+        "0.5, 1 Hz",
+        ">yes</span>",
+        "ekf *",
+        "* with the mass that the energy estimator found in each run",
+    ):
+        assert words in text
+
+
+def test_what_cannot_be_trusted_is_said_first(tmp_path: Path) -> None:
+    scores = (EstimatorScore(name="energy", why_not="nothing moves"),)
+    text = write_comparison_page(study(scores=scores), tmp_path / "page.html").read_text()
+    assert "None of the estimates can be trusted" in text
+
+
+def test_contradictory_results_are_on_the_page(
+    comparison: EstimatorComparison, tmp_path: Path
+) -> None:
+    plain = write_comparison_page(comparison, tmp_path / "plain.html").read_text()
+    assert ("Contradictory results" in plain) == bool(comparison.contradictions)
+    energy = comparison.compared[0]
+    assert energy.estimate is not None
+    mass = energy.estimate.parameters["mass"]
+    moved = replace(mass, value=9.0, ci95=(8.9, 9.1))
+    estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
+    other = replace(energy, name="idim-ls", estimate=estimate)
+    found = replace(comparison, compared=(energy, other))
+    text = write_comparison_page(found, tmp_path / "contradictory.html").read_text()
+    assert "Contradictory results: at least one method is wrong." in text
+    assert "idim-ls 9.000 ± 0.1" in text
+    assert "Some of these contradict each other." in text

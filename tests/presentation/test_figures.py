@@ -1,0 +1,36 @@
+"""The figures of a result are drawn by matplotlib from the same numbers as by plotly."""
+
+import numpy as np
+
+from stickslip.presentation import figures_of
+from stickslip.records import Identification
+
+
+def test_every_figure_of_a_page_is_drawn_with_its_lines(identification: Identification) -> None:
+    found = figures_of(identification)
+    assert "evolution-mass" in found
+    for plot in found.values():
+        drawn = plot.to_matplotlib()
+        panels = [key for key in plot.layout if key.startswith("yaxis")]
+        assert len(drawn.axes) == len(panels)
+        lines = [line for ax in drawn.axes for line in ax.get_lines()]
+        shades = [shade for ax in drawn.axes for shade in ax.patches]
+        assert len(lines) + len(shades) == len(plot.traces)
+        drawn.canvas.draw()
+
+
+def test_a_line_holds_the_values_of_the_record(identification: Identification) -> None:
+    assert identification.energy is not None
+    drawn = figures_of(identification)["energy-plot"].to_matplotlib()
+    (line,) = (each for each in drawn.axes[0].get_lines() if each.get_label() == "kinetic")
+    np.testing.assert_allclose(line.get_xdata(), identification.energy.time, rtol=1e-6)
+    np.testing.assert_allclose(line.get_ydata(), identification.energy.kinetic, rtol=1e-6)
+    assert drawn.axes[0].get_ylabel() == "energy $E$ [J]"
+
+
+def test_plotly_takes_plain_types(identification: Identification) -> None:
+    data = figures_of(identification)["curve-plot"].to_plotly()
+    assert set(data) == {"data", "layout"}
+    assert all(
+        isinstance(each, list) for trace in data["data"] for each in (trace["x"], trace["y"])
+    )

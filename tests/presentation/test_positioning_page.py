@@ -1,0 +1,289 @@
+"""The page of a positioning task holds everything it shows, however many pulses and runs."""
+
+import re
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pages import MOST_BYTES, Page
+
+from stickslip.presentation import write_positioning_page
+from stickslip.records import (
+    AxisKind,
+    Ending,
+    InputError,
+    LandingPhase,
+    LearntPulses,
+    Positioning,
+    PositioningMove,
+    PositioningRun,
+    PulseRecord,
+)
+
+MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
+NAME = 'task <b>&"x"</b>'
+
+
+def pulses(count: int, *, hunting: bool) -> Iterator[PulseRecord]:
+    error = 0.01
+    for k in range(count):
+        predicted = error if not hunting or k < 2 else (-1.0) ** k * 1e-4
+        moved = k != 1
+        achieved = 0.9 * predicted if moved else 0.0
+        yield PulseRecord(
+            time=0.1 * k,
+            levels=((300.0, 0.03), (-120.0, 0.01)) if k == 0 else ((300.0, 0.02),),
+            error=error,
+            predicted_displacement=predicted,
+            achieved_displacement=achieved,
+            moved=moved,
+        )
+        error -= achieved
+
+
+def make_run(
+    number: int,
+    *,
+    ending: Ending = Ending.REACHED,
+    count: int = 6,
+    samples: int = 400,
+    moves: int = 1,
+    sensed: bool = True,
+) -> PositioningRun:
+    time = np.linspace(0.0, max(0.1 * (count + 4), 1.0), samples + 1)
+    decaying = 0.01 * np.exp(-8.0 * time) + (1e-4 * np.sin(60.0 * time) if count > 50 else 1e-6)
+    noise = 1e-6 * np.random.default_rng(number).standard_normal(samples + 1)
+    effort = np.where((time[:-1] * 10.0) % 1.0 < 0.2, 300.0, 0.0) * (time[:-1] < 0.1 * count)
+    ends = np.linspace(0.0, time[-1], moves + 1)
+    made = tuple(pulses(count, hunting=ending is Ending.HUNTING))
+    return PositioningRun(
+        number=number,
+        time=time,
+        error=decaying,
+        measured_error=decaying + noise if sensed else decaying,
+        effort=effort,
+        estimate_time=0.1 * np.arange(count + 1),
+        estimates={
+            "mass": np.full(count + 1, 150.0),
+            "coulomb_friction_positive": 100.0 - 20.0 * 0.5 ** np.arange(count + 1.0),
+            "static_friction_positive": np.full(count + 1, 120.0),
+        },
+        moves=tuple(
+            PositioningMove(
+                number=k + 1,
+                start_time=float(ends[k]),
+                end_time=float(ends[k + 1]),
+                start=0.0,
+                target=0.01,
+                ending=ending,
+                reason="nothing <helps>" if ending is Ending.STOPPED else None,
+                final_error=-1.234e-6 if ending.reached else 8.8e-5,
+                late_errors=(-7.21e-5, 1.14e-4),
+                settling_time=0.31 if ending.reached else None,
+                peak_effort=300.0,
+                pulses=made if k == 0 else (),
+            )
+            for k in range(moves)
+        ),
+    )
+
+
+def make(*runs: PositioningRun, kind: AxisKind = "linear") -> Positioning:
+    return Positioning(
+        name=NAME,
+        kind=kind,
+        method="exact",
+        controller="pulses planned by the exact law",
+        tolerance=2e-5,
+        scenario={
+            "axis": {"mass": (150.0, "kg"), "offset": (5.0, "N")},
+            "guess": {"estimate": ("<file>.json", "")},
+        },
+        truth={
+            "mass": 151.0,
+            "coulomb_friction_positive": 100.0,
+            "static_friction_positive": 130.0,
+        },
+        believed={"mass": "estimate <file>.json"},
+        runs=runs or (make_run(1),),
+        limits={"static_friction_positive": (None, 173.0)},
+        learnt=LearntPulses(method="exact", kind=kind, values={}, covariance=np.eye(1)),
+        notes=("a <note>",),
+        file="a <task>.toml",
+        sha256="ab" * 32,
+        stickslip_version="1.2.3",
+    )
+
+
+def page_of(positioning: Positioning, folder: Path) -> Page:
+    return Page(write_positioning_page(positioning, folder / "page.html"))
+
+
+def test_everything_of_a_run_is_on_the_page(tmp_path: Path) -> None:
+    page = page_of(make(), tmp_path)
+    for words in (
+        NAME, "Target reached", "−1.23\u00a0µm", "20.0\u00a0µm", "310\u00a0ms", "300\u00a0N",
+        "300\u00a0N for 30.0\u00a0ms, −120\u00a0N for 10.0\u00a0ms", "10.0\u00a0mm",
+        "9.00\u00a0mm", "−1.00\u00a0mm", "did not move", "Mass", "−0.7 %", "150 kg",
+        "estimate <file>.json", "a <note>", "a <task>.toml", "ab" * 32, "1.2.3",
+        "constant offset", "below 173", "inside",
+    ):  # fmt: skip
+        assert words in page.text, words
+    plots = page.plots()
+    assert set(plots) == {
+        "motion-1",
+        "pulse-pairs",
+        "pulse-ratios",
+        "estimate-mass",
+        "estimate-coulomb-friction-positive",
+    }
+    drawn = {given["id"]: given for tag, given in page.tags if given.get("class") == "plot"}
+    assert set(drawn) == set(plots)
+    assert all(len(given["aria-label"]) > 20 for given in drawn.values())
+    for plot in plots.values():
+        assert all(len(trace["x"]) == len(trace["y"]) for trace in plot["data"])
+        for key, axis in plot["layout"].items():
+            if key.startswith(("xaxis", "yaxis")):
+                assert re.search(r"\[[^\]]+\]$", axis["title"]["text"]), axis["title"]
+
+
+def test_what_is_drawn_is_what_was_recorded(tmp_path: Path) -> None:
+    run = make_run(1)
+    traces = page_of(make(run), tmp_path).plots()["motion-1"]["data"]
+    true = next(trace for trace in traces if trace["name"] == "error, true")
+    np.testing.assert_allclose(true["y"], 1e3 * run.error, rtol=1e-6)
+    effort = next(trace for trace in traces if trace["name"] == "effort")
+    held = np.interp(run.time[:-1] + 1e-9, effort["x"], np.arange(len(effort["x"])))
+    np.testing.assert_allclose(np.array(effort["y"])[held.astype(int)], run.effort)
+    pairs = page_of(make(run), tmp_path).plots()["pulse-pairs"]["data"]
+    ahead = next(trace for trace in pairs if trace["name"] == "forward pulse")
+    moved = [pulse for pulse in run.pulses if pulse.moved]
+    np.testing.assert_allclose(
+        ahead["y"], [1e3 * pulse.achieved_displacement for pulse in moved], rtol=1e-6
+    )
+    assert ahead["text"][1] == "run 1, pulse 3"
+
+
+def test_ideal_sensors_draw_no_second_line(tmp_path: Path) -> None:
+    for sensed in (True, False):
+        traces = page_of(make(make_run(1, sensed=sensed)), tmp_path).plots()["motion-1"]["data"]
+        assert any(trace["name"] == "error, measured" for trace in traces) is sensed
+
+
+def test_a_rotary_axis_has_its_own_units(tmp_path: Path) -> None:
+    page = page_of(make(kind="rotary"), tmp_path)
+    titles = page.plots()["motion-1"]["layout"]
+    assert titles["yaxis"]["title"]["text"] == "error [mrad]"
+    assert titles["yaxis2"]["title"]["text"] == "magnified [µrad]"
+    assert titles["yaxis3"]["title"]["text"].endswith("[N m]")
+
+
+@pytest.mark.parametrize("ending", list(Ending))
+def test_the_verdict_names_the_ending(ending: Ending, tmp_path: Path) -> None:
+    page = page_of(make(make_run(1, ending=ending)), tmp_path)
+    assert ending.word in page.text
+    # Of a controller's own reason, and of method exact that hunts, the remedy is another
+    own = {Ending.STOPPED, Ending.HUNTING}
+    assert (ending.text in page.text) is (ending not in own)
+    assert ("swings between −72.1\u00a0µm and 114\u00a0µm" in page.text) is (
+        ending is Ending.HUNTING
+    )
+    assert ("stopped, as nothing <helps>; widen" in page.text) is (ending is Ending.STOPPED)
+
+
+def test_several_runs_are_there_and_the_middle_ones_are_folded(tmp_path: Path) -> None:
+    runs = [make_run(k, count=7 - k) for k in range(1, 5)]
+    page = page_of(make(*runs), tmp_path)
+    assert [tag for tag, _ in page.tags].count("details") == 4  # motion and pulses of runs 2 and 3
+    for k in range(1, 5):
+        assert f"motion-{k}" in page.plots()
+        assert page.text.count(f"Run {k}: target reached, ") == 2
+    # Every pulse counts once, and a run begins with the estimate that the one before ended with
+    estimate = page.plots()["estimate-mass"]["data"][0]
+    assert len(estimate["x"]) == 1 + sum(len(run.pulses) for run in runs)
+    assert len(page.plots()["estimate-mass"]["layout"]["shapes"]) == 3
+
+
+def test_moves_have_a_table(tmp_path: Path) -> None:
+    page = page_of(make(make_run(1, moves=3)), tmp_path)
+    assert page.text.count("✓ target reached") == 3
+    assert "At each new target the error jumps" in page.text
+
+
+def test_a_controller_without_pulses_has_no_section_of_them(tmp_path: Path) -> None:
+    run = replace(make_run(1), estimates={}, estimate_time=np.empty(0))
+    moves = tuple(replace(move, pulses=()) for move in run.moves)
+    page = page_of(replace(make(replace(run, moves=moves)), learnt=None), tmp_path)
+    assert set(page.plots()) == {"motion-1"}
+    links = [given["href"] for tag, given in page.tags if tag == "a"]
+    assert links == ["#motion", "#scenario"]
+
+
+def test_a_landing_shows_its_phases_and_its_estimates_over_time(tmp_path: Path) -> None:
+    run = make_run(1, samples=400)
+    end = float(run.time[-1])
+    phases = (
+        LandingPhase(name="feedback", start_time=0.0, end_time=0.4, reason="the target is <new>"),
+        LandingPhase(name="pulses", start_time=0.4, end_time=0.8, reason="the mass rests"),
+        LandingPhase(name="done", start_time=0.8, end_time=end, reason="within the tolerance"),
+    )
+    deviations = {"mass": np.full(run.estimate_time.size, 2.0)}
+    landed = replace(run, phases=phases, deviations=deviations)
+    page = page_of(replace(make(landed), method="landing"), tmp_path)
+    for words in ("the target is <new>", "Why it began", "Shaded are the phases", "over time"):
+        assert words in page.text, words
+    motion = page.plots()["motion-1"]["layout"]
+    assert [shape["x0"] for shape in motion["shapes"]] == [0.0, 0.4, 0.8]
+    assert [note["text"] for note in motion["annotations"]] == ["1", "2", "3"]
+    mass = page.plots()["estimate-mass"]
+    named = {trace["name"]: trace for trace in mass["data"]}
+    assert named["estimate"]["x"] == pytest.approx(run.estimate_time.tolist())
+    assert "95 % interval" in named
+    # What is only known within limits is not drawn, pulses are listed as ever
+    assert "estimate-static-friction-positive" not in page.plots()
+    assert "pulse-pairs" in page.plots()
+
+
+def test_a_run_without_a_known_pulse_can_be_shown(tmp_path: Path) -> None:
+    page = page_of(make(make_run(1, count=0, ending=Ending.UNDER_WAY)), tmp_path)
+    assert "No pulse of this run has ended." in page.text
+    assert "pulse-pairs" not in page.plots()
+
+
+def test_long_runs_with_hundreds_of_pulses_stay_small(tmp_path: Path) -> None:
+    runs = [
+        make_run(k, count=800, samples=60_000, ending=Ending.HUNTING, moves=1) for k in range(1, 31)
+    ]
+    page = page_of(make(*runs), tmp_path)
+    assert (tmp_path / "page.html").stat().st_size < MOST_BYTES
+    plots = page.plots()
+    motions = [anchor for anchor in plots if anchor.startswith("motion-")]
+    assert len(motions) == 8
+    assert {"motion-1", "motion-30"} <= set(motions)
+    for anchor, plot in plots.items():
+        most = 3100 if anchor.startswith("pulse") else MOST_POINTS
+        assert all(len(trace["x"]) <= most for trace in plot["data"]), anchor
+    assert "755 more pulses, all of them in the JSON file" in page.text
+
+
+def test_nothing_is_fetched_and_no_text_leaves_its_place(tmp_path: Path) -> None:
+    page = page_of(make(), tmp_path)
+    for tag, given in page.tags:
+        assert tag not in {"link", "iframe", "object", "embed", "base", "img", "b"}
+        assert all(given.get(name, "#").startswith("#") for name in ("src", "href", "action"))
+        assert not any(name.startswith("on") for name in given), "inline handlers"
+    policy = next(given["content"] for _, given in page.tags if "http-equiv" in given)
+    assert policy.startswith("default-src 'none';")
+    names = [given["id"] for _, given in page.tags if "id" in given]
+    assert len(names) == len(set(names))
+    for tag, given in page.tags:
+        if tag == "a":
+            assert given["href"].removeprefix("#") in names
+
+
+def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(InputError, match="does not exist"):
+        write_positioning_page(make(), tmp_path / "no" / "page.html")
+    assert list(tmp_path.iterdir()) == []

@@ -1,0 +1,380 @@
+"""The page holds everything it shows, fetches nothing, and lets no text out of its place."""
+
+import base64
+import gzip
+import hashlib
+import re
+import shutil
+import subprocess
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from pages import MOST_BYTES, Page
+
+from stickslip.presentation import write_report
+from stickslip.presentation.page import packed_plotly
+from stickslip.records import Identification, InputError, Status
+
+FIGURES = (
+    "curve-plot",
+    "energy-plot",
+    "evolution-mass",
+    "evolution-coulomb-friction",
+    "evolution-viscous-friction",
+    "evolution-offset",
+    "residual-plot",
+    "correlation-plot",
+    "motion-plot",
+)
+ADDRESSES = (
+    "src",
+    "href",
+    "action",
+    "data",
+    "poster",
+    "srcset",
+    "background",
+    "cite",
+    "formaction",
+)
+MOST_POINTS = 6100  # a closed band of 2 x 2000 points, or a cloud of 3000, with room
+
+
+def page_of(identification: Identification, folder: Path) -> Page:
+    return Page(write_report(identification, folder / "report.html"))
+
+
+def test_every_figure_is_on_the_page_with_data_words_and_caption(
+    identification: Identification, tmp_path: Path
+) -> None:
+    page = page_of(identification, tmp_path)
+    plots = page.plots()
+    assert tuple(plots) == FIGURES
+    for anchor, plot in plots.items():
+        assert all(len(trace["x"]) == len(trace["y"]) > 1 for trace in plot["data"]), anchor
+    drawn = {given["id"]: given for tag, given in page.tags if given.get("class") == "plot"}
+    assert set(drawn) == set(FIGURES)
+    assert all(len(given["aria-label"]) > 20 for given in drawn.values())
+
+
+def test_axes_are_labelled_with_the_units_of_the_axis_kind(
+    identification: Identification, tmp_path: Path
+) -> None:
+    plots = page_of(identification, tmp_path).plots()
+    assert plots["curve-plot"]["layout"]["xaxis"]["title"]["text"] == "velocity <i>v</i> [m/s]"
+    log = replace(identification.log, kind="rotary")
+    estimate = replace(identification.estimate, kind="rotary")
+    plots = page_of(replace(identification, log=log, estimate=estimate), tmp_path).plots()
+    for plot in plots.values():
+        for key, axis in plot["layout"].items():
+            if key.startswith(("xaxis", "yaxis")):
+                assert re.search(
+                    r"\[(rad|rad/s|N m|N m s/rad|kg m²|J|s|-)\]$", axis["title"]["text"]
+                )
+
+
+def test_nothing_is_fetched(identification: Identification, tmp_path: Path) -> None:
+    page = page_of(identification, tmp_path)
+    for tag, given in page.tags:
+        assert tag not in {"link", "iframe", "object", "embed", "base", "img"}
+        for name in ADDRESSES:
+            assert given.get(name, "#").startswith("#"), (tag, given)
+        assert "url(" not in given.get("style", "")
+        assert not any(name.startswith("on") for name in given), "inline handlers"
+    assert "url(" not in page.styles
+    assert "@import" not in page.styles
+    policy = next(g["content"] for t, g in page.tags if "http-equiv" in g)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+
+
+def test_every_link_of_the_page_leads_somewhere_on_it(
+    identification: Identification, tmp_path: Path
+) -> None:
+    page = page_of(identification, tmp_path)
+    names = page.identifiers()
+    assert len(names) == len(set(names))
+    links = [given["href"] for tag, given in page.tags if tag == "a"]
+    assert len(links) == 7
+    assert {link.removeprefix("#") for link in links} <= set(names)
+
+
+def test_names_cannot_become_part_of_the_page(
+    make: Callable[..., Identification], tmp_path: Path
+) -> None:
+    nasty = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
+    good = make(name=nasty)
+    estimate = replace(
+        good.estimate,
+        diagnostics=replace(good.estimate.diagnostics, notes=(nasty,)),
+        provenance=replace(
+            good.estimate.provenance,
+            files=(nasty,),
+            assumptions=(nasty,),
+            options={nasty: nasty},
+        ),
+    )
+    page = page_of(replace(good, estimate=estimate), tmp_path)
+    assert page.text.count(nasty) == 7  # title, heading, note, file, assumption, option and value
+    assert not [tag for tag, _ in page.tags if tag == "img"]
+    assert sum(tag == "script" for tag, _ in page.tags) == 3
+
+
+def test_the_table_shows_values_intervals_truth_and_verdicts(
+    identification: Identification, tmp_path: Path
+) -> None:
+    text = page_of(identification, tmp_path).text
+    for words in ("Mass m", "2.005", "1.981 to 2.028", "kg", "+0.24%", "✓ identified"):
+        assert words in text
+    assert "−0.1984" in text
+
+
+def test_without_truth_no_true_value_is_claimed(
+    make: Callable[..., Identification], tmp_path: Path
+) -> None:
+    page = page_of(make(with_truth=False), tmp_path)
+    assert "true value" not in page.text.lower()
+    assert all(
+        trace["name"] != "true value" for plot in page.plots().values() for trace in plot["data"]
+    )
+
+
+def test_an_estimate_that_failed_says_so_first_and_draws_what_was_recorded(
+    doubtful: Identification, tmp_path: Path
+) -> None:
+    page = page_of(doubtful, tmp_path)
+    (recorded,) = page.plots().values()
+    log = doubtful.log
+    assert log.measured_velocity is not None
+    signals = (log.measured_position, log.measured_velocity, log.effort)
+    for trace, values in zip(recorded["data"], signals, strict=True):
+        np.testing.assert_allclose(trace["x"], log.time, rtol=1e-6)
+        np.testing.assert_allclose(trace["y"], values, rtol=1e-6)
+    units = ("[m]", "[m/s]", "[N]")
+    for key, unit in zip(("yaxis", "yaxis2", "yaxis3"), units, strict=True):
+        assert recorded["layout"][key]["title"]["text"].endswith(unit)
+    assert page.text.index("Not enough motion") < page.text.index("Parameters")
+    assert page.text.count("✗ not identified: the axis does not move <at all>") == 4
+    assert "Not drawn" in page.text
+
+
+def test_reasons_and_notes_are_said_in_words(doubtful: Identification, tmp_path: Path) -> None:
+    diagnostics = replace(
+        doubtful.estimate.diagnostics,
+        verdicts=tuple(
+            replace(each, reason="it looks like coulomb_friction_negative")
+            for each in doubtful.estimate.diagnostics.verdicts
+        ),
+        notes=("viscous_friction was hard",),
+    )
+    estimate = replace(doubtful.estimate, diagnostics=diagnostics)
+    text = page_of(replace(doubtful, estimate=estimate), tmp_path).text
+    assert "not identified: it looks like Coulomb friction (backward)" in text
+    assert "viscous friction was hard" in text
+    assert "coulomb_friction" not in text
+
+
+def test_a_value_that_cannot_be_is_not_called_identified(
+    identification: Identification, tmp_path: Path
+) -> None:
+    parameters = dict(identification.estimate.parameters)
+    parameters["mass"] = replace(parameters["mass"], value=-2.0, ci95=(-2.1, -1.9))
+    estimate = replace(identification.estimate, parameters=parameters, status=Status.UNPHYSICAL)
+    text = page_of(replace(identification, estimate=estimate), tmp_path).text
+    assert "✓ identified" not in text
+    assert text.count("not to be used") == 3
+    assert text.count("unphysical: it cannot be negative") == 1
+
+
+@pytest.mark.parametrize("status", list(Status))
+def test_a_page_of_every_status_is_headed_by_its_word(
+    status: Status, identification: Identification, tmp_path: Path
+) -> None:
+    estimate = replace(identification.estimate, status=status)
+    text = page_of(replace(identification, estimate=estimate), tmp_path).text
+    assert status.word in text
+    assert status.text in text
+
+
+def test_without_an_offset_none_is_spoken_of(
+    identification: Identification, tmp_path: Path
+) -> None:
+    parameters = dict(identification.estimate.parameters)
+    curve = "curve-plot"
+    with_it = page_of(identification, tmp_path).plots()[curve]
+    assert with_it["data"][-1]["name"] == "fitted law with offset"
+    del parameters["offset"]
+    assert identification.evolution is not None
+    evolution = replace(
+        identification.evolution,
+        values={key: identification.evolution.values[key] for key in parameters},
+        stds={key: identification.evolution.stds[key] for key in parameters},
+    )
+    estimate = replace(identification.estimate, parameters=parameters)
+    without = replace(identification, estimate=estimate, evolution=evolution)
+    plot = page_of(without, tmp_path).plots()[curve]
+    assert plot["data"][-1]["name"] == "fitted law"
+    assert plot["layout"]["yaxis"]["title"]["text"] == "friction [N]"
+
+
+def test_the_evolution_ends_at_the_interval_of_the_table(
+    identification: Identification, tmp_path: Path
+) -> None:
+    wide = 2.5  # standard deviations, as of Student's t with few degrees of freedom
+    parameters = {
+        key: replace(each, ci95=(each.value - wide * each.std, each.value + wide * each.std))
+        for key, each in identification.estimate.parameters.items()
+        if each.value is not None and each.std is not None
+    }
+    assert identification.evolution is not None
+    stds = {
+        key: np.full_like(each, parameters[key].std)
+        for key, each in identification.evolution.stds.items()
+    }
+    found = replace(
+        identification,
+        estimate=replace(identification.estimate, parameters=parameters),
+        evolution=replace(identification.evolution, stds=stds),
+    )
+    for key, parameter in parameters.items():
+        anchor = f"evolution-{key.replace('_', '-')}"
+        band = page_of(found, tmp_path).plots()[anchor]["data"][0]
+        last = max(band["x"])
+        ends = [y for x, y in zip(band["x"], band["y"], strict=True) if x == last]
+        assert parameter.ci95 is not None
+        width = parameter.ci95[1] - parameter.ci95[0]
+        assert max(ends) - min(ends) == pytest.approx(width, rel=1e-4)
+
+
+def test_small_jitter_keeps_its_digits(identification: Identification, tmp_path: Path) -> None:
+    time = identification.log.time.copy()
+    time[5] += 2.4e-5 * identification.log.sampling_time
+    log = replace(identification.log, time=time)
+    text = page_of(replace(identification, log=log), tmp_path).text
+    assert "jitter at most 0.0024 % of it" in text
+
+
+def test_figures_of_merit_that_do_not_exist_are_said_in_words(
+    doubtful: Identification, tmp_path: Path
+) -> None:
+    diagnostics = replace(
+        doubtful.estimate.diagnostics,
+        relative_residual=float("nan"),
+        condition_number=float("inf"),
+    )
+    estimate = replace(doubtful.estimate, diagnostics=diagnostics)
+    text = page_of(replace(doubtful, estimate=estimate), tmp_path).text
+    assert "Unexplainednot available" in text
+    assert "Condition numberinfinite" in text
+
+
+def test_large_logs_are_thinned_for_drawing_and_keep_their_extremes(
+    make: Callable[..., Identification], tmp_path: Path
+) -> None:
+    large = make(samples=300_000)
+    path = write_report(large, tmp_path / "large.html")
+    assert path.stat().st_size < MOST_BYTES
+    page = Page(path)
+    plots = page.plots()
+    for plot in plots.values():
+        assert all(len(trace["x"]) <= MOST_POINTS for trace in plot["data"])
+    assert large.residuals is not None
+    drawn = plots["residual-plot"]["data"][0]["y"]
+    assert max(drawn) == pytest.approx(large.residuals.residual.max(), rel=1e-6)
+    assert min(drawn) == pytest.approx(large.residuals.residual.min(), rel=1e-6)
+    assert "of 300000 points is drawn" in page.text
+
+
+def test_nan_in_a_figure_becomes_a_gap(identification: Identification, tmp_path: Path) -> None:
+    assert identification.evolution is not None
+    values = {key: each.copy() for key, each in identification.evolution.values.items()}
+    values["mass"][:100] = np.nan
+    evolution = replace(identification.evolution, values=values)
+    plots = page_of(replace(identification, evolution=evolution), tmp_path).plots()
+    estimate = next(t for t in plots["evolution-mass"]["data"] if t["name"] == "estimate")
+    assert estimate["y"][:100] == [None] * 100
+    assert None not in estimate["y"][100:]
+
+
+def test_the_same_identification_gives_the_same_page(
+    identification: Identification, tmp_path: Path
+) -> None:
+    first = write_report(identification, tmp_path / "a.html").read_bytes()
+    assert write_report(identification, tmp_path / "b.html").read_bytes() == first
+
+
+@pytest.mark.parametrize("place", ["missing/report.html", ""])
+def test_a_page_that_cannot_be_written_leaves_nothing(
+    place: str, identification: Identification, tmp_path: Path
+) -> None:
+    with pytest.raises(InputError, match=r"; (make the folder|name a file)"):
+        write_report(identification, tmp_path / place)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_page_leaves_the_old_one(
+    identification: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    target = tmp_path / "report.html"
+    target.write_text("old")
+    monkeypatch.setattr("stickslip.presentation.page.rendered", _interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(identification, target)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    assert target.read_text() == "old"
+
+
+def _interrupt(_: object) -> str:
+    raise KeyboardInterrupt
+
+
+@pytest.fixture(scope="session")
+def browser() -> str:
+    found = shutil.which("chromium") or shutil.which("chromium-browser")
+    if found is None:
+        pytest.skip("no Chromium on this machine to render the page with")
+    return found
+
+
+def test_plotly_is_the_bundle_whose_version_is_stated() -> None:
+    """The hash is that of the file in the npm package."""
+    text = gzip.decompress(base64.b64decode(packed_plotly()))
+    assert text.startswith(b"/**\n* plotly.js (basic - minified) v4.1.1")
+    digest = "99784e3abfb07b142a15e521a439e6d9addceadb3f79553fd24c72774f0649ba"
+    assert hashlib.sha256(text).hexdigest() == digest
+
+
+def test_a_browser_draws_every_figure_without_a_complaint(
+    browser: str, identification: Identification, tmp_path: Path
+) -> None:
+    page = write_report(identification, tmp_path / "report.html")
+    outcome = subprocess.run(
+        [
+            browser,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--enable-logging=stderr",
+            "--virtual-time-budget=5000",
+            f"--user-data-dir={tmp_path / 'profile'}",
+            "--dump-dom",
+            page.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    complaints = [line for line in outcome.stderr.splitlines() if ":CONSOLE" in line]
+    assert complaints == []
+    drawn = re.findall(r'class="plot js-plotly-plot" id="([\w-]+)"', outcome.stdout)
+    assert sorted(drawn) == sorted(FIGURES)
+    assert outcome.stdout.count('class="main-svg"') >= len(FIGURES)
