@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     import rich.table
@@ -19,7 +19,8 @@ _ON_PAGE = (30, 15)
 _STYLES = {"": "", "good": "green", "bad": "red", "code": ""}
 
 
-class Cell(NamedTuple):
+@dataclass(frozen=True)
+class Cell:
     """A cell that is more than text.
 
     Attributes
@@ -43,7 +44,8 @@ class Cell(NamedTuple):
     swatch: str = ""
 
 
-class Column(NamedTuple):
+@dataclass(frozen=True)
+class Column:
     """A column of a table.
 
     Attributes
