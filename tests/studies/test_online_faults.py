@@ -11,6 +11,7 @@ from stickslip.estimation.online.faults import admission
 from stickslip.estimation.online.intervals import batches
 from stickslip.estimation.online.kalman.kernels import CAREFUL
 from stickslip.friction import CoulombViscousFriction
+from stickslip.numerics.named_fields import fields_at
 from stickslip.plants import SingleMass
 from stickslip.records import InputError
 from stickslip.simulation import simulate
@@ -147,19 +148,19 @@ def test_a_delay_out_of_range_is_refused() -> None:
 
 
 def test_a_step_is_accepted_after_the_stated_number_of_samples() -> None:
-    s = np.zeros(admission.ADMISSION_SIZE)
+    s = fields_at(admission.ADMISSION_DTYPE)(np.zeros(admission.ADMISSION_SIZE))
     admission.lay_admission(
-        s, 0, sampling_time=T, effort_delay=0.0, inertia=1.0, measured=(False, False, False)
+        s, sampling_time=T, effort_delay=0.0, inertia=1.0, measured=(False, False, False)
     )
     rng = np.random.default_rng(0)
     for _ in range(100):
-        admission.admit(s, 0, 0.0, 1e-6 * rng.normal(), 0.0, 0.0, 0.0)
-    seen = [admission.admit(s, 0, 0.0, 1.0, 0.0, 0.0, 0.0) for _ in range(admission.LASTING + 2)]
+        admission.admit(s, 0.0, 1e-6 * rng.normal(), 0.0, 0.0, 0.0)
+    seen = [admission.admit(s, 0.0, 1.0, 0.0, 0.0, 0.0) for _ in range(admission.LASTING + 2)]
     missing = [bool(np.isnan(each[3])) for each in seen]
     assert missing == [True] * admission.LASTING + [False, False]
     assert [each[7] for each in seen].index(True) == admission.LASTING
-    assert s[admission.MOTION_GLITCHES] == admission.LASTING
-    assert s[admission.MOTION_STEPS] == 1
+    assert s.motion_glitches == admission.LASTING
+    assert s.motion_steps == 1
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])

@@ -233,7 +233,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         state
             From `init` or a later step.
         """
-        return health_of(state, at.ADMISSION, resets=state[at.GUARD + RESETS])
+        return health_of(at.admission(state), resets=state[at.GUARD + RESETS])
 
     def init(self, *, sampling_time: float) -> State:
         """Return the state before the first sample.
@@ -258,8 +258,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         s[at.COMPENSATION] = _COMPENSATIONS.index(self.compensation)
         arm = self.stiffness is not None
         lay_admission(
-            s,
-            at.ADMISSION,
+            at.admission(s),
             sampling_time=sampling_time,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
@@ -289,7 +288,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         """
         after = state.copy()
         after[at.SUMS : at.SUMS_END] = 0.0
-        restart_admission(after, at.ADMISSION)
+        restart_admission(at.admission(after))
         lay_guard(after, at.GUARD, at.ADMISSION)
         return after
 

@@ -18,9 +18,15 @@ from stickslip.estimation.energy.published.noise_kernels import (
     bias_of_double_mean,
     bias_of_polynomial,
 )
-from stickslip.estimation.online.faults.admission import ADMISSION_SIZE, admit, continued
+from stickslip.estimation.online.faults.admission import (
+    ADMISSION_DTYPE,
+    ADMISSION_SIZE,
+    admit,
+    continued,
+)
 from stickslip.estimation.online.faults.guard import guard_size, stays_valid
 from stickslip.estimation.online.recursion import FORGETTING, PARAMETERS, ROW, VALUES, update
+from stickslip.numerics.named_fields import fields_at
 
 __all__ = [
     "ADMISSION",
@@ -39,6 +45,7 @@ __all__ = [
     "STIFFNESS",
     "SUMS",
     "SUMS_END",
+    "admission",
     "published_energy_rows",
     "published_energy_run",
     "published_energy_step",
@@ -71,6 +78,8 @@ MOST_VALUES = 4
 SUMS, SUMS_END = COUNT, ADMISSION  # what a new run begins with at zero
 GUARD = ADMISSION + ADMISSION_SIZE
 STATE_SIZE = GUARD + guard_size(ADMISSION)
+
+admission = fields_at(ADMISSION_DTYPE, start=ADMISSION)
 
 REVERSAL = 12.0
 """A change of the velocity's sign within a sample is a reversal only if it changes by more standard
@@ -146,13 +155,13 @@ def published_energy_step(
         whole = whole and np.isfinite(x2 + v2)
     if s[NOISE] < 0.0:
         return False
-    ready, u, _, x, v, x2, v2, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    ready, u, _, x, v, x2, v2, stepped = admit(admission(s), u, x, v, x2, v2)
     if not ready:
         return whole
-    predicted, velocity = continued(s, ADMISSION, 0)
+    predicted, velocity = continued(admission(s).driven)
     x, v = predicted if np.isnan(x) else x, velocity if np.isnan(v) else v
     if s[STIFFNESS] > 0.0:
-        predicted, velocity = continued(s, ADMISSION, 1)
+        predicted, velocity = continued(admission(s).load)
         x2, v2 = predicted if np.isnan(x2) else x2, velocity if np.isnan(v2) else v2
     else:
         x2, v2 = 0.0, 0.0

@@ -15,27 +15,23 @@ A sample passes through here before an estimator sees it.
   that begins with sample k is (1 - f) u(k-n) + f u(k-n-1). With a negative delay (an effort that
   is logged late) the motion is delayed instead.
 
-All memory is a part of the estimator's state, which begins at an offset ``at``.
+All memory is a part of the estimator's state, laid out by `ADMISSION_DTYPE`.
 """
 
+from typing import Any
+
 import numpy as np
-from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.numerics.named_fields import places
 from stickslip.records import InputError
 
 __all__ = [
+    "ADMISSION_DTYPE",
     "ADMISSION_SIZE",
-    "EFFORT_GLITCHES",
     "IMPOSSIBLE",
-    "LARGEST_EFFORT",
     "LASTING",
     "LONGEST_DELAY",
-    "MISSING_VALUES",
-    "MOTION_GLITCHES",
-    "MOTION_STEPS",
-    "SAMPLES_SEEN",
-    "VELOCITY_GLITCHES",
     "admit",
     "continued",
     "lay_admission",
@@ -54,7 +50,7 @@ LONGEST_DELAY = 30
 
 _FACTOR = 8.0  # tolerance over the 90 % quantile of prediction errors: 13 standard deviations
 _FACTOR_WARM_UP = 64.0  # the same while the quantile is estimated from few errors
-_WARM_UP = 16.0  # errors
+_WARM_UP = 16  # errors
 _RECENT = 2.0  # tolerance over the largest recent error
 _FADING = 1.0 / 4096.0  # relative decay of that largest error in a sample
 _RATE = 0.01  # step of the quantile's estimate (relative, downwards; 9 times that upwards)
@@ -66,62 +62,78 @@ _EFFORT_AT_REST = 1e6  # the same before: the effort so far may have been too sm
 
 _KNOWN_INERTIA = 4.0  # standard deviations
 
-(
-    _LAG,  # whole samples by which the effort is delayed
-    _FRACTION,  # the rest of it
-    _MOTION_LAG,  # samples by which the motion is delayed
-    _SAMPLING_TIME,
-    _MOBILITY,  # T / m; 0 as long as the inertia is unknown
-    _HEAD,  # samples in the ring so far
-    _LAST_EFFORT,
-    _EFFORT_RUN,  # rejected efforts in a row
-    SAMPLES_SEEN,
-    MISSING_VALUES,
-    EFFORT_GLITCHES,
-    MOTION_GLITCHES,  # positions of either mass
-    VELOCITY_GLITCHES,
-    MOTION_STEPS,
-    LARGEST_EFFORT,
-    _HAS_VELOCITY,
-    _HAS_LOAD,
-    _HAS_LOAD_VELOCITY,
-    _START,  # first position of the driven mass
-    _MOVED,  # whether it has moved
-) = range(20)
-_MASSES = 20
-(
-    _KNOWN,
-    _PREDICTED,  # position that the next sample should have
-    _ACCEPTED,  # last accepted position
-    _GAP,  # samples since then
-    _VELOCITY,
-    _LATEST,  # position of the latest sample, accepted or not
-    _POSITION_ERRORS,  # four places, as the next four constants say
-) = range(7)
-_QUANTILE, _LARGEST, _COUNT, _RUN = range(4)
-_VELOCITY_ERRORS = _POSITION_ERRORS + 4
-_MASS_SIZE = _VELOCITY_ERRORS + 4
-_RING = _MASSES + 2 * _MASS_SIZE
 _SLOTS = LONGEST_DELAY + 2
-_SLOT = 6  # effort, whether it is unknown, position, velocity, load position, load velocity
-ADMISSION_SIZE = _RING + _SLOTS * _SLOT
+_EFFORT_AT, _UNKNOWN_AT, _MOTION_AT = 0, 1, 2  # within a sample of the ring
+_SLOT = 6
+
+_ERRORS = np.dtype(
+    [
+        ("quantile", "f8"),  # 90 % of the prediction errors
+        ("largest", "f8"),  # recently
+        ("count", "i8"),
+        ("run", "i8"),  # rejected values in a row
+    ]
+)
+_MASS = np.dtype(
+    [
+        ("is_driven", "i8"),  # 1 for the driven mass, 0 for the load
+        ("known", "i8"),  # whether there was a sample
+        ("predicted", "f8"),  # position that the next sample should have
+        ("accepted", "f8"),  # last accepted position
+        ("gap", "i8"),  # samples since then
+        ("velocity", "f8"),
+        ("latest", "f8"),  # position of the latest sample, accepted or not
+        ("position_errors", _ERRORS),
+        ("velocity_errors", _ERRORS),
+    ]
+)
+ADMISSION_DTYPE = np.dtype(
+    [
+        ("lag", "i8"),  # whole samples by which the effort is delayed
+        ("fraction", "f8"),  # the rest of it
+        ("motion_lag", "i8"),  # samples by which the motion is delayed
+        ("sampling_time", "f8"),
+        ("mobility", "f8"),  # T / m; 0 as long as the inertia is unknown
+        ("head", "i8"),  # samples in the ring so far
+        ("last_effort", "f8"),
+        ("effort_run", "i8"),  # rejected efforts in a row
+        ("samples_seen", "i8"),
+        ("missing_values", "i8"),
+        ("effort_glitches", "i8"),
+        ("motion_glitches", "i8"),  # positions of either mass
+        ("velocity_glitches", "i8"),
+        ("motion_steps", "i8"),
+        ("largest_effort", "f8"),
+        ("has_velocity", "i8"),
+        ("has_load", "i8"),
+        ("has_load_velocity", "i8"),
+        ("start", "f8"),  # first position of the driven mass
+        ("moved", "i8"),  # whether it has moved
+        ("driven", _MASS),
+        ("load", _MASS),
+        # Effort, whether it is unknown, position, velocity, load position and load velocity
+        ("ring", "f8", (_SLOTS, _SLOT)),
+    ]
+)
+"""Memory of the admission."""
+
+ADMISSION_SIZE = places(ADMISSION_DTYPE)
 
 
 def lay_admission(
-    s: Float[np.ndarray, " s"],
-    at: int,
+    admission: Any,
     *,
     sampling_time: float,
     effort_delay: float,
     inertia: float | None,
     measured: tuple[bool, bool, bool],
 ) -> None:
-    """Initialise the part of a state that begins at ``at``, in place.
+    """Initialise the memory, in place.
 
     Parameters
     ----------
-    s, at
-        State and offset.
+    admission
+        Fields of `ADMISSION_DTYPE` in a state, zeros.
     sampling_time
         [s].
     effort_delay
@@ -144,81 +156,77 @@ def lay_admission(
         )
     motion_lag = max(int(np.ceil(-effort_delay)), 0)
     lag, fraction = divmod(effort_delay + motion_lag, 1.0)
-    s[at : at + ADMISSION_SIZE] = 0.0
-    s[at + _LAG], s[at + _FRACTION], s[at + _MOTION_LAG] = lag, fraction, motion_lag
-    s[at + _SAMPLING_TIME] = sampling_time
-    s[at + _MOBILITY] = 0.0 if inertia is None else sampling_time / inertia
-    velocity, load, load_velocity = measured
-    s[at + _HAS_VELOCITY] = velocity
-    s[at + _HAS_LOAD], s[at + _HAS_LOAD_VELOCITY] = load, load_velocity
+    admission.lag, admission.fraction, admission.motion_lag = lag, fraction, motion_lag
+    admission.sampling_time = sampling_time
+    admission.mobility = 0.0 if inertia is None else sampling_time / inertia
+    admission.driven.is_driven = 1
+    admission.has_velocity, admission.has_load, admission.has_load_velocity = measured
 
 
 @compiled(inline=True)
-def restart_admission(s: Float[np.ndarray, " s"], at: int) -> None:
+def restart_admission(s: Any) -> None:
     """Forget the motion and the samples under way, but no errors or largest efforts: a gap."""
-    s[at + _HEAD] = 0.0
-    s[at + _MASSES + _KNOWN] = 0.0
-    s[at + _MASSES + _MASS_SIZE + _KNOWN] = 0.0
+    s.head = s.driven.known = s.load.known = 0
 
 
 @compiled(inline=True)
-def learn_inertia(s: Float[np.ndarray, " s"], at: int, inertia: float, variance: float) -> None:
+def learn_inertia(s: Any, inertia: float, variance: float) -> None:
     """Take an estimated inertia, if it is more than `_KNOWN_INERTIA` standard deviations."""
     if inertia * inertia > _KNOWN_INERTIA**2 * variance and inertia > 0.0:
-        s[at + _MOBILITY] = s[at + _SAMPLING_TIME] / inertia
+        s.mobility = s.sampling_time / inertia
 
 
 @compiled(inline=True)
-def _tolerance(s: Float[np.ndarray, " s"], at: int, c: int) -> float:
+def _tolerance(s: Any, errors: Any) -> float:
     """Return how large a prediction error may be: max(8 q_90, 2 largest).
 
     The first error of all is accepted. With an unknown inertia it is rejected until it lasts, as
     nothing else shows a glitch in the rest before the first motion.
     """
-    if s[c + _COUNT] == 0.0:
-        return IMPOSSIBLE if s[at + _MOBILITY] > 0.0 else _FACTOR_WARM_UP * s[c + _QUANTILE]
-    factor = _FACTOR if s[c + _COUNT] >= _WARM_UP else _FACTOR_WARM_UP
-    return max(factor * s[c + _QUANTILE], _RECENT * s[c + _LARGEST])
+    if errors.count == 0:
+        return IMPOSSIBLE if s.mobility > 0.0 else _FACTOR_WARM_UP * errors.quantile
+    factor = _FACTOR if errors.count >= _WARM_UP else _FACTOR_WARM_UP
+    return max(factor * errors.quantile, _RECENT * errors.largest)
 
 
 @compiled(inline=True)
-def _learn_step(s: Float[np.ndarray, " s"], at: int, c: int, counter: int, error: float) -> None:
+def _learn_step(s: Any, errors: Any, error: float) -> bool:
     """Count an accepted step; with an unknown inertia take it as the acceleration.
 
-    The ``error`` is then that of one sample, and the tolerance is learned anew from it.
+    The ``error`` is then that of one sample, and the tolerance is learned anew from it. Returns
+    whether the values that were rejected before count as glitches no longer.
     """
-    if s[at + _MOBILITY] > 0.0:
-        s[at + MOTION_STEPS] += 1.0
-        return
-    if s[c + _COUNT] > 0.0:
-        s[at + counter] -= LASTING
-    s[c + _COUNT], s[c + _QUANTILE], s[c + _LARGEST] = 1.0, error, 0.0
+    if s.mobility > 0.0:
+        s.motion_steps += 1
+        return False
+    counted = errors.count > 0
+    errors.count, errors.quantile, errors.largest = 1, error, 0.0
+    return counted
 
 
 @compiled(inline=True)
-def _learn_error(s: Float[np.ndarray, " s"], c: int, error: float) -> None:
+def _learn_error(errors: Any, error: float) -> None:
     """Update quantile and recent maximum with an accepted error other than an exact zero."""
     if error == 0.0:
         return
-    s[c + _COUNT] += 1.0
-    if s[c + _COUNT] == 1.0:
-        s[c + _QUANTILE] = error
+    errors.count += 1
+    if errors.count == 1:
+        errors.quantile = error
         return
-    rate = max(_RATE, _RATE_WARM_UP / s[c + _COUNT])
-    if error > s[c + _QUANTILE]:
-        s[c + _QUANTILE] *= 1.0 + 9.0 * rate
+    rate = max(_RATE, _RATE_WARM_UP / errors.count)
+    if error > errors.quantile:
+        errors.quantile *= 1.0 + 9.0 * rate
     else:
-        s[c + _QUANTILE] *= 1.0 - rate
-    s[c + _LARGEST] *= 1.0 - _FADING
-    if s[c + _COUNT] > _WARM_UP:
-        s[c + _LARGEST] = max(s[c + _LARGEST], error)
+        errors.quantile *= 1.0 - rate
+    errors.largest *= 1.0 - _FADING
+    if errors.count > _WARM_UP:
+        errors.largest = max(errors.largest, error)
 
 
 @compiled(inline=True)
-def continued(s: Float[np.ndarray, " s"], at: int, mass: int) -> tuple[float, float]:
+def continued(mass: Any) -> tuple[float, float]:
     """Return predicted position and last velocity of a mass, in place of missing ones."""
-    m = at + _MASSES + _MASS_SIZE * mass
-    return s[m + _PREDICTED], s[m + _VELOCITY]
+    return mass.predicted, mass.velocity
 
 
 @compiled(inline=True)
@@ -227,108 +235,107 @@ def _is_possible(value: float) -> bool:
 
 
 @compiled(inline=True)
-def _admit_motion(
-    s: Float[np.ndarray, " s"], at: int, mass: int, x: float, v: float, measured: bool
-) -> tuple[float, float, bool]:
+def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[float, float, bool]:
     """Return position and velocity of a mass, NaN where missing, and whether they stepped."""
-    T = s[at + _SAMPLING_TIME]
-    m = at + _MASSES + _MASS_SIZE * mass
-    cx, cv = m + _POSITION_ERRORS, m + _VELOCITY_ERRORS
+    T = s.sampling_time
+    cx, cv = m.position_errors, m.velocity_errors
     has_x, has_v = _is_possible(x), measured and _is_possible(v)
     if not has_x or (measured and not has_v):
-        s[at + MISSING_VALUES] += 1.0
-    if s[m + _KNOWN] == 0.0:
+        s.missing_values += 1
+    if m.known == 0:
         if not has_x or (measured and not has_v):
             return np.nan, np.nan, False
-        if s[at + _MOVED] == 0.0 and mass == 0:
-            s[at + _START] = x
-        s[m + _KNOWN] = 1.0
-        s[m + _PREDICTED] = s[m + _ACCEPTED] = s[m + _LATEST] = x
-        s[m + _VELOCITY] = v if measured else 0.0
-        s[m + _GAP] = s[cx + _RUN] = s[cv + _RUN] = 0.0
+        if m.is_driven and s.moved == 0:
+            s.start = x
+        m.known = 1
+        m.predicted = m.accepted = m.latest = x
+        m.velocity = v if measured else 0.0
+        m.gap = cx.run = cv.run = 0
         return x, v if measured else np.nan, False
     stepped = False
     # Change of velocity that a sample may bring
-    change = max(_ACCELERATION * s[at + LARGEST_EFFORT] * s[at + _MOBILITY], s[cv + _LARGEST])
-    before = s[m + _VELOCITY]
+    change = max(_ACCELERATION * s.largest_effort * s.mobility, cv.largest)
+    before = m.velocity
     if measured:
         if has_v:
             error = abs(v - before)
-            if error <= _tolerance(s, at, cv) + change * (1.0 + s[cv + _RUN]):
-                _learn_error(s, cv, error)
-                s[m + _VELOCITY] = v
-                s[cv + _RUN] = 0.0
+            if error <= _tolerance(s, cv) + change * (1.0 + cv.run):
+                _learn_error(cv, error)
+                m.velocity = v
+                cv.run = 0
             else:
-                s[cv + _RUN] += 1.0
-                has_v = s[cv + _RUN] > LASTING
+                cv.run += 1
+                has_v = cv.run > LASTING
                 if has_v:
-                    _learn_step(s, at, cv, VELOCITY_GLITCHES, error / s[cv + _RUN])
-                    s[m + _VELOCITY] = v
-                    s[cv + _RUN] = 0.0
+                    if _learn_step(s, cv, error / cv.run):
+                        s.velocity_glitches -= LASTING
+                    m.velocity = v
+                    cv.run = 0
                     stepped = True
                 else:
-                    s[at + VELOCITY_GLITCHES] += 1.0 if s[cv + _COUNT] > 0.0 else 0.0
+                    s.velocity_glitches += 1 if cv.count > 0 else 0
         else:
-            s[cv + _RUN] = min(s[cv + _RUN] + 1.0, LASTING)
-        s[m + _PREDICTED] += 0.5 * T * (before + s[m + _VELOCITY])
+            cv.run = min(cv.run + 1, LASTING)
+        m.predicted += 0.5 * T * (before + m.velocity)
     else:
-        s[m + _PREDICTED] += T * before
-    s[m + _GAP] += 1.0
-    gap = s[m + _GAP]
+        m.predicted += T * before
+    m.gap += 1
+    gap = m.gap
     if has_x:
         latest = x
-        error = abs(x - s[m + _PREDICTED])
-        allowed = _tolerance(s, at, cx)
+        error = abs(x - m.predicted)
+        allowed = _tolerance(s, cx)
         if measured:
-            allowed += T * change * (0.5 + s[cv + _RUN])
+            allowed += T * change * (0.5 + cv.run)
         else:
             allowed = gap * (allowed + T * change * 0.5 * (gap + 1.0))
         if error > allowed and not stepped:
-            s[cx + _RUN] += 1.0
-            if s[cx + _COUNT] == 0.0 and s[cx + _RUN] == 1.0:
-                s[cx + _QUANTILE] = error  # a first error, to compare the second one with
-            if s[cx + _RUN] <= LASTING:
-                s[at + MOTION_GLITCHES] += 1.0 if s[cx + _COUNT] > 0.0 else 0.0
+            cx.run += 1
+            if cx.count == 0 and cx.run == 1:
+                cx.quantile = error  # a first error, to compare the second one with
+            if cx.run <= LASTING:
+                s.motion_glitches += 1 if cx.count > 0 else 0
                 has_x = False
             else:
-                _learn_step(s, at, cx, MOTION_GLITCHES, 2.0 * error / (gap * gap))
+                if _learn_step(s, cx, 2.0 * error / (gap * gap)):
+                    s.motion_glitches -= LASTING
                 stepped = True
-        elif gap == 1.0 and not stepped:
-            _learn_error(s, cx, error)
+        elif gap == 1 and not stepped:
+            _learn_error(cx, error)
         if has_x:
             if not measured:
-                travel = (x - s[m + _LATEST]) * gap if stepped else x - s[m + _ACCEPTED]
-                s[m + _VELOCITY] = travel / (gap * T)
-            s[m + _PREDICTED] = s[m + _ACCEPTED] = x
-            s[m + _GAP] = s[cx + _RUN] = 0.0
-            if mass == 0 and abs(x - s[at + _START]) > _FACTOR_WARM_UP * s[cx + _QUANTILE]:
-                s[at + _MOVED] = 1.0
-        s[m + _LATEST] = latest
+                travel = (x - m.latest) * gap if stepped else x - m.accepted
+                m.velocity = travel / (gap * T)
+            m.predicted = m.accepted = x
+            m.gap = cx.run = 0
+            if m.is_driven and abs(x - s.start) > _FACTOR_WARM_UP * cx.quantile:
+                s.moved = 1
+        m.latest = latest
     return x if has_x else np.nan, v if has_v else np.nan, stepped
 
 
 @compiled(inline=True)
-def _admit_effort(s: Float[np.ndarray, " s"], at: int, u: float) -> tuple[float, bool]:
+def _admit_effort(s: Any, u: float) -> tuple[float, bool]:
     """Return the effort, the last accepted one where it is missing, and whether it is unknown."""
     if not _is_possible(u):
-        s[at + MISSING_VALUES] += 1.0
-        return s[at + _LAST_EFFORT], True
-    largest = s[at + LARGEST_EFFORT]
-    factor = _EFFORT if s[at + _MOVED] > 0.0 else _EFFORT_AT_REST
+        s.missing_values += 1
+        return s.last_effort, True
+    largest = s.largest_effort
+    factor = _EFFORT if s.moved > 0 else _EFFORT_AT_REST
     if largest > 0.0 and abs(u) > factor * largest:
-        s[at + _EFFORT_RUN] += 1.0
-        if s[at + _EFFORT_RUN] <= LASTING:
-            s[at + EFFORT_GLITCHES] += 1.0
-            return s[at + _LAST_EFFORT], True
-    s[at + _EFFORT_RUN] = 0.0
-    s[at + LARGEST_EFFORT] = max(largest, abs(u))
-    s[at + _LAST_EFFORT] = u
+        s.effort_run += 1
+        if s.effort_run <= LASTING:
+            s.effort_glitches += 1
+            return s.last_effort, True
+    s.effort_run = 0
+    s.largest_effort = max(largest, abs(u))
+    s.last_effort = u
     return u, False
 
 
 @compiled(inline=True)
 def admit(
-    s: Float[np.ndarray, " s"], at: int, u: float, x: float, v: float, x2: float, v2: float
+    s: Any, u: float, x: float, v: float, x2: float, v2: float
 ) -> tuple[bool, float, bool, float, float, float, float, bool]:
     """Admit a sample.
 
@@ -338,28 +345,28 @@ def admit(
     force in the interval that it begins is unknown, position and velocity of both masses (NaN
     where missing or not measured), and whether the motion stepped.
     """
-    s[at + SAMPLES_SEEN] += 1.0
-    u, unknown = _admit_effort(s, at, u)
-    lag, motion_lag = int(s[at + _LAG]), int(s[at + _MOTION_LAG])
-    if lag > 0 or motion_lag > 0 or s[at + _FRACTION] > 0.0:
-        n = int(s[at + _HEAD])
-        s[at + _HEAD] += 1.0
-        slot = at + _RING + _SLOT * (n % _SLOTS)
-        s[slot], s[slot + 1] = u, 1.0 if unknown else 0.0
-        s[slot + 2], s[slot + 3], s[slot + 4], s[slot + 5] = x, v, x2, v2
-        if n < motion_lag:
+    s.samples_seen += 1
+    u, unknown = _admit_effort(s, u)
+    if s.lag > 0 or s.motion_lag > 0 or s.fraction > 0.0:
+        n = s.head
+        s.head += 1
+        slot = s.ring[n % _SLOTS]
+        slot[_EFFORT_AT], slot[_UNKNOWN_AT] = u, 1.0 if unknown else 0.0
+        slot[_MOTION_AT], slot[_MOTION_AT + 1] = x, v
+        slot[_MOTION_AT + 2], slot[_MOTION_AT + 3] = x2, v2
+        if n < s.motion_lag:
             return False, u, True, x, v, x2, v2, False
-        unknown = n < lag + 1
+        unknown = n < s.lag + 1
         if not unknown:
-            new = at + _RING + _SLOT * ((n - lag) % _SLOTS)
-            old = at + _RING + _SLOT * ((n - lag - 1) % _SLOTS)
-            part = s[at + _FRACTION]
-            u = (1.0 - part) * s[new] + part * s[old]
-            unknown = s[new + 1] + (s[old + 1] if part > 0.0 else 0.0) > 0.0
-        slot = at + _RING + _SLOT * ((n - motion_lag) % _SLOTS)
-        x, v, x2, v2 = s[slot + 2], s[slot + 3], s[slot + 4], s[slot + 5]
-    x, v, stepped = _admit_motion(s, at, 0, x, v, s[at + _HAS_VELOCITY] > 0.0)
-    if s[at + _HAS_LOAD] > 0.0:
-        x2, v2, also = _admit_motion(s, at, 1, x2, v2, s[at + _HAS_LOAD_VELOCITY] > 0.0)
+            new, old = s.ring[(n - s.lag) % _SLOTS], s.ring[(n - s.lag - 1) % _SLOTS]
+            part = s.fraction
+            u = (1.0 - part) * new[_EFFORT_AT] + part * old[_EFFORT_AT]
+            unknown = new[_UNKNOWN_AT] + (old[_UNKNOWN_AT] if part > 0.0 else 0.0) > 0.0
+        slot = s.ring[(n - s.motion_lag) % _SLOTS]
+        x, v = slot[_MOTION_AT], slot[_MOTION_AT + 1]
+        x2, v2 = slot[_MOTION_AT + 2], slot[_MOTION_AT + 3]
+    x, v, stepped = _admit_motion(s, s.driven, x, v, s.has_velocity > 0)
+    if s.has_load:
+        x2, v2, also = _admit_motion(s, s.load, x2, v2, s.has_load_velocity > 0)
         stepped = stepped or also
     return True, u, unknown, x, v, x2, v2, stepped

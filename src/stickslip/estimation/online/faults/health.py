@@ -1,11 +1,7 @@
 """Counts of what an online estimator rejected, and of its resets."""
 
 from dataclasses import dataclass
-
-import numpy as np
-from jaxtyping import Float
-
-from stickslip.estimation.online.faults import admission
+from typing import Any
 
 __all__ = ["OnlineHealth", "health_of"]
 
@@ -66,31 +62,30 @@ class OnlineHealth:
 
 
 def health_of(
-    state: Float[np.ndarray, " s"],
-    at: int,
+    admission: Any,
     *,
     resets: float,
     force_events: float = 0.0,
     force_noise: float | None = None,
 ) -> OnlineHealth:
-    """Return the health of a state.
+    """Return the health of an estimator.
 
     Parameters
     ----------
-    state, at
-        State, and where its admission begins.
+    admission
+        Fields of `stickslip.estimation.online.faults.admission.ADMISSION_DTYPE` in a state.
     resets, force_events
         Counts of the estimator.
     force_noise
         Standard deviation of the disturbance force [N or N m]; None if the method has none.
     """
     return OnlineHealth(
-        samples=int(state[at + admission.SAMPLES_SEEN]),
-        missing_samples=int(state[at + admission.MISSING_VALUES]),
-        position_glitches=int(state[at + admission.MOTION_GLITCHES]),
-        velocity_glitches=int(state[at + admission.VELOCITY_GLITCHES]),
-        effort_glitches=int(state[at + admission.EFFORT_GLITCHES]),
-        motion_steps=int(state[at + admission.MOTION_STEPS]),
+        samples=int(admission.samples_seen),
+        missing_samples=int(admission.missing_values),
+        position_glitches=int(admission.motion_glitches),
+        velocity_glitches=int(admission.velocity_glitches),
+        effort_glitches=int(admission.effort_glitches),
+        motion_steps=int(admission.motion_steps),
         force_events=int(force_events),
         resets=int(resets),
         force_noise=None if force_noise is None else float(force_noise),

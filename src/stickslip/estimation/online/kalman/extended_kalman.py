@@ -202,8 +202,7 @@ class ExtendedKalmanFilter(OnlineMethod):
             s[at.FORCE_VARIANCE] = self.force_noise**2
         s[at.GATE_SCALE], s[at.PARAMETERS] = 1.0, len(self._names)
         lay_admission(
-            s,
-            at.ADMISSION,
+            at.admission(s),
             sampling_time=T,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
@@ -331,8 +330,7 @@ class ExtendedKalmanFilter(OnlineMethod):
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
         return health_of(
-            state,
-            at.ADMISSION,
+            at.admission(state),
             force_events=state[at.FORCE_EVENTS],
             resets=state[at.RESETS],
             force_noise=float(np.sqrt(state[at.FORCE_VARIANCE])),

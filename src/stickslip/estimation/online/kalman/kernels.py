@@ -38,8 +38,8 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.faults.admission import (
+    ADMISSION_DTYPE,
     ADMISSION_SIZE,
-    LARGEST_EFFORT,
     admit,
     restart_admission,
 )
@@ -60,6 +60,7 @@ from stickslip.estimation.online.intervals.contrasts import (
 from stickslip.estimation.online.kalman.motion import predicted
 from stickslip.estimation.online.recursion import SAMPLING_TIME, VALUES
 from stickslip.numerics.kalman import measure
+from stickslip.numerics.named_fields import fields_at
 
 __all__ = [
     "ADAPTED",
@@ -93,6 +94,7 @@ __all__ = [
     "TRUSTED",
     "VELOCITY_VARIANCE",
     "WALK",
+    "admission",
     "ekf_run",
     "ekf_step",
     "forget_motion",
@@ -152,6 +154,8 @@ SPELL_START = SPELL + 1  # eta and J of the careful filter when these began
 MEMORY = SPELL_START + FRICTION + FRICTION * FRICTION
 # From there on u, x, v of the first samples, to the end of the state
 
+admission = fields_at(ADMISSION_DTYPE, start=ADMISSION)
+
 LEARNING, REPLAYING, TRUSTED, LEFT = 0.0, 1.0, 2.0, 3.0  # stages of the sharp filter
 
 RESOLUTION = 1e-15
@@ -202,7 +206,7 @@ def _carry(s: Float[np.ndarray, " s"], at: int, u: float) -> bool:
         unclear = m * P[1, 1] > 2.0 * max(s[at + 3], 0.0) * np.sqrt(s[POSITION_VARIANCE])
     if s[HELD_UNKNOWN] > 0.0:
         unclear = True
-        q = max(s[REST_VARIANCE], s[ADMISSION + LARGEST_EFFORT] ** 2)
+        q = max(s[REST_VARIANCE], admission(s).largest_effort ** 2)
     if unclear:
         q = max(q, s[REST_VARIANCE])
         F[0, 0], F[0, 1], F[1, 1] = 1.0, T, 1.0
@@ -354,7 +358,7 @@ def _adapt(s: Float[np.ndarray, " s"]) -> None:
         gamma = 1.0
     s[ADAPTED] += 1.0
     factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** gamma
-    most = s[ADMISSION + LARGEST_EFFORT] ** 2
+    most = admission(s).largest_effort ** 2
     least = most * _LEAST_FORCE * _LEAST_FORCE
     s[FORCE_VARIANCE] = min(max(factor * s[FORCE_VARIANCE], least), max(most, least))
     if mean > _OVERCONFIDENT:
@@ -426,7 +430,7 @@ def _contrast(s: Float[np.ndarray, " s"]) -> None:
 def _is_plausible(s: Float[np.ndarray, " s"]) -> bool:
     """Return whether friction is within `_PLAUSIBLE` times the largest effort."""
     P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
-    most = _PLAUSIBLE * s[ADMISSION + LARGEST_EFFORT]
+    most = _PLAUSIBLE * admission(s).largest_effort
     viscous = abs(s[CAREFUL + 2]) - _PLAUSIBLE * np.sqrt(max(P[2, 2], 0.0))
     coulomb = abs(s[CAREFUL + 3]) - _PLAUSIBLE * np.sqrt(max(P[3, 3], 0.0))
     offset = abs(s[CAREFUL + 4]) - _PLAUSIBLE * np.sqrt(max(P[4, 4], 0.0))
@@ -527,7 +531,7 @@ def _unknown_motion(s: Float[np.ndarray, " s"], P: Float[np.ndarray, "5 5"], spe
 @compiled()
 def forget_motion(s: Float[np.ndarray, " s"]) -> None:
     """Begin another stretch of samples, in place: friction as known, the motion anew."""
-    restart_admission(s, ADMISSION)
+    restart_admission(admission(s))
     _forget_motion(s)
 
 
@@ -613,7 +617,7 @@ def ekf_step(
     Of a sample that is not (NaN, or impossible) only the rest is used. The load is not read.
     """
     whole = np.isfinite(u) and np.isfinite(x) and (np.isfinite(v) or s[VELOCITY_VARIANCE] == np.inf)
-    ready, u, unknown, x, v, _, _, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    ready, u, unknown, x, v, _, _, stepped = admit(admission(s), u, x, v, x2, v2)
     if not ready:
         return whole
     if stepped:

@@ -23,7 +23,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.online.faults.admission import ADMISSION_SIZE, admit
+from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, ADMISSION_SIZE, admit
 from stickslip.estimation.online.faults.guard import guard_size, stays_valid
 from stickslip.estimation.online.recursion import (
     COUNTED,
@@ -33,6 +33,7 @@ from stickslip.estimation.online.recursion import (
     STIFFNESS,
     VALUES,
 )
+from stickslip.numerics.named_fields import fields_at
 
 __all__ = [
     "ADMISSION",
@@ -49,6 +50,7 @@ __all__ = [
     "SHAPE",
     "SPEED",
     "STATE_SIZE",
+    "admission",
     "balance",
     "follow",
     "set_aside",
@@ -77,6 +79,8 @@ ADMISSION = METHOD + 8
 GUARD = ADMISSION + ADMISSION_SIZE
 STATE_SIZE = GUARD + guard_size(ADMISSION)
 
+admission = fields_at(ADMISSION_DTYPE, start=ADMISSION)
+
 _FRICTION = 3  # values that a gain belongs to
 
 
@@ -87,7 +91,7 @@ def balance(s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float,
     The mean stretch of the spring is that of the cubic through both ends.
     """
     complete = False
-    ready, u, unknown, x, v, x2, v2, _ = admit(s, ADMISSION, u, x, v, x2, v2)
+    ready, u, unknown, x, v, x2, v2, _ = admit(admission(s), u, x, v, x2, v2)
     if not ready:
         return False
     if s[STIFFNESS] == 0.0:

@@ -139,8 +139,7 @@ class ForceObserver(OnlineMethod):
         self._lay_settings(s)
         load = self.stiffness is not None
         lay_admission(
-            s,
-            at.ADMISSION,
+            at.admission(s),
             sampling_time=T,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
@@ -157,7 +156,7 @@ class ForceObserver(OnlineMethod):
         state
             From `init` or a later step.
         """
-        return health_of(state, at.ADMISSION, resets=state[at.GUARD + RESETS])
+        return health_of(at.admission(state), resets=state[at.GUARD + RESETS])
 
     @abstractmethod
     def _lay_settings(self, s: State) -> None:
@@ -215,7 +214,7 @@ class ForceObserver(OnlineMethod):
         histories: list[Float[np.ndarray, "n p"]] = []
         for part in log.segments():
             state[at.KNOWN] = 0.0
-            restart_admission(state, at.ADMISSION)
+            restart_admission(at.admission(state))
             state, history = settled.run(state, part)
             histories.append(history)
         values = state[settled._places]

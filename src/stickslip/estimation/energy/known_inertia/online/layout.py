@@ -4,10 +4,11 @@ The state is that of `stickslip.estimation.online.recursion`, with room for four
 behind it what the two filters need.
 """
 
-from stickslip.estimation.online.faults.admission import ADMISSION_SIZE
+from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, ADMISSION_SIZE
 from stickslip.estimation.online.intervals.batches import batch_size
 from stickslip.estimation.online.intervals.contrasts import contrast_size
 from stickslip.estimation.online.recursion import VALUES
+from stickslip.numerics.named_fields import fields_at
 
 __all__ = [
     "ADAPTED",
@@ -64,6 +65,7 @@ __all__ = [
     "TURNS",
     "UNCERTAIN",
     "WIDTH",
+    "admission",
 ]
 
 LAG = 64
@@ -129,3 +131,5 @@ BATCHES = GOOD + GOOD_SIZE
 CONTRASTS = BATCHES + batch_size(MOST)
 ADMISSION = CONTRASTS + contrast_size(MOST)
 STATE_SIZE = ADMISSION + ADMISSION_SIZE
+
+admission = fields_at(ADMISSION_DTYPE, start=ADMISSION)

@@ -16,7 +16,6 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.known_inertia.online.layout import (
     ADAPTED,
-    ADMISSION,
     AXIS,
     BATCHES,
     BEGAN,
@@ -60,6 +59,7 @@ from stickslip.estimation.energy.known_inertia.online.layout import (
     TURNS,
     UNCERTAIN,
     WIDTH,
+    admission,
 )
 from stickslip.estimation.energy.known_inertia.online.motion import (
     compare,
@@ -69,7 +69,7 @@ from stickslip.estimation.energy.known_inertia.online.motion import (
     smoothed_velocity,
     tally,
 )
-from stickslip.estimation.online.faults.admission import LARGEST_EFFORT, admit
+from stickslip.estimation.online.faults.admission import admit
 from stickslip.estimation.online.intervals.batches import close_batch, count_sample, scale_batches
 from stickslip.estimation.online.intervals.contrasts import add_row, classify, scale_contrasts
 from stickslip.estimation.online.recursion import (
@@ -315,7 +315,7 @@ def _close_batch(
         friction += columns[i] * s[VALUES + i]
         for j in range(p):
             variance += columns[i] * columns[j] * s[SPREAD + i * p + j]
-    most = s[ADMISSION + LARGEST_EFFORT] + np.sqrt(max(variance, 0.0))
+    most = admission(s).largest_effort + np.sqrt(max(variance, 0.0))
     if abs(friction) > _PLAUSIBLE * most:
         _reset(s)
         return
@@ -486,7 +486,7 @@ def _advance(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> None:
     """Take one sample into the state, in place."""
-    ready, u, unknown, x, v, x2, v2, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    ready, u, unknown, x, v, x2, v2, stepped = admit(admission(s), u, x, v, x2, v2)
     if not ready:
         return
     if stepped:
@@ -504,7 +504,7 @@ def _advance(
         s[at + 3], s[at + 4] = s[at + 1], s[at + 2]
         # The first filter has the spring's force in the free one
     s[at + 8] = missing
-    s[at + 9] = s[ADMISSION + LARGEST_EFFORT] ** 2 if unknown else 0.0
+    s[at + 9] = admission(s).largest_effort ** 2 if unknown else 0.0
     for c in range(CHANNELS):
         if (missing >> c) & 1 == 1:
             s[CHAIN + c] = 0.0

@@ -85,8 +85,7 @@ def first_work_state(
     s[at.GATE_SCALE] = 1.0
     lay_batches(s, at.BATCHES)
     lay_admission(
-        s,
-        at.ADMISSION,
+        at.admission(s),
         sampling_time=sampling_time,
         effort_delay=effort_delay,
         inertia=inertia,
@@ -144,8 +143,7 @@ def work_intervals(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p 2"]:
 def work_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
     """Return what was missing, rejected and reset so far."""
     return health_of(
-        state,
-        at.ADMISSION,
+        at.admission(state),
         force_events=state[at.FORCE_EVENTS],
         resets=state[at.RESETS],
         force_noise=state[at.DISTURBANCE],

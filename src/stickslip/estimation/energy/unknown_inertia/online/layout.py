@@ -3,11 +3,12 @@
 The state is that of `stickslip.estimation.online.recursion`, and behind it what the levels need.
 """
 
-from stickslip.estimation.online.faults.admission import ADMISSION_SIZE
+from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, ADMISSION_SIZE
 from stickslip.estimation.online.faults.guard import guard_size
 from stickslip.estimation.online.intervals.batches import batch_size
 from stickslip.estimation.online.intervals.contrasts import contrast_size
 from stickslip.estimation.online.recursion import MOST_PARAMETERS, VALUES
+from stickslip.numerics.named_fields import fields_at
 
 __all__ = [
     "ACCEPTED",
@@ -56,6 +57,7 @@ __all__ = [
     "WAY",
     "WAY_SQUARE",
     "WORK",
+    "admission",
 ]
 
 (
@@ -108,3 +110,5 @@ BATCHES = GUARD + guard_size(GUARD)
 CONTRASTS = BATCHES + batch_size(MOST_PARAMETERS)
 ADMISSION = CONTRASTS + contrast_size(MOST_PARAMETERS)
 STATE_SIZE = ADMISSION + ADMISSION_SIZE
+
+admission = fields_at(ADMISSION_DTYPE, start=ADMISSION)

@@ -19,7 +19,6 @@ from stickslip.estimation.energy.balance import squared_velocity, turning_way
 from stickslip.estimation.energy.unknown_inertia.online.layout import (
     ACCEPTED,
     ADAPTED,
-    ADMISSION,
     AVERAGED,
     BATCHES,
     CHAIN,
@@ -62,9 +61,9 @@ from stickslip.estimation.energy.unknown_inertia.online.layout import (
     WAY,
     WAY_SQUARE,
     WORK,
+    admission,
 )
 from stickslip.estimation.online.faults.admission import (
-    LARGEST_EFFORT,
     admit,
     learn_inertia,
 )
@@ -279,7 +278,7 @@ def _regress(
 @compiled(inline=True)
 def _is_plausible(s: Float[np.ndarray, " s"], p: int) -> bool:
     """Return whether Coulomb friction and offset are within `_PLAUSIBLE` times the efforts."""
-    largest = s[ADMISSION + LARGEST_EFFORT]
+    largest = admission(s).largest_effort
     for i in range(3 if s[PER_DIRECTION] > 0.0 else 2, p):
         variance = max(s[SPREAD + i * p + i], 0.0) * s[GATE_SCALE]
         if not abs(s[VALUES + i]) <= _PLAUSIBLE * (largest + np.sqrt(variance)):
@@ -305,7 +304,7 @@ def _close_batch(s: Float[np.ndarray, " s"]) -> None:
     at = INFORMATION + MOST_PARAMETERS
     J = s[at:GUARD].reshape(MOST_PARAMETERS, MOST_PARAMETERS)
     close_batch(s, BATCHES, MOST_PARAMETERS, J, s[INFORMATION:at])
-    learn_inertia(s, ADMISSION, s[VALUES], s[SPREAD] * s[GATE_SCALE])
+    learn_inertia(admission(s), s[VALUES], s[SPREAD] * s[GATE_SCALE])
 
 
 @compiled(inline=True)
@@ -433,7 +432,7 @@ def _advance(
     s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
 ) -> None:
     """Take one sample into the state, in place."""
-    ready, u, unknown, x, v, x2, v2, stepped = admit(s, ADMISSION, u, x, v, x2, v2)
+    ready, u, unknown, x, v, x2, v2, stepped = admit(admission(s), u, x, v, x2, v2)
     if not ready:
         return
     derived = s[DERIVED] > 0.0

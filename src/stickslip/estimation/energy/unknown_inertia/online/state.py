@@ -119,8 +119,7 @@ def first_state(
         )
     load = model.stiffness is not None
     lay_admission(
-        s,
-        at.ADMISSION,
+        at.admission(s),
         sampling_time=T,
         effort_delay=effort_delay,
         inertia=None,
@@ -150,8 +149,7 @@ def level_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
     """Return what was missing, rejected and reset so far."""
     unit = state[at.GATE_SCALE] if state[at.ADAPTED] > 0.0 else 1.0
     return health_of(
-        state,
-        at.ADMISSION,
+        at.admission(state),
         resets=state[at.GUARD + RESETS],
         force_events=state[at.FORCE_EVENTS],
         force_noise=float(np.sqrt(unit * state[at.FORCE_VARIANCE])),
