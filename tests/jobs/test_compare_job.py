@@ -125,7 +125,7 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     energy, likelihood = study.applied
     assert energy.delay_found is None
     assert likelihood.delay_found == 1.0
-    assert likelihood.to_dict("linear")["delay_found"] == 1.0
+    assert likelihood.to_dict()["delay_found"] == 1.0
     for name, score in likelihood.scores.items():
         assert abs(score.bias) < CLOSE * score.truth, name
     # The bound is that of the effort that acts, whose delay is a whole number and found for sure

@@ -1,9 +1,15 @@
 """Records as plain JSON types."""
 
 import json
-from dataclasses import fields
+from collections.abc import Mapping
+from dataclasses import dataclass, fields
 
-from stickslip.records import JointLog, JointLogs, LogDeviation, ModelSelection, TermScore
+import numpy as np
+import pytest
+from jaxtyping import Float
+
+from stickslip.records import JointLog, JointLogs, LogDeviation, ModelSelection, Status, TermScore
+from stickslip.records.plain import Record, Valued
 
 SCORE = TermScore(
     term="spring", text="a spring", selected=True, p_value=0.01, gain=0.2, gain_std=0.1, share=0.3
@@ -43,3 +49,49 @@ def test_logs_of_a_joint_fit_have_all_fields_and_whether_they_are_consistent() -
         ],
         "consistent": False,
     }
+
+
+@dataclass(frozen=True, kw_only=True)
+class Inner(Record):
+    """A record with all fields in its JSON form."""
+
+    values: Mapping[str, tuple[float, str]]
+    array: Float[np.ndarray, " n"]
+    status: Status
+
+
+@dataclass(frozen=True, kw_only=True)
+class Outer(Record):
+    """A record whose JSON form has other names, another order and a table of its own."""
+
+    json_form = ("first=inner.array second", {"table": ("missing=nothing.name third=inner",)})
+
+    inner: Inner
+    nothing: None = None
+
+    @property
+    def second(self) -> Valued:
+        return Valued(1.0, "m")
+
+
+def test_the_json_form_follows_names_paths_and_tables() -> None:
+    inner = Inner(values={"a": (1.0, "m")}, array=np.array([1.0, 2.0]), status=Status.OK)
+    document = Outer(inner=inner).to_dict()
+    assert list(document) == ["first", "second", "table"]
+    assert document == {
+        "first": [1.0, 2.0],
+        "second": {"value": 1.0, "unit": "m"},
+        "table": {
+            "missing": None,
+            "third": {"values": {"a": [1.0, "m"]}, "array": [1.0, 2.0], "status": "ok"},
+        },
+    }
+
+
+def test_mappings_of_a_record_are_copies_that_cannot_be_changed() -> None:
+    values = {"a": (1.0, "m")}
+    inner = Inner(values=values, array=np.zeros(1), status=Status.OK)
+    values.clear()
+    assert dict(inner.values) == {"a": (1.0, "m")}
+    with pytest.raises(TypeError):
+        inner.values["b"] = (2.0, "m")  # type: ignore[index]

@@ -209,7 +209,7 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
 
 
 def _log(log: AxisLog) -> str:
-    return f"{log.name}: {len(log)} samples over {float(log.time[-1] - log.time[0]):.4g} s"
+    return f"{log.name}: {len(log)} samples over {log.duration:.4g} s"
 
 
 def _say(console: "Console", words: str, style: str = "") -> None:

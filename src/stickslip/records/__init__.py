@@ -38,12 +38,12 @@ from stickslip.records.identification import (
     Resimulation,
 )
 from stickslip.records.joint import JointLog, JointLogs, LogDeviation
+from stickslip.records.plain import ScenarioTables
 from stickslip.records.positioning import (
     Ending,
     Positioning,
     PositioningMove,
     PositioningRun,
-    ScenarioTables,
 )
 from stickslip.records.pulses import (
     LearntPulses,

@@ -1,12 +1,13 @@
 """What landings leave behind: their phases, and of a flexible arm both masses and the series."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
-from typing import Any, Literal, get_args
+from dataclasses import dataclass
+from typing import Literal, get_args
 
 import numpy as np
 from jaxtyping import Bool, Float
 
+from stickslip.records.plain import Record
 from stickslip.records.quantities import quantity_field
 
 __all__ = ["ArmRun", "ArmSeries", "LandingPhase", "LandingPhaseName"]
@@ -24,7 +25,7 @@ _WORDS: dict[LandingPhaseName, str] = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class LandingPhase:
+class LandingPhase(Record):
     """What a controller that lands was doing for a while, and why it began to.
 
     Attributes
@@ -54,13 +55,9 @@ class LandingPhase:
         """Return the words of all phases, by name, in the order in which they follow each other."""
         return {name: _WORDS[name] for name in get_args(LandingPhaseName)}
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the phase as plain JSON types."""
-        return {each.name: getattr(self, each.name) for each in fields(self)}
-
 
 @dataclass(frozen=True, kw_only=True)
-class ArmSeries:
+class ArmSeries(Record):
     """A series of pulses: what it was to do with both masses, and what it truly did.
 
     Attributes
@@ -89,6 +86,13 @@ class ArmSeries:
     final_swing
         Amplitude with which mass 2 truly swung about that place; None as before [m or rad].
     """
+
+    json_form = (
+        "move start_time duration pulses samples=effort.size target",
+        "coulomb_friction viscous_friction start_swing planned_error final_error",
+        "final_load_error final_swing planned_effort=effort",
+        "planned_position=position planned_load_position=load_position",
+    )
 
     move: int
     start_time: float = quantity_field("time")
@@ -140,30 +144,9 @@ class ArmSeries:
             return None
         return abs(self.final_error) + self.final_swing
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the series as plain JSON types."""
-        return {
-            "move": self.move,
-            "start_time": self.start_time,
-            "duration": self.duration,
-            "pulses": self.pulses,
-            "samples": self.effort.size,
-            "target": self.target,
-            "coulomb_friction": self.coulomb_friction,
-            "viscous_friction": self.viscous_friction,
-            "start_swing": self.start_swing,
-            "planned_error": self.planned_error,
-            "final_error": self.final_error,
-            "final_load_error": self.final_load_error,
-            "final_swing": self.final_swing,
-            "planned_effort": self.effort.tolist(),
-            "planned_position": self.position.tolist(),
-            "planned_load_position": self.load_position.tolist(),
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class ArmRun:
+class ArmRun(Record):
     """Both masses of a run, and its series of pulses.
 
     Attributes
@@ -179,6 +162,11 @@ class ArmRun:
     series
         In their order.
     """
+
+    json_form = (
+        "series target position load_position",
+        "measured_position measured_load_position",
+    )
 
     target: Float[np.ndarray, " samples"] = quantity_field("position")
     position: Float[np.ndarray, " samples"] = quantity_field("position")
@@ -199,17 +187,6 @@ class ArmRun:
         return _farther(
             self.target - self.measured_position, self.target - self.measured_load_position
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the run's arm as plain JSON types."""
-        return {
-            "series": [each.to_dict() for each in self.series],
-            "target": self.target.tolist(),
-            "position": self.position.tolist(),
-            "load_position": self.load_position.tolist(),
-            "measured_position": self.measured_position.tolist(),
-            "measured_load_position": self.measured_load_position.tolist(),
-        }
 
 
 def _farther(

@@ -11,6 +11,7 @@ from jaxtyping import Bool, Float, Int
 
 from stickslip.records.checks import finite_vector
 from stickslip.records.errors import InputError
+from stickslip.records.plain import Record
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.wording import count_of
 
@@ -46,7 +47,7 @@ class LogSource:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AxisLog:
+class AxisLog(Record):
     """One axis over time, validated, in SI units.
 
     ``effort[k]`` is held from ``time[k]`` to ``time[k+1]`` (zero-order hold).
@@ -83,6 +84,8 @@ class AxisLog:
     >>> round(log.sampling_time, 6), len(log)
     (0.1, 3)
     """
+
+    json_form = ("name samples sampling_time duration",)
 
     name: str
     kind: AxisKind
@@ -140,6 +143,16 @@ class AxisLog:
     def __len__(self) -> int:
         """Return the number of samples."""
         return self.time.size
+
+    @property
+    def samples(self) -> int:
+        """Number of samples."""
+        return self.time.size
+
+    @property
+    def duration(self) -> float:
+        """Time from the first sample to the last [s]."""
+        return float(self.time[-1] - self.time[0])
 
     @cached_property
     def sampling_time(self) -> float:

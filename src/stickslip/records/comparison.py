@@ -6,12 +6,11 @@ from dataclasses import dataclass, field
 from itertools import combinations
 from typing import Any
 
-from stickslip.records.axis_log import AxisLog
+from stickslip.records.axis_log import AxisLog, LogSource
 from stickslip.records.estimate import PARAMETER_NAMES, FrictionEstimate
 from stickslip.records.identification import Resimulation
-from stickslip.records.positioning import ScenarioTables
+from stickslip.records.plain import Record, ScenarioTables, valued_tables
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
-from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = [
     "ComparedEstimator",
@@ -54,7 +53,7 @@ _STUDY_LEGEND = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class ComparedEstimator:
+class ComparedEstimator(Record):
     """What one estimator makes of a log.
 
     Attributes
@@ -77,6 +76,11 @@ class ComparedEstimator:
         energy estimator; None if it needed none.
     """
 
+    json_form = (
+        "name applies why_not seconds_per_sample unexplained_effort",
+        "position_fit=resimulation.fit assumed_inertia estimate",
+    )
+
     name: str
     estimate: FrictionEstimate | None = None
     why_not: str = ""
@@ -85,22 +89,14 @@ class ComparedEstimator:
     resimulation: Resimulation | None = None
     assumed_inertia: float | None = quantity_field("inertia", default=None)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return it as plain JSON types."""
-        return {
-            "name": self.name,
-            "applies": self.estimate is not None,
-            "why_not": self.why_not,
-            "seconds_per_sample": self.seconds_per_sample,
-            "unexplained_effort": self.unexplained_effort,
-            "position_fit": None if self.resimulation is None else self.resimulation.fit,
-            "assumed_inertia": self.assumed_inertia,
-            "estimate": None if self.estimate is None else self.estimate.to_dict(),
-        }
+    @property
+    def applies(self) -> bool:
+        """Whether it applies to the log."""
+        return self.estimate is not None
 
 
 @dataclass(frozen=True, kw_only=True)
-class Contradiction:
+class Contradiction(Record):
     """Trusted estimates of one parameter whose 95 % intervals do not overlap.
 
     Attributes
@@ -114,24 +110,19 @@ class Contradiction:
         each other; empty if there is none. Of two estimators neither is alone.
     """
 
+    json_form = ("parameter alone intervals",)
+
     parameter: str
     intervals: Mapping[str, tuple[float, float]]
     alone: str = ""
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "intervals", ReadOnlyMapping(dict(self.intervals)))
-
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain JSON types."""
-        return {
-            "parameter": self.parameter,
-            "alone": self.alone or None,
-            "intervals": {name: list(interval) for name, interval in self.intervals.items()},
-        }
+        """Return it as plain JSON types, null for no estimator that stands alone."""
+        return super().to_dict() | {"alone": self.alone or None}
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimatorComparison:
+class EstimatorComparison(Record):
     """Estimators side by side on one log.
 
     Attributes
@@ -144,14 +135,31 @@ class EstimatorComparison:
         Version of this package.
     """
 
+    schema, comparison, legend = _SCHEMA, "log", _LOG_LEGEND
+    json_form = (
+        "schema comparison kind=log.kind legend log estimators=compared",
+        "contradictions",
+        {
+            "provenance": (
+                "stickslip_version files=source.files input_sha256=source.sha256",
+                "assumptions=source.assumptions",
+            )
+        },
+    )
+
     log: AxisLog
     compared: tuple[ComparedEstimator, ...]
     stickslip_version: str
 
     @property
+    def source(self) -> LogSource:
+        """Where the log came from."""
+        return self.log.source or LogSource(files=(), sha256="")
+
+    @property
     def applied(self) -> tuple[ComparedEstimator, ...]:
         """Those that apply to the log."""
-        return tuple(each for each in self.compared if each.estimate is not None)
+        return tuple(each for each in self.compared if each.applies)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -204,33 +212,9 @@ class EstimatorComparison:
                 intervals[each.name] = parameter.ci95
         return intervals
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the comparison as plain JSON types (schema 1)."""
-        log, source = self.log, self.log.source
-        return {
-            "schema": _SCHEMA,
-            "comparison": "log",
-            "kind": log.kind,
-            "legend": dict(_LOG_LEGEND),
-            "log": {
-                "name": log.name,
-                "samples": len(log),
-                "sampling_time": log.sampling_time,
-                "duration": float(log.time[-1] - log.time[0]),
-            },
-            "estimators": [each.to_dict() for each in self.compared],
-            "contradictions": [each.to_dict() for each in self.contradictions],
-            "provenance": {
-                "stickslip_version": self.stickslip_version,
-                "files": [] if source is None else list(source.files),
-                "input_sha256": "" if source is None else source.sha256,
-                "assumptions": [] if source is None else list(source.assumptions),
-            },
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class ParameterScore:
+class ParameterScore(Record):
     """How near to the truth an estimator comes in one parameter, over many runs.
 
     Attributes
@@ -248,6 +232,8 @@ class ParameterScore:
         Share of the runs whose 95 % interval holds the truth [-]; None without intervals.
     """
 
+    json_form = ("truth bias rmse runs bound_ratio coverage",)
+
     name: str
     truth: float
     bias: float
@@ -256,21 +242,9 @@ class ParameterScore:
     bound_ratio: float | None
     coverage: float | None
 
-    def to_dict(self, kind: AxisKind) -> dict[str, Any]:
-        """Return it as plain JSON types, with its unit on such an axis."""
-        return {
-            "truth": self.truth,
-            "bias": self.bias,
-            "rmse": self.rmse,
-            "runs": self.runs,
-            "bound_ratio": self.bound_ratio,
-            "coverage": self.coverage,
-            "unit": unit_of(self.name, kind),
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class EstimatorScore:
+class EstimatorScore(Record):
     """How near to the truth an estimator comes over many runs.
 
     Attributes
@@ -292,6 +266,11 @@ class EstimatorScore:
         By parameter name.
     """
 
+    json_form = (
+        "name applies why_not trusted seconds_per_sample assumes_inertia",
+        "delay_found parameters=scores",
+    )
+
     name: str
     why_not: str = ""
     trusted: float = 0.0
@@ -300,25 +279,14 @@ class EstimatorScore:
     delay_found: float | None = None
     scores: Mapping[str, ParameterScore] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "scores", ReadOnlyMapping(dict(self.scores)))
-
-    def to_dict(self, kind: AxisKind) -> dict[str, Any]:
-        """Return it as plain JSON types."""
-        return {
-            "name": self.name,
-            "applies": not self.why_not,
-            "why_not": self.why_not,
-            "trusted": self.trusted,
-            "seconds_per_sample": self.seconds_per_sample,
-            "assumes_inertia": self.assumes_inertia,
-            "delay_found": self.delay_found,
-            "parameters": {name: score.to_dict(kind) for name, score in self.scores.items()},
-        }
+    @property
+    def applies(self) -> bool:
+        """Whether it applied to a run."""
+        return not self.why_not
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimatorStudy:
+class EstimatorStudy(Record):
     """Estimators side by side over many runs of one simulated scenario.
 
     Attributes
@@ -343,6 +311,13 @@ class EstimatorStudy:
         The scenario file, its hash, and the version of this package that ran it.
     """
 
+    schema, comparison, legend = _SCHEMA, "scenario", _STUDY_LEGEND
+    json_form = (
+        "schema comparison name kind runs samples legend scenario",
+        "truth bound estimators=scores notes",
+        {"provenance": ("stickslip_version", "file", "input_sha256=sha256")},
+    )
+
     name: str
     kind: AxisKind
     runs: int
@@ -357,15 +332,13 @@ class EstimatorStudy:
     stickslip_version: str
 
     def __post_init__(self) -> None:
-        for name in ("truth", "bound"):
-            object.__setattr__(self, name, ReadOnlyMapping(dict(getattr(self, name))))
-        tables = {name: ReadOnlyMapping(dict(table)) for name, table in self.scenario.items()}
-        object.__setattr__(self, "scenario", ReadOnlyMapping(tables))
+        object.__setattr__(self, "scenario", valued_tables(self.scenario))
+        super().__post_init__()
 
     @property
     def applied(self) -> tuple[EstimatorScore, ...]:
         """Those that apply to the scenario."""
-        return tuple(each for each in self.scores if not each.why_not)
+        return tuple(each for each in self.scores if each.applies)
 
     @property
     def parameters(self) -> tuple[str, ...]:
@@ -378,29 +351,13 @@ class EstimatorStudy:
         return any(each.trusted > 0 for each in self.applied)
 
     def to_dict(self) -> dict[str, Any]:
-        """Return the study as plain JSON types (schema 1)."""
-        return {
-            "schema": _SCHEMA,
-            "comparison": "scenario",
-            "name": self.name,
-            "kind": self.kind,
-            "runs": self.runs,
-            "samples": self.samples,
-            "legend": dict(_STUDY_LEGEND),
-            "scenario": {
-                table: {key: {"value": value, "unit": unit} for key, (value, unit) in keys.items()}
-                for table, keys in self.scenario.items()
-            },
-            "truth": dict(self.truth),
-            "bound": {n: None if math.isinf(std) else std for n, std in self.bound.items()},
-            "estimators": [each.to_dict(self.kind) for each in self.scores],
-            "notes": list(self.notes),
-            "provenance": {
-                "stickslip_version": self.stickslip_version,
-                "file": self.file,
-                "input_sha256": self.sha256,
-            },
-        }
+        """Return the study as plain JSON types (schema 1), with the unit of each score."""
+        document = super().to_dict()
+        for each in document["estimators"]:
+            for name, score in each["parameters"].items():
+                score["unit"] = unit_of(name, self.kind)
+        bounds = document["bound"].items()
+        return document | {"bound": {n: None if math.isinf(std) else std for n, std in bounds}}
 
 
 def _alone(intervals: Mapping[str, tuple[float, float]]) -> str:

@@ -11,8 +11,8 @@ from jaxtyping import Float
 
 from stickslip.records.errors import InputError
 from stickslip.records.joint import JointLogs
+from stickslip.records.plain import Record
 from stickslip.records.quantities import AxisKind, shared_name
-from stickslip.records.read_only import ReadOnlyMapping
 from stickslip.records.selection import ModelSelection
 
 __all__ = [
@@ -162,7 +162,7 @@ _STATUS_TEXT = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class ParameterEstimate:
+class ParameterEstimate(Record):
     """One parameter with its uncertainty.
 
     Attributes
@@ -178,6 +178,8 @@ class ParameterEstimate:
     unit
         Name of the SI unit.
     """
+
+    json_form = ("value std ci95 unit",)
 
     name: str
     value: float | None
@@ -216,7 +218,7 @@ class ParameterEstimate:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Verdict:
+class Verdict(Record):
     """What a log can say about one parameter, and why.
 
     Attributes
@@ -236,7 +238,7 @@ class Verdict:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Diagnostics:
+class Diagnostics(Record):
     """What the result certifies about itself.
 
     Attributes
@@ -275,30 +277,9 @@ class Diagnostics:
     notes: tuple[str, ...] = ()
     effort_delay: int | None = None
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "classical_std", ReadOnlyMapping(dict(self.classical_std)))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the diagnostics as plain JSON types."""
-        return {
-            "relative_residual": self.relative_residual,
-            "cross_validation_residual": self.cross_validation_residual,
-            "condition_number": self.condition_number,
-            "residual_autocorrelation": self.residual_autocorrelation,
-            "effective_samples": self.effective_samples,
-            "classical_std": dict(self.classical_std),
-            "samples": self.samples,
-            "verdicts": [
-                {"parameter": v.parameter, "identifiable": v.identifiable, "reason": v.reason}
-                for v in self.verdicts
-            ],
-            "notes": list(self.notes),
-            "effort_delay": self.effort_delay,
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class Provenance:
+class Provenance(Record):
     """What produced a result.
 
     Attributes
@@ -319,22 +300,9 @@ class Provenance:
     options: Mapping[str, Any]
     assumptions: tuple[str, ...] = ()
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "options", ReadOnlyMapping(dict(self.options)))
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the provenance as plain JSON types."""
-        return {
-            "stickslip_version": self.stickslip_version,
-            "files": list(self.files),
-            "input_sha256": self.input_sha256,
-            "options": dict(self.options),
-            "assumptions": list(self.assumptions),
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionEstimate:
+class FrictionEstimate(Record):
     """Friction parameters of one axis, as an estimator found them.
 
     Attributes
@@ -357,6 +325,12 @@ class FrictionEstimate:
         The logs of a joint fit and whether they are consistent; None for a fit of one log.
     """
 
+    schema = SCHEMA_VERSION
+    json_form = (
+        "schema estimator kind parameters covariance status",
+        "status_text=status.text diagnostics provenance selection joint",
+    )
+
     estimator: str
     kind: AxisKind
     parameters: Mapping[str, ParameterEstimate]
@@ -368,7 +342,7 @@ class FrictionEstimate:
     joint: JointLogs | None = None
 
     def __post_init__(self) -> None:
-        object.__setattr__(self, "parameters", ReadOnlyMapping(dict(self.parameters)))
+        super().__post_init__()
         covariance = np.array(self.covariance, dtype=np.float64)
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
@@ -431,27 +405,3 @@ class FrictionEstimate:
             selection=selection,
             joint=None,
         )
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the estimate in its JSON form (schema 1)."""
-        return {
-            "schema": SCHEMA_VERSION,
-            "estimator": self.estimator,
-            "kind": self.kind,
-            "parameters": {
-                name: {
-                    "value": p.value,
-                    "std": p.std,
-                    "ci95": None if p.ci95 is None else list(p.ci95),
-                    "unit": p.unit,
-                }
-                for name, p in self.parameters.items()
-            },
-            "covariance": self.covariance.tolist(),
-            "status": self.status.value,
-            "status_text": self.status.text,
-            "diagnostics": self.diagnostics.to_dict(),
-            "provenance": self.provenance.to_dict(),
-            "selection": None if self.selection is None else self.selection.to_dict(),
-            "joint": None if self.joint is None else self.joint.to_dict(),
-        }

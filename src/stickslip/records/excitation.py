@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.records.plain import Record, Valued
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
-from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = ["Excitation", "ExpectedParameter"]
 
@@ -17,7 +17,7 @@ _NORMAL_95 = 1.959963984540054
 
 
 @dataclass(frozen=True, kw_only=True)
-class ExpectedParameter:
+class ExpectedParameter(Record):
     """How well a parameter can be found at best.
 
     Attributes
@@ -28,6 +28,8 @@ class ExpectedParameter:
         Cramer-Rao bound: standard deviation that no unbiased estimator falls below [SI].
     """
 
+    json_form = ("believed std ci95",)
+
     believed: float
     std: float
 
@@ -36,9 +38,14 @@ class ExpectedParameter:
         """Half of the 95 % interval that is expected at best [SI]."""
         return _NORMAL_95 * self.std
 
+    @property
+    def ci95(self) -> tuple[float, float]:
+        """95 % interval that is expected at best [SI]."""
+        return self.believed - self.half_width, self.believed + self.half_width
+
 
 @dataclass(frozen=True, kw_only=True)
-class Excitation:
+class Excitation(Record):
     """An effort designed to identify an axis with.
 
     Attributes
@@ -57,6 +64,13 @@ class Excitation:
         Version of this package.
     """
 
+    schema = _SCHEMA
+    json_form = (
+        "schema kind expected untold largest_speed largest_travel",
+        "largest_effort duration sampling_time effort units options",
+        {"provenance": ("stickslip_version",)},
+    )
+
     kind: AxisKind
     sampling_time: float = quantity_field("sampling_time")
     effort: Float[np.ndarray, " n"] = quantity_field("effort")
@@ -67,8 +81,14 @@ class Excitation:
     stickslip_version: str
 
     def __post_init__(self) -> None:
-        for name in ("expected", "options"):
-            object.__setattr__(self, name, ReadOnlyMapping(dict(getattr(self, name))))
+        options = {name: Valued(*pair) for name, pair in self.options.items()}
+        object.__setattr__(self, "options", options)
+        super().__post_init__()
+
+    @property
+    def largest_effort(self) -> float:
+        """Largest magnitude of the effort [N or N m]."""
+        return float(np.max(np.abs(self.effort)))
 
     @property
     def duration(self) -> float:
@@ -97,37 +117,22 @@ class Excitation:
             if each.believed != 0.0 and each.half_width >= enough(name, each.believed)
         )
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return it as plain JSON types (schema 1)."""
-        return {
-            "schema": _SCHEMA,
-            "kind": self.kind,
-            "expected": {
-                name: {
-                    "believed": each.believed,
-                    "std": each.std,
-                    "ci95": [each.believed - each.half_width, each.believed + each.half_width],
-                    "unit": unit_of(name, self.kind),
-                }
-                for name, each in self.expected.items()
-            },
-            "untold": list(self.untold),
-            "largest_speed": self.largest_speed,
-            "largest_travel": self.largest_travel,
-            "largest_effort": float(np.max(np.abs(self.effort))),
-            "duration": self.duration,
-            "sampling_time": self.sampling_time,
-            "effort": self.effort.tolist(),
-            "units": {
-                "effort": unit_of("effort", self.kind),
-                "largest_effort": unit_of("effort", self.kind),
-                "largest_speed": unit_of("velocity", self.kind),
-                "largest_travel": unit_of("position", self.kind),
-                "duration": "s",
-                "sampling_time": "s",
-            },
-            "options": {
-                name: {"value": value, "unit": unit} for name, (value, unit) in self.options.items()
-            },
-            "provenance": {"stickslip_version": self.stickslip_version},
+    @property
+    def units(self) -> dict[str, str]:
+        """SI units of the numbers in the JSON form."""
+        quantities = {
+            "effort": "effort",
+            "largest_effort": "effort",
+            "largest_speed": "velocity",
+            "largest_travel": "position",
+            "duration": "time",
+            "sampling_time": "sampling_time",
         }
+        return {name: unit_of(quantity, self.kind) for name, quantity in quantities.items()}
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return it as plain JSON types (schema 1), with the unit of each parameter."""
+        document = super().to_dict()
+        for name, each in document["expected"].items():
+            each["unit"] = unit_of(name, self.kind)
+        return document

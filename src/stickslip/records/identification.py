@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from stickslip.records.axis_log import AxisLog
 from stickslip.records.estimate import FrictionEstimate
-from stickslip.records.read_only import ReadOnlyMapping
+from stickslip.records.plain import Record
 
 __all__ = [
     "EnergyBalance",
@@ -69,7 +69,7 @@ class EnergyBalance:
 
 
 @dataclass(frozen=True, kw_only=True)
-class EstimateEvolution:
+class EstimateEvolution(Record):
     """How the estimates settle as the log goes on.
 
     Attributes
@@ -83,10 +83,6 @@ class EstimateEvolution:
     time: Float[np.ndarray, " n"]
     values: Mapping[str, Float[np.ndarray, " n"]]
     stds: Mapping[str, Float[np.ndarray, " n"]]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "values", ReadOnlyMapping(dict(self.values)))
-        object.__setattr__(self, "stds", ReadOnlyMapping(dict(self.stds)))
 
 
 @dataclass(frozen=True, kw_only=True)

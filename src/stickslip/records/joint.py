@@ -1,16 +1,15 @@
 """Whether several logs of one axis show the same axis, and where they differ."""
 
 from dataclasses import dataclass
-from typing import Any
 
-from stickslip.records.plain import plain
+from stickslip.records.plain import Record
 from stickslip.records.selection import EffortKind
 
 __all__ = ["JointLog", "JointLogs", "LogDeviation"]
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointLog:
+class JointLog(Record):
     """One of several logs that were fitted jointly.
 
     Attributes
@@ -43,7 +42,7 @@ class JointLog:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LogDeviation:
+class LogDeviation(Record):
     """A parameter that one log shows differently from the others.
 
     Attributes
@@ -71,7 +70,7 @@ class LogDeviation:
 
 
 @dataclass(frozen=True, kw_only=True)
-class JointLogs:
+class JointLogs(Record):
     """The logs of a joint fit, and the test whether they show the same axis.
 
     Attributes
@@ -86,6 +85,8 @@ class JointLogs:
     deviations
         What differs significantly, the clearest first.
     """
+
+    json_form = ("logs p_value error_rate deviations consistent",)
 
     logs: tuple[JointLog, ...]
     p_value: float | None
@@ -108,7 +109,3 @@ class JointLogs:
         if self.consistent:
             return f"The logs are consistent: they share all common parameters ({rate})."
         return f"The logs are not consistent ({rate})."
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the logs as plain JSON types."""
-        return {**plain(self), "consistent": self.consistent}

@@ -1,21 +1,70 @@
-"""Records as plain JSON types, field by field."""
+"""Records: mappings that cannot be changed, and a JSON form that is read from the fields."""
 
 from collections.abc import Mapping
-from dataclasses import fields, is_dataclass
-from typing import Any
+from dataclasses import fields
+from enum import Enum
+from typing import Any, ClassVar, NamedTuple
 
-__all__ = ["plain"]
+import numpy as np
+
+from stickslip.records.read_only import ReadOnlyMapping
+
+__all__ = ["JsonForm", "Record", "ScenarioTables", "Valued", "plain", "valued_tables"]
+
+JsonForm = tuple["str | Mapping[str, JsonForm]", ...]
+"""Keys of a JSON document in their order, separated by spaces: ``key`` for the attribute of that
+name, ``key=path`` for another, such as ``fit=resimulation.fit``; a mapping for tables within it."""
+
+
+class Valued(NamedTuple):
+    """A plain value with its unit."""
+
+    value: Any
+    unit: str
+
+
+ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
+"""By table and key, what a scenario says, as a plain value with its unit."""
+
+
+def valued_tables(tables: ScenarioTables) -> dict[str, dict[str, Valued]]:
+    """Return what a scenario says with each value as `Valued`."""
+    return {
+        name: {key: Valued(*pair) for key, pair in table.items()} for name, table in tables.items()
+    }
+
+
+class Record:
+    """Base of the dataclasses that have a JSON form.
+
+    Their mappings become read-only copies. ``json_form`` lists the keys of the JSON form; if it is
+    empty, they are all fields.
+    """
+
+    json_form: ClassVar[JsonForm] = ()
+
+    def __post_init__(self) -> None:
+        for field in fields(self):  # pyright: ignore[reportArgumentType] - of a dataclass
+            value = getattr(self, field.name)
+            if isinstance(value, Mapping):
+                object.__setattr__(self, field.name, _read_only(value))
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the record as plain JSON types: numbers, text, lists and dictionaries."""
+        names = [field.name for field in fields(self)]  # pyright: ignore[reportArgumentType]
+        return _table(self, self.json_form or tuple(names))
 
 
 def plain(value: Any) -> Any:
     """Return a record, or what stands in one, as plain JSON types.
 
-    A record becomes a dictionary of its fields in their order, a sequence a list.
+    A record becomes a dictionary of its fields in their order, a sequence or an array a list.
 
     Parameters
     ----------
     value
-        A record, mapping, sequence, text, number, truth value or None [SI units of its fields].
+        A record, mapping, sequence, array, text, number, truth value or None [SI units of its
+        fields].
 
     Examples
     --------
@@ -25,10 +74,39 @@ def plain(value: Any) -> Any:
     >>> plain((score,))[0]["term"]
     'spring'
     """
-    if is_dataclass(value):
-        return {field.name: plain(getattr(value, field.name)) for field in fields(value)}
-    if isinstance(value, Mapping):
-        return {name: plain(each) for name, each in value.items()}
-    if isinstance(value, tuple | list):
-        return [plain(each) for each in value]
+    if isinstance(value, Record):
+        value = value.to_dict()
+    elif isinstance(value, Mapping):
+        value = {name: plain(each) for name, each in value.items()}
+    elif isinstance(value, Valued):
+        value = {"value": plain(value.value), "unit": value.unit}
+    elif isinstance(value, tuple | list):
+        value = [plain(each) for each in value]
+    elif isinstance(value, Enum):
+        value = value.value
+    elif isinstance(value, np.ndarray):
+        value = value.tolist()
     return value
+
+
+def _table(record: Record, form: JsonForm) -> dict[str, Any]:
+    table: dict[str, Any] = {}
+    for each in form:
+        if isinstance(each, Mapping):
+            table |= {key: _table(record, inner) for key, inner in each.items()}
+            continue
+        for key, _, path in (item.partition("=") for item in each.split()):
+            value: Any = record
+            for name in (path or key).split("."):
+                value = None if value is None else getattr(value, name)
+            table[key] = plain(value)
+    return table
+
+
+def _read_only(values: Mapping[Any, Any]) -> ReadOnlyMapping[Any, Any]:
+    return ReadOnlyMapping(
+        {
+            key: _read_only(each) if isinstance(each, Mapping) else each
+            for key, each in values.items()
+        }
+    )

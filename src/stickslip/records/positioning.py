@@ -3,28 +3,23 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from enum import Enum
-from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.arm_positioning import ArmRun, LandingPhase
+from stickslip.records.plain import Record, ScenarioTables, valued_tables
 from stickslip.records.pulses import LearntPulses, PulseRecord
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
-from stickslip.records.read_only import ReadOnlyMapping
 
 __all__ = [
     "Ending",
     "Positioning",
     "PositioningMove",
     "PositioningRun",
-    "ScenarioTables",
 ]
 
 _SCHEMA = 1
-
-ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
-"""By table and key, what a scenario says, as a plain value with its unit."""
 
 _LEGEND = {
     "error": "target less true position; of a flexible arm, of the mass that is farther from it",
@@ -129,7 +124,7 @@ _ARM_ENDINGS = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class PositioningMove:
+class PositioningMove(Record):
     """One move of a run, from where the axis was to a target.
 
     Attributes
@@ -161,6 +156,12 @@ class PositioningMove:
         a rigid axis.
     """
 
+    json_form = (
+        "number start_time end_time start target ending",
+        "ending_text=ending.text reason final_error late_errors settling_time",
+        "peak_effort swing pulses",
+    )
+
     number: int
     start_time: float = quantity_field("time")
     end_time: float = quantity_field("time")
@@ -175,38 +176,9 @@ class PositioningMove:
     pulses: tuple[PulseRecord, ...]
     swing: float | None = quantity_field("position", default=None)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the move as plain JSON types."""
-        return {
-            "number": self.number,
-            "start_time": self.start_time,
-            "end_time": self.end_time,
-            "start": self.start,
-            "target": self.target,
-            "ending": self.ending.value,
-            "ending_text": self.ending.text,
-            "reason": self.reason,
-            "final_error": self.final_error,
-            "late_errors": list(self.late_errors),
-            "settling_time": self.settling_time,
-            "peak_effort": self.peak_effort,
-            "swing": self.swing,
-            "pulses": [
-                {
-                    "time": pulse.time,
-                    "levels": [list(level) for level in pulse.levels],
-                    "error": pulse.error,
-                    "predicted_displacement": pulse.predicted_displacement,
-                    "achieved_displacement": pulse.achieved_displacement,
-                    "moved": pulse.moved,
-                }
-                for pulse in self.pulses
-            ],
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class PositioningRun:
+class PositioningRun(Record):
     """One run of the task: its moves one after the other, from the start position at rest.
 
     Attributes
@@ -234,6 +206,11 @@ class PositioningRun:
         controller that tells none.
     """
 
+    json_form = (
+        "number moves estimate_time estimates deviations phases",
+        "time error measured_error effort arm",
+    )
+
     number: int
     time: Float[np.ndarray, " samples"] = quantity_field("time")
     error: Float[np.ndarray, " samples"] = quantity_field("position")
@@ -246,34 +223,14 @@ class PositioningRun:
     phases: tuple[LandingPhase, ...] = ()
     deviations: Mapping[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
 
-    def __post_init__(self) -> None:
-        for name in ("estimates", "deviations"):
-            object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
-
     @property
     def pulses(self) -> tuple[PulseRecord, ...]:
         """Every pulse of the run whose outcome is known."""
         return tuple(pulse for move in self.moves for pulse in move.pulses)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return the run as plain JSON types."""
-        return {
-            "number": self.number,
-            "moves": [move.to_dict() for move in self.moves],
-            "estimate_time": self.estimate_time.tolist(),
-            "estimates": {name: values.tolist() for name, values in self.estimates.items()},
-            "deviations": {name: values.tolist() for name, values in self.deviations.items()},
-            "phases": [phase.to_dict() for phase in self.phases],
-            "time": self.time.tolist(),
-            "error": self.error.tolist(),
-            "measured_error": self.measured_error.tolist(),
-            "effort": self.effort.tolist(),
-            "arm": None if self.arm is None else self.arm.to_dict(),
-        }
-
 
 @dataclass(frozen=True, kw_only=True)
-class Positioning:
+class Positioning(Record):
     """A positioning task and what came of it.
 
     Attributes
@@ -305,6 +262,14 @@ class Positioning:
         The scenario file, its hash, and the version of this package that ran it.
     """
 
+    schema, legend = _SCHEMA, _LEGEND
+    json_form = (
+        "schema name kind method ending ending_text tolerance units",
+        "legend scenario truth believed limits learnt notes",
+        {"provenance": ("stickslip_version", "file", "input_sha256=sha256")},
+        "runs",
+    )
+
     name: str
     kind: AxisKind
     method: str
@@ -322,10 +287,8 @@ class Positioning:
     stickslip_version: str
 
     def __post_init__(self) -> None:
-        for name in ("truth", "believed", "limits"):
-            object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
-        tables = {name: ReadOnlyMapping(table) for name, table in self.scenario.items()}
-        object.__setattr__(self, "scenario", ReadOnlyMapping(tables))
+        object.__setattr__(self, "scenario", valued_tables(self.scenario))
+        super().__post_init__()
 
     @property
     def last(self) -> PositioningMove:
@@ -358,36 +321,8 @@ class Positioning:
             return text
         return f"The controller stopped, as {reasons[0]}; {text.partition('; ')[2]}"
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return everything as plain JSON types (schema 1)."""
-        return {
-            "schema": _SCHEMA,
-            "name": self.name,
-            "kind": self.kind,
-            "method": self.method,
-            "ending": self.ending.value,
-            "ending_text": self.ending_text,
-            "tolerance": self.tolerance,
-            "units": {
-                "time": unit_of("time", self.kind),
-                "position": unit_of("position", self.kind),
-                "effort": unit_of("effort", self.kind),
-                **{name: unit_of(name, self.kind) for name in self.truth},
-            },
-            "legend": dict(_LEGEND),
-            "scenario": {
-                table: {key: {"value": value, "unit": unit} for key, (value, unit) in keys.items()}
-                for table, keys in self.scenario.items()
-            },
-            "truth": dict(self.truth),
-            "believed": dict(self.believed),
-            "limits": {name: list(ends) for name, ends in self.limits.items()},
-            "learnt": None if self.learnt is None else self.learnt.to_dict(),
-            "notes": list(self.notes),
-            "provenance": {
-                "stickslip_version": self.stickslip_version,
-                "file": self.file,
-                "input_sha256": self.sha256,
-            },
-            "runs": [run.to_dict() for run in self.runs],
-        }
+    @property
+    def units(self) -> dict[str, str]:
+        """SI units of times, positions, efforts and estimates."""
+        names = ("time", "position", "effort", *self.truth)
+        return {name: unit_of(name, self.kind) for name in names}

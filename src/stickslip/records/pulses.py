@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.errors import InputError
+from stickslip.records.plain import Record, Valued
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
@@ -51,7 +52,7 @@ _OUTCOME_TEXT = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class PulseRecord:
+class PulseRecord(Record):
     """One pulse, from rest to rest: what it was, what it should do and what it did.
 
     Attributes
@@ -82,7 +83,7 @@ class PulseRecord:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearntPulses:
+class LearntPulses(Record):
     """What a pulse controller has learned, for its next run.
 
     Attributes
@@ -110,6 +111,9 @@ class LearntPulses:
     >>> LearntPulses.from_dict(learnt.to_dict()).values["pulse_gain"]
     2.5
     """
+
+    schema = _SCHEMA
+    json_form = ("schema method kind values=valued covariance",)
 
     method: PulseMethod
     kind: AxisKind
@@ -142,17 +146,11 @@ class LearntPulses:
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
 
-    def to_dict(self) -> dict[str, Any]:
-        """Return it in its JSON form (schema 1), units written with the values."""
+    @property
+    def valued(self) -> dict[str, Valued]:
+        """Values with their units."""
         return {
-            "schema": _SCHEMA,
-            "method": self.method,
-            "kind": self.kind,
-            "values": {
-                name: {"value": value, "unit": unit_of(name, self.kind)}
-                for name, value in self.values.items()
-            },
-            "covariance": self.covariance.tolist(),
+            name: Valued(value, unit_of(name, self.kind)) for name, value in self.values.items()
         }
 
     @classmethod

@@ -1,9 +1,9 @@
 """The model that was selected for a log, and the score of every term that was tested."""
 
 from dataclasses import dataclass
-from typing import Any, Literal
+from typing import Literal
 
-from stickslip.records.plain import plain
+from stickslip.records.plain import Record
 
 __all__ = ["EffortKind", "ModelSelection", "TermScore"]
 
@@ -13,7 +13,7 @@ the mean since the time stamp before (or held since then)."""
 
 
 @dataclass(frozen=True, kw_only=True)
-class TermScore:
+class TermScore(Record):
     """What one term would add to the selected model, or what it adds as a part of it.
 
     Attributes
@@ -47,7 +47,7 @@ class TermScore:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ModelSelection:
+class ModelSelection(Record):
     """Which terms a log supports beyond inertia, viscous friction, Coulomb friction and offset.
 
     Attributes
@@ -77,7 +77,3 @@ class ModelSelection:
     def selected(self) -> tuple[str, ...]:
         """Names of the selected terms, in the order of their selection."""
         return tuple(score.term for score in self.scores if score.selected)
-
-    def to_dict(self) -> dict[str, Any]:
-        """Return the selection as plain JSON types."""
-        return plain(self)
