@@ -13,8 +13,8 @@ from rich.progress import Progress
 
 from stickslip import EstimationTask
 from stickslip.jobs import compare_scenario
-from stickslip.jobs.compare.scenario import StudyFile, read_study
 from stickslip.records import EstimatorScore, EstimatorStudy, ParameterScore
+from stickslip.scenario import StudyFile, read_study
 from studies.documentation.style import DOCS, table
 
 RUNS = 400
@@ -35,7 +35,7 @@ class Case:
         """Return the scenario, with the delay of this case."""
         read = read_study(SCENARIOS / self.file)
         asked = read.scenario
-        late = replace(asked.input, effort_delay=self.delay)
+        late = asked.input.model_copy(update={"effort_delay": self.delay})
         return replace(read, scenario=replace(asked, input=late))
 
 

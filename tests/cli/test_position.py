@@ -9,7 +9,6 @@ from stage_log import Run
 
 from stickslip.control import ExactPulseController
 from stickslip.jobs import read_scenario
-from stickslip.jobs.positioning.controllers import choose_controller
 
 SCENARIOS = sorted((Path(__file__).parents[2] / "examples" / "scenarios").glob("*.toml"))
 UNREACHED = {"pid", "pwc", "pwc_short"}
@@ -127,7 +126,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
             ("[controller]", "[sensors]\nencoder_step = 1e-6\n[controller]"),
             ("duration = 0.5", "duration = 0.2"),
         ],
-        ["rest_samples is 10 unless told", "20 samples"],
+        ["rest_samples is 10 by default", "20 samples"],
     ),
     "a rest of one sample on an encoder": (
         [
@@ -200,7 +199,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     "unknown method": ([("papwc", "magic")], ["'magic'", "'exact'", "'pid-reset'"]),
     "setting of another method": (
         [("[guess]", "dither_amplitude = 50.0\n[guess]")],
-        ["[controller]", "dither_amplitude", "papwc", "use method pid-dither"],
+        ["[controller]", "dither_amplitude", "papwc", "use method 'pid-dither'"],
     ),
     "guess of another method": (
         [("[guess]", "[guess]\nviscous_friction = 5.0")],
@@ -395,9 +394,10 @@ def uncertainties(
     old = "[guess]\nmass = 150.0\ncoulomb_friction = 80.0"
     changes = [(old, f'[guess]\nestimate = "estimate.json"\n{guess}'), ("papwc", "exact")]
     scenario = read_scenario(written(folder, changes)).scenario
-    controller, _, notes = choose_controller(scenario, folder)
+    built = scenario.build(folder)
+    controller = built.controller
     assert isinstance(controller, ExactPulseController)
-    return controller.mass_uncertainty, controller.friction_uncertainty, " ".join(notes)
+    return controller.mass_uncertainty, controller.friction_uncertainty, " ".join(built.notes)
 
 
 def test_an_estimate_tells_how_sure_it_is(tmp_path: Path) -> None:

@@ -129,7 +129,7 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
     ),
     "series for a feedback": (
         [('"landing"', '"feedback"\nmost_series = 3')],
-        ["most_series", "feedback", "use method landing"],
+        ["most_series", "feedback", "use method 'landing'"],
     ),
     "no series": ([("[guess]", "most_series = 0\n[guess]")], ["most_series is 0", "at least 1"]),
     "a negative wait": ([("[guess]", "longest_wait = -1.0\n[guess]")], ["-1 s", "positive"]),

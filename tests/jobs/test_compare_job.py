@@ -9,11 +9,11 @@ from stickslip import EstimationTask
 from stickslip.estimation import cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import compare_log, compare_scenario, write_effort
-from stickslip.jobs.compare.scenario import read_study
 from stickslip.jobs.compare.study import disturbance, measured_log
-from stickslip.jobs.effort_file import read_effort
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError
+from stickslip.scenario import read_study
+from stickslip.scenario.effort_file import read_effort
 from stickslip.simulation import Sensors, simulate
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "comparisons").glob("*.toml"))
@@ -118,7 +118,7 @@ def test_an_effort_acts_late_and_the_delay_is_found(tmp_path: Path) -> None:
     logs = [measured_log(read, np.random.default_rng(1)) for read in (sent, acts)]
     assert np.array_equal(logs[0].measured_position, logs[1].measured_position)
     assert np.allclose(logs[0].effort[:-1], effort, rtol=NINE_DIGITS)
-    assert sent.tables()["input"]["effort_delay"] == (2, "samples")
+    assert sent.scenario.tables()["input"]["effort_delay"] == (2, "samples")
 
     task, both = EstimationTask(largest_delay=3), ("energy", "maximum-likelihood")
     study = compare_scenario(late, runs=2, task=task, only=both)
@@ -140,8 +140,8 @@ def test_sines_begin_anywhere_and_each_run_has_its_own_bound(tmp_path: Path) -> 
     path.write_text(ASYMMETRIC.replace("[sensors]", "random_phases = true\n[sensors]"))
     read = read_study(path)
     generators = np.random.default_rng(read.scenario.sensors.seed).spawn(3)
-    asked, plant = read.scenario, read.scenario.axis.plant()
-    efforts = [asked.input.sampled(tmp_path, each)[0] for each in generators]
+    asked, plant = read.scenario, read.scenario.axis.build()
+    efforts = [asked.input.build(tmp_path, each)[0] for each in generators]
     assert np.std([effort[0] for effort in efforts]) > 0.0
     # The power of sines that fill their periods does not depend on where they begin
     squares = [float(np.mean(effort**2)) for effort in efforts]
@@ -153,7 +153,7 @@ def test_sines_begin_anywhere_and_each_run_has_its_own_bound(tmp_path: Path) -> 
             plant,
             effort,
             sampling_time=asked.input.sampling_time or 0.0,
-            sensors=asked.sensors.sensors(),
+            sensors=asked.sensors.build(),
             sought=tuple(study.bound),
         ).std["mass"]
         ** 2
@@ -177,9 +177,9 @@ def test_a_disturbance_is_as_large_and_as_slow_as_asked(correlation: float) -> N
 @pytest.mark.parametrize("path", EXAMPLES, ids=lambda path: path.stem)
 def test_every_example_can_be_read(path: Path) -> None:
     read = read_study(path)
-    effort, step = read.scenario.input.sampled(path.parent, np.random.default_rng(1))
+    effort, step = read.scenario.input.build(path.parent, np.random.default_rng(1))
     assert effort.size * step == pytest.approx(read.scenario.input.duration)
-    assert read.tables()["input"]["frequencies"][1] == "Hz"
+    assert read.scenario.tables()["input"]["frequencies"][1] == "Hz"
 
 
 def test_an_effort_is_read_as_it_was_written(tmp_path: Path) -> None:

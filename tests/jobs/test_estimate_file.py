@@ -7,9 +7,9 @@ import pytest
 
 from stickslip.friction import StribeckFriction
 from stickslip.jobs import identify, write_json
-from stickslip.jobs.estimate_file import estimate_in
 from stickslip.plants import SingleMass
 from stickslip.records import Status
+from stickslip.scenario import estimate_in
 from stickslip.simulation import Sensors, simulate
 
 MASS = 1.5

@@ -285,7 +285,6 @@ def test_files_are_looked_for_beside_the_scenario(tmp_path: Path) -> None:
     read = read_scenario(path)
     assert read.learnt == tmp_path / "sub" / "learnt.json"
     assert read.inputs == (read.learnt,)
-    assert read.estimate is None
     assert read.learns
     with pytest.raises(InputError, match=r"learnt\.json: there is no such file"):
         position(read)

@@ -139,7 +139,7 @@ def test_a_law_is_simulated_as_it_is_named(name: str, tmp_path: Path) -> None:
     path = tmp_path / "a_task.toml"
     path.write_text(_text(f'law = "{name}"\n{keys}', "papwc", duration=1.0))
     axis = read_scenario(path).scenario.axis
-    assert axis.plant() == SingleMass(mass=150.0, friction=law)
+    assert axis.build() == SingleMass(mass=150.0, friction=law)
     assert axis.friction().breakaway() == law.breakaway()
     assert axis.bristles == (name in {"dahl", "lugre", "elasto-plastic"})
 
@@ -150,7 +150,7 @@ def test_every_direction_has_its_own_values(tmp_path: Path) -> None:
         STATIC, "static_friction_positive = 130.0\nstatic_friction_negative = 110.0"
     )
     path.write_text(_text(f"{axis}\noffset = 5.0", "pwc", duration=1.0))
-    law = read_scenario(path).scenario.axis.plant().friction
+    law = read_scenario(path).scenario.axis.build().friction
     assert law.breakaway() == (130.0, 110.0)
     assert law.offset == 5.0
 
@@ -240,7 +240,7 @@ def test_an_arm_may_have_a_stribeck_effect(tmp_path: Path) -> None:
         "stribeck_velocity = 0.01\n[task]\ntarget = 0.5\ntolerance = 1e-3\nduration = 20.0\n"
         'sampling_time = 0.02\n[controller]\nmethod = "feedback"\neffort_limit = 1.0\n'
     )
-    plant = read_scenario(path).scenario.axis.plant()
+    plant = read_scenario(path).scenario.axis.build()
     assert isinstance(plant, FlexibleArm)
     assert isinstance(plant.friction, StribeckFriction)
     result = position(path)

@@ -1,5 +1,6 @@
 """Controllers, sample by sample: PD, notch, compensation of friction, and pulses."""
 
+from stickslip.control.base import Phase, PositionController
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.dither import Dither
 from stickslip.control.feedback.friction_compensation import FrictionCompensation
@@ -19,7 +20,6 @@ from stickslip.control.landing import (
     Flight,
     LandingController,
     LandingState,
-    Phase,
     Supervisor,
     SupervisorState,
     scaled_notch,
@@ -50,6 +50,7 @@ __all__ = [
     "PIDController",
     "Phase",
     "PointToPoint",
+    "PositionController",
     "PulseAmplitudeWidthController",
     "PulseController",
     "PulseWidthController",

@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 
 from stickslip import __version__
-from stickslip.jobs.estimate_file import estimate_in
-from stickslip.jobs.positioning.axis_table import AxisTable
-from stickslip.jobs.positioning.refusals import told_of
 from stickslip.records import AxisKind, Excitation, ExpectedParameter, InputError, positive, unit_of
+from stickslip.scenario import AXES, estimate_in, table_from, with_units_of
 from stickslip.simulation import Sensors
 
 __all__ = ["excite"]
@@ -97,7 +95,7 @@ def excite(
             velocity="none" if velocity_noise is None else "measured",
             velocity_noise=velocity_noise or 0.0,
         )
-        plant = AxisTable(kind=kind, **values).plant()
+        plant = table_from(AXES, {"kind": kind, **values}, name="", kind=kind).build()
         designed = design_input(
             plant,
             duration=duration,
@@ -107,7 +105,7 @@ def excite(
             generator=np.random.default_rng(seed),
         )
     except InputError as error:
-        raise told_of(kind, error) from None
+        raise with_units_of(kind, error) from None
     bound = designed.bound
     options: dict[str, tuple[float | str, str]] = {
         name: (value, unit_of(name.removeprefix("load_"), kind)) for name, value in values.items()

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.outputs import check_output, whole_file
-from stickslip.records import InputError
 
-__all__ = ["json_text", "read_json", "write_json"]
+__all__ = ["json_text", "write_json"]
 
 
 def json_text(document: Mapping[str, Any]) -> str:
@@ -49,41 +48,6 @@ def write_json(document: Mapping[str, Any], path: Path | str) -> Path:
         stream.writelines(_pieces(document, "\n"))
         stream.write("\n")
     return target
-
-
-def read_json(path: Path) -> dict[str, Any]:
-    """Read a table from a JSON file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or holds something else.
-    """
-    remedy = "give a file that stickslip wrote"
-    try:
-        document = json.loads(path.read_bytes())
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(path), remedy="check the path"
-        ) from None
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="give a readable file",
-        ) from error
-    except ValueError as error:
-        raise InputError(
-            f"the file is not JSON ({error})", where=str(path), remedy=remedy
-        ) from error
-    if not isinstance(document, dict):
-        raise InputError("the file holds no table", where=str(path), remedy=remedy)
-    return document
 
 
 def _pieces(value: Any, line: str) -> Iterator[str]:

@@ -7,17 +7,17 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import PulseController
+from stickslip.jobs.recorder import Recorder
 from stickslip.plants import Plant
 from stickslip.records import (
     PositioningOutcome,
     PulseRecord,
     ReadOnlyMapping,
-    SensorSample,
     positive,
 )
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
 
-__all__ = ["PulseNotes", "PulseRun", "run_pulses"]
+__all__ = ["PulseRun", "run_pulses"]
 
 State = Float[np.ndarray, " s"]
 
@@ -50,69 +50,6 @@ class PulseRun:
         object.__setattr__(self, "estimates", ReadOnlyMapping(self.estimates))
 
 
-class PulseNotes:
-    """What a pulse controller has found out: its pulses and its estimates, as they become known."""
-
-    def __init__(self, controller: PulseController) -> None:
-        self._controller = controller
-        self._known = 0
-        self._times: list[float] = []
-        self._estimates: list[dict[str, float]] = []
-        self.pulses: list[PulseRecord] = []
-
-    def take(self, state: State, time: float) -> None:
-        """Look, after a step, whether the outcome of a pulse has become known.
-
-        Parameters
-        ----------
-        state
-            After the step.
-        time
-            Of its sample [s].
-        """
-        known = self._controller.pulse_count(state)
-        if known != self._known:
-            self._known = known
-            pulse = self._controller.last_pulse(state)
-            if pulse is not None:
-                self.pulses.append(pulse)
-        elif self._times:
-            return
-        self._times.append(time)
-        self._estimates.append(self._controller.estimates(state))
-
-    @property
-    def times(self) -> Float[np.ndarray, " k"]:
-        """Of the first sample, and of those in which the outcome of a pulse became known [s]."""
-        return np.array(self._times)
-
-    @property
-    def estimates(self) -> dict[str, Float[np.ndarray, " k"]]:
-        """Estimates at these times, by name [SI]."""
-        names = self._estimates[0] if self._estimates else ()
-        return {name: np.array([each[name] for each in self._estimates]) for name in names}
-
-
-class _Recorder:
-    """A controller that does what another does, and notes what that one has found out."""
-
-    def __init__(self, controller: PulseController) -> None:
-        self._controller = controller
-        self._step = controller.step
-        self.sampling_time = controller.sampling_time
-        self.notes = PulseNotes(controller)
-
-    def init(self) -> State:
-        """Return the state before the first sample."""
-        return self._controller.init()
-
-    def step(self, state: State, sample: SensorSample) -> tuple[State, float]:
-        """Step the other controller, and take note."""
-        state, effort = self._step(state, sample)
-        self.notes.take(state, sample.time)
-        return state, effort
-
-
 def run_pulses(
     plant: Plant,
     controller: PulseController,
@@ -143,10 +80,10 @@ def run_pulses(
     InputError
         As `stickslip.simulation.simulate_closed_loop` does.
     """
-    recorder = _Recorder(controller)
     samples = round(
         positive("duration", duration, "s") / positive("sampling time", sampling_time, "s")
     )
+    recorder = Recorder(controller, (controller.target,), samples)
     run = simulate_closed_loop(
         plant,
         recorder,
@@ -158,8 +95,8 @@ def run_pulses(
     )
     return PulseRun(
         run=run,
-        pulses=tuple(recorder.notes.pulses),
+        pulses=tuple(recorder.pulses),
         outcome=controller.outcome(run.controller_state),
-        estimate_times=recorder.notes.times,
-        estimates=recorder.notes.estimates,
+        estimate_times=recorder.times,
+        estimates=recorder.estimates,
     )

@@ -5,8 +5,8 @@ from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from typing import Any, ClassVar, get_args
 
+from stickslip.input_files import read_toml, record_from, unknown_key
 from stickslip.records import AxisKind, InputError, ReadOnlyMapping, positive
-from stickslip.toml_records import read_toml, record_from, unknown_key
 
 __all__ = ["CHANNELS", "AxisSchema", "LogSchema", "read_schema"]
 

@@ -6,9 +6,9 @@ from dataclasses import dataclass, field
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.input_files import nearest
 from stickslip.logs.units import header_unit
 from stickslip.records import InputError
-from stickslip.toml_records import nearest
 
 __all__ = ["Column", "Table", "check_lengths", "combined", "name_columns"]
 

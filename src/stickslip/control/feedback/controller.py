@@ -6,6 +6,7 @@ from math import isclose
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.base import PositionController
 from stickslip.control.feedback import kernel as at
 from stickslip.control.feedback.friction_compensation import FrictionCompensation
 from stickslip.control.feedback.notch import Notch, NotchCoefficients
@@ -39,7 +40,7 @@ _PARTS = (
 
 
 @dataclass(frozen=True, kw_only=True)
-class FeedbackController:
+class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
     """PD action through a notch, plus friction compensation (van de Wijdeven 2002 A section 6.2).
 
     At each sample ``u = H [position_gain (r - x) + velocity_gain (r' - x')] + inertia r'' +
@@ -192,6 +193,34 @@ class FeedbackController:
         """
         self._running()
         return state[int(at.head(state).estimator) :].copy()
+
+    def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
+        """Return friction as estimated by the estimator that runs along [SI]; empty without one.
+
+        Parameters
+        ----------
+        state
+            From `init`, a step, or a run's ``controller_state``.
+        """
+        if self.online is None:
+            return {}
+        coulomb, viscous = self.estimator_state(state)[self.online.values_at].tolist()
+        return {"coulomb_friction": coulomb, "viscous_friction": viscous}
+
+    def deviations(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
+        """Return standard deviations of these estimates [SI]; empty if they are not known.
+
+        Parameters
+        ----------
+        state
+            From `init`, a step, or a run's ``controller_state``.
+        """
+        online = self.online
+        if online is None or online.covariance is None:
+            return {}
+        spread = np.sqrt(np.diag(online.covariance(self.estimator_state(state)))).tolist()
+        order = [place - min(online.places) for place in online.places]
+        return dict(zip(self.estimates(state), (spread[k] for k in order), strict=True))
 
     def refused_samples(self, state: Float[np.ndarray, " s"]) -> int:
         """Return how many samples the estimator could not take: not finite, or without the load.

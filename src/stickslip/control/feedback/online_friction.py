@@ -68,6 +68,9 @@ class OnlineFriction:
     needs_load
         Whether the kernel needs the load's position and velocity. If not, it gets 0 where the axis
         has no sensor for them; if so, a sample without them is not taken.
+    covariance
+        Covariance of the two estimates in a state, in the order of the state [SI]; None if it is
+        not known.
 
     Raises
     ------
@@ -90,6 +93,7 @@ class OnlineFriction:
     sampling_time: float = quantity_field("sampling_time")
     values_at: slice
     needs_load: bool
+    covariance: Callable[[Float[np.ndarray, " s"]], Float[np.ndarray, "p p"]] | None = None
 
     def __post_init__(self) -> None:
         state = finite_vector("first_state", self.first_state, "units of the estimator")

@@ -7,6 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.base import PositionController
 from stickslip.control.feedback import pid_kernel as at
 from stickslip.control.feedback.dither import Dither
 from stickslip.control.feedback.reset_integral import COULOMB, NO_RESET, STRIBECK, ResetIntegral
@@ -24,7 +25,7 @@ _LAWS = {"coulomb": COULOMB, "stribeck": STRIBECK}
 
 
 @dataclass(frozen=True, kw_only=True)
-class PIDController:
+class PIDController(PositionController[Float[np.ndarray, " s"]]):
     """Proportional, integral and derivative action towards a target that stays where it is.
 
     At each sample ``u = position_gain (target - x) + I - velocity_gain v``, plus the dither, held
@@ -181,7 +182,7 @@ class PIDController:
                 f"the bandwidth is {f:g} Hz: with samples {T:g} s apart and the integral it takes "
                 f"a lead of {np.degrees(lead):.3g} degrees for a phase margin of "
                 f"{np.degrees(margin):.3g} degrees, it must be below 90",
-                remedy="ask for less bandwidth, less phase margin or a larger integral_ratio",
+                remedy="ask for less bandwidth, or shorten the sampling time",
             )
         w = 2.0 / T * tan(lag)
         alpha = tan(0.5 * lead + pi / 4)

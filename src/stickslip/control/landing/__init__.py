@@ -7,7 +7,6 @@ from stickslip.control.landing.state import (
     AxisLandingState,
     Flight,
     LandingState,
-    Phase,
     SupervisorState,
 )
 from stickslip.control.landing.supervisor import Supervisor
@@ -18,7 +17,6 @@ __all__ = [
     "Flight",
     "LandingController",
     "LandingState",
-    "Phase",
     "Supervisor",
     "SupervisorState",
     "scaled_notch",

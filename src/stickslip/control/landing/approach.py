@@ -8,7 +8,7 @@ from jaxtyping import Float
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.friction_compensation import FrictionCompensation
 from stickslip.control.feedback.notch import Notch
-from stickslip.control.feedback.online_friction import OnlineEstimator, OnlineFriction
+from stickslip.control.feedback.online_friction import OnlineFriction, RunningEstimator
 from stickslip.control.feedback.pd import PD
 from stickslip.control.feedback.reference import Move, PointToPoint
 from stickslip.friction import CoulombViscousFriction
@@ -70,7 +70,7 @@ def arm_approach(
     target: float,
     pd: PD,
     notch: Notch,
-    estimator: OnlineEstimator,
+    estimator: RunningEstimator,
     estimator_state: Float[np.ndarray, " e"],
 ) -> FeedbackController:
     """Return the feedback that takes mass 1 from a place to another along a smooth reference.
@@ -115,7 +115,7 @@ def axis_approach(
     start: float,
     target: float,
     pd: PD | None,
-    estimator: OnlineEstimator,
+    estimator: RunningEstimator,
     estimator_state: Float[np.ndarray, " e"],
 ) -> FeedbackController:
     """Return the feedback that takes a single mass from a place to another.
@@ -148,7 +148,7 @@ def _lightly(mass: float, way: float, effort_limit: float) -> float:
 
 
 def _compensation(
-    estimator: OnlineEstimator,
+    estimator: RunningEstimator,
     state: Float[np.ndarray, " e"],
     sampling_time: float,
     *,
@@ -161,5 +161,6 @@ def _compensation(
             sampling_time=sampling_time,
             values_at=estimator.values_at,
             needs_load=load,
+            covariance=estimator.covariance,
         )
     )

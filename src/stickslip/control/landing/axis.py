@@ -18,6 +18,7 @@ from stickslip.records import (
     AxisKind,
     LearntPulses,
     PositioningOutcome,
+    PulseRecord,
     SensorSample,
     quantity_field,
 )
@@ -240,6 +241,26 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         pulses, memory = self._pulses(state)
         own = {"coulomb_friction": coulomb, "viscous_friction": viscous}
         return own | pulses.estimates(memory)
+
+    def pulse_count(self, state: AxisLandingState) -> int:
+        """Return the number of pulses to the present target whose outcome is known.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        return 0 if state.pulses is None else state.pulses.pulse_count(state.pulse_state)
+
+    def last_pulse(self, state: AxisLandingState) -> PulseRecord | None:
+        """Return the last of these pulses, or None.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        return None if state.pulses is None else state.pulses.last_pulse(state.pulse_state)
 
     def learnt(self, state: AxisLandingState) -> LearntPulses:
         """Return what the pulses have learned, of their own method (`ExactPulseController.learnt`).

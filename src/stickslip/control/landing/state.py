@@ -5,11 +5,12 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.base import Phase
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.landing.belief import ArmBelief
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.planning import PulseSeries
-from stickslip.records import LandingPhaseName, SensorSample, quantity_field
+from stickslip.records import SensorSample, quantity_field
 
 __all__ = [
     "AxisLandingState",
@@ -19,27 +20,6 @@ __all__ = [
     "SupervisorState",
     "Window",
 ]
-
-
-@dataclass(frozen=True, kw_only=True)
-class Phase:
-    """A phase of a landing.
-
-    Attributes
-    ----------
-    name
-        ``"feedback"``: moved near the target; ``"resting"``: no effort, until mass 1 rests and the
-        swing of mass 2 is known; ``"series"``: pulses planned together; ``"pulses"``: one after the
-        other, of a single mass; ``"done"``; ``"stopped"``.
-    start
-        When it began [s].
-    reason
-        The condition under which it was entered.
-    """
-
-    name: LandingPhaseName
-    start: float = quantity_field("time")
-    reason: str
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -8,10 +8,11 @@ from typing import Generic, TypeVar
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.base import Phase, PositionController
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.online_friction import RunningEstimator
 from stickslip.control.feedback.pd import PD
-from stickslip.control.landing.state import Phase, SupervisorState
+from stickslip.control.landing.state import SupervisorState
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -37,7 +38,7 @@ S = TypeVar("S", bound=SupervisorState)
 
 
 @dataclass(frozen=True, kw_only=True)
-class Supervisor(ABC, Generic[S]):
+class Supervisor(PositionController[S], ABC, Generic[S]):
     """Feedback near the target while friction is estimated, then what lands the axis.
 
     What landings of an arm and of a single mass have in common: the feedback phase, the estimator
@@ -266,6 +267,16 @@ class Supervisor(ABC, Generic[S]):
         """
         stopped = self.outcome(state) is PositioningOutcome.STOPPED
         return state.phase.reason if stopped else None
+
+    def phases(self, state: S) -> tuple[Phase, ...]:
+        """Return the phases so far, the last is the present one.
+
+        Parameters
+        ----------
+        state
+            From `init` or a step.
+        """
+        return state.phases
 
     def deviations(self, state: S) -> dict[str, float]:
         """Return standard deviations of Coulomb and viscous friction; infinite while unknown.

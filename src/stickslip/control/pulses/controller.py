@@ -8,6 +8,7 @@ from math import inf, isfinite
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.control.base import PositionController
 from stickslip.control.pulses import kernel as at
 from stickslip.control.rest_detection import RestDetection
 from stickslip.records import (
@@ -33,7 +34,7 @@ _OUTCOMES = {
 
 
 @dataclass(frozen=True, kw_only=True)
-class PulseController(ABC):
+class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     """A controller that moves an axis from rest to rest by pulses of effort.
 
     At rest outside the tolerance it fires a pulse and waits until the axis rests again; what the

@@ -90,9 +90,9 @@ class ExactPulseController(PulseController):
     effort_limit
         Largest effort of a pulse.
     mass
-        Moving mass or inertia, as far as it is known.
+        First guess of the moving mass or inertia; not needed with ``experience``.
     friction
-        First guesses, breakaway and offset included.
+        First guesses, breakaway and offset included; not needed with ``experience``.
     mass_uncertainty, friction_uncertainty
         Standard deviation of mass, and of Coulomb and viscous friction, over the value given [-].
     asymmetry
@@ -133,8 +133,8 @@ class ExactPulseController(PulseController):
     """
 
     effort_limit: float = quantity_field("effort")
-    mass: float = quantity_field("mass")
-    friction: CoulombViscousFriction
+    mass: float | None = quantity_field("mass", default=None)
+    friction: CoulombViscousFriction | None = None
     mass_uncertainty: float = 0.05
     friction_uncertainty: float = 0.5
     asymmetry: float = 0.2
@@ -145,10 +145,17 @@ class ExactPulseController(PulseController):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        for name in ("effort_limit", "mass"):
-            self._check_positive(name)
+        self._check_positive("effort_limit")
+        if self.mass is not None:
+            self._check_positive("mass")
+        elif self.experience is None:
+            raise InputError(
+                "mass is missing, and no experience is given",
+                remedy="give a first guess, or what an earlier run has learned",
+            )
         law: type = type(self.friction)
-        if not issubclass(law, CoulombViscousFriction):
+        known = self.experience is not None and self.friction is None
+        if not (known or issubclass(law, CoulombViscousFriction)):
             raise InputError(
                 f"friction is a {law.__name__}, it must be a CoulombViscousFriction",
                 remedy="give CoulombViscousFriction(...) or CoulombViscousFriction.symmetric(...)",
@@ -163,15 +170,20 @@ class ExactPulseController(PulseController):
                 f"patience is {self.patience!r} pulses, it must be a whole number of at least 1",
                 remedy="give how many pulses in a row may fail to halve the error",
             )
+        if self.friction is not None:
+            self._check_friction(self.friction)
+        if self.experience is not None:
+            self._check_experience(self.experience)
+
+    def _check_friction(self, law: CoulombViscousFriction) -> None:
         unit = self._unit("effort_limit")
         for direction, (coulomb, static) in zip(
-            ("positive", "negative"), self._resistances(), strict=True
+            ("positive", "negative"), _resistances(law), strict=True
         ):
             if not coulomb > 0.0:
                 raise InputError(
                     f"the Coulomb friction in {direction} direction is {coulomb:g} {unit} with the "
-                    f"offset of {self.friction.offset:g} {unit}, it must be positive for a pulse "
-                    "to end",
+                    f"offset of {law.offset:g} {unit}, it must be positive for a pulse to end",
                     remedy="balance the offset, or guess it below the Coulomb friction",
                 )
             if not self.effort_limit > static:
@@ -181,47 +193,34 @@ class ExactPulseController(PulseController):
                     "would move the axis",
                     remedy="allow more effort",
                 )
-        if self.experience is not None:
-            names = (*_LOGARITHMS, *_STATIC, *_HELD, *_FREED, _WALK)
-            self._check_learnt(self.experience, names, at.PARAMETERS)
-            for name in _LOGARITHMS:
-                value = self.experience.values[name]
-                if not value > 0.0:
-                    raise InputError(
-                        f"{name} is {value:g}, it must be positive",
-                        where="values",
-                        remedy="resume with what was saved",
-                    )
-            for name in (*_STATIC, *_HELD, *_FREED, _WALK):
-                value, unit = self.experience.values[name], unit_of(name, self.kind)
-                if value < 0.0 or (name in _FREED and value == 0.0):
-                    limit = "positive" if name in _FREED else "zero or more"
-                    raise InputError(
-                        f"{name} is {value:g} {unit}, it must be {limit}",
-                        where="values",
-                        remedy="resume with what was saved",
-                    )
-            P = self.experience.covariance
-            if not (np.array_equal(P, P.T) and np.linalg.eigvalsh(P)[0] >= -_ROUNDING * P.max()):
+
+    def _check_experience(self, learned: LearntPulses) -> None:
+        names = (*_LOGARITHMS, *_STATIC, *_HELD, *_FREED, _WALK)
+        self._check_learnt(learned, names, at.PARAMETERS)
+        for name in _LOGARITHMS:
+            value = learned.values[name]
+            if not value > 0.0:
                 raise InputError(
-                    "the covariance is not symmetric, or gives a variance below zero",
-                    where="covariance",
+                    f"{name} is {value:g}, it must be positive",
+                    where="values",
                     remedy="resume with what was saved",
                 )
-
-    def _resistances(self) -> tuple[tuple[float, float], tuple[float, float]]:
-        """Return Coulomb and static friction with the offset, in either direction."""
-        law = self.friction
-        return (
-            (
-                law.coulomb_friction_positive + law.offset,
-                law.static_friction_positive + law.offset,
-            ),
-            (
-                law.coulomb_friction_negative - law.offset,
-                law.static_friction_negative - law.offset,
-            ),
-        )
+        for name in (*_STATIC, *_HELD, *_FREED, _WALK):
+            value, unit = learned.values[name], unit_of(name, self.kind)
+            if value < 0.0 or (name in _FREED and value == 0.0):
+                limit = "positive" if name in _FREED else "zero or more"
+                raise InputError(
+                    f"{name} is {value:g} {unit}, it must be {limit}",
+                    where="values",
+                    remedy="resume with what was saved",
+                )
+        P = learned.covariance
+        if not (np.array_equal(P, P.T) and np.linalg.eigvalsh(P)[0] >= -_ROUNDING * P.max()):
+            raise InputError(
+                "the covariance is not symmetric, or gives a variance below zero",
+                where="covariance",
+                remedy="resume with what was saved",
+            )
 
     @property
     def method(self) -> PulseMethod:
@@ -258,8 +257,14 @@ class ExactPulseController(PulseController):
 
     def _guess(self) -> LearntPulses:
         """Return the first guesses in the form of what is learned."""
-        law, least = self.friction, _NO_VISCOUS * self.mass / self.sampling_time
-        coulomb, static = zip(*self._resistances(), strict=True)
+        law, mass = self.friction, self.mass
+        if law is None or mass is None:
+            raise InputError(
+                "mass and friction are missing, from which a recursion begins anew",
+                remedy="give first guesses of them, or keep the covariance",
+            )
+        least = _NO_VISCOUS * mass / self.sampling_time
+        coulomb, static = zip(*_resistances(law), strict=True)
         viscous = (
             max(law.viscous_friction_positive, least),
             max(law.viscous_friction_negative, least),
@@ -273,7 +278,7 @@ class ExactPulseController(PulseController):
             method=self.method,
             kind=self.kind,
             values={
-                **dict(zip(_LOGARITHMS, (self.mass, *coulomb, *viscous), strict=True)),
+                **dict(zip(_LOGARITHMS, (mass, *coulomb, *viscous), strict=True)),
                 **dict(zip(_STATIC, static, strict=True)),
                 **dict.fromkeys(_HELD, 0.0),
                 **dict.fromkeys(_FREED, self.effort_limit),
@@ -365,3 +370,13 @@ class ExactPulseController(PulseController):
         if keep_covariance:
             return again
         return replace(self, experience=replace(learnt, covariance=self._guess().covariance))
+
+
+def _resistances(
+    law: CoulombViscousFriction,
+) -> tuple[tuple[float, float], tuple[float, float]]:
+    """Return Coulomb and static friction with the offset, in either direction [N or N m]."""
+    return (
+        (law.coulomb_friction_positive + law.offset, law.static_friction_positive + law.offset),
+        (law.coulomb_friction_negative - law.offset, law.static_friction_negative - law.offset),
+    )

@@ -17,10 +17,8 @@ from stickslip.jobs.compare.candidates import (
     inertia_of,
 )
 from stickslip.jobs.compare.log import timed
-from stickslip.jobs.compare.scenario import StudyFile, check_runs, read_study
 from stickslip.jobs.parallel import in_parallel
-from stickslip.jobs.positioning.axis_table import LAWS, AxisTable
-from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.plants import FlexibleArm, Plant
 from stickslip.records import (
     AxisLog,
     EstimatorScore,
@@ -28,6 +26,7 @@ from stickslip.records import (
     InputError,
     ParameterScore,
 )
+from stickslip.scenario import Axis, Read, StudyFile, check_runs, read_study
 from stickslip.simulation import simulate
 
 __all__ = ["compare_scenario", "disturbance", "measured_log"]
@@ -83,11 +82,11 @@ def compare_scenario(
     InputError
         If the scenario cannot be used, or what is known of the axis cannot be.
     """
-    read = scenario if isinstance(scenario, StudyFile) else read_study(scenario)
+    read = scenario if isinstance(scenario, Read) else read_study(scenario)
     asked, known = read.scenario, task or EstimationTask()
     count = asked.runs if runs is None else runs
     check_runs(count)
-    plant = asked.axis.plant()
+    plant = asked.axis.build()
     if isinstance(plant, FlexibleArm):
         known = replace(known, load_inertia=plant.mass_2, stiffness=plant.stiffness)
     names = chosen_names(only, known, plant.kind)
@@ -126,7 +125,7 @@ def compare_scenario(
         kind=plant.kind,
         runs=count,
         samples=len(first),
-        scenario=read.tables(),
+        scenario=asked.tables(),
         truth=truth,
         bound={name: _rms(np.array([run.bound[name] for run in runs_done])) for name in bound},
         scores=tuple(
@@ -151,8 +150,8 @@ def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
         Where all that is random comes from.
     """
     asked = read.scenario
-    plant, sensors = asked.axis.plant(), asked.sensors.sensors()
-    effort, step = asked.input.sampled(read.path.parent, generator)
+    plant, sensors = asked.axis.build(), asked.sensors.build()
+    effort, step = asked.input.build(read.path.parent, generator)
     acting = asked.input.acting(effort) + disturbance(
         effort.size,
         asked.input.disturbance,
@@ -160,7 +159,7 @@ def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
         generator,
     )
     start = float(generator.uniform(0.0, sensors.encoder_step)) if sensors.encoder_step else 0.0
-    state = (start, 0.0) if isinstance(plant, SingleMass) else (start, 0.0, start, 0.0)
+    state = (start, 0.0) * (2 if asked.axis.flexible else 1)
     motion = simulate(plant, acting, sampling_time=step, initial_state=state)
     log = sensors.measure(motion, generator, name=read.name)
     commanded = log.effort.copy()
@@ -199,22 +198,15 @@ def _fitted_all(names: tuple[str, ...], task: EstimationTask, log: AxisLog) -> d
     }
 
 
-def _truth(axis: AxisTable, task: EstimationTask) -> dict[str, float]:
+def _truth(axis: Axis, task: EstimationTask) -> dict[str, float]:
     """Return the truth by the names of parameters; of both directions together, their mean."""
-    body = "mass" if axis.kind == "linear" else "inertia"
-    plant, law = axis.plant(), axis.friction()
-    truth = {body: plant.mass if isinstance(plant, SingleMass) else plant.mass_1}
-    for name in ("coulomb_friction", "viscous_friction", "static_friction"):
-        sides = [float(getattr(law, f"{name}_{side}")) for side in ("positive", "negative")]
-        truth[name] = 0.5 * (sides[0] + sides[1])
-        truth[f"{name}_positive"], truth[f"{name}_negative"] = sides
-    truth["offset"] = law.offset
-    if axis.stribeck_velocity is not None:
-        truth["stribeck_velocity"] = axis.stribeck_velocity
+    truth = axis.truth()
+    if axis.kind == "rotary":
+        truth = {"inertia": truth.pop("mass")} | truth
     if task.per_direction:  # an offset is then part of the friction that each direction has
         for name in ("coulomb_friction", "static_friction"):
-            truth[f"{name}_positive"] += law.offset
-            truth[f"{name}_negative"] -= law.offset
+            truth[f"{name}_positive"] += truth["offset"]
+            truth[f"{name}_negative"] -= truth["offset"]
     elif task.has_offset:  # and what sets the directions apart is part of the offset
         apart = truth["coulomb_friction_positive"] - truth["coulomb_friction_negative"]
         truth["offset"] += 0.5 * apart
@@ -235,11 +227,11 @@ def _bound(
     ).terms
     body = "mass" if plant.kind == "linear" else "inertia"
     sought = (*(() if task.inertia is not None else (body,)), *terms.names)
-    law = read.scenario.axis.law
-    if law != "coulomb":
+    axis = read.scenario.axis
+    if axis.law != "coulomb":
         return {}, (
-            f"the axis is simulated with {LAWS[law]}, and estimators are scored by its friction in "
-            "steady motion: one that knows Coulomb and viscous friction only takes the rest for "
+            f"the axis is simulated with {axis.title}, and estimators are scored by its friction "
+            "in steady motion: one that knows Coulomb and viscous friction only takes the rest for "
             "these",
             "no Cramér-Rao bound: it is for Coulomb and viscous friction",
         )
@@ -252,7 +244,7 @@ def _bound(
             plant,
             read.scenario.input.acting(log.effort[:-1]),
             sampling_time=log.sampling_time,
-            sensors=read.scenario.sensors.sensors(),
+            sensors=read.scenario.sensors.build(),
             sought=sought,
         )
     except InputError as error:

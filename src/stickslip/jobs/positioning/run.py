@@ -7,93 +7,27 @@ from typing import Any
 import numpy as np
 
 from stickslip import __version__
-from stickslip.control import (
-    AxisLandingController,
-    ExactPulseController,
-    PIDController,
-    PulseController,
-)
-from stickslip.jobs.positioning.arm_run import run_arm
-from stickslip.jobs.positioning.axis_table import AxisTable
-from stickslip.jobs.positioning.control_table import CONTROLLERS
-from stickslip.jobs.positioning.controllers import Chosen, choose_controller, gone_on
-from stickslip.jobs.positioning.judging import ending, settling_time
-from stickslip.jobs.positioning.landing_notes import LandingNotes, landing_phases
-from stickslip.jobs.positioning.scenario import Scenario, ScenarioFile, read_scenario
-from stickslip.jobs.pulse_run import PulseNotes
+from stickslip.control import PIDController
+from stickslip.jobs.positioning.arm import arm_of, swings
+from stickslip.jobs.positioning.judging import arm_ending, ending, settling_time
+from stickslip.jobs.recorder import Recorder
 from stickslip.records import (
     InputError,
     LearntPulses,
     Positioning,
     PositioningMove,
-    PositioningOutcome,
     PositioningRun,
-    SensorSample,
+)
+from stickslip.scenario import (
+    AnyController,
+    Axis,
+    Scenario,
+    ScenarioFile,
+    read_scenario,
 )
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 
 __all__ = ["position"]
-
-_TOLD = 200
-"""Samples between two calls of the progress."""
-
-
-class _Recorder:
-    """A controller that does what another does, sets its targets, and notes what it finds out.
-
-    It runs in Python, so that nothing has to be compiled for a single short run.
-    """
-
-    def __init__(
-        self, controller: Chosen, scenario: Scenario, advance: Callable[[int], None]
-    ) -> None:
-        self._controller: Any = controller
-        self._step: Any = controller.step
-        self._goals = scenario.task.goals
-        self._samples = scenario.task.samples
-        self._advance = advance
-        self._k = 0
-        self.sampling_time = controller.sampling_time
-        self.notes: PulseNotes | LandingNotes | None = None
-        if isinstance(controller, PulseController):
-            self.notes = PulseNotes(controller)
-        elif isinstance(controller, AxisLandingController):
-            self.notes = LandingNotes(controller, len(self._goals) * self._samples)
-        self.outcomes: list[PositioningOutcome | None] = []
-        self.reasons: list[str | None] = []
-
-    def init(self) -> Any:
-        """Return the state before the first sample."""
-        return self._controller.init()
-
-    def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
-        """Step the other controller, to the next target when it is time."""
-        move, k = divmod(self._k, self._samples)
-        if k == 0 and move > 0:
-            self.end_move(state)
-            state = self._controller.retargeted(state, self._goals[move])
-        if k % _TOLD == 0:
-            self._advance(k + move * self._samples)
-        self._k += 1
-        state, effort = self._step(state, sample)
-        if self.notes is not None:
-            self.notes.take(state, sample.time)
-        return state, effort
-
-    def end_move(self, state: Any) -> None:
-        """Ask how far positioning has come, at the end of a move."""
-        controller = self._controller
-        ends = isinstance(controller, PulseController | AxisLandingController)
-        self.outcomes.append(controller.outcome(state) if ends else None)
-        tells = isinstance(controller, ExactPulseController | AxisLandingController)
-        self.reasons.append(controller.why(state) if tells else None)
-
-    def integrates(self, tolerance: float) -> bool:
-        """Return whether the effort grows for as long as the axis rests outside the tolerance."""
-        controller = self._controller
-        if not isinstance(controller, PIDController):
-            return False
-        return controller.integral_gain > 0.0 and controller.dead_band <= tolerance
 
 
 def position(
@@ -125,149 +59,118 @@ def position(
     'reached'
     """
     read = scenario if isinstance(scenario, ScenarioFile) else read_scenario(scenario)
-    asked, folder = read.scenario, read.path.parent
-    if asked.axis.flexible:
-        return _position_arm(read, progress)
     try:
-        controller, believed, notes = choose_controller(asked, folder)
+        return _positioned(read, progress or _silent)
     except InputError as error:
         # One that names a table is of the scenario; others name a file beside it
-        raise error.at(str(read.path)) if error.where.startswith("[") else error from None
+        inside = error.where.startswith("[") or not error.where
+        raise error.at(str(read.path)) if inside else error from None
+
+
+def _silent(done: int, every: int) -> None:
+    """Report no progress."""
+
+
+def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Positioning:
+    asked, folder = read.scenario, read.path.parent
+    task, axis, table = asked.task, asked.axis, asked.controller
+    built = asked.build(folder)
+    believed, notes = built.believed, (*axis.notes(), *built.notes)
     generator = np.random.default_rng(asked.sensors.seed) if asked.sensors.noisy else None
-    task = asked.task
-    every = task.runs * len(task.goals) * task.samples
+    samples = len(task.goals) * task.samples
     runs: list[PositioningRun] = []
-    learnt: LearntPulses | None = None
+    learned: LearntPulses | None = None
     for number in range(1, task.runs + 1):
-        done = (number - 1) * len(task.goals) * task.samples
 
-        def advance(samples: int, done: int = done) -> None:
-            if progress is not None:
-                progress(done + samples, every)
+        def advance(k: int, done: int = (number - 1) * samples) -> None:
+            progress(done + k, task.runs * samples)
 
-        recorder = _Recorder(controller, asked, advance)
-        try:
-            run = simulate_closed_loop(
-                asked.axis.rigid(),
-                recorder,
-                sampling_time=task.sampling_time,
-                samples=len(task.goals) * task.samples,
-                sensors=asked.sensors.sensors(),
-                generator=generator,
-                initial_state=(task.start, 0.0),
-                name=read.name,
-            )
-        except InputError as error:
-            raise error.at(str(read.path)) from None
+        recorder = Recorder(
+            built.controller, task.goals, task.samples, flexible=axis.flexible, advance=advance
+        )
+        run: ClosedLoopRun[Any] = simulate_closed_loop(
+            axis.build(),
+            recorder,
+            sampling_time=task.sampling_time,
+            samples=samples,
+            sensors=asked.sensors.build(),
+            generator=generator,
+            initial_state=(task.start, 0.0) * (2 if axis.flexible else 1),
+            name=read.name,
+        )
         recorder.end_move(run.controller_state)
-        runs.append(_judged(number, run, recorder, asked))
-        if not isinstance(controller, PIDController):
+        runs.append(_judged(number, run, recorder, built.controller, asked))
+        if not table.learns:
+            continue
+        try:
+            learned = _learned(built.controller, run.controller_state)
+        except InputError as error:
+            notes += (f"Run {number} has learnt nothing: {error.what}.",)
+            continue
+        if number < task.runs:
             try:
-                learnt = controller.learnt(run.controller_state)
+                built = asked.build(folder, learned)
             except InputError as error:
-                notes += (f"Run {number} has learnt nothing: {error.what}.",)
-                continue
-            if number < task.runs:
-                try:
-                    controller = gone_on(asked, controller, learnt)
-                except InputError as error:
-                    notes += (
-                        f"What run {number} has learnt cannot be gone on from ({error.what}); the "
-                        "next run begins as this one did.",
-                    )
-    if progress is not None:
-        progress(every, every)
-    return _positioning(
-        read,
-        truth=_truth(asked.axis, asked.controller.effort_limit, runs[0].estimates),
-        believed=believed,
-        runs=tuple(runs),
-        limits=_limits(learnt, asked.controller.effort_limit),
-        learnt=learnt,
-        notes=notes,
-    )
-
-
-def _position_arm(read: ScenarioFile, progress: Callable[[int, int], None] | None) -> Positioning:
-    """Run the task of a scenario with a flexible arm."""
-    asked, path = read.scenario, str(read.path)
-    task = asked.task
-    every = task.runs * len(task.goals) * task.samples
-
-    def advance(samples: int) -> None:
-        if progress is not None:
-            progress(samples, every)
-
-    try:
-        outcome = run_arm(asked, read.path.parent, name=read.name, progress=advance)
-    except InputError as error:
-        raise error if error.where and not error.where.startswith("[") else error.at(path) from None
-    advance(every)
-    arm = asked.axis.arm()
-    law = asked.axis.friction()
-    truth = {
-        "coulomb_friction": 0.5 * (law.coulomb_friction_positive + law.coulomb_friction_negative),
-        "viscous_friction": 0.5 * (law.viscous_friction_positive + law.viscous_friction_negative),
-        "mass": arm.mass_1,
-        "load_mass": arm.mass_2,
-        "stiffness": arm.stiffness,
-    }
-    return _positioning(
-        read,
-        truth={name: truth[name] for name in outcome.runs[0].estimates},
-        believed=outcome.believed,
-        runs=outcome.runs,
-        limits={},
-        learnt=outcome.learnt,
-        notes=outcome.notes,
-    )
-
-
-def _positioning(
-    read: ScenarioFile,
-    *,
-    truth: Mapping[str, float],
-    believed: Mapping[str, str],
-    runs: tuple[PositioningRun, ...],
-    limits: Mapping[str, tuple[float | None, float | None]],
-    learnt: LearntPulses | None,
-    notes: tuple[str, ...],
-) -> Positioning:
-    """Return what came of a scenario, with what it says."""
-    asked = read.scenario
+                notes += (
+                    f"What run {number} has learnt cannot be gone on from ({error.what}); the "
+                    "next run begins as this one did.",
+                )
+    progress(task.runs * samples, task.runs * samples)
     return Positioning(
         name=read.name,
-        kind=asked.axis.kind,
-        method=asked.controller.method,
-        controller=CONTROLLERS[asked.controller.method],
-        tolerance=asked.task.tolerance,
+        kind=axis.kind,
+        method=table.method,
+        controller=table.title,
+        tolerance=task.tolerance,
         scenario=asked.tables(),
-        truth=truth,
+        truth=_truth(axis, table.effort_limit, runs[0].estimates),
         believed=believed,
-        runs=runs,
-        limits=limits,
-        learnt=learnt,
-        notes=(*asked.axis.about_law(), *notes),
+        runs=tuple(runs),
+        limits=_limits(learned, table.effort_limit),
+        learnt=learned,
+        notes=notes,
         file=read.path.name,
         sha256=read.sha256,
         stickslip_version=__version__,
     )
 
 
+def _learned(controller: Any, state: Any) -> LearntPulses:
+    return controller.learnt(state)
+
+
 def _judged(
-    number: int, run: ClosedLoopRun[Any], recorder: _Recorder, scenario: Scenario
+    number: int,
+    run: ClosedLoopRun[Any],
+    recorder: Recorder,
+    controller: AnyController,
+    scenario: Scenario,
 ) -> PositioningRun:
     """Return a run with its moves, each judged by the truth."""
-    task, n = scenario.task, scenario.task.samples
+    task, n, motion = scenario.task, scenario.task.samples, run.motion
     goals = np.append(np.repeat(task.goals, n), task.goals[-1])
-    motion, notes = run.motion, recorder.notes
-    error = goals - motion.position
+    arm = swing = None
+    if scenario.axis.flexible:
+        arm, swing = arm_of(run, goals, scenario), swings(run, scenario)
+    integrates = (
+        isinstance(controller, PIDController)
+        and controller.integral_gain > 0.0
+        and controller.dead_band <= task.tolerance
+    )
     moves: list[PositioningMove] = []
     ends = zip(task.goals, recorder.outcomes, recorder.reasons, strict=True)
     for k, (goal, outcome, reason) in enumerate(ends):
         # The move's last sample is the first of the next one, but for the target
         there = slice(k * n, (k + 1) * n + 1)
-        own = goal - motion.position[there]
+        own = driven = goal - motion.position[there]
+        if arm is not None:
+            load = goal - arm.load_position[there]
+            own = np.where(np.abs(load) > np.abs(driven), load, driven)
+            ended = arm_ending(own, driven, task.tolerance, outcome)
+        else:
+            ended = ending(
+                own, task.tolerance, outcome, integrates=integrates, still=scenario.still
+            )
         begin, end = float(motion.time[k * n]), float(motion.time[(k + 1) * n])
         last = k == len(task.goals) - 1
         moves.append(
@@ -277,13 +180,7 @@ def _judged(
                 end_time=end,
                 start=float(motion.position[k * n]),
                 target=goal,
-                ending=ending(
-                    own,
-                    task.tolerance,
-                    outcome,
-                    integrates=recorder.integrates(task.tolerance),
-                    still=scenario.still,
-                ),
+                ending=ended,
                 reason=reason,
                 late_errors=(float(np.min(own[n // 2 :])), float(np.max(own[n // 2 :]))),
                 final_error=float(own[-1]),
@@ -293,31 +190,33 @@ def _judged(
                 peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
                 pulses=tuple(
                     pulse
-                    for pulse in (() if notes is None else notes.pulses)
+                    for pulse in recorder.pulses
                     if pulse.time >= begin - 0.5 * task.sampling_time
                     and (last or pulse.time < end - 0.5 * task.sampling_time)
                 ),
+                swing=None if swing is None else float(swing[(k + 1) * n]),
             )
         )
     return PositioningRun(
         number=number,
         time=motion.time,
-        error=error,
-        measured_error=goals - run.log.measured_position,
+        error=goals - motion.position if arm is None else arm.error,
+        measured_error=goals - run.log.measured_position if arm is None else arm.measured_error,
         effort=motion.commanded_effort,
-        estimate_time=np.empty(0) if notes is None else notes.times,
-        estimates={} if notes is None else notes.estimates,
+        estimate_time=recorder.times,
+        estimates=recorder.estimates,
         moves=tuple(moves),
-        phases=landing_phases(run),
-        deviations=notes.deviations if isinstance(notes, LandingNotes) else {},
+        arm=arm,
+        phases=recorder.phases(run.controller_state, float(motion.time[-1])),
+        deviations=recorder.deviations,
     )
 
 
 def _limits(
-    learnt: LearntPulses | None, effort_limit: float
+    learned: LearntPulses | None, effort_limit: float
 ) -> dict[str, tuple[float | None, float | None]]:
     """Return between which efforts pulses have shown the static friction to lie."""
-    values = {} if learnt is None else learnt.values
+    values = {} if learned is None else learned.values
     limits: dict[str, tuple[float | None, float | None]] = {}
     for way in ("positive", "negative"):
         held, freed = values.get(f"holding_effort_{way}"), values.get(f"freeing_effort_{way}")
@@ -329,25 +228,18 @@ def _limits(
     return limits
 
 
-def _truth(axis: AxisTable, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
+def _truth(axis: Axis, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
     """Return what the estimates should be, as far as the axis has such a value."""
-    law, mass = axis.friction(), axis.rigid().mass
-    forward = law.coulomb_friction_positive + law.offset
-    backward = law.coulomb_friction_negative - law.offset
-    mean = 0.5 * (forward + backward)
-    every = {
-        "mass": mass,
-        "coulomb_friction": mean,
-        "coulomb_friction_positive": forward,
-        "coulomb_friction_negative": backward,
-        "viscous_friction": 0.5 * (law.viscous_friction_positive + law.viscous_friction_negative),
-        "viscous_friction_positive": law.viscous_friction_positive,
-        "viscous_friction_negative": law.viscous_friction_negative,
-        "static_friction_positive": law.static_friction_positive + law.offset,
-        "static_friction_negative": law.static_friction_negative - law.offset,
-        "offset": law.offset,
-        "gain_2": 1.0 / (2.0 * mass),
-    }
+    every, mass = axis.truth(), axis.body or 0.0
+    if axis.flexible:
+        parts = {"load_mass": axis.load or 0.0, "stiffness": axis.stiffness or 0.0}
+        return {name: (every | parts)[name] for name in estimates}
+    # Pulses count the offset with the friction of the direction that it opposes
+    for name in ("coulomb_friction", "static_friction"):
+        every[f"{name}_positive"] += every["offset"]
+        every[f"{name}_negative"] -= every["offset"]
+    mean = 0.5 * (every["coulomb_friction_positive"] + every["coulomb_friction_negative"])
+    every |= {"coulomb_friction": mean, "gain_2": 1.0 / (2.0 * mass)}
     if mean > 0.0:
         # Eqs. 4 and 16
         every["pulse_gain"] = effort * (effort - mean) / (2.0 * mass * mean)

@@ -6,9 +6,9 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
-from stickslip.jobs.json_file import read_json
-from stickslip.jobs.positioning.tables import DIRECTIONAL
+from stickslip.input_files import read_json
 from stickslip.records import SCHEMA_VERSION, AxisKind, InputError, Status, in_words, unit_of
+from stickslip.scenario.body import DIRECTIONAL
 
 __all__ = ["HeldEstimate", "estimate_in"]
 

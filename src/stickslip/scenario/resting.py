@@ -4,10 +4,10 @@ from dataclasses import replace
 from math import sqrt
 
 from stickslip.control import RestDetection
-from stickslip.jobs.positioning.scenario import Scenario
-from stickslip.records import AxisKind, InputError, count_of, prefixed, unit_of
+from stickslip.records import InputError, count_of, prefixed, unit_of
+from stickslip.scenario.setup import Setup
 
-__all__ = ["about_aim", "about_rest", "aim_of", "rest_of"]
+__all__ = ["aim_of", "rest_notes", "rest_of"]
 
 _CONTINUOUS = 1e-9
 """Step of an encoder without steps, over the noise: too fine to matter."""
@@ -16,41 +16,43 @@ _SURELY = 3.0
 """Standard deviations of a mean that the sensors are taken to be off by."""
 
 _REST_SAMPLES = 10
-"""Samples over which a rest is judged where sensors are not ideal, unless the scenario says."""
+"""Samples over which a rest is judged by default, where sensors are not ideal."""
 
 
-def rest_of(scenario: Scenario) -> RestDetection:
+def rest_of(setup: Setup, given: int | None) -> RestDetection:
     """Return when the axis counts as resting, from what its sensors are known to do.
 
     Parameters
     ----------
-    scenario
+    setup
         The task.
+    given
+        Samples over which a rest is judged; None for the default.
 
     Raises
     ------
     InputError
         If ``rest_samples`` are too few, or leave no room for a pulse.
     """
-    sensors = scenario.sensors
+    sensors = setup.sensors
     seen = sensors.velocity == "measured"
     ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
-    exact = seen and sensors.velocity_noise == 0.0 and not scenario.still
+    exact = seen and sensors.velocity_noise == 0.0 and not setup.still
     if ideal and exact:
-        return RestDetection(samples=_window(scenario, usual=1, least=1), spread=0.0, speed=0.0)
+        return RestDetection(samples=_window(setup, given, usual=1, least=1), spread=0.0, speed=0.0)
     if ideal:
-        usual = _REST_SAMPLES if scenario.still else 2
-        window = _window(scenario, usual=usual, least=2)
-        return RestDetection(samples=window, spread=scenario.still)
-    window = _window(scenario, usual=_REST_SAMPLES, least=2)
+        usual = _REST_SAMPLES if setup.still else 2
+        window = _window(setup, given, usual=usual, least=2)
+        return RestDetection(samples=window, spread=setup.still)
+    window = _window(setup, given, usual=_REST_SAMPLES, least=2)
     step = sensors.encoder_step or _CONTINUOUS * sensors.position_noise
     rest = RestDetection.for_encoder(resolution=step, noise=sensors.position_noise, samples=window)
     return replace(rest, speed=0.0) if exact else rest
 
 
-def _window(scenario: Scenario, *, usual: int, least: int) -> int:
+def _window(setup: Setup, given: int | None, *, usual: int, least: int) -> int:
     """Return over how many samples a rest is judged; refuse too few, and more than fit a move."""
-    move, given = scenario.task.samples, scenario.controller.rest_samples
+    move = setup.task.samples
     samples = usual if given is None else given
     if samples < least:
         raise InputError(
@@ -60,7 +62,7 @@ def _window(scenario: Scenario, *, usual: int, least: int) -> int:
         )
     # A pulse waits for a rest, and its outcome for another
     if 2 * samples >= move:
-        unless = " unless told" if given is None else ""
+        unless = " by default" if given is None else ""
         raise InputError(
             f"rest_samples is {samples}{unless}, and a move of {move} samples has no room for a "
             "rest before a pulse and one after it",
@@ -70,32 +72,12 @@ def _window(scenario: Scenario, *, usual: int, least: int) -> int:
     return samples
 
 
-def about_rest(rest: RestDetection, kind: AxisKind) -> str:
-    """Return what a user should know of it.
-
-    Parameters
-    ----------
-    rest
-        When the axis counts as resting.
-    kind
-        Of the axis.
-    """
-    if rest.samples == 1:
-        return "The axis counts as resting in the sample in which its velocity is 0."
-    still = "" if rest.speed is None else " and no velocity is seen"
-    within = prefixed(rest.spread, unit_of("position", kind))
-    return (
-        f"The axis counts as resting when {count_of(rest.samples, 'position')} in a row lie within "
-        f"{within}{still}."
-    )
-
-
-def aim_of(scenario: Scenario, rest: RestDetection) -> float:
+def aim_of(setup: Setup, rest: RestDetection) -> float:
     """Return the tolerance less what a measured rest may be off by: the controller's own.
 
     Parameters
     ----------
-    scenario
+    setup
         The task.
     rest
         When the axis counts as resting.
@@ -105,11 +87,11 @@ def aim_of(scenario: Scenario, rest: RestDetection) -> float:
     InputError
         If nothing is left of the tolerance.
     """
-    sensors, tolerance = scenario.sensors, scenario.task.tolerance
+    sensors, tolerance = setup.sensors, setup.task.tolerance
     noise = _SURELY * sensors.position_noise / sqrt(rest.samples)
-    off = 0.5 * (sensors.encoder_step + scenario.still) + noise
+    off = 0.5 * (sensors.encoder_step + setup.still) + noise
     if tolerance <= off:
-        unit = unit_of("position", scenario.axis.kind)
+        unit = unit_of("position", setup.axis.kind)
         raise InputError(
             f"tolerance is {tolerance:g} {unit}, and over {count_of(rest.samples, 'sample')} the "
             f"sensors tell a position to {off:.3g} {unit} only",
@@ -119,20 +101,28 @@ def aim_of(scenario: Scenario, rest: RestDetection) -> float:
     return tolerance - off
 
 
-def about_aim(aim: float, scenario: Scenario) -> tuple[str, ...]:
-    """Return what a user should know of it, if it is not the task's own tolerance.
+def rest_notes(setup: Setup, rest: RestDetection) -> tuple[str, ...]:
+    """Return what a user should know of a rest and of the controller's own tolerance.
 
     Parameters
     ----------
-    aim
-        The controller's tolerance [m or rad].
-    scenario
+    setup
         The task.
+    rest
+        When the axis counts as resting.
     """
-    if aim == scenario.task.tolerance:
-        return ()
-    unit = unit_of("position", scenario.axis.kind)
+    unit, aim = unit_of("position", setup.axis.kind), aim_of(setup, rest)
+    still = "" if rest.speed is None else " and no velocity is seen"
+    notes = (
+        f"The axis counts as resting when {count_of(rest.samples, 'position')} in a row lie within "
+        f"{prefixed(rest.spread, unit)}{still}.",
+    )
+    if rest.samples == 1:
+        notes = ("The axis counts as resting in the sample in which its velocity is 0.",)
+    if aim == setup.task.tolerance:
+        return notes
     return (
+        *notes,
         f"The controller aims at {prefixed(aim, unit)}: the tolerance less what the sensors may be "
         "off by at rest.",
     )

@@ -1,6 +1,6 @@
-"""Records read from TOML files: strictly, and with refusals that say where and how to mend.
+"""Input files: TOML and JSON documents, and records made from them.
 
-A leaf beside the packages: schemas of logs and scenarios of positioning tasks are such files.
+A leaf beside the packages: schemas of logs, scenarios and saved results are such files.
 """
 
 import json
@@ -13,11 +13,19 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 from stickslip.records import InputError
 
-__all__ = ["nearest", "read_toml", "record_from", "unknown_key"]
+__all__ = [
+    "nearest",
+    "not_a_table",
+    "read_json",
+    "read_toml",
+    "record_from",
+    "unknown_key",
+    "wrong_value",
+]
 
 Record = TypeVar("Record")
 
-_UNKNOWN = ("unexpected_keyword_argument", "extra_forbidden")
+_UNKNOWN = "unexpected_keyword_argument"
 
 
 def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
@@ -58,6 +66,41 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
         ) from error
 
 
+def read_json(path: Path) -> dict[str, Any]:
+    """Read a table from a JSON file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it cannot be read, or holds something else.
+    """
+    remedy = "give a file that stickslip wrote"
+    try:
+        document = json.loads(path.read_bytes())
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such file", where=str(path), remedy="check the path"
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"the file cannot be read ({error.strerror})",
+            where=str(path),
+            remedy="give a readable file",
+        ) from error
+    except ValueError as error:
+        raise InputError(
+            f"the file is not JSON ({error})", where=str(path), remedy=remedy
+        ) from error
+    if not isinstance(document, dict):
+        raise InputError("the file holds no table", where=str(path), remedy=remedy)
+    return document
+
+
 def record_from(
     record: type[Record], document: Mapping[str, Any], *, where: str, remedy: str
 ) -> Record:
@@ -77,8 +120,8 @@ def record_from(
     Raises
     ------
     InputError
-        If a key is unknown (near names are suggested) or missing, a value is of the wrong kind, or
-        the record itself refuses it.
+        If a key is unknown (near names are suggested), a value is of the wrong kind, or the record
+        itself refuses it.
     """
     # Loaded here, as it takes a while.
     from pydantic import TypeAdapter, ValidationError
@@ -90,49 +133,23 @@ def record_from(
     except ValidationError as error:
         faults = error.errors()
         # A name that is mistyped is also missing: the one that is there says more
-        fault = next((each for each in faults if each["type"] in _UNKNOWN), faults[0])
+        fault = next((each for each in faults if each["type"] == _UNKNOWN), faults[0])
         keys = [str(key) for key in fault["loc"]]
         own = fault.get("ctx", {}).get("error")
         if isinstance(own, InputError):
             raise own.at(_place(where, keys)) from None
         tables = keys[:-1]
         place = _place(where, tables)
-        if fault["type"] in _UNKNOWN:
+        if fault["type"] == _UNKNOWN:
             known = [each.name for each in fields(_table_at(record, tables))]
             raise unknown_key(keys[-1], known).at(place) from None
-        if fault["type"] == "missing":
-            raise _missing(record, keys).at(place) from None
         if fault["type"] == "dataclass_type":
-            raise InputError(
-                f"{keys[-1]} is {fault['input']!r}, it must be a table",
-                where=place,
-                remedy=f"write [{'.'.join(keys)}] and its keys on the lines below it",
-            ) from None
-        raise InputError(
-            f"{keys[-1]} is {fault['input']!r}: {fault['msg'][0].lower()}{fault['msg'][1:]}",
-            where=place,
-            remedy=remedy,
-        ) from None
+            raise not_a_table(".".join(keys), fault["input"]).at(place) from None
+        raise wrong_value(keys[-1], fault, remedy).at(place) from None
 
 
 def _place(where: str, tables: list[str]) -> str:
     return f"{where}, [{'.'.join(tables)}]" if tables else where
-
-
-def _missing(record: Any, keys: list[str]) -> InputError:
-    """Return the refusal of a file that lacks a key or a table."""
-    if is_dataclass(_table_at(record, keys)):
-        return InputError(
-            f"the table [{'.'.join(keys)}] is missing",
-            remedy="write it, with its keys on the lines below it",
-        )
-    declared = {each.name: each for each in fields(_table_at(record, keys[:-1]))}
-    quantity = declared[keys[-1]].metadata.get("quantity")
-    units = () if quantity is None else dict.fromkeys((quantity.linear, quantity.rotary))
-    return InputError(
-        f"{keys[-1]} is missing",
-        remedy=f"give it there, in {' or '.join(units)}" if units else "give it there",
-    )
 
 
 def _table_at(record: Any, keys: list[str]) -> Any:
@@ -140,6 +157,22 @@ def _table_at(record: Any, keys: list[str]) -> Any:
     for key in keys:
         record = get_type_hints(record)[key] if is_dataclass(record) else get_args(record)[-1]
     return record
+
+
+def not_a_table(name: str, value: object) -> InputError:
+    """Return the refusal of a value that stands where a table belongs."""
+    return InputError(
+        f"{name.rpartition('.')[2]} is {value!r}, it must be a table",
+        remedy=f"write [{name}] and its keys on the lines below it",
+    )
+
+
+def wrong_value(key: str, fault: Mapping[str, Any], remedy: str) -> InputError:
+    """Return the refusal of a value of the wrong type, from one of pydantic's errors."""
+    message = fault["msg"]
+    return InputError(
+        f"{key} is {fault['input']!r}: {message[0].lower()}{message[1:]}", remedy=remedy
+    )
 
 
 def unknown_key(key: str, known: Iterable[str]) -> InputError:

@@ -1,0 +1,134 @@
+"""What every controller answers about its state, for whoever runs it."""
+
+from dataclasses import dataclass
+from typing import Generic, TypeVar
+
+from stickslip.records import LandingPhaseName, PositioningOutcome, PulseRecord, quantity_field
+
+__all__ = ["Phase", "PositionController"]
+
+S = TypeVar("S")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Phase:
+    """A phase of a landing.
+
+    Attributes
+    ----------
+    name
+        ``"feedback"``: moved near the target; ``"resting"``: no effort, until mass 1 rests and the
+        swing of mass 2 is known; ``"series"``: pulses planned together; ``"pulses"``: one after the
+        other, of a single mass; ``"done"``; ``"stopped"``.
+    start
+        When it began [s].
+    reason
+        The condition under which it was entered.
+    """
+
+    name: LandingPhaseName
+    start: float = quantity_field("time")
+    reason: str
+
+
+class PositionController(Generic[S]):
+    """A controller that moves an axis to targets; its answers about a state.
+
+    Each answer defaults to that of a controller without pulses, phases and estimates, whose targets
+    are in its reference. A state is one from ``init``, a step, or a run's ``controller_state``.
+    """
+
+    def retargeted(self, state: S, target: float) -> S:
+        """Return the state with another target.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        target
+            The new one [m or rad].
+
+        Raises
+        ------
+        InputError
+            If it is not finite.
+        """
+        del target
+        return state
+
+    def outcome(self, state: S) -> PositioningOutcome | None:
+        """Return how far positioning has come; None if the controller does not judge it.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return None
+
+    def why(self, state: S) -> str | None:
+        """Return why the controller has stopped short of the target; None if it has not.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return None
+
+    def estimates(self, state: S) -> dict[str, float]:
+        """Return what is estimated, by name [SI].
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return {}
+
+    def deviations(self, state: S) -> dict[str, float]:
+        """Return standard deviations of estimates, by name [SI]; infinite while unknown.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return {}
+
+    def phases(self, state: S) -> tuple[Phase, ...]:
+        """Return the phases so far, the last is the present one.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return ()
+
+    def pulse_count(self, state: S) -> int:
+        """Return the number of pulses whose outcome is known.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return 0
+
+    def last_pulse(self, state: S) -> PulseRecord | None:
+        """Return the last pulse whose outcome is known, or None.
+
+        Parameters
+        ----------
+        state
+            As of the class.
+        """
+        del state
+        return None

@@ -1,0 +1,53 @@
+"""Scenarios: strict models of what TOML files of tasks and studies say, and what is built of them.
+
+The key ``law`` of ``[axis]`` and the key ``method`` of ``[controller]`` choose the model of the
+table; unknown and misplaced keys are errors.
+"""
+
+from stickslip.scenario.axis import AXES, Axis
+from stickslip.scenario.controller import AnyController, Controller
+from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
+from stickslip.scenario.estimate_file import HeldEstimate, estimate_in
+from stickslip.scenario.guess import GuessTable
+from stickslip.scenario.reading import Read
+from stickslip.scenario.scenario import BuiltController, Scenario, ScenarioFile, read_scenario
+from stickslip.scenario.study import (
+    FileInput,
+    SineInput,
+    StudyFile,
+    StudyScenario,
+    check_runs,
+    read_study,
+)
+from stickslip.scenario.table import Key, Table, Variants, table_from, with_units_of
+from stickslip.scenario.task import SensorsTable, TaskTable
+
+__all__ = [
+    "ARM_CONTROLLERS",
+    "AXES",
+    "AXIS_CONTROLLERS",
+    "AnyController",
+    "Axis",
+    "BuiltController",
+    "Controller",
+    "FileInput",
+    "GuessTable",
+    "HeldEstimate",
+    "Key",
+    "Read",
+    "Scenario",
+    "ScenarioFile",
+    "SensorsTable",
+    "SineInput",
+    "StudyFile",
+    "StudyScenario",
+    "Table",
+    "TaskTable",
+    "Variants",
+    "check_runs",
+    "estimate_in",
+    "read_scenario",
+    "read_study",
+    "table_from",
+    "with_units_of",
+]

@@ -1,0 +1,276 @@
+"""``[controller]`` of a flexible arm: methods landing and feedback."""
+
+from dataclasses import replace
+from itertools import pairwise
+from math import ceil, pi, sqrt
+from typing import Annotated, Any, ClassVar
+
+from pydantic import model_validator
+
+from stickslip.control import (
+    FeedbackController,
+    LandingController,
+    Move,
+    PointToPoint,
+    scaled_notch,
+)
+from stickslip.estimation import EnergyEstimator
+from stickslip.plants import FlexibleArm
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    positive,
+    prefixed,
+    unit_of,
+)
+from stickslip.scenario.body import DIRECTIONAL
+from stickslip.scenario.controller import Controller, LongestWait, PositionGain, VelocityGain
+from stickslip.scenario.guess import Beliefs, check_learned
+from stickslip.scenario.setup import Setup
+from stickslip.scenario.table import Key
+
+__all__ = ["ArmFeedback", "ArmLanding"]
+
+_KNOWN = "the axis, taken as known"
+_SURELY = 3.0
+"""Standard deviations of a mean that the sensors are taken to be off by."""
+
+_UNCERTAINTY = 0.02
+"""Standard deviation of masses and spring that are guessed, over the values, by default."""
+
+_PARTS = {"mass": "mass 1", "load_mass": "mass 2", "stiffness": "the spring"}
+_RUNNING = ("coulomb_friction", "viscous_friction")
+
+
+class _ArmController(Controller):
+    """What landing and feedback of an arm have in common."""
+
+    guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", "estimate", "learnt")
+    learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
+    beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learnt")
+    position_gain: PositionGain = None
+    velocity_gain: VelocityGain = None
+
+    @model_validator(mode="after")
+    def _check_gains(self) -> "_ArmController":
+        self.given_gains()
+        return self
+
+    def check(self, setup: Setup) -> None:
+        """Check the settings against the other tables, as of the base class."""
+        super().check(setup)
+        if setup.axis.bristles:
+            raise InputError(
+                f"law {setup.axis.law!r} is given for a flexible arm: on bristles its driven mass "
+                "follows the swing of the load, and neither lands nor rests",
+                where="[axis]",
+                remedy="use law 'stribeck' or 'coulomb', or leave load and stiffness out",
+            )
+        if setup.sensors.velocity == "none":
+            raise InputError(
+                "velocity is none, and an arm is moved by the velocities of both its masses",
+                where="[sensors]",
+                remedy="measure the velocity",
+            )
+
+    def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
+        """Return what a landing has learned as beliefs, as of the base class."""
+        check_learned(learned, method="landing", kind=kind, names=self.learned_names)
+        names = (*DIRECTIONAL, *(_PARTS if "mass" in learned.values else ()))
+        values = {name: (learned.values[name], learned.values[name]) for name in names}
+        sources = dict.fromkeys(names, source)
+        return Beliefs(kind=kind, values=values, sources=sources, learned=learned, source=source)
+
+    def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
+        """Return where each first guess came from, by name."""
+        del controller
+        names = (*DIRECTIONAL, "offset")
+        parts = {name: source for name, (_, source) in _parts(setup, beliefs).items()}
+        return parts | {n: beliefs.sources[n] for n in names if n in beliefs.sources}
+
+    def _landing(self, setup: Setup, beliefs: Beliefs, **settings: Any) -> LandingController:
+        """Return the landing controller, whose feedback phase is that of method feedback too."""
+        arm = self._arm(setup, beliefs)
+        task, sensors = setup.task, setup.sensors
+        longest = pi / scaled_notch(arm).angular_frequency
+        if task.sampling_time >= longest:
+            raise InputError(
+                f"sampling_time is {task.sampling_time:g} s, and the two masses swing against each "
+                f"other so fast that it must be below {longest:.3g} s",
+                where="[task]",
+                remedy="sample faster, ten times as fast as that if you can",
+            )
+        return LandingController(
+            sampling_time=task.sampling_time,
+            target=task.goals[0],
+            tolerance=_aim(setup, arm),
+            arm=arm,
+            effort_limit=self.effort_limit,
+            estimator=EnergyEstimator(
+                force_noise=0.0,
+                inertia=arm.mass_1,
+                load_inertia=arm.mass_2,
+                stiffness=arm.stiffness,
+                offset=False,
+                initial_values=beliefs.known(*_RUNNING) or None,
+            ),
+            position_noise=sensors.position_deviation,
+            velocity_noise=sensors.velocity_noise,
+            pd=self.given_gains(),
+            **settings,
+        )
+
+    def _arm(self, setup: Setup, beliefs: Beliefs) -> FlexibleArm:
+        """Return the arm as it is believed to be."""
+        guess, kind, learned = setup.guess, setup.kind, beliefs.learned
+        beside = [name for name, plain in guess.plain().items() if plain in _PARTS]
+        beside += ["arm_uncertainty"] if guess.arm_uncertainty is not None else []
+        if learned is not None and guess.learnt is not None and "mass" in learned.values and beside:
+            raise InputError(
+                f"learnt is given beside {', '.join(beside)}, and holds masses and spring",
+                where="[guess]",
+                remedy="keep learnt, to go on from it, or leave it out",
+            )
+        pairs = {n: beliefs.pair(n) if n in beliefs.values else (0.0, 0.0) for n in _RUNNING}
+        if "static_friction" in beliefs.values:
+            pairs["static_friction"] = beliefs.pair("static_friction")
+        law = beliefs.friction(pairs)
+        held = max(law.breakaway()) + abs(law.offset)
+        if self.effort_limit <= held:
+            unit = unit_of("effort", kind)
+            raise InputError(
+                f"effort_limit is {self.effort_limit:g} {unit}, and by the first guess it takes "
+                f"{held:g} {unit} to free mass 1",
+                where="[guess]" if guess.learnt is None else "",
+                remedy="guess less, or allow more effort",
+            )
+        mass, load, stiffness = (value for value, _ in _parts(setup, beliefs).values())
+        return FlexibleArm(mass_1=mass, mass_2=load, stiffness=stiffness, friction=law, kind=kind)
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return what the controller knows of the arm."""
+        del controller
+        sources = {name: source for name, (_, source) in _parts(setup, beliefs).items()}
+        known = ", ".join(words for name, words in _PARTS.items() if sources[name] == _KNOWN)
+        notes: tuple[str, ...] = ()
+        if known:
+            notes += (
+                f"Known to the controller as they are, as [guess] does not say other: {known}.",
+            )
+        if "coulomb_friction" not in beliefs.values:
+            notes += ("No friction is guessed: the controller begins without any.",)
+        if setup.axis.offset and "offset" not in beliefs.values:
+            notes += (
+                "The axis has an offset, which is not learned of an arm, and none is guessed: the "
+                "controller takes it for none. Give offset in [guess].",
+            )
+        return notes
+
+
+class ArmLanding(_ArmController):
+    """Feedback, then series of pulses that land both masses."""
+
+    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+    learns: ClassVar[bool] = True
+    guesses: ClassVar[tuple[str, ...]] = (*_ArmController.guesses, "arm_uncertainty")
+    most_series: Annotated[int, Key("series for a target, after which it stops")] = (
+        LandingController.most_series
+    )
+    longest_wait: LongestWait = None
+
+    def build(self, setup: Setup, beliefs: Beliefs) -> LandingController:
+        """Return the controller, as of the base class."""
+        learned = beliefs.learned
+        settings: dict[str, Any] = {"arm_uncertainty": _uncertainty(setup)}
+        if learned is not None and "mass" in learned.values:
+            settings = {"experience": learned}
+        settings |= {"most_series": self.most_series, "patience": self.longest_wait}
+        return self._landing(setup, beliefs, **settings)
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return also what is learned of the arm, and the controller's own tolerance."""
+        notes = super().notes(setup, beliefs, controller)
+        if controller.arm_uncertainty > 0.0 and setup.guess.arm_uncertainty is None:
+            notes += (
+                f"Masses and spring that are guessed are taken to be off by {_UNCERTAINTY:.0%} or "
+                "so, and learned; arm_uncertainty in [guess] says other.",
+            )
+        if controller.tolerance != setup.task.tolerance:
+            aim = prefixed(controller.tolerance, unit_of("position", setup.kind))
+            notes += (
+                f"The controller aims at {aim}: the tolerance less what the sensors may be off by "
+                "while mass 1 rests.",
+            )
+        return notes
+
+
+class ArmFeedback(_ArmController):
+    """PD control with a notch and compensation of friction."""
+
+    title: ClassVar[str] = "PD control with a notch and compensation of friction"
+
+    def build(self, setup: Setup, beliefs: Beliefs) -> FeedbackController:
+        """Return the feedback phase of a landing alone, along all moves of the task."""
+        landing = self._landing(setup, beliefs)
+        task, first = setup.task, landing.init().estimator_state
+        whole = task.samples * task.sampling_time
+        phases: list[FeedbackController] = []
+        moves: list[Move] = []
+        for start, goal in pairwise((task.start, *task.goals)):
+            phase = landing.approach(start, goal, first)
+            (move,) = phase.reference.moves
+            if move.duration > whole:
+                raise InputError(
+                    f"duration is {whole:g} s, and the reference takes {move.duration:.3g} s to "
+                    f"{goal:g} {unit_of('position', landing.kind)}",
+                    where="[task]",
+                    remedy="give each move more time, or allow more effort",
+                )
+            phases.append(phase)
+            moves.append(replace(move, dwell=whole - move.duration))
+        return replace(phases[0], reference=PointToPoint(start=task.start, moves=tuple(moves)))
+
+
+def _parts(setup: Setup, beliefs: Beliefs) -> dict[str, tuple[float, str]]:
+    """Return masses and spring as they are believed to be, and where each came from."""
+    guess, axis = setup.guess, setup.axis
+    parts: dict[str, tuple[float, str]] = {}
+    for name, guessed, true in (
+        ("mass", guess.body, axis.body),
+        ("load_mass", guess.load, axis.load),
+        ("stiffness", guess.stiffness, axis.stiffness),
+    ):
+        parts[name] = (true or 0.0, _KNOWN)
+        if beliefs.learned is not None and name in beliefs.values:
+            value = positive(name, beliefs.value(name), unit_of(name, setup.kind))
+            parts[name] = (value, beliefs.source)
+        elif guessed is not None:
+            parts[name] = (guessed, "the scenario")
+    return parts
+
+
+def _uncertainty(setup: Setup) -> float:
+    """Return the standard deviation of masses and spring over their values [-]."""
+    guess = setup.guess
+    if guess.arm_uncertainty is not None:
+        return guess.arm_uncertainty
+    guessed = any(value is not None for value in (guess.body, guess.load, guess.stiffness))
+    return _UNCERTAINTY if guessed else 0.0
+
+
+def _aim(setup: Setup, arm: FlexibleArm) -> float:
+    """Return the tolerance less what a measured rest may be off by: the controller's own."""
+    sensors, task = setup.sensors, setup.task
+    half_swing = pi * sqrt(arm.mass_2 / arm.stiffness)
+    samples = max(1, ceil(half_swing / task.sampling_time))
+    off = 0.5 * sensors.encoder_step + _SURELY * sensors.position_noise / sqrt(samples)
+    if task.tolerance <= off:
+        unit = unit_of("position", arm.kind)
+        raise InputError(
+            f"tolerance is {task.tolerance:g} {unit}, and over half a swing of mass 2 the sensors "
+            f"tell a position to {off:.3g} {unit} only",
+            where="[task]",
+            remedy="widen the tolerance, take better sensors, or sample faster",
+        )
+    return task.tolerance - off

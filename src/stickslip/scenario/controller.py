@@ -1,0 +1,228 @@
+"""``[controller]``: what the tables of all controllers have in common."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, Literal
+
+from stickslip.control import (
+    PD,
+    AxisLandingController,
+    FeedbackController,
+    LandingController,
+    PIDController,
+    PulseController,
+)
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    non_negative,
+    positive,
+)
+from stickslip.scenario.guess import Beliefs, beliefs_from, check_learned, learned_from
+from stickslip.scenario.setup import Setup
+from stickslip.scenario.table import Key, Table
+
+__all__ = [
+    "AnyController",
+    "Controller",
+    "LongestWait",
+    "LongestWidth",
+    "PositionGain",
+    "RestSamples",
+    "VelocityGain",
+]
+
+AnyController = (
+    PulseController | AxisLandingController | PIDController | LandingController | FeedbackController
+)
+Method = Literal[
+    "landing", "exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset", "feedback"
+]
+
+_STIFFNESS, _DAMPING = ("N/m", "N m/rad"), ("N s/m", "N m s/rad")
+PositionGain = Annotated[float | None, Key("proportional gain", _STIFFNESS, positive)]
+VelocityGain = Annotated[float | None, Key("derivative gain", _DAMPING, non_negative)]
+LongestWidth = Annotated[float | None, Key("longest pulse", "time", positive, default="no limit")]
+RestSamples = Annotated[
+    int | None,
+    Key(
+        "positions that must agree for a rest; twice as many must fit into a move",
+        default="10; with ideal sensors 1, without a velocity 2",
+    ),
+]
+LongestWait = Annotated[
+    float | None, Key("longest time for the driven mass to come to rest", "time", positive)
+]
+
+
+class Controller(Table):
+    """The table of a controller: its settings, and how it is built."""
+
+    shows_defaults: ClassVar[bool] = False
+
+    title: ClassVar[str]
+    """The controller in words."""
+
+    guesses: ClassVar[tuple[str, ...]] = ()
+    """Quantities of ``[guess]`` that it uses."""
+
+    learns: ClassVar[bool] = False
+    """Whether it learns something that can be saved."""
+
+    learned_names: ClassVar[tuple[str, ...]] = ()
+    """Values of what was learned that it needs to go on."""
+
+    beside_learned: ClassVar[tuple[str, ...]] = ("learnt",)
+    """Quantities of ``[guess]`` that may be given beside what was learned."""
+
+    method: Annotated[Method, Key("controller")]
+    effort_limit: Annotated[float, Key("largest effort", "effort", positive)]
+
+    @abstractmethod
+    def build(self, setup: Setup, beliefs: Beliefs) -> AnyController:
+        """Return the controller, set to the first target.
+
+        Parameters
+        ----------
+        setup
+            What it is for.
+        beliefs
+            First guesses, or what an earlier run has learned.
+
+        Raises
+        ------
+        InputError
+            If a first guess is missing or impossible, or a setting is.
+        """
+
+    def used(self) -> tuple[str, ...]:
+        """Return the quantities of ``[guess]`` that it uses."""
+        return self.guesses
+
+    def check(self, setup: Setup) -> None:
+        """Check the settings against the other tables.
+
+        Parameters
+        ----------
+        setup
+            The other tables.
+
+        Raises
+        ------
+        InputError
+            If they contradict each other.
+        """
+        method = self.method
+        for name, plain in setup.guess.plain().items():
+            if plain not in self.used():
+                learns = ", or use method exact, which learns"
+                raise InputError(
+                    f"{name} is given, and method {method} has no use for it",
+                    where="[guess]",
+                    remedy="leave it out" + ("" if self.learns or self.used() else learns),
+                )
+        longest: float | None = getattr(self, "longest_width", None)
+        if longest is not None and longest >= setup.task.duration:
+            raise InputError(
+                f"longest_width is {longest:g} s, and a move ends after {setup.task.duration:g} s",
+                where="[controller]",
+                remedy="allow shorter pulses only, or lengthen the duration",
+            )
+
+    def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
+        """Return what an earlier run has learned as beliefs to go on from.
+
+        Parameters
+        ----------
+        learned
+            By that run.
+        kind
+            Of the axis.
+        source
+            Where it came from, in words.
+
+        Raises
+        ------
+        InputError
+            If this controller cannot go on from it.
+        """
+        check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
+        return Beliefs(kind=kind, values={}, learned=learned, source=source)
+
+    def begin(self, setup: Setup, folder: Path) -> Beliefs:
+        """Return the first guesses of a scenario.
+
+        Parameters
+        ----------
+        setup
+            With the guesses.
+        folder
+            Where files that they name are looked for.
+
+        Raises
+        ------
+        InputError
+            If such a file cannot be used, or holds what is guessed beside it.
+        """
+        guess, kind = setup.guess, setup.kind
+        if guess.learnt is None:
+            return beliefs_from(guess, kind, folder)
+        beside = [name for name, plain in guess.plain().items() if plain not in self.beside_learned]
+        if beside:
+            raise InputError(
+                f"learnt is given beside {', '.join(beside)}",
+                where="[guess]",
+                remedy="keep learnt, which holds all that the controller goes on from, or leave "
+                "it out",
+            )
+        path = folder / guess.learnt
+        learned = learned_from(path)
+        try:
+            return self.beliefs_of(learned, kind, f"learnt {guess.learnt}")
+        except InputError as error:
+            raise error.at(str(path)) from None
+
+    def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
+        """Return where each first guess came from, by name.
+
+        Parameters
+        ----------
+        setup, beliefs
+            As of `build`.
+        controller
+            As built.
+        """
+        del setup
+        if beliefs.learned is not None:
+            return dict.fromkeys(controller.estimates(controller.init()), beliefs.source)
+        return {name: beliefs.sources[name] for name in self.used() if name in beliefs.sources}
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return what a user should know of the controller, one sentence each.
+
+        Parameters
+        ----------
+        setup, beliefs
+            As of `build`.
+        controller
+            As built.
+        """
+        del setup, beliefs, controller
+        return ()
+
+    def given_gains(self) -> PD | None:
+        """Return the gains of the feedback of a landing; None for gains by rule."""
+        gains: Mapping[str, float | None] = {
+            name: getattr(self, name) for name in ("position_gain", "velocity_gain")
+        }
+        known = {name: value for name, value in gains.items() if value is not None}
+        for name in gains:
+            if known and name not in known:
+                raise InputError(
+                    f"{name} is missing",
+                    remedy="give it beside the other gain, or neither, for gains that suit the "
+                    "axis",
+                )
+        return PD(**known) if known else None

@@ -1,0 +1,31 @@
+"""The registry of controllers of a scenario."""
+
+from collections.abc import Mapping
+
+from stickslip.scenario.arm import ArmFeedback, ArmLanding
+from stickslip.scenario.controller import Controller
+from stickslip.scenario.landing import AxisLanding
+from stickslip.scenario.pid import PDControl, PIDControl, PIDDither, PIDReset
+from stickslip.scenario.pulses import ExactPulses, PulseAmplitudeWidth, PulseWidth
+from stickslip.scenario.table import Variants
+
+__all__ = ["ARM_CONTROLLERS", "AXIS_CONTROLLERS"]
+
+_AXIS: Mapping[str, type[Controller]] = {
+    "landing": AxisLanding,
+    "exact": ExactPulses,
+    "papwc": PulseAmplitudeWidth,
+    "pwc": PulseWidth,
+    "pd": PDControl,
+    "pid": PIDControl,
+    "pid-dither": PIDDither,
+    "pid-reset": PIDReset,
+}
+_ARM: Mapping[str, type[Controller]] = {"landing": ArmLanding, "feedback": ArmFeedback}
+
+AXIS_CONTROLLERS: Variants[Controller] = Variants(
+    key="method", default="landing", models=_AXIS, where="a rigid axis", others=_ARM
+)
+ARM_CONTROLLERS: Variants[Controller] = Variants(
+    key="method", default="landing", models=_ARM, where="a flexible arm", others=_AXIS
+)

@@ -1,0 +1,288 @@
+"""``[guess]``: what the controller believes at first, and where each value came from."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Annotated
+
+from stickslip.control import ExactPulseController
+from stickslip.friction import CoulombViscousFriction
+from stickslip.input_files import read_json
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearntPulses,
+    non_negative,
+    positive,
+    quantity_name,
+    unit_of,
+)
+from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
+from stickslip.scenario.estimate_file import estimate_in
+from stickslip.scenario.table import Key
+
+__all__ = ["Beliefs", "GuessTable", "beliefs_from", "check_learned", "learned_from"]
+
+_SCENARIO = "the scenario"
+_UNCERTAIN = {
+    "mass_uncertainty": ("mass",),
+    "friction_uncertainty": ("coulomb_friction", "viscous_friction"),
+}
+_UNCERTAINTY = {
+    "mass_uncertainty": (0.01, ExactPulseController.mass_uncertainty),
+    "friction_uncertainty": (0.05, ExactPulseController.friction_uncertainty),
+}
+"""Between which limits an estimate's uncertainty is believed [-]."""
+
+
+def _named(name: str, value: str, _: str) -> None:
+    if not value:
+        raise InputError(
+            f"{name} is empty, it must name a file", remedy="name the file, or leave it out"
+        )
+
+
+class GuessTable(Body):
+    """What the controller believes at first; each controller says which keys it uses."""
+
+    mass_uncertainty: Annotated[
+        float | None,
+        Key(
+            "standard deviation of the mass over its value",
+            check=non_negative,
+            default=f"{ExactPulseController.mass_uncertainty:g}, or that of the estimate",
+        ),
+    ] = None
+    friction_uncertainty: Annotated[
+        float | None,
+        Key(
+            "standard deviation of friction over its value",
+            check=non_negative,
+            default=f"{ExactPulseController.friction_uncertainty:g}, or that of the estimate",
+        ),
+    ] = None
+    asymmetry: Annotated[
+        float | None,
+        Key(
+            "standard deviation of the difference between the directions, over the value",
+            check=non_negative,
+            default=f"{ExactPulseController.asymmetry:g}",
+        ),
+    ] = None
+    arm_uncertainty: Annotated[
+        float | None,
+        Key(
+            "standard deviation of masses and spring over their values; above 0 they are learned",
+            check=non_negative,
+            default="0.02 if one of them is guessed, else 0",
+        ),
+    ] = None
+    estimate: Annotated[
+        str | None,
+        Key("file of `stickslip identify --json`; keys beside it take precedence", check=_named),
+    ] = None
+    learnt: Annotated[
+        str | None,
+        Key("file of `stickslip position --learnt`, in place of all that it holds", check=_named),
+    ] = None
+
+    def plain(self) -> dict[str, str]:
+        """Return the quantity of each key that was given, by the key."""
+        return {name: quantity_name(name).replace("inertia", "mass") for name in self.given()}
+
+
+@dataclass(frozen=True, kw_only=True)
+class Beliefs:
+    """First guesses, and where each came from.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``.
+    values
+        By name [SI]: ``mass``, ``load_mass``, ``stiffness``, ``offset``, and each friction, as a
+        pair (positive, negative).
+    sources
+        By the same names.
+    missing
+        By name, why there is no value, as far as there is more to say than that it was not given.
+    spreads
+        By name, standard deviation over the value, as far as an estimate holds it [-].
+    learned, source
+        What an earlier run has learned, to go on from, or None; and where it came from, in words.
+    """
+
+    kind: AxisKind
+    values: Mapping[str, tuple[float, float]]
+    sources: Mapping[str, str] = field(default_factory=dict)
+    missing: Mapping[str, InputError] = field(default_factory=dict)
+    spreads: Mapping[str, float] = field(default_factory=dict)
+    learned: LearntPulses | None = None
+    source: str = ""
+
+    def pair(self, name: str) -> tuple[float, float]:
+        """Return a value in the positive and in the negative direction.
+
+        Raises
+        ------
+        InputError
+            If it is not known.
+        """
+        if name in self.values:
+            return self.values[name]
+        if name in self.missing:
+            raise self.missing[name]
+        shown = "inertia" if name == "mass" and self.kind == "rotary" else name
+        raise InputError(
+            f"{shown} is missing, the controller needs a first guess of it",
+            where="[guess]",
+            remedy=f"give {shown} in {unit_of(name, self.kind)}, or an estimate file that holds it",
+        )
+
+    def value(self, name: str) -> float:
+        """Return a value, of friction the mean of both directions.
+
+        Raises
+        ------
+        InputError
+            If it is not known.
+        """
+        forward, backward = self.pair(name)
+        return 0.5 * (forward + backward)
+
+    def mass(self) -> float:
+        """Return the mass or inertia, which must be positive [kg or kg m^2].
+
+        Raises
+        ------
+        InputError
+            If it is not known, or not positive.
+        """
+        name = "mass" if self.kind == "linear" else "inertia"
+        return positive(name, self.value("mass"), unit_of("mass", self.kind))
+
+    def known(self, *names: str) -> dict[str, float]:
+        """Return those of the values that are known."""
+        return {name: self.value(name) for name in names if name in self.values}
+
+    def friction(self, pairs: Mapping[str, tuple[float, float]]) -> CoulombViscousFriction:
+        """Return the law of these values, with the offset that is believed.
+
+        Parameters
+        ----------
+        pairs
+            Friction by name, in the positive and in the negative direction [SI].
+        """
+        return coulomb_viscous(pairs, self.known("offset").get("offset", 0.0), self.kind)
+
+    def uncertainties(self) -> dict[str, float]:
+        """Return how sure an estimate is of mass and friction, by the names of ``[guess]`` [-].
+
+        A log shows what friction was while it was recorded, so that no estimate counts as surer
+        than friction stays; and none as less sure than a first guess.
+        """
+        found: dict[str, float] = {}
+        for name, of in _UNCERTAIN.items():
+            least, most = _UNCERTAINTY[name]
+            if all(each in self.spreads for each in of):
+                found[name] = min(max(least, *(self.spreads[each] for each in of)), most)
+        return found
+
+
+def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
+    """Return the first guesses of a scenario; its own keys take precedence over an estimate.
+
+    Parameters
+    ----------
+    guess
+        The table.
+    kind
+        Of the axis.
+    folder
+        Where the estimate file is looked for.
+
+    Raises
+    ------
+    InputError
+        If the estimate file cannot be used.
+    """
+    values: dict[str, tuple[float, float]] = {}
+    sources: dict[str, str] = {}
+    missing: dict[str, InputError] = {}
+    spreads: dict[str, float] = {}
+    if guess.estimate is not None:
+        try:
+            held = estimate_in(folder / guess.estimate, kind)
+        except InputError as error:
+            raise error.at("[guess], estimate") from None
+        values, spreads = dict(held.values), dict(held.spreads)
+        missing = {name: error.at("[guess], estimate") for name, error in held.missing.items()}
+        sources = dict.fromkeys(values, f"estimate {guess.estimate}")
+    own: dict[str, tuple[float, float] | None] = {name: guess.sides(name) for name in DIRECTIONAL}
+    for name, value in (
+        ("mass", guess.body),
+        ("load_mass", guess.load),
+        ("stiffness", guess.stiffness),
+        ("offset", guess.offset),
+    ):
+        own[name] = None if value is None else (value, value)
+    for name, pair in own.items():
+        if pair is not None:
+            values[name], sources[name] = pair, _SCENARIO
+            spreads.pop(name, None)
+    return Beliefs(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
+
+
+def learned_from(path: Path) -> LearntPulses:
+    """Read what an earlier run has learned.
+
+    Parameters
+    ----------
+    path
+        The file that ``stickslip position --learnt`` wrote.
+
+    Raises
+    ------
+    InputError
+        If it is missing or holds something else.
+    """
+    try:
+        return LearntPulses.from_dict(read_json(path))
+    except InputError as error:
+        placed = error if str(path) in error.where else error.at(str(path))
+        raise placed.at("[guess], learnt") from None
+
+
+def check_learned(
+    learned: LearntPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
+) -> None:
+    """Check that a controller can go on from what was learned.
+
+    Parameters
+    ----------
+    learned
+        By an earlier run.
+    method, kind
+        That the controller needs.
+    names
+        Of the values that it needs.
+
+    Raises
+    ------
+    InputError
+        If it is of another method or kind of axis, or a value is missing.
+    """
+    for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
+        if own != needed:
+            raise InputError(
+                f"what was learned is of {name} {own}, this controller needs {needed}",
+                where=name,
+                remedy=f"give a file of {name} {needed}, or leave learnt out",
+            )
+    for name in names:
+        if name not in learned.values:
+            raise InputError(
+                f"{name} is missing",
+                where="values",
+                remedy=f"give the file as it was saved, with {', '.join(names)}",
+            )

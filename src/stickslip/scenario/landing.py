@@ -1,0 +1,121 @@
+"""``[controller]`` of the landing of a rigid axis: method landing."""
+
+from dataclasses import replace
+from typing import Any, ClassVar
+
+from pydantic import model_validator
+
+from stickslip.control import AxisLandingController
+from stickslip.estimation import EnergyEstimator
+from stickslip.plants import SingleMass
+from stickslip.records import AxisKind, InputError, LearntPulses
+from stickslip.scenario.body import DIRECTIONAL
+from stickslip.scenario.controller import (
+    Controller,
+    LongestWait,
+    LongestWidth,
+    PositionGain,
+    RestSamples,
+    VelocityGain,
+)
+from stickslip.scenario.guess import Beliefs, check_learned
+from stickslip.scenario.pulses import check_guess, uncertainty_notes
+from stickslip.scenario.resting import aim_of, rest_notes, rest_of
+from stickslip.scenario.setup import Setup
+
+__all__ = ["AxisLanding"]
+
+
+class AxisLanding(Controller):
+    """Feedback, then pulses by the exact law."""
+
+    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+    learns: ClassVar[bool] = True
+    guesses: ClassVar[tuple[str, ...]] = (
+        "mass",
+        *DIRECTIONAL,
+        "offset",
+        "mass_uncertainty",
+        "estimate",
+        "learnt",
+    )
+    learned_names: ClassVar[tuple[str, ...]] = (
+        "mass",
+        *(f"{name}_{side}" for name in DIRECTIONAL for side in ("positive", "negative")),
+    )
+    longest_width: LongestWidth = None
+    rest_samples: RestSamples = None
+    position_gain: PositionGain = None
+    velocity_gain: VelocityGain = None
+    longest_wait: LongestWait = None
+
+    @model_validator(mode="after")
+    def _check_gains(self) -> "AxisLanding":
+        self.given_gains()
+        return self
+
+    def check(self, setup: Setup) -> None:
+        """Check the settings against the other tables, as of the base class."""
+        super().check(setup)
+        if setup.sensors.velocity == "none":
+            raise InputError(
+                "velocity is none, and the feedback of method landing needs it",
+                where="[sensors]",
+                remedy="measure the velocity, or use method exact",
+            )
+
+    def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
+        """Return what pulses have learned as beliefs, as of the base class."""
+        check_learned(learned, method="exact", kind=kind, names=self.learned_names)
+        found = learned.values
+        # The friction of each direction has the offset in it
+        values = {
+            name: (found[f"{name}_positive"], found[f"{name}_negative"]) for name in DIRECTIONAL
+        }
+        values["mass"] = (found["mass"], found["mass"])
+        return Beliefs(kind=kind, values=values, learned=learned, source=source)
+
+    def build(self, setup: Setup, beliefs: Beliefs) -> AxisLandingController:
+        """Return the controller, as of the base class."""
+        if beliefs.learned is None:
+            check_guess(self, beliefs)
+        mass = beliefs.mass()
+        # The estimator that runs along does not distinguish the directions
+        values = beliefs.known("coulomb_friction", "viscous_friction")
+        known = {"coulomb_friction": 0.0, "viscous_friction": 0.0} | values
+        pairs = {name: (each, each) for name, each in known.items()}
+        if "static_friction" in beliefs.values:
+            static = beliefs.value("static_friction")
+            pairs["static_friction"] = (static, static)
+        rest = rest_of(setup, self.rest_samples)
+        uncertainties = beliefs.uncertainties() | setup.guess.given()
+        uncertainty = uncertainties.get("mass_uncertainty", AxisLandingController.mass_uncertainty)
+        controller = AxisLandingController(
+            sampling_time=setup.task.sampling_time,
+            target=setup.task.goals[0],
+            tolerance=aim_of(setup, rest),
+            axis=SingleMass(mass=mass, friction=beliefs.friction(pairs), kind=setup.kind),
+            effort_limit=self.effort_limit,
+            estimator=EnergyEstimator(
+                inertia=mass, offset=False, force_noise=0.0, initial_values=values or None
+            ),
+            rest=rest,
+            position_noise=setup.sensors.position_deviation,
+            velocity_noise=setup.sensors.velocity_noise,
+            longest_width=self.longest_width,
+            mass_uncertainty=uncertainty,
+            pd=self.given_gains(),
+            patience=self.longest_wait,
+        )
+        return replace(controller, experience=beliefs.learned) if beliefs.learned else controller
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return how rest is judged, and with what the controller begins."""
+        del controller
+        notes = rest_notes(setup, rest_of(setup, self.rest_samples))
+        if beliefs.learned is not None:
+            return notes
+        notes += uncertainty_notes(self, setup, beliefs)
+        if "coulomb_friction" not in beliefs.values:
+            notes += ("No friction is guessed: the controller begins without any.",)
+        return notes

@@ -1,0 +1,237 @@
+"""``[controller]`` of pulse controllers: methods exact, papwc and pwc."""
+
+from dataclasses import replace
+from typing import Annotated, Any, ClassVar
+
+from stickslip.control import (
+    ExactPulseController,
+    PulseAmplitudeWidthController,
+    PulseWidthController,
+)
+from stickslip.records import InputError, unit_of
+from stickslip.scenario.body import DIRECTIONAL
+from stickslip.scenario.controller import Controller, LongestWidth, RestSamples
+from stickslip.scenario.guess import Beliefs
+from stickslip.scenario.resting import aim_of, rest_notes, rest_of
+from stickslip.scenario.setup import Setup
+from stickslip.scenario.table import Key
+
+__all__ = ["ExactPulses", "PulseAmplitudeWidth", "PulseWidth", "check_guess", "uncertainty_notes"]
+
+_TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
+"""Published P(0) of PAPWC times the squared product of mass and effort of the published pulses: the
+spread of A1 f^2 beside that of A2 f is then the same on every axis."""
+
+_MUCH = 10.0
+
+_UNCERTAINTIES = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
+
+Patience = Annotated[int, Key("pulses without progress after which it stops")]
+Gain = Annotated[float, Key("share of the error that a pulse is to take away, $K_c$")]
+Forgetting = Annotated[float, Key("forgetting factor $\\lambda$ of the recursion")]
+
+
+class _Pulses(Controller):
+    """A controller that moves an axis from rest to rest by pulses."""
+
+    learns: ClassVar[bool] = True
+    longest_width: LongestWidth = None
+    patience: Patience = 3
+    rest_samples: RestSamples = None
+
+    def _common(self, setup: Setup) -> dict[str, Any]:
+        rest = rest_of(setup, self.rest_samples)
+        return {
+            "sampling_time": setup.task.sampling_time,
+            "target": setup.task.goals[0],
+            "tolerance": aim_of(setup, rest),
+            "rest": rest,
+            "kind": setup.kind,
+            "longest_width": self.longest_width,
+            "patience": self.patience,
+        }
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return how rest is judged."""
+        del beliefs, controller
+        return rest_notes(setup, rest_of(setup, self.rest_samples))
+
+
+class ExactPulses(_Pulses):
+    """Pulses by the exact law; stops when none can help."""
+
+    title: ClassVar[str] = "pulses planned by the exact law of Coulomb and viscous friction"
+    guesses: ClassVar[tuple[str, ...]] = (
+        "mass",
+        *DIRECTIONAL,
+        "offset",
+        *_UNCERTAINTIES,
+        "estimate",
+        "learnt",
+    )
+    patience: Patience = ExactPulseController.patience
+
+    def build(self, setup: Setup, beliefs: Beliefs) -> ExactPulseController:
+        """Return the controller, as of the base class."""
+        settings: dict[str, Any] = {
+            "effort_limit": self.effort_limit,
+            "position_noise": setup.sensors.position_deviation,
+            **self._common(setup),
+        }
+        if beliefs.learned is not None:
+            return ExactPulseController(experience=beliefs.learned, **settings)
+        check_guess(self, beliefs)
+        pairs = {name: beliefs.pair(name) for name in ("coulomb_friction", "viscous_friction")}
+        if "static_friction" in beliefs.values:
+            pairs["static_friction"] = beliefs.pair("static_friction")
+        given = setup.guess.given()
+        uncertainties = beliefs.uncertainties() | {
+            name: given[name] for name in _UNCERTAINTIES if name in given
+        }
+        return ExactPulseController(
+            mass=beliefs.mass(), friction=beliefs.friction(pairs), **uncertainties, **settings
+        )
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return also the uncertainties that an estimate holds."""
+        return super().notes(setup, beliefs, controller) + uncertainty_notes(self, setup, beliefs)
+
+
+class _Adaptive(_Pulses):
+    """A pulse controller as published, which adapts one or two gains."""
+
+    guesses: ClassVar[tuple[str, ...]] = (
+        "mass",
+        "coulomb_friction",
+        "static_friction",
+        "estimate",
+        "learnt",
+    )
+    gain: Gain = 1.0
+    forgetting: Forgetting = 1.0
+
+    def _settings(self, setup: Setup) -> dict[str, Any]:
+        return {"pulse_effort": self.effort_limit, "gain": self.gain, **self._common(setup)}
+
+    def _friction(self, beliefs: Beliefs) -> dict[str, Any]:
+        check_guess(self, beliefs)
+        static = beliefs.known("static_friction").get("static_friction")
+        return {
+            "mass": beliefs.mass(),
+            "coulomb_friction": beliefs.value("coulomb_friction"),
+            "static_friction": static,
+        }
+
+
+class PulseWidth(_Adaptive):
+    """Adaptive pulse width control."""
+
+    title: ClassVar[str] = "adaptive pulse width control"
+    learned_names: ClassVar[tuple[str, ...]] = ("pulse_gain",)
+    initial_covariance: Annotated[float, Key("$F(0)$ of the recursion", ("1/s^4", "1/s^4"))] = (
+        PulseWidthController.initial_covariance
+    )
+
+    def build(self, setup: Setup, beliefs: Beliefs) -> PulseWidthController:
+        """Return the controller, as of the base class."""
+        settings, learned = self._settings(setup), beliefs.learned
+        if learned is None:
+            first = PulseWidthController.from_friction(**self._friction(beliefs), **settings)
+        else:
+            first = PulseWidthController(first_gain=learned.values["pulse_gain"], **settings)
+        own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
+        first = replace(first, **own)
+        return first if learned is None else first.resumed(learned)
+
+
+class PulseAmplitudeWidth(_Adaptive):
+    """Adaptive pulse amplitude pulse width control."""
+
+    title: ClassVar[str] = "adaptive pulse amplitude pulse width control"
+    learned_names: ClassVar[tuple[str, ...]] = ("gain_1", "gain_2")
+    initial_covariance: Annotated[float, Key("$P(0)$ of the recursion, over the identity")] = 1e-5
+
+    def build(self, setup: Setup, beliefs: Beliefs) -> PulseAmplitudeWidthController:
+        """Return the controller, as of the base class."""
+        settings, learned = self._settings(setup), beliefs.learned
+        if learned is None:
+            first = PulseAmplitudeWidthController.from_friction(
+                **self._friction(beliefs), **settings
+            )
+        else:
+            gains = {f"first_{name}": learned.values[name] for name in self.learned_names}
+            first = PulseAmplitudeWidthController(**gains, **settings)
+        own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
+        first = replace(first, **own)
+        return first if learned is None else first.resumed(learned)
+
+    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+        """Return also whether the default P(0) is small beside the gains of this axis."""
+        notes = super().notes(setup, beliefs, controller)
+        if beliefs.learned is not None or "initial_covariance" in self.model_fields_set:
+            return notes
+        alike = _TABLE_1 / (beliefs.value("mass") * self.effort_limit) ** 2
+        if alike <= _MUCH * self.initial_covariance:
+            return notes
+        return (
+            *notes,
+            f"PAPWC begins with initial_covariance {self.initial_covariance:g}, which suits the "
+            "published axis of 150 kg and 300 N; this one hardly learns with it. What is alike "
+            f"here is {alike:.1g}.",
+        )
+
+
+def check_guess(table: Controller, beliefs: Beliefs) -> None:
+    """Check that some pulse would move the axis by the first guesses.
+
+    Parameters
+    ----------
+    table
+        Of the controller.
+    beliefs
+        First guesses.
+
+    Raises
+    ------
+    InputError
+        If none would.
+    """
+    unit, limit = unit_of("effort", beliefs.kind), table.effort_limit
+    offset = beliefs.known("offset").get("offset", 0.0)
+    for name in ("static_friction", "coulomb_friction"):
+        if name not in beliefs.values:
+            continue
+        forward, backward = beliefs.pair(name)
+        for way, needed in (("positive", forward + offset), ("negative", backward - offset)):
+            if limit <= needed:
+                raise InputError(
+                    f"effort_limit is {limit:g} {unit}, and by the first guess it takes "
+                    f"{needed:g} {unit} to move the axis in the {way} direction ({name} "
+                    f"from {beliefs.sources[name]})",
+                    where="[guess]",
+                    remedy="guess less, or allow more effort",
+                )
+
+
+def uncertainty_notes(table: Controller, setup: Setup, beliefs: Beliefs) -> tuple[str, ...]:
+    """Return with which uncertainties of an estimate a controller begins.
+
+    Parameters
+    ----------
+    table
+        Of the controller.
+    setup
+        What it is for.
+    beliefs
+        First guesses.
+    """
+    held = {
+        name: value
+        for name, value in beliefs.uncertainties().items()
+        if name not in setup.guess.given() and name in table.used()
+    }
+    if not held:
+        return ()
+    each = " and ".join(f"{name} {value:.2g}" for name, value in held.items())
+    estimate = setup.guess.estimate
+    return (f"By the standard deviations of estimate {estimate} it begins with {each}.",)

@@ -1,0 +1,223 @@
+"""A positioning task: its tables, checked against each other, and the controller built of them."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated
+
+from stickslip.records import InputError, LearntPulses, ScenarioTables, unit_of
+from stickslip.scenario.axis import AXES
+from stickslip.scenario.controller import AnyController, Controller
+from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
+from stickslip.scenario.guess import GuessTable
+from stickslip.scenario.reading import Document, Read
+from stickslip.scenario.setup import Setup
+from stickslip.scenario.table import Key, Table, with_units_of
+from stickslip.scenario.task import SensorsTable, TaskTable
+
+__all__ = ["BuiltController", "Scenario", "ScenarioFile", "read_scenario"]
+
+_TABLES = ("axis", "task", "sensors", "controller", "guess")
+
+
+@dataclass(frozen=True, kw_only=True)
+class BuiltController:
+    """A controller with what a user should know of it.
+
+    Attributes
+    ----------
+    controller
+        Set to the first target.
+    believed
+        Where each first guess came from, by name.
+    notes
+        One sentence each.
+    """
+
+    controller: AnyController
+    believed: dict[str, str]
+    notes: tuple[str, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Scenario(Setup):
+    """A positioning task on a simulated axis.
+
+    Attributes
+    ----------
+    controller
+        Its table.
+
+    Raises
+    ------
+    InputError
+        If the tables contradict each other, or the axis cannot do the task.
+    """
+
+    controller: Controller
+
+    def __post_init__(self) -> None:
+        self.controller.check(self)
+        self._check_effort()
+        step, tolerance = self.sensors.encoder_step, self.task.tolerance
+        if tolerance < step:
+            unit = unit_of("position", self.kind)
+            raise InputError(
+                f"tolerance is {tolerance:g} {unit}, below one step of the encoder, {step:g} "
+                f"{unit}, which shows no such error",
+                where="[task]",
+                remedy="widen the tolerance, or take a finer encoder",
+            )
+
+    def _check_effort(self) -> None:
+        """Check that the effort limit moves the axis both ways, and that the axis can rest."""
+        law, unit = self.axis.friction(), unit_of("effort", self.kind)
+        offset, limit = law.offset, self.controller.effort_limit
+        forward, backward = law.breakaway()
+        other = "" if self.axis.flexible else ", or use method pid"
+        for way, static, needed in (
+            ("positive", forward, forward + offset),
+            ("negative", backward, backward - offset),
+        ):
+            if limit <= needed:
+                lost = f" and offset {offset:g} {unit}" if offset else ""
+                raise InputError(
+                    f"effort_limit is {limit:g} {unit}, and the axis breaks away in the {way} "
+                    f"direction above {needed:g} {unit} (static friction {static:g} {unit}{lost})",
+                    where="[controller]",
+                    remedy=f"allow more than {needed:g} {unit}",
+                )
+            if needed <= 0 and self.controller.learns:
+                raise InputError(
+                    f"the offset is {offset:g} {unit}, more than the static friction {static:g} "
+                    f"{unit} holds: without effort the axis slides away, and pulses need a rest",
+                    where="[axis]",
+                    remedy=f"balance the offset{other}",
+                )
+        for way, coulomb, slowing in (
+            ("positive", law.coulomb_friction_positive, law.coulomb_friction_positive + offset),
+            ("negative", law.coulomb_friction_negative, law.coulomb_friction_negative - offset),
+        ):
+            if slowing <= 0 and self.controller.learns:
+                lost = f", and the offset {offset:g} {unit}" if offset else ""
+                balance = "balance the offset" if offset else "give the friction that there is"
+                raise InputError(
+                    f"the Coulomb friction is {coulomb:g} {unit} in the {way} direction{lost}: "
+                    "once it moves that way the axis does not stop by itself, and pulses need a "
+                    "rest",
+                    where="[axis]",
+                    remedy=f"{balance}{other}",
+                )
+
+    def build(self, folder: Path, learned: LearntPulses | None = None) -> BuiltController:
+        """Return the controller, set to the first target.
+
+        Parameters
+        ----------
+        folder
+            Where files that the scenario names are looked for.
+        learned
+            By the run before, in place of first guesses.
+
+        Raises
+        ------
+        InputError
+            If a first guess is missing or impossible, or a setting is.
+        """
+        table, file = self.controller, self.guess.learnt
+        try:
+            if learned is None:
+                beliefs = table.begin(self, folder)
+            else:
+                beliefs = table.beliefs_of(learned, self.kind, "the run before")
+            try:
+                controller = table.build(self, beliefs)
+            except InputError as error:
+                if beliefs.learned is None or file is None or error.where.startswith("["):
+                    raise
+                raise error.at(str(folder / file)) from None
+            return BuiltController(
+                controller=controller,
+                believed=table.believed(self, beliefs, controller),
+                notes=table.notes(self, beliefs, controller),
+            )
+        except InputError as error:
+            plain = with_units_of(self.kind, error)
+            raise plain if plain.where else plain.at("[controller] and [guess]") from None
+
+    def tables(self) -> ScenarioTables:
+        """Return what the scenario says, with units."""
+        shown = {name: getattr(self, name).shown(self.kind) for name in _TABLES}
+        return {name: values for name, values in shown.items() if values}
+
+
+class _Head(Table):
+    """The keys before the first table."""
+
+    name: Annotated[str | None, Key("title of the task", default="the file's name")] = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ScenarioFile(Read[Scenario]):
+    """A scenario with where it was read, and the files that it names."""
+
+    @property
+    def learns(self) -> bool:
+        """Whether the controller learns something that can be saved."""
+        return self.scenario.controller.learns
+
+    @property
+    def learnt(self) -> Path | None:
+        """The file of what an earlier run has learned."""
+        named = self.scenario.guess.learnt
+        return None if named is None else self.path.parent / named
+
+    @property
+    def inputs(self) -> tuple[Path, ...]:
+        """The files that the scenario names."""
+        guess = self.scenario.guess
+        return tuple(self.path.parent / each for each in (guess.estimate, guess.learnt) if each)
+
+
+def read_scenario(path: Path | str) -> ScenarioFile:
+    """Read a scenario from a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it is missing, is not TOML, has an unknown key (near names are suggested) or a value
+        out of its range, or its tables contradict each other.
+    """
+    path = Path(path)
+    document = Document(path, _Head, _TABLES)
+    head, axis = document.head(_Head), document.table("axis", AXES)
+    task = document.table("task", TaskTable)
+    sensors = document.table("sensors", SensorsTable, optional=True)
+    method = document.raw("controller").get("method")
+    own, others = AXIS_CONTROLLERS, ARM_CONTROLLERS
+    body = "mass" if axis.kind == "linear" else "inertia"
+    remedy = (
+        f"use another method, such as landing or pd, or give load_{body} and stiffness in [axis]"
+    )
+    if axis.flexible:
+        own, others = others, own
+        remedy = f"use method {' or '.join(own.models)}, or leave load and stiffness out of [axis]"
+    if isinstance(method, str) and method in others.models and method not in own.models:
+        raise InputError(
+            f"method {method} moves {others.where}, and this one is {own.where}",
+            where=f"{path}, [controller]",
+            remedy=remedy,
+        )
+    controller = document.table("controller", own)
+    guess = document.table("guess", GuessTable, optional=True)
+    try:
+        scenario = Scenario(
+            axis=axis, task=task, sensors=sensors, controller=controller, guess=guess
+        )
+    except InputError as error:
+        raise error.at(str(path)) from None
+    return ScenarioFile(scenario=scenario, title=head.name, path=path, sha256=document.sha256)

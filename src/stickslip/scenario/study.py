@@ -1,0 +1,310 @@
+"""A scenario to compare estimators on: an axis, what is sent to it, and what is measured."""
+
+import math
+from abc import abstractmethod
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, ClassVar
+
+import numpy as np
+from jaxtyping import Float
+from pydantic import model_validator
+
+from stickslip.records import (
+    InputError,
+    ScenarioTables,
+    count_of,
+    non_negative,
+    positive,
+)
+from stickslip.scenario.axis import AXES, Axis
+from stickslip.scenario.effort_file import read_effort
+from stickslip.scenario.reading import Document, Read
+from stickslip.scenario.table import Key, Table
+from stickslip.scenario.task import SensorsTable
+
+__all__ = [
+    "FileInput",
+    "InputTable",
+    "SineInput",
+    "StudyFile",
+    "StudyScenario",
+    "check_runs",
+    "read_study",
+]
+
+_MOST_SAMPLES = 5_000_000
+"""Of one run: some ten minutes for every estimator."""
+
+_LEAST_SAMPLES = 100
+_MOST_RUNS = 100_000
+
+_LARGEST_DELAY = _LEAST_SAMPLES // 2
+"""Of the effort, in samples: even the shortest run has as many in which it acts."""
+
+_TABLES = ("axis", "input", "sensors")
+
+
+class InputTable(Table):
+    """The effort that is sent to the axis, and the force that disturbs it."""
+
+    random_phases: Annotated[
+        bool, Key("whether each run begins its sines anywhere; otherwise all begin at zero")
+    ] = False
+    effort_delay: Annotated[
+        int, Key("samples that the effort acts later than it is logged", ("samples", "samples"))
+    ] = 0
+    disturbance: Annotated[
+        float,
+        Key("standard deviation of a force that is not logged", "effort", non_negative),
+    ] = 0.0
+    disturbance_correlation: Annotated[
+        float, Key("its correlation from sample to sample; 0 for a white one")
+    ] = 0.0
+
+    @model_validator(mode="after")
+    def _check_disturbance(self) -> "InputTable":
+        if not 0 <= self.effort_delay <= _LARGEST_DELAY:
+            raise InputError(
+                f"effort_delay is {count_of(self.effort_delay, 'sample')}, it must be at least 0 "
+                f"and at most {_LARGEST_DELAY}",
+                remedy="give the delay of a drive in whole samples, such as 1 or 2",
+            )
+        if not 0.0 <= self.disturbance_correlation < 1.0:
+            raise InputError(
+                f"disturbance_correlation is {self.disturbance_correlation:g}, it must be at least "
+                "0 and below 1",
+                remedy="give 0 for a white disturbance, or such as 0.98",
+            )
+        return self
+
+    @abstractmethod
+    def build(
+        self, folder: Path, generator: np.random.Generator
+    ) -> tuple[Float[np.ndarray, " n"], float]:
+        """Return the effort of a run [N or N m], and its sampling time [s].
+
+        Parameters
+        ----------
+        folder
+            Where a file is looked for.
+        generator
+            Where random phases come from.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or is too short.
+        """
+
+    def acting(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
+        """Return what acts of an effort: the same, late, and nothing before.
+
+        Parameters
+        ----------
+        effort
+            As it is sent and logged [N or N m].
+        """
+        return np.concatenate((np.zeros(self.effort_delay), effort))[: effort.size]
+
+
+class SineInput(InputTable):
+    """A sum of sines."""
+
+    alternative: ClassVar[str] = ", or give a file"
+
+    amplitudes: Annotated[tuple[float, ...], Key("of the sines", "effort")]
+    frequencies: Annotated[tuple[float, ...], Key("of the sines, one each", ("Hz", "Hz"))]
+    duration: Annotated[float, Key("of a run", "time", positive)]
+    sampling_time: Annotated[float, Key("of a run", "sampling_time", positive)]
+
+    @model_validator(mode="after")
+    def _check_sines(self) -> "SineInput":
+        amplitudes, frequencies = self.amplitudes, self.frequencies
+        step, duration = self.sampling_time, self.duration
+        if not amplitudes or len(amplitudes) != len(frequencies):
+            raise InputError(
+                f"there are {len(amplitudes)} amplitudes and {len(frequencies)} frequencies",
+                remedy="give one of each for every sine",
+            )
+        for amplitude in amplitudes:
+            if not math.isfinite(amplitude):
+                raise InputError(f"an amplitude is {amplitude}", remedy="give a finite one")
+        for frequency in frequencies:
+            positive("frequency", frequency, "Hz")
+            if frequency * step > 0.5:
+                raise InputError(
+                    f"frequency is {frequency:g} Hz, and {1.0 / step:g} samples a second show at "
+                    f"most {0.5 / step:g} Hz",
+                    remedy="lower it, or shorten the sampling time",
+                )
+        if not _LEAST_SAMPLES - 0.5 <= duration / step <= _MOST_SAMPLES:
+            raise InputError(
+                f"duration is {duration:g} s, that is {duration / step:.3g} samples of {step:g} s",
+                remedy=f"take {_LEAST_SAMPLES} to {_MOST_SAMPLES:g} samples",
+            )
+        return self
+
+    def build(
+        self, folder: Path, generator: np.random.Generator
+    ) -> tuple[Float[np.ndarray, " n"], float]:
+        """Return the sum of the sines [N or N m], and the sampling time [s].
+
+        Parameters
+        ----------
+        folder, generator
+            As of the base class.
+        """
+        del folder
+        step = self.sampling_time
+        time = step * np.arange(round(self.duration / step))
+        phases = np.zeros(len(self.frequencies))
+        if self.random_phases:
+            phases = generator.uniform(0.0, 2.0 * np.pi, len(self.frequencies))
+        sines = [
+            amplitude * np.sin(2.0 * np.pi * frequency * time + phase)
+            for amplitude, frequency, phase in zip(
+                self.amplitudes, self.frequencies, phases, strict=True
+            )
+        ]
+        return np.sum(sines, axis=0), step
+
+
+class FileInput(InputTable):
+    """An effort from a CSV file, as ``stickslip excite`` writes it."""
+
+    file: Annotated[str, Key("CSV file with the effort in its last column, in place of sines")]
+
+    @model_validator(mode="after")
+    def _check_phases(self) -> "FileInput":
+        if self.random_phases:
+            raise InputError(
+                "random_phases and file are both given",
+                remedy="leave random_phases out: it is for sines",
+            )
+        return self
+
+    def build(
+        self, folder: Path, generator: np.random.Generator
+    ) -> tuple[Float[np.ndarray, " n"], float]:
+        """Return the effort of the file [N or N m], and its sampling time [s].
+
+        Parameters
+        ----------
+        folder, generator
+            As of the base class.
+
+        Raises
+        ------
+        InputError
+            If the file cannot be read, or is too short.
+        """
+        del generator
+        effort, step = read_effort(folder / self.file)
+        if effort.size < _LEAST_SAMPLES:
+            raise InputError(
+                f"the file holds {effort.size} samples, at least {_LEAST_SAMPLES} are needed",
+                where=str(folder / self.file),
+                remedy="give a longer one",
+            )
+        return effort, step
+
+
+def check_runs(runs: int) -> None:
+    """Check a number of runs.
+
+    Raises
+    ------
+    InputError
+        If it is below 2, or too large.
+    """
+    if not 2 <= runs <= _MOST_RUNS:
+        raise InputError(
+            f"runs is {runs}, it must be at least 2 and at most {_MOST_RUNS}",
+            remedy="give some tens for a look, 400 for a table",
+        )
+
+
+class StudyHead(Table):
+    """The keys before the first table."""
+
+    name: Annotated[str | None, Key("title of the study", default="the file's name")] = None
+    runs: Annotated[int, Key("how many runs")] = 100
+
+    @model_validator(mode="after")
+    def _check_runs(self) -> "StudyHead":
+        check_runs(self.runs)
+        return self
+
+
+@dataclass(frozen=True, kw_only=True)
+class StudyScenario:
+    """An axis, what is sent to it, and what is measured, many times.
+
+    Attributes
+    ----------
+    runs
+        How many.
+    axis, input, sensors
+        Its tables; the seed of the sensors is that of all that is random.
+
+    Raises
+    ------
+    InputError
+        If nothing is random.
+    """
+
+    runs: int
+    axis: Axis
+    input: InputTable
+    sensors: SensorsTable
+
+    def __post_init__(self) -> None:
+        random = self.input.disturbance or self.input.random_phases
+        if not (random or self.sensors.noisy or self.sensors.encoder_step):
+            raise InputError(
+                "nothing is random in this scenario: every run would be the same",
+                remedy="give position_noise, velocity_noise or encoder_step in [sensors], or "
+                "disturbance or random_phases in [input]",
+            )
+
+    def tables(self) -> ScenarioTables:
+        """Return what the scenario says, with units."""
+        return {name: getattr(self, name).shown(self.axis.kind) for name in _TABLES}
+
+
+StudyFile = Read[StudyScenario]
+
+
+def read_study(path: Path | str) -> StudyFile:
+    """Read a scenario to compare estimators on from a TOML file.
+
+    Parameters
+    ----------
+    path
+        The file.
+
+    Raises
+    ------
+    InputError
+        If it is missing, is not TOML, has an unknown key (near names are suggested) or a value
+        out of its range, or nothing in it is random.
+    """
+    path = Path(path)
+    document = Document(path, StudyHead, _TABLES)
+    head, axis = document.head(StudyHead), document.table("axis", AXES)
+    given = document.raw("input")
+    for name in SineInput.model_fields:
+        if "file" in given and name in given and name not in FileInput.model_fields:
+            raise InputError(
+                f"{name} and file are both given",
+                where=f"{path}, [input]",
+                remedy=f"leave {name} out, or the file",
+            )
+    sent = document.table("input", FileInput if "file" in given else SineInput)
+    sensors = document.table("sensors", SensorsTable, optional=True)
+    try:
+        scenario = StudyScenario(runs=head.runs, axis=axis, input=sent, sensors=sensors)
+    except InputError as error:
+        raise error.at(str(path)) from None
+    return StudyFile(scenario=scenario, title=head.name, path=path, sha256=document.sha256)

@@ -1,0 +1,130 @@
+"""``[task]`` and ``[sensors]``: where the axis is to go, and what the controller sees of it."""
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import model_validator
+
+from stickslip.records import InputError, non_negative, positive, unit_of
+from stickslip.scenario.table import Key, Table, kind_in
+from stickslip.simulation import Sensors
+
+__all__ = ["SensorsTable", "TaskTable"]
+
+_MOST_SAMPLES = 2_000_000
+"""Samples of a scenario over all moves and runs: minutes of computing, a gigabyte of results."""
+
+_LEAST_SAMPLES = 10
+"""Samples of a move: fewer have no room for a pulse and the rest after it."""
+
+
+class TaskTable(Table):
+    """Where the axis is to go, how exactly, and how often it tries."""
+
+    start: Annotated[float, Key("where the axis rests at first", "position")] = 0.0
+    target: Annotated[float | None, Key("where it is to go; or `targets`", "position")] = None
+    targets: Annotated[
+        tuple[float, ...] | None, Key("several targets, one after the other", "position")
+    ] = None
+    tolerance: Annotated[float, Key("largest error that counts as reached", "position", positive)]
+    duration: Annotated[float, Key("time for each move", "time", positive)]
+    sampling_time: Annotated[
+        float, Key("of the controller; pulses last whole samples", "sampling_time", positive)
+    ]
+    runs: Annotated[
+        int, Key("repetitions of the task from its start, each with what was learned before")
+    ] = 1
+
+    @model_validator(mode="after")
+    def _check_task(self, info: Any) -> "TaskTable":
+        if (self.target is None) == (self.targets is None):
+            raise InputError(
+                "neither target nor targets is given"
+                if self.target is None
+                else "target and targets are both given",
+                remedy="give target = 0.01, or targets = [0.01, 0.02] for moves one after another",
+            )
+        if self.targets == ():
+            raise InputError("targets is empty", remedy="name one position or more")
+        for name, value in (("start", self.start), *(("target", each) for each in self.goals)):
+            if not math.isfinite(value):
+                unit = unit_of("position", kind_in(info))
+                raise InputError(
+                    f"{name} is {value:g} {unit}, it must be finite", remedy="give a position"
+                )
+        # Counted as the run counts them, as 0.7 s is no less than ten samples of 0.07 s
+        if self.duration / self.sampling_time < _LEAST_SAMPLES - 0.5:
+            raise InputError(
+                f"duration is {self.duration:g} s, shorter than {_LEAST_SAMPLES} samples of "
+                f"{self.sampling_time:g} s, in which no pulse ends",
+                remedy="give each move more time",
+            )
+        if self.runs < 1:
+            raise InputError(f"runs is {self.runs}, it must be at least 1", remedy="run it once")
+        every = self.runs * len(self.goals) * (self.duration / self.sampling_time)
+        if not every <= _MOST_SAMPLES:
+            raise InputError(
+                f"the task takes {every:.3g} samples over all moves and runs, it may take "
+                f"{_MOST_SAMPLES:g}",
+                remedy="shorten the duration, or lengthen the sampling time",
+            )
+        return self
+
+    @property
+    def goals(self) -> tuple[float, ...]:
+        """The targets in their order [m or rad]."""
+        if self.targets is not None:
+            return self.targets
+        return () if self.target is None else (self.target,)
+
+    @property
+    def samples(self) -> int:
+        """Samples of each move."""
+        return round(self.duration / self.sampling_time)
+
+
+class SensorsTable(Table):
+    """What is measured; ideal sensors by default."""
+
+    position_noise: Annotated[
+        float,
+        Key("standard deviation of a position, before it is rounded", "position", non_negative),
+    ] = 0.0
+    encoder_step: Annotated[
+        float, Key("step of the position encoder; 0 for none", "position", non_negative)
+    ] = 0.0
+    velocity: Annotated[Literal["measured", "none"], Key("whether the velocity is measured")] = (
+        "measured"
+    )
+    velocity_noise: Annotated[
+        float, Key("standard deviation of a velocity", "velocity", non_negative)
+    ] = 0.0
+    seed: Annotated[int, Key("of all that is random")] = 1
+
+    @model_validator(mode="after")
+    def _check_sensors(self) -> "SensorsTable":
+        if self.seed < 0:
+            raise InputError(
+                f"seed is {self.seed}, it must not be negative", remedy="give 0 or more"
+            )
+        self.build()
+        return self
+
+    def build(self) -> Sensors:
+        """Return the sensors as they are simulated."""
+        return Sensors(
+            position_noise=self.position_noise,
+            encoder_step=self.encoder_step,
+            velocity=self.velocity,
+            velocity_noise=self.velocity_noise,
+        )
+
+    @property
+    def noisy(self) -> bool:
+        """Whether anything is random."""
+        return self.position_noise > 0 or self.velocity_noise > 0
+
+    @property
+    def position_deviation(self) -> float:
+        """Standard deviation of a sampled position, its rounding included [m or rad]."""
+        return math.sqrt(self.position_noise**2 + self.encoder_step**2 / 12.0)
