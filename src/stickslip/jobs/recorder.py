@@ -124,15 +124,7 @@ class Recorder:
         return _by_name(self._deviations)
 
     def phases(self, state: Any, end: float) -> tuple[LandingPhase, ...]:
-        """Return the phases of a finished run.
-
-        Parameters
-        ----------
-        state
-            After the last sample.
-        end
-            Of the run [s].
-        """
+        """Return the phases of a finished run."""
         phases = self._controller.phases(state)
         ends = [*(each.start for each in phases[1:]), end][: len(phases)]
         return tuple(

@@ -3,7 +3,7 @@
 from dataclasses import replace
 from itertools import pairwise
 from math import ceil, pi, sqrt
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -25,10 +25,10 @@ from stickslip.records import (
     unit_of,
 )
 from stickslip.scenario.body import DIRECTIONAL
-from stickslip.scenario.controller import Controller, LongestWait, PositionGain, VelocityGain
+from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
 from stickslip.scenario.guess import Beliefs, check_learned
 from stickslip.scenario.setup import Setup
-from stickslip.scenario.table import Key
+from stickslip.scenario.table import key
 
 __all__ = ["ArmFeedback", "ArmLanding"]
 
@@ -49,8 +49,8 @@ class _ArmController(Controller):
     guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", "estimate", "learnt")
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
     beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learnt")
-    position_gain: PositionGain = None
-    velocity_gain: VelocityGain = None
+    position_gain: float | None = POSITION_GAIN
+    velocity_gain: float | None = VELOCITY_GAIN
 
     @model_validator(mode="after")
     def _check_gains(self) -> "_ArmController":
@@ -174,10 +174,12 @@ class ArmLanding(_ArmController):
     title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
     learns: ClassVar[bool] = True
     guesses: ClassVar[tuple[str, ...]] = (*_ArmController.guesses, "arm_uncertainty")
-    most_series: Annotated[int, Key("series for a target, after which it stops")] = (
-        LandingController.most_series
+    most_series: int = key(
+        "series for a target, after which it stops", default=LandingController.most_series
     )
-    longest_wait: LongestWait = None
+    longest_wait: float | None = key(
+        "longest time for the driven mass to rest", "time", positive, says="20 swings of mass 2"
+    )
 
     def build(self, setup: Setup, beliefs: Beliefs) -> LandingController:
         """Return the controller, as of the base class."""

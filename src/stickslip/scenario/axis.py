@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import Annotated, ClassVar, Literal
+from typing import ClassVar, Literal
 
 from pydantic import model_validator
 
@@ -18,12 +18,11 @@ from stickslip.friction.stribeck import StribeckShape
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisKind, InputError, prefixed, unit_of
 from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
-from stickslip.scenario.table import Key, Variants
+from stickslip.scenario.table import Variants, key, required
 
 __all__ = ["AXES", "Axis", "CoulombAxis", "DahlAxis", "ElastoPlasticAxis", "LuGreAxis"]
 
 LawName = Literal["coulomb", "stribeck", "dahl", "lugre", "elasto-plastic"]
-BristleStiffness = Annotated[float, Key("sigma_0 of the bristles", "stiffness")]
 
 
 class Axis(Body):
@@ -36,8 +35,8 @@ class Axis(Body):
     bristles: ClassVar[bool] = False
     """Whether the law has bristles, on which nothing rests exactly."""
 
-    kind: Annotated[AxisKind, Key("kind of motion: decides the units")] = "linear"
-    law: Annotated[LawName, Key("friction law")]
+    kind: AxisKind = key("kind of motion: decides the units", default="linear")
+    law: LawName = required("friction law")
 
     @model_validator(mode="after")
     def _check_plant(self) -> "Axis":
@@ -122,10 +121,10 @@ class CoulombAxis(Axis):
 class _FallingAxis(Axis):
     """Friction that falls from static to Coulomb friction."""
 
-    stribeck_velocity: Annotated[
-        float, Key("speed over which friction falls from static to Coulomb", "stribeck_velocity")
-    ]
-    shape: Annotated[StribeckShape, Key("how friction falls with speed")] = "gaussian"
+    stribeck_velocity: float = required(
+        "speed over which friction falls from static to Coulomb", "stribeck_velocity"
+    )
+    shape: StribeckShape = key("how friction falls with speed", default="gaussian")
 
     def sliding(self) -> StribeckFriction:
         """Return the friction of steady motion."""
@@ -159,7 +158,7 @@ class _BristleAxis(Axis):
     """A law with bristles."""
 
     bristles: ClassVar[bool] = True
-    bristle_stiffness: BristleStiffness
+    bristle_stiffness: float = required("sigma_0 of the bristles", "stiffness")
 
     def _check_law(self) -> None:
         for name in ("coulomb_friction", "coulomb_friction_positive", "coulomb_friction_negative"):
@@ -202,7 +201,7 @@ class LuGreAxis(_BristleAxis, _FallingAxis):
     """LuGre friction: bristles and the Stribeck effect."""
 
     title: ClassVar[str] = "LuGre friction"
-    bristle_damping: Annotated[float, Key("sigma_1 of the bristles", "viscous_friction")]
+    bristle_damping: float = required("sigma_1 of the bristles", "viscous_friction")
 
     def friction_law(self) -> FrictionLaw:
         """Return the law as it is simulated."""
@@ -217,10 +216,10 @@ class ElastoPlasticAxis(_BristleAxis, _FallingAxis):
     """Elasto-plastic friction: LuGre whose bristles do not slip below a deflection."""
 
     title: ClassVar[str] = "elasto-plastic friction"
-    bristle_damping: Annotated[float, Key("sigma_1 of the bristles", "viscous_friction")]
-    elastic_deflection: Annotated[
-        float, Key("deflection below which the bristles do not slip", "position")
-    ]
+    bristle_damping: float = required("sigma_1 of the bristles", "viscous_friction")
+    elastic_deflection: float = required(
+        "deflection below which the bristles do not slip", "position"
+    )
 
     def friction_law(self) -> FrictionLaw:
         """Return the law as it is simulated."""

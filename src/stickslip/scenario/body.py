@@ -1,13 +1,13 @@
 """Masses, spring and friction, as an axis has them and as a controller guesses them."""
 
 from collections.abc import Mapping
-from typing import Annotated, Any
+from typing import Any
 
 from pydantic import model_validator
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import AxisKind, InputError, non_negative, positive, unit_of
-from stickslip.scenario.table import Key, Table, kind_in
+from stickslip.scenario.table import Table, key, kind_in
 
 __all__ = ["DIRECTIONAL", "Body", "coulomb_viscous"]
 
@@ -17,47 +17,30 @@ DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
 _SIDES = ("positive", "negative")
 
 
-def _friction(name: str, side: str = "") -> Key:
+def _friction(name: str, side: str = "") -> Any:
     words = name.replace("_", " ").replace("coulomb", "Coulomb")
-    return Key(f"{words}, {side} direction" if side else words, name, non_negative)
+    words += f", {side} direction" if side else ""
+    return key(words, name, non_negative)
 
 
 class Body(Table):
     """Masses, spring and friction, all optional."""
 
-    mass: Annotated[
-        float | None, Key("moving mass; of a flexible arm, mass 1", "mass", positive)
-    ] = None
-    inertia: Annotated[float | None, Key("the same of a rotary axis", "inertia", positive)] = None
-    load_mass: Annotated[float | None, Key("mass 2 of a flexible arm", "mass", positive)] = None
-    load_inertia: Annotated[float | None, Key("the same of a rotary axis", "inertia", positive)] = (
-        None
-    )
-    stiffness: Annotated[float | None, Key("spring of a flexible arm", "stiffness", positive)] = (
-        None
-    )
-    coulomb_friction: Annotated[float | None, _friction("coulomb_friction")] = None
-    coulomb_friction_positive: Annotated[
-        float | None, _friction("coulomb_friction", "positive")
-    ] = None
-    coulomb_friction_negative: Annotated[
-        float | None, _friction("coulomb_friction", "negative")
-    ] = None
-    viscous_friction: Annotated[float | None, _friction("viscous_friction")] = None
-    viscous_friction_positive: Annotated[
-        float | None, _friction("viscous_friction", "positive")
-    ] = None
-    viscous_friction_negative: Annotated[
-        float | None, _friction("viscous_friction", "negative")
-    ] = None
-    static_friction: Annotated[float | None, _friction("static_friction")] = None
-    static_friction_positive: Annotated[float | None, _friction("static_friction", "positive")] = (
-        None
-    )
-    static_friction_negative: Annotated[float | None, _friction("static_friction", "negative")] = (
-        None
-    )
-    offset: Annotated[float | None, Key("constant effort lost, as by gravity", "offset")] = None
+    mass: float | None = key("moving mass; of a flexible arm, mass 1", "mass", positive)
+    inertia: float | None = key("the same of a rotary axis", "inertia", positive)
+    load_mass: float | None = key("mass 2 of a flexible arm", "mass", positive)
+    load_inertia: float | None = key("the same of a rotary axis", "inertia", positive)
+    stiffness: float | None = key("spring of a flexible arm", "stiffness", positive)
+    coulomb_friction: float | None = _friction("coulomb_friction")
+    coulomb_friction_positive: float | None = _friction("coulomb_friction", "positive")
+    coulomb_friction_negative: float | None = _friction("coulomb_friction", "negative")
+    viscous_friction: float | None = _friction("viscous_friction")
+    viscous_friction_positive: float | None = _friction("viscous_friction", "positive")
+    viscous_friction_negative: float | None = _friction("viscous_friction", "negative")
+    static_friction: float | None = _friction("static_friction")
+    static_friction_positive: float | None = _friction("static_friction", "positive")
+    static_friction_negative: float | None = _friction("static_friction", "negative")
+    offset: float | None = key("constant effort lost, as by gravity", "offset")
 
     @model_validator(mode="after")
     def _check_alternatives(self, info: Any) -> "Body":
@@ -106,24 +89,7 @@ class Body(Table):
 def coulomb_viscous(
     pairs: Mapping[str, tuple[float, float]], offset: float, kind: AxisKind
 ) -> CoulombViscousFriction:
-    """Return the law of a friction that is given for both directions or for each.
-
-    Parameters
-    ----------
-    pairs
-        Coulomb, viscous and static friction by name, in the positive and in the negative direction
-        [N or N m, N s/m or N m s/rad]; static friction defaults to Coulomb friction.
-    offset
-        Constant effort lost [N or N m].
-    kind
-        Of the axis.
-
-    Raises
-    ------
-    InputError
-        If a value is negative, or a static friction is below the Coulomb friction. What is alike in
-        both directions is called by its one name.
-    """
+    """Return the law of a friction that is given for both directions or for each."""
     coulomb, viscous = pairs["coulomb_friction"], pairs["viscous_friction"]
     static = pairs.get("static_friction", coulomb)
     unit = unit_of("effort", kind)

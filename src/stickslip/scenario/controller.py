@@ -3,7 +3,7 @@
 from abc import abstractmethod
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from stickslip.control import (
     PD,
@@ -22,16 +22,15 @@ from stickslip.records import (
 )
 from stickslip.scenario.guess import Beliefs, beliefs_from, check_learned, learned_from
 from stickslip.scenario.setup import Setup
-from stickslip.scenario.table import Key, Table
+from stickslip.scenario.table import Table, key, required
 
 __all__ = [
+    "LONGEST_WIDTH",
+    "POSITION_GAIN",
+    "REST_SAMPLES",
+    "VELOCITY_GAIN",
     "AnyController",
     "Controller",
-    "LongestWait",
-    "LongestWidth",
-    "PositionGain",
-    "RestSamples",
-    "VelocityGain",
 ]
 
 AnyController = (
@@ -41,20 +40,13 @@ Method = Literal[
     "landing", "exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset", "feedback"
 ]
 
-_STIFFNESS, _DAMPING = ("N/m", "N m/rad"), ("N s/m", "N m s/rad")
-PositionGain = Annotated[float | None, Key("proportional gain", _STIFFNESS, positive)]
-VelocityGain = Annotated[float | None, Key("derivative gain", _DAMPING, non_negative)]
-LongestWidth = Annotated[float | None, Key("longest pulse", "time", positive, default="no limit")]
-RestSamples = Annotated[
-    int | None,
-    Key(
-        "positions that must agree for a rest; twice as many must fit into a move",
-        default="10; with ideal sensors 1, without a velocity 2",
-    ),
-]
-LongestWait = Annotated[
-    float | None, Key("longest time for the driven mass to come to rest", "time", positive)
-]
+POSITION_GAIN: Any = key("proportional gain", ("N/m", "N m/rad"), positive)
+VELOCITY_GAIN: Any = key("derivative gain", ("N s/m", "N m s/rad"), non_negative)
+LONGEST_WIDTH: Any = key("longest pulse", "time", positive, says="no limit")
+REST_SAMPLES: Any = key(
+    "positions that must agree for a rest; twice as many must fit into a move",
+    says="10; with ideal sensors 1, without a velocity 2",
+)
 
 
 class Controller(Table):
@@ -77,43 +69,19 @@ class Controller(Table):
     beside_learned: ClassVar[tuple[str, ...]] = ("learnt",)
     """Quantities of ``[guess]`` that may be given beside what was learned."""
 
-    method: Annotated[Method, Key("controller")]
-    effort_limit: Annotated[float, Key("largest effort", "effort", positive)]
+    method: Method = required("controller")
+    effort_limit: float = required("largest effort", "effort", positive)
 
     @abstractmethod
     def build(self, setup: Setup, beliefs: Beliefs) -> AnyController:
-        """Return the controller, set to the first target.
-
-        Parameters
-        ----------
-        setup
-            What it is for.
-        beliefs
-            First guesses, or what an earlier run has learned.
-
-        Raises
-        ------
-        InputError
-            If a first guess is missing or impossible, or a setting is.
-        """
+        """Return the controller, set to the first target."""
 
     def used(self) -> tuple[str, ...]:
         """Return the quantities of ``[guess]`` that it uses."""
         return self.guesses
 
     def check(self, setup: Setup) -> None:
-        """Check the settings against the other tables.
-
-        Parameters
-        ----------
-        setup
-            The other tables.
-
-        Raises
-        ------
-        InputError
-            If they contradict each other.
-        """
+        """Check the settings against the other tables."""
         method = self.method
         for name, plain in setup.guess.plain().items():
             if plain not in self.used():
@@ -132,40 +100,12 @@ class Controller(Table):
             )
 
     def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
-        """Return what an earlier run has learned as beliefs to go on from.
-
-        Parameters
-        ----------
-        learned
-            By that run.
-        kind
-            Of the axis.
-        source
-            Where it came from, in words.
-
-        Raises
-        ------
-        InputError
-            If this controller cannot go on from it.
-        """
+        """Return what an earlier run has learned as beliefs to go on from."""
         check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
         return Beliefs(kind=kind, values={}, learned=learned, source=source)
 
     def begin(self, setup: Setup, folder: Path) -> Beliefs:
-        """Return the first guesses of a scenario.
-
-        Parameters
-        ----------
-        setup
-            With the guesses.
-        folder
-            Where files that they name are looked for.
-
-        Raises
-        ------
-        InputError
-            If such a file cannot be used, or holds what is guessed beside it.
-        """
+        """Return the first guesses of a scenario."""
         guess, kind = setup.guess, setup.kind
         if guess.learnt is None:
             return beliefs_from(guess, kind, folder)
@@ -185,30 +125,14 @@ class Controller(Table):
             raise error.at(str(path)) from None
 
     def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
-        """Return where each first guess came from, by name.
-
-        Parameters
-        ----------
-        setup, beliefs
-            As of `build`.
-        controller
-            As built.
-        """
+        """Return where each first guess came from, by name."""
         del setup
         if beliefs.learned is not None:
             return dict.fromkeys(controller.estimates(controller.init()), beliefs.source)
         return {name: beliefs.sources[name] for name in self.used() if name in beliefs.sources}
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
-        """Return what a user should know of the controller, one sentence each.
-
-        Parameters
-        ----------
-        setup, beliefs
-            As of `build`.
-        controller
-            As built.
-        """
+        """Return what a user should know of the controller, one sentence each."""
         del setup, beliefs, controller
         return ()
 

@@ -3,7 +3,6 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Annotated
 
 from stickslip.control import ExactPulseController
 from stickslip.friction import CoulombViscousFriction
@@ -19,7 +18,7 @@ from stickslip.records import (
 )
 from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
 from stickslip.scenario.estimate_file import estimate_in
-from stickslip.scenario.table import Key
+from stickslip.scenario.table import key
 
 __all__ = ["Beliefs", "GuessTable", "beliefs_from", "check_learned", "learned_from"]
 
@@ -45,46 +44,32 @@ def _named(name: str, value: str, _: str) -> None:
 class GuessTable(Body):
     """What the controller believes at first; each controller says which keys it uses."""
 
-    mass_uncertainty: Annotated[
-        float | None,
-        Key(
-            "standard deviation of the mass over its value",
-            check=non_negative,
-            default=f"{ExactPulseController.mass_uncertainty:g}, or that of the estimate",
-        ),
-    ] = None
-    friction_uncertainty: Annotated[
-        float | None,
-        Key(
-            "standard deviation of friction over its value",
-            check=non_negative,
-            default=f"{ExactPulseController.friction_uncertainty:g}, or that of the estimate",
-        ),
-    ] = None
-    asymmetry: Annotated[
-        float | None,
-        Key(
-            "standard deviation of the difference between the directions, over the value",
-            check=non_negative,
-            default=f"{ExactPulseController.asymmetry:g}",
-        ),
-    ] = None
-    arm_uncertainty: Annotated[
-        float | None,
-        Key(
-            "standard deviation of masses and spring over their values; above 0 they are learned",
-            check=non_negative,
-            default="0.02 if one of them is guessed, else 0",
-        ),
-    ] = None
-    estimate: Annotated[
-        str | None,
-        Key("file of `stickslip identify --json`; keys beside it take precedence", check=_named),
-    ] = None
-    learnt: Annotated[
-        str | None,
-        Key("file of `stickslip position --learnt`, in place of all that it holds", check=_named),
-    ] = None
+    mass_uncertainty: float | None = key(
+        "standard deviation of the mass over its value",
+        check=non_negative,
+        says=f"{ExactPulseController.mass_uncertainty:g}, or that of the estimate",
+    )
+    friction_uncertainty: float | None = key(
+        "standard deviation of friction over its value",
+        check=non_negative,
+        says=f"{ExactPulseController.friction_uncertainty:g}, or that of the estimate",
+    )
+    asymmetry: float | None = key(
+        "standard deviation of the difference between the directions, over the value",
+        check=non_negative,
+        says=f"{ExactPulseController.asymmetry:g}",
+    )
+    arm_uncertainty: float | None = key(
+        "standard deviation of masses and spring over their values; above 0 they are learned",
+        check=non_negative,
+        says="0.02 if one of them is guessed, else 0",
+    )
+    estimate: str | None = key(
+        "file of `stickslip identify --json`; keys beside it take precedence", check=_named
+    )
+    learnt: str | None = key(
+        "file of `stickslip position --learnt`, in place of all that it holds", check=_named
+    )
 
     def plain(self) -> dict[str, str]:
         """Return the quantity of each key that was given, by the key."""
@@ -121,13 +106,7 @@ class Beliefs:
     source: str = ""
 
     def pair(self, name: str) -> tuple[float, float]:
-        """Return a value in the positive and in the negative direction.
-
-        Raises
-        ------
-        InputError
-            If it is not known.
-        """
+        """Return a value in the positive and in the negative direction."""
         if name in self.values:
             return self.values[name]
         if name in self.missing:
@@ -140,24 +119,12 @@ class Beliefs:
         )
 
     def value(self, name: str) -> float:
-        """Return a value, of friction the mean of both directions.
-
-        Raises
-        ------
-        InputError
-            If it is not known.
-        """
+        """Return a value, of friction the mean of both directions."""
         forward, backward = self.pair(name)
         return 0.5 * (forward + backward)
 
     def mass(self) -> float:
-        """Return the mass or inertia, which must be positive [kg or kg m^2].
-
-        Raises
-        ------
-        InputError
-            If it is not known, or not positive.
-        """
+        """Return the mass or inertia, which must be positive [kg or kg m^2]."""
         name = "mass" if self.kind == "linear" else "inertia"
         return positive(name, self.value("mass"), unit_of("mass", self.kind))
 
@@ -166,13 +133,7 @@ class Beliefs:
         return {name: self.value(name) for name in names if name in self.values}
 
     def friction(self, pairs: Mapping[str, tuple[float, float]]) -> CoulombViscousFriction:
-        """Return the law of these values, with the offset that is believed.
-
-        Parameters
-        ----------
-        pairs
-            Friction by name, in the positive and in the negative direction [SI].
-        """
+        """Return the law of these values, with the offset that is believed."""
         return coulomb_viscous(pairs, self.known("offset").get("offset", 0.0), self.kind)
 
     def uncertainties(self) -> dict[str, float]:
@@ -190,22 +151,7 @@ class Beliefs:
 
 
 def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
-    """Return the first guesses of a scenario; its own keys take precedence over an estimate.
-
-    Parameters
-    ----------
-    guess
-        The table.
-    kind
-        Of the axis.
-    folder
-        Where the estimate file is looked for.
-
-    Raises
-    ------
-    InputError
-        If the estimate file cannot be used.
-    """
+    """Return the first guesses of a scenario; its own keys take precedence over an estimate."""
     values: dict[str, tuple[float, float]] = {}
     sources: dict[str, str] = {}
     missing: dict[str, InputError] = {}
@@ -234,18 +180,7 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
 
 
 def learned_from(path: Path) -> LearntPulses:
-    """Read what an earlier run has learned.
-
-    Parameters
-    ----------
-    path
-        The file that ``stickslip position --learnt`` wrote.
-
-    Raises
-    ------
-    InputError
-        If it is missing or holds something else.
-    """
+    """Read what an earlier run has learned."""
     try:
         return LearntPulses.from_dict(read_json(path))
     except InputError as error:
@@ -256,22 +191,7 @@ def learned_from(path: Path) -> LearntPulses:
 def check_learned(
     learned: LearntPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
 ) -> None:
-    """Check that a controller can go on from what was learned.
-
-    Parameters
-    ----------
-    learned
-        By an earlier run.
-    method, kind
-        That the controller needs.
-    names
-        Of the values that it needs.
-
-    Raises
-    ------
-    InputError
-        If it is of another method or kind of axis, or a value is missing.
-    """
+    """Check that a controller can go on from what was learned."""
     for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
         if own != needed:
             raise InputError(

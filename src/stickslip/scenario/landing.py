@@ -8,20 +8,20 @@ from pydantic import model_validator
 from stickslip.control import AxisLandingController
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, InputError, LearntPulses
+from stickslip.records import AxisKind, InputError, LearntPulses, positive
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controller import (
+    LONGEST_WIDTH,
+    POSITION_GAIN,
+    REST_SAMPLES,
+    VELOCITY_GAIN,
     Controller,
-    LongestWait,
-    LongestWidth,
-    PositionGain,
-    RestSamples,
-    VelocityGain,
 )
 from stickslip.scenario.guess import Beliefs, check_learned
 from stickslip.scenario.pulses import check_guess, uncertainty_notes
 from stickslip.scenario.resting import aim_of, rest_notes, rest_of
 from stickslip.scenario.setup import Setup
+from stickslip.scenario.table import key
 
 __all__ = ["AxisLanding"]
 
@@ -43,11 +43,13 @@ class AxisLanding(Controller):
         "mass",
         *(f"{name}_{side}" for name in DIRECTIONAL for side in ("positive", "negative")),
     )
-    longest_width: LongestWidth = None
-    rest_samples: RestSamples = None
-    position_gain: PositionGain = None
-    velocity_gain: VelocityGain = None
-    longest_wait: LongestWait = None
+    longest_width: float | None = LONGEST_WIDTH
+    rest_samples: int | None = REST_SAMPLES
+    position_gain: float | None = POSITION_GAIN
+    velocity_gain: float | None = VELOCITY_GAIN
+    longest_wait: float | None = key(
+        "longest time for the driven mass to rest", "time", positive, says="100 samples"
+    )
 
     @model_validator(mode="after")
     def _check_gains(self) -> "AxisLanding":

@@ -1,26 +1,24 @@
 """``[controller]`` of PD and PID control: methods pd, pid, pid-dither and pid-reset."""
 
-from typing import Annotated, Any, ClassVar, Literal
+from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
-from stickslip.scenario.controller import Controller, PositionGain, VelocityGain
+from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
 from stickslip.scenario.guess import Beliefs
 from stickslip.scenario.setup import Setup
-from stickslip.scenario.table import Key
+from stickslip.scenario.table import key, required
 
 __all__ = ["PDControl", "PIDControl", "PIDDither", "PIDReset"]
 
 _INTEGRAL = ("N/(m s)", "N m/(rad s)")
 _HERTZ = ("Hz", "Hz")
 
-IntegralGain = Annotated[float | None, Key("integral gain", _INTEGRAL, non_negative)]
-FilterTime = Annotated[
-    float | None,
-    Key("differentiates the position", "time", non_negative, default="the velocity is measured"),
-]
+_FILTER_TIME: Any = key(
+    "differentiates the position", "time", non_negative, says="the velocity is measured"
+)
 
 
 class _Feedback(Controller):
@@ -59,26 +57,25 @@ class PDControl(_Feedback):
     """PD control."""
 
     title: ClassVar[str] = "PD control"
-    position_gain: Annotated[float, Key("proportional gain", ("N/m", "N m/rad"), positive)]
-    velocity_gain: Annotated[float, Key("derivative gain", ("N s/m", "N m s/rad"), non_negative)]
-    filter_time: FilterTime = None
+    position_gain: float = required("proportional gain", ("N/m", "N m/rad"), positive)
+    velocity_gain: float = required("derivative gain", ("N s/m", "N m s/rad"), non_negative)
+    filter_time: float | None = _FILTER_TIME
 
 
 class PIDControl(_Feedback):
     """PID control, with gains of its own or by the bandwidth."""
 
     title: ClassVar[str] = "PID control"
-    position_gain: PositionGain = None
-    integral_gain: IntegralGain = None
-    velocity_gain: VelocityGain = None
-    filter_time: FilterTime = None
-    bandwidth: Annotated[
-        float | None,
-        Key("in place of the gains, with `mass` in `[guess]`", _HERTZ, positive),
-    ] = None
-    dead_band: Annotated[
-        float, Key("error within which the integral stands still", "position", non_negative)
-    ] = 0.0
+    position_gain: float | None = POSITION_GAIN
+    integral_gain: float | None = key("integral gain", _INTEGRAL, non_negative)
+    velocity_gain: float | None = VELOCITY_GAIN
+    filter_time: float | None = _FILTER_TIME
+    bandwidth: float | None = key(
+        "in place of the gains, with `mass` in `[guess]`", _HERTZ, positive
+    )
+    dead_band: float = key(
+        "error within which the integral stands still", "position", non_negative, default=0.0
+    )
 
     @model_validator(mode="after")
     def _check_gains(self) -> "PIDControl":
@@ -118,9 +115,9 @@ class PIDDither(PIDControl):
     """PID control with dither."""
 
     title: ClassVar[str] = "PID control with dither"
-    dither_amplitude: Annotated[float, Key("peak of the dither", "effort", positive)]
-    dither_frequency: Annotated[float, Key("frequency of the dither", _HERTZ, positive)]
-    dither_shape: Annotated[Literal["square", "sine"], Key("wave of the dither")] = "square"
+    dither_amplitude: float = required("peak of the dither", "effort", positive)
+    dither_frequency: float = required("frequency of the dither", _HERTZ, positive)
+    dither_shape: Literal["square", "sine"] = key("wave of the dither", default="square")
 
     def _parts(self) -> dict[str, Any]:
         dither = Dither(
@@ -135,9 +132,9 @@ class PIDReset(PIDControl):
     """PID control with resets of its integral."""
 
     title: ClassVar[str] = "PID control with resets of the integral"
-    reset_law: Annotated[Literal["coulomb", "stribeck"], Key("when the integral is reset")]
-    reset_speed: Annotated[float, Key("largest speed taken for rest", "velocity", positive)]
-    reset_samples: Annotated[int, Key("samples within that speed that are a rest")] = 1
+    reset_law: Literal["coulomb", "stribeck"] = required("when the integral is reset")
+    reset_speed: float = required("largest speed taken for rest", "velocity", positive)
+    reset_samples: int = key("samples within that speed that are a rest", default=1)
 
     def _parts(self) -> dict[str, Any]:
         reset = ResetIntegral(

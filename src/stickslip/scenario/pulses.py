@@ -1,7 +1,7 @@
 """``[controller]`` of pulse controllers: methods exact, papwc and pwc."""
 
 from dataclasses import replace
-from typing import Annotated, Any, ClassVar
+from typing import Any, ClassVar
 
 from stickslip.control import (
     ExactPulseController,
@@ -10,11 +10,11 @@ from stickslip.control import (
 )
 from stickslip.records import InputError, unit_of
 from stickslip.scenario.body import DIRECTIONAL
-from stickslip.scenario.controller import Controller, LongestWidth, RestSamples
+from stickslip.scenario.controller import LONGEST_WIDTH, REST_SAMPLES, Controller
 from stickslip.scenario.guess import Beliefs
 from stickslip.scenario.resting import aim_of, rest_notes, rest_of
 from stickslip.scenario.setup import Setup
-from stickslip.scenario.table import Key
+from stickslip.scenario.table import key
 
 __all__ = ["ExactPulses", "PulseAmplitudeWidth", "PulseWidth", "check_guess", "uncertainty_notes"]
 
@@ -26,18 +26,14 @@ _MUCH = 10.0
 
 _UNCERTAINTIES = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
 
-Patience = Annotated[int, Key("pulses without progress after which it stops")]
-Gain = Annotated[float, Key("share of the error that a pulse is to take away, $K_c$")]
-Forgetting = Annotated[float, Key("forgetting factor $\\lambda$ of the recursion")]
-
 
 class _Pulses(Controller):
     """A controller that moves an axis from rest to rest by pulses."""
 
     learns: ClassVar[bool] = True
-    longest_width: LongestWidth = None
-    patience: Patience = 3
-    rest_samples: RestSamples = None
+    longest_width: float | None = LONGEST_WIDTH
+    patience: int = key("pulses without progress after which it stops", default=3)
+    rest_samples: int | None = REST_SAMPLES
 
     def _common(self, setup: Setup) -> dict[str, Any]:
         rest = rest_of(setup, self.rest_samples)
@@ -69,7 +65,9 @@ class ExactPulses(_Pulses):
         "estimate",
         "learnt",
     )
-    patience: Patience = ExactPulseController.patience
+    patience: int = key(
+        "pulses without progress after which it stops", default=ExactPulseController.patience
+    )
 
     def build(self, setup: Setup, beliefs: Beliefs) -> ExactPulseController:
         """Return the controller, as of the base class."""
@@ -107,8 +105,8 @@ class _Adaptive(_Pulses):
         "estimate",
         "learnt",
     )
-    gain: Gain = 1.0
-    forgetting: Forgetting = 1.0
+    gain: float = key("share of the error that a pulse is to take away, $K_c$", default=1.0)
+    forgetting: float = key("forgetting factor $\\lambda$ of the recursion", default=1.0)
 
     def _settings(self, setup: Setup) -> dict[str, Any]:
         return {"pulse_effort": self.effort_limit, "gain": self.gain, **self._common(setup)}
@@ -128,8 +126,10 @@ class PulseWidth(_Adaptive):
 
     title: ClassVar[str] = "adaptive pulse width control"
     learned_names: ClassVar[tuple[str, ...]] = ("pulse_gain",)
-    initial_covariance: Annotated[float, Key("$F(0)$ of the recursion", ("1/s^4", "1/s^4"))] = (
-        PulseWidthController.initial_covariance
+    initial_covariance: float = key(
+        "$F(0)$ of the recursion",
+        ("1/s^4", "1/s^4"),
+        default=PulseWidthController.initial_covariance,
     )
 
     def build(self, setup: Setup, beliefs: Beliefs) -> PulseWidthController:
@@ -149,7 +149,7 @@ class PulseAmplitudeWidth(_Adaptive):
 
     title: ClassVar[str] = "adaptive pulse amplitude pulse width control"
     learned_names: ClassVar[tuple[str, ...]] = ("gain_1", "gain_2")
-    initial_covariance: Annotated[float, Key("$P(0)$ of the recursion, over the identity")] = 1e-5
+    initial_covariance: float = key("$P(0)$ of the recursion, over the identity", default=1e-5)
 
     def build(self, setup: Setup, beliefs: Beliefs) -> PulseAmplitudeWidthController:
         """Return the controller, as of the base class."""
@@ -182,20 +182,7 @@ class PulseAmplitudeWidth(_Adaptive):
 
 
 def check_guess(table: Controller, beliefs: Beliefs) -> None:
-    """Check that some pulse would move the axis by the first guesses.
-
-    Parameters
-    ----------
-    table
-        Of the controller.
-    beliefs
-        First guesses.
-
-    Raises
-    ------
-    InputError
-        If none would.
-    """
+    """Check that some pulse would move the axis by the first guesses."""
     unit, limit = unit_of("effort", beliefs.kind), table.effort_limit
     offset = beliefs.known("offset").get("offset", 0.0)
     for name in ("static_friction", "coulomb_friction"):
@@ -214,17 +201,7 @@ def check_guess(table: Controller, beliefs: Beliefs) -> None:
 
 
 def uncertainty_notes(table: Controller, setup: Setup, beliefs: Beliefs) -> tuple[str, ...]:
-    """Return with which uncertainties of an estimate a controller begins.
-
-    Parameters
-    ----------
-    table
-        Of the controller.
-    setup
-        What it is for.
-    beliefs
-        First guesses.
-    """
+    """Return with which uncertainties of an estimate a controller begins."""
     held = {
         name: value
         for name, value in beliefs.uncertainties().items()

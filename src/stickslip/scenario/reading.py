@@ -66,22 +66,7 @@ class Document:
         return self._table(of, self._head, "")
 
     def table(self, name: str, of: type[T] | Variants[T], *, optional: bool = False) -> T:
-        """Return a table.
-
-        Parameters
-        ----------
-        name
-            The table's name.
-        of
-            Its model, or the models to choose from.
-        optional
-            Whether a missing table is an empty one.
-
-        Raises
-        ------
-        InputError
-            If it is missing, or is not what its model asks for.
-        """
+        """Return a table."""
         if not optional and name not in self._values:
             raise InputError(
                 f"the table [{name}] is missing",

@@ -20,20 +20,7 @@ _REST_SAMPLES = 10
 
 
 def rest_of(setup: Setup, given: int | None) -> RestDetection:
-    """Return when the axis counts as resting, from what its sensors are known to do.
-
-    Parameters
-    ----------
-    setup
-        The task.
-    given
-        Samples over which a rest is judged; None for the default.
-
-    Raises
-    ------
-    InputError
-        If ``rest_samples`` are too few, or leave no room for a pulse.
-    """
+    """Return when the axis counts as resting, from what its sensors are known to do."""
     sensors = setup.sensors
     seen = sensors.velocity == "measured"
     ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
@@ -73,20 +60,7 @@ def _window(setup: Setup, given: int | None, *, usual: int, least: int) -> int:
 
 
 def aim_of(setup: Setup, rest: RestDetection) -> float:
-    """Return the tolerance less what a measured rest may be off by: the controller's own.
-
-    Parameters
-    ----------
-    setup
-        The task.
-    rest
-        When the axis counts as resting.
-
-    Raises
-    ------
-    InputError
-        If nothing is left of the tolerance.
-    """
+    """Return the tolerance less what a measured rest may be off by: the controller's own."""
     sensors, tolerance = setup.sensors, setup.task.tolerance
     noise = _SURELY * sensors.position_noise / sqrt(rest.samples)
     off = 0.5 * (sensors.encoder_step + setup.still) + noise
@@ -102,15 +76,7 @@ def aim_of(setup: Setup, rest: RestDetection) -> float:
 
 
 def rest_notes(setup: Setup, rest: RestDetection) -> tuple[str, ...]:
-    """Return what a user should know of a rest and of the controller's own tolerance.
-
-    Parameters
-    ----------
-    setup
-        The task.
-    rest
-        When the axis counts as resting.
-    """
+    """Return what a user should know of a rest and of the controller's own tolerance."""
     unit, aim = unit_of("position", setup.axis.kind), aim_of(setup, rest)
     still = "" if rest.speed is None else " and no velocity is seen"
     notes = (

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated
 
 from stickslip.records import InputError, LearntPulses, ScenarioTables, unit_of
 from stickslip.scenario.axis import AXES
@@ -11,7 +10,7 @@ from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.guess import GuessTable
 from stickslip.scenario.reading import Document, Read
 from stickslip.scenario.setup import Setup
-from stickslip.scenario.table import Key, Table, with_units_of
+from stickslip.scenario.table import Table, key, with_units_of
 from stickslip.scenario.task import SensorsTable, TaskTable
 
 __all__ = ["BuiltController", "Scenario", "ScenarioFile", "read_scenario"]
@@ -109,20 +108,7 @@ class Scenario(Setup):
                 )
 
     def build(self, folder: Path, learned: LearntPulses | None = None) -> BuiltController:
-        """Return the controller, set to the first target.
-
-        Parameters
-        ----------
-        folder
-            Where files that the scenario names are looked for.
-        learned
-            By the run before, in place of first guesses.
-
-        Raises
-        ------
-        InputError
-            If a first guess is missing or impossible, or a setting is.
-        """
+        """Return the controller, set to the first target."""
         table, file = self.controller, self.guess.learnt
         try:
             if learned is None:
@@ -153,7 +139,7 @@ class Scenario(Setup):
 class _Head(Table):
     """The keys before the first table."""
 
-    name: Annotated[str | None, Key("title of the task", default="the file's name")] = None
+    name: str | None = key("title of the task", says="the file's name")
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -4,7 +4,7 @@ import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Annotated, ClassVar
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -20,7 +20,7 @@ from stickslip.records import (
 from stickslip.scenario.axis import AXES, Axis
 from stickslip.scenario.effort_file import read_effort
 from stickslip.scenario.reading import Document, Read
-from stickslip.scenario.table import Key, Table
+from stickslip.scenario.table import Table, key, required
 from stickslip.scenario.task import SensorsTable
 
 __all__ = [
@@ -48,19 +48,18 @@ _TABLES = ("axis", "input", "sensors")
 class InputTable(Table):
     """The effort that is sent to the axis, and the force that disturbs it."""
 
-    random_phases: Annotated[
-        bool, Key("whether each run begins its sines anywhere; otherwise all begin at zero")
-    ] = False
-    effort_delay: Annotated[
-        int, Key("samples that the effort acts later than it is logged", ("samples", "samples"))
-    ] = 0
-    disturbance: Annotated[
-        float,
-        Key("standard deviation of a force that is not logged", "effort", non_negative),
-    ] = 0.0
-    disturbance_correlation: Annotated[
-        float, Key("its correlation from sample to sample; 0 for a white one")
-    ] = 0.0
+    random_phases: bool = key(
+        "whether each run begins its sines anywhere; otherwise all begin at zero", default=False
+    )
+    effort_delay: int = key(
+        "samples that the effort acts later than it is logged", ("samples", "samples"), default=0
+    )
+    disturbance: float = key(
+        "standard deviation of a force that is not logged", "effort", non_negative, default=0.0
+    )
+    disturbance_correlation: float = key(
+        "its correlation from sample to sample; 0 for a white one", default=0.0
+    )
 
     @model_validator(mode="after")
     def _check_disturbance(self) -> "InputTable":
@@ -82,29 +81,10 @@ class InputTable(Table):
     def build(
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
-        """Return the effort of a run [N or N m], and its sampling time [s].
-
-        Parameters
-        ----------
-        folder
-            Where a file is looked for.
-        generator
-            Where random phases come from.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read, or is too short.
-        """
+        """Return the effort of a run [N or N m], and its sampling time [s]."""
 
     def acting(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """Return what acts of an effort: the same, late, and nothing before.
-
-        Parameters
-        ----------
-        effort
-            As it is sent and logged [N or N m].
-        """
+        """Return what acts of an effort: the same, late, and nothing before."""
         return np.concatenate((np.zeros(self.effort_delay), effort))[: effort.size]
 
 
@@ -113,10 +93,10 @@ class SineInput(InputTable):
 
     alternative: ClassVar[str] = ", or give a file"
 
-    amplitudes: Annotated[tuple[float, ...], Key("of the sines", "effort")]
-    frequencies: Annotated[tuple[float, ...], Key("of the sines, one each", ("Hz", "Hz"))]
-    duration: Annotated[float, Key("of a run", "time", positive)]
-    sampling_time: Annotated[float, Key("of a run", "sampling_time", positive)]
+    amplitudes: tuple[float, ...] = required("of the sines", "effort")
+    frequencies: tuple[float, ...] = required("of the sines, one each", ("Hz", "Hz"))
+    duration: float = required("of a run", "time", positive)
+    sampling_time: float = required("of a run", "sampling_time", positive)
 
     @model_validator(mode="after")
     def _check_sines(self) -> "SineInput":
@@ -148,13 +128,7 @@ class SineInput(InputTable):
     def build(
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
-        """Return the sum of the sines [N or N m], and the sampling time [s].
-
-        Parameters
-        ----------
-        folder, generator
-            As of the base class.
-        """
+        """Return the sum of the sines [N or N m], and the sampling time [s]."""
         del folder
         step = self.sampling_time
         time = step * np.arange(round(self.duration / step))
@@ -173,7 +147,7 @@ class SineInput(InputTable):
 class FileInput(InputTable):
     """An effort from a CSV file, as ``stickslip excite`` writes it."""
 
-    file: Annotated[str, Key("CSV file with the effort in its last column, in place of sines")]
+    file: str = required("CSV file with the effort in its last column, in place of sines")
 
     @model_validator(mode="after")
     def _check_phases(self) -> "FileInput":
@@ -187,18 +161,7 @@ class FileInput(InputTable):
     def build(
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
-        """Return the effort of the file [N or N m], and its sampling time [s].
-
-        Parameters
-        ----------
-        folder, generator
-            As of the base class.
-
-        Raises
-        ------
-        InputError
-            If the file cannot be read, or is too short.
-        """
+        """Return the effort of the file [N or N m], and its sampling time [s]."""
         del generator
         effort, step = read_effort(folder / self.file)
         if effort.size < _LEAST_SAMPLES:
@@ -228,8 +191,8 @@ def check_runs(runs: int) -> None:
 class StudyHead(Table):
     """The keys before the first table."""
 
-    name: Annotated[str | None, Key("title of the study", default="the file's name")] = None
-    runs: Annotated[int, Key("how many runs")] = 100
+    name: str | None = key("title of the study", says="the file's name")
+    runs: int = key("how many runs", default=100)
 
     @model_validator(mode="after")
     def _check_runs(self) -> "StudyHead":

@@ -8,15 +8,15 @@ from typing import Any, ClassVar, Generic, TypeVar
 from pydantic import (
     BaseModel,
     ConfigDict,
+    Field,
     ValidationError,
     model_validator,
 )
-from pydantic.fields import FieldInfo
 
 from stickslip.input_files import not_a_table, unknown_key, wrong_value
 from stickslip.records import QUANTITIES, AxisKind, InputError, in_units_of
 
-__all__ = ["Key", "Table", "Variants", "table_from", "with_units_of"]
+__all__ = ["Key", "Table", "Variants", "key", "required", "table_from", "with_units_of"]
 
 T = TypeVar("T", bound="Table")
 Units = tuple[str, str]
@@ -35,14 +35,14 @@ class Key:
         Name of a quantity, or the units on a linear and on a rotary axis; empty for none.
     check
         Check of the value, such as `stickslip.records.positive`, which takes name, value and unit.
-    default
+    says
         The default in words, where the field's default does not say it.
     """
 
     meaning: str
     unit: str | Units = ""
     check: Callable[[str, Any, str], object] | None = None
-    default: str = ""
+    says: str = ""
 
     @property
     def units(self) -> Units:
@@ -57,6 +57,31 @@ class Key:
         return self.units[kind == "rotary"]
 
 
+def key(
+    meaning: str,
+    unit: str | Units = "",
+    check: Callable[[str, Any, str], object] | None = None,
+    *,
+    says: str = "",
+    default: Any = None,
+) -> Any:
+    """Declare a field by its `Key`, with a default."""
+    return Field(default, json_schema_extra=_extra(Key(meaning, unit, check, says)))
+
+
+def required(
+    meaning: str,
+    unit: str | Units = "",
+    check: Callable[[str, Any, str], object] | None = None,
+) -> Any:
+    """Declare a field by its `Key`, without a default."""
+    return Field(json_schema_extra=_extra(Key(meaning, unit, check)))
+
+
+def _extra(declaration: Any) -> dict[str, Any]:
+    return {"key": declaration}
+
+
 class Table(BaseModel):
     """A table of a scenario. Unknown keys, text for numbers and values out of range are errors."""
 
@@ -69,19 +94,19 @@ class Table(BaseModel):
     """What can be given in place of a missing key."""
 
     @classmethod
-    def declared(cls) -> dict[str, tuple[Key, FieldInfo]]:
-        """Return the declaration and the field of each key."""
-        return {
-            name: (next((each for each in field.metadata if isinstance(each, Key)), Key("")), field)
-            for name, field in cls.model_fields.items()
+    def declared(cls) -> dict[str, Key]:
+        """Return the declaration of each key."""
+        extras: dict[str, Any] = {
+            name: field.json_schema_extra for name, field in cls.model_fields.items()
         }
+        return {name: extra["key"] for name, extra in extras.items()}
 
     @model_validator(mode="after")
     def _check_range(self, info: Any) -> "Table":
-        for name, (key, _) in type(self).declared().items():
+        for name, each in type(self).declared().items():
             value = getattr(self, name)
-            if key.check is not None and value is not None:
-                key.check(name, value, key.unit_on(kind_in(info)))
+            if each.check is not None and value is not None:
+                each.check(name, value, each.unit_on(kind_in(info)))
         return self
 
     def given(self) -> dict[str, Any]:
@@ -95,14 +120,13 @@ class Table(BaseModel):
     def shown(self, kind: AxisKind) -> dict[str, tuple[Any, str]]:
         """Return the values with their units, ``kind`` first, for the results of a scenario."""
         values: dict[str, tuple[Any, str]] = {}
-        for name, (key, _) in sorted(
-            type(self).declared().items(), key=lambda each: each[0] != "kind"
-        ):
+        declared = type(self).declared()
+        for name, each in sorted(declared.items(), key=lambda pair: pair[0] != "kind"):
             value = getattr(self, name)
             always = self.shows_defaults or name == "kind"
             if value is not None and (always or name in self.model_fields_set):
                 plain = list(value) if isinstance(value, tuple) else value
-                values[name] = (plain, key.unit_on(kind))
+                values[name] = (plain, each.unit_on(kind))
         return values
 
 
@@ -131,13 +155,7 @@ class Variants(Generic[T]):
     others: Mapping[str, type[Table]] | None = None
 
     def chosen(self, values: Mapping[str, Any]) -> tuple[str, type[T]]:
-        """Return the value of the key, and the model that it names.
-
-        Raises
-        ------
-        InputError
-            If it names none.
-        """
+        """Return the value of the key, and the model that it names."""
         name = values.get(self.key, self.default)
         if not isinstance(name, str) or name not in self.models:
             raise InputError(
@@ -236,7 +254,7 @@ def _refusal(
         unused = None if variants is None else variants.unused(key, fault["input"], tag)
         return unused or unknown_key(key, model.model_fields)
     if fault["type"] == "missing":
-        unit = model.declared()[key][0].unit_on(kind)
+        unit = model.declared()[key].unit_on(kind)
         own_key = variants is not None and not all(
             key in each.model_fields for each in variants.models.values()
         )

@@ -1,12 +1,12 @@
 """``[task]`` and ``[sensors]``: where the axis is to go, and what the controller sees of it."""
 
 import math
-from typing import Annotated, Any, Literal
+from typing import Any, Literal
 
 from pydantic import model_validator
 
 from stickslip.records import InputError, non_negative, positive, unit_of
-from stickslip.scenario.table import Key, Table, kind_in
+from stickslip.scenario.table import Table, key, kind_in, required
 from stickslip.simulation import Sensors
 
 __all__ = ["SensorsTable", "TaskTable"]
@@ -21,19 +21,17 @@ _LEAST_SAMPLES = 10
 class TaskTable(Table):
     """Where the axis is to go, how exactly, and how often it tries."""
 
-    start: Annotated[float, Key("where the axis rests at first", "position")] = 0.0
-    target: Annotated[float | None, Key("where it is to go; or `targets`", "position")] = None
-    targets: Annotated[
-        tuple[float, ...] | None, Key("several targets, one after the other", "position")
-    ] = None
-    tolerance: Annotated[float, Key("largest error that counts as reached", "position", positive)]
-    duration: Annotated[float, Key("time for each move", "time", positive)]
-    sampling_time: Annotated[
-        float, Key("of the controller; pulses last whole samples", "sampling_time", positive)
-    ]
-    runs: Annotated[
-        int, Key("repetitions of the task from its start, each with what was learned before")
-    ] = 1
+    start: float = key("where the axis rests at first", "position", default=0.0)
+    target: float | None = key("where it is to go; or `targets`", "position")
+    targets: tuple[float, ...] | None = key("several targets, one after the other", "position")
+    tolerance: float = required("largest error that counts as reached", "position", positive)
+    duration: float = required("time for each move", "time", positive)
+    sampling_time: float = required(
+        "of the controller; pulses last whole samples", "sampling_time", positive
+    )
+    runs: int = key(
+        "repetitions of the task from its start, each with what was learned before", default=1
+    )
 
     @model_validator(mode="after")
     def _check_task(self, info: Any) -> "TaskTable":
@@ -86,20 +84,22 @@ class TaskTable(Table):
 class SensorsTable(Table):
     """What is measured; ideal sensors by default."""
 
-    position_noise: Annotated[
-        float,
-        Key("standard deviation of a position, before it is rounded", "position", non_negative),
-    ] = 0.0
-    encoder_step: Annotated[
-        float, Key("step of the position encoder; 0 for none", "position", non_negative)
-    ] = 0.0
-    velocity: Annotated[Literal["measured", "none"], Key("whether the velocity is measured")] = (
-        "measured"
+    position_noise: float = key(
+        "standard deviation of a position, before it is rounded",
+        "position",
+        non_negative,
+        default=0.0,
     )
-    velocity_noise: Annotated[
-        float, Key("standard deviation of a velocity", "velocity", non_negative)
-    ] = 0.0
-    seed: Annotated[int, Key("of all that is random")] = 1
+    encoder_step: float = key(
+        "step of the position encoder; 0 for none", "position", non_negative, default=0.0
+    )
+    velocity: Literal["measured", "none"] = key(
+        "whether the velocity is measured", default="measured"
+    )
+    velocity_noise: float = key(
+        "standard deviation of a velocity", "velocity", non_negative, default=0.0
+    )
+    seed: int = key("of all that is random", default=1)
 
     @model_validator(mode="after")
     def _check_sensors(self) -> "SensorsTable":

@@ -15,17 +15,7 @@ __all__ = ["arm_of", "swings"]
 
 
 def arm_of(run: ClosedLoopRun[Any], goals: Float[np.ndarray, " n"], scenario: Scenario) -> ArmRun:
-    """Return both masses and the series of a run.
-
-    Parameters
-    ----------
-    run
-        A finished run.
-    goals
-        Target at each sample [m or rad], shape (n+1,).
-    scenario
-        The task.
-    """
+    """Return both masses and the series of a run."""
     motion = run.motion
     return ArmRun(
         target=goals,
@@ -39,15 +29,7 @@ def arm_of(run: ClosedLoopRun[Any], goals: Float[np.ndarray, " n"], scenario: Sc
 
 
 def swings(run: ClosedLoopRun[Any], scenario: Scenario) -> Float[np.ndarray, " n"]:
-    """Return the amplitude of mass 2 from each sample on if mass 1 rested there [m or rad].
-
-    Parameters
-    ----------
-    run
-        A finished run.
-    scenario
-        The task.
-    """
+    """Return the amplitude of mass 2 from each sample on if mass 1 rested there [m or rad]."""
     motion, axis = run.motion, scenario.axis
     frequency = sqrt((axis.stiffness or 0.0) / (axis.load or 1.0))
     apart = _load(motion.load_position) - motion.position
