@@ -1,11 +1,25 @@
 """Sphinx configuration; also writes the tables read from the code, and reports to look at."""
 
+import types
+from collections.abc import Iterable
 from pathlib import Path
+from typing import Any, Literal, get_args, get_origin
 
 from stickslip import __version__, write_positioning_page
 from stickslip.estimation import ESTIMATORS
 from stickslip.jobs import demonstrate, position
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
+from stickslip.scenario import (
+    ARM_CONTROLLERS,
+    AXES,
+    AXIS_CONTROLLERS,
+    FileInput,
+    GuessTable,
+    SensorsTable,
+    SineInput,
+    Table,
+    TaskTable,
+)
 
 project = "stickslip"
 author = "the stickslip developers"
@@ -82,6 +96,78 @@ def _write_tables() -> None:
     (folder / "parameters.md").write_text("\n".join(f"- `{n}`" for n in PARAMETER_NAMES) + "\n")
 
 
+def _type(annotation: Any) -> str:
+    """Return the TOML type of a key."""
+    if get_origin(annotation) is Literal:
+        return ", ".join(f'`"{each}"`' for each in get_args(annotation))
+    if get_origin(annotation) is tuple:
+        return "list of numbers"
+    if get_origin(annotation) is types.UnionType:
+        return _type(get_args(annotation)[0])
+    return {float: "number", int: "whole number", bool: "`true` or `false`", str: "text"}[
+        annotation
+    ]
+
+
+def _keys(model: type[Table], names: Iterable[str]) -> str:
+    """Return the table of keys of a model."""
+    rows: list[tuple[str, ...]] = []
+    for name in names:
+        field, key = model.model_fields[name], model.declared()[name]
+        default = "required" if field.is_required() else key.says
+        if not default and field.default is not None:
+            default = f"`{field.default}`".lower()
+        units = " or ".join(unit for unit in dict.fromkeys(key.units) if unit)
+        rows.append((f"`{name}`", _type(field.annotation), units, default, key.meaning))
+    return _table(("key", "type", "unit", "default", "meaning"), rows)
+
+
+def _variants(models: dict[str, type[Table]], key: str, where: str = "") -> list[str]:
+    """Return the keys that the models share, and those that each has beside them."""
+    first, *others = models.values()
+    shared = [n for n in first.model_fields if all(n in each.model_fields for each in others)]
+    parts = [_keys(first, [name for name in shared if name != key])]
+    for name, model in models.items():
+        own = [each for each in model.model_fields if each not in shared]
+        parts.append(f'`{key} = "{name}"`{where}: {(model.__doc__ or "").splitlines()[0]}\n')
+        parts += [_keys(model, own)] if own else []
+    return parts
+
+
+def _write_scenario_keys() -> None:
+    """Write the keys of scenario files, as their models declare them."""
+    parts = [
+        "## `[axis]`\n",
+        *_variants(dict(AXES.models), "law"),
+        "## `[task]`\n",
+        _keys(TaskTable, TaskTable.model_fields),
+        "## `[sensors]`\n",
+        _keys(SensorsTable, SensorsTable.model_fields),
+        "## `[controller]` of a rigid axis\n",
+        *_variants(dict(AXIS_CONTROLLERS.models), "method"),
+        "## `[controller]` of a flexible arm\n",
+        *_variants(dict(ARM_CONTROLLERS.models), "method"),
+        "## `[guess]`\n",
+        _keys(GuessTable, GuessTable.model_fields),
+        "Each controller uses some of these; others are errors.\n",
+        _table(
+            ("method", "uses"),
+            [
+                (f"`{name}`{where}", ", ".join(f"`{each}`" for each in model.guesses))
+                for table, where in ((AXIS_CONTROLLERS, ""), (ARM_CONTROLLERS, ", flexible arm"))
+                for name, model in table.models.items()
+                if model.guesses
+            ],
+        ),
+        "## `[input]`: sines\n",
+        _keys(SineInput, SineInput.model_fields),
+        "## `[input]`: a file\n",
+        _keys(FileInput, FileInput.model_fields),
+    ]
+    folder = Path(__file__).parent / "_generated"
+    (folder / "scenario_keys.md").write_text("\n".join(parts))
+
+
 def _write_demonstration() -> None:
     docs = Path(__file__).parent
     folder = docs / "_generated" / "pages" / "demo"
@@ -92,4 +178,5 @@ def _write_demonstration() -> None:
 
 
 _write_tables()
+_write_scenario_keys()
 _write_demonstration()

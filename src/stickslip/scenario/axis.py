@@ -158,7 +158,7 @@ class _BristleAxis(Axis):
     """A law with bristles."""
 
     bristles: ClassVar[bool] = True
-    bristle_stiffness: float = required("sigma_0 of the bristles", "stiffness")
+    bristle_stiffness: float = required("$\\sigma_0$ of the bristles", "stiffness")
 
     def _check_law(self) -> None:
         for name in ("coulomb_friction", "coulomb_friction_positive", "coulomb_friction_negative"):
@@ -201,7 +201,7 @@ class LuGreAxis(_BristleAxis, _FallingAxis):
     """LuGre friction: bristles and the Stribeck effect."""
 
     title: ClassVar[str] = "LuGre friction"
-    bristle_damping: float = required("sigma_1 of the bristles", "viscous_friction")
+    bristle_damping: float = required("$\\sigma_1$ of the bristles", "viscous_friction")
 
     def friction_law(self) -> FrictionLaw:
         """Return the law as it is simulated."""
@@ -216,7 +216,7 @@ class ElastoPlasticAxis(_BristleAxis, _FallingAxis):
     """Elasto-plastic friction: LuGre whose bristles do not slip below a deflection."""
 
     title: ClassVar[str] = "elasto-plastic friction"
-    bristle_damping: float = required("sigma_1 of the bristles", "viscous_friction")
+    bristle_damping: float = required("$\\sigma_1$ of the bristles", "viscous_friction")
     elastic_deflection: float = required(
         "deflection below which the bristles do not slip", "position"
     )

@@ -40,8 +40,9 @@ Method = Literal[
     "landing", "exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset", "feedback"
 ]
 
-POSITION_GAIN: Any = key("proportional gain", ("N/m", "N m/rad"), positive)
-VELOCITY_GAIN: Any = key("derivative gain", ("N s/m", "N m s/rad"), non_negative)
+_BY_RULE = "by a rule; both gains or neither"
+POSITION_GAIN: Any = key("proportional gain", ("N/m", "N m/rad"), positive, says=_BY_RULE)
+VELOCITY_GAIN: Any = key("derivative gain", ("N s/m", "N m s/rad"), non_negative, says=_BY_RULE)
 LONGEST_WIDTH: Any = key("longest pulse", "time", positive, says="no limit")
 REST_SAMPLES: Any = key(
     "positions that must agree for a rest; twice as many must fit into a move",
@@ -70,7 +71,7 @@ class Controller(Table):
     """Quantities of ``[guess]`` that may be given beside what was learned."""
 
     method: Method = required("controller")
-    effort_limit: float = required("largest effort", "effort", positive)
+    effort_limit: float = required("largest effort; of pwc, that of every pulse", "effort", positive)
 
     @abstractmethod
     def build(self, setup: Setup, beliefs: Beliefs) -> AnyController:

@@ -6,14 +6,16 @@ from pydantic import model_validator
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
-from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
+from stickslip.scenario.controller import Controller
 from stickslip.scenario.guess import Beliefs
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key, required
 
 __all__ = ["PDControl", "PIDControl", "PIDDither", "PIDReset"]
 
-_INTEGRAL = ("N/(m s)", "N m/(rad s)")
+_STIFFNESS, _INTEGRAL = ("N/m", "N m/rad"), ("N/(m s)", "N m/(rad s)")
+_DAMPING = ("N s/m", "N m s/rad")
+_OTHERWISE = "required without `bandwidth`"
 _HERTZ = ("Hz", "Hz")
 
 _FILTER_TIME: Any = key(
@@ -57,8 +59,8 @@ class PDControl(_Feedback):
     """PD control."""
 
     title: ClassVar[str] = "PD control"
-    position_gain: float = required("proportional gain", ("N/m", "N m/rad"), positive)
-    velocity_gain: float = required("derivative gain", ("N s/m", "N m s/rad"), non_negative)
+    position_gain: float = required("proportional gain", _STIFFNESS, positive)
+    velocity_gain: float = required("derivative gain", _DAMPING, non_negative)
     filter_time: float | None = _FILTER_TIME
 
 
@@ -66,9 +68,9 @@ class PIDControl(_Feedback):
     """PID control, with gains of its own or by the bandwidth."""
 
     title: ClassVar[str] = "PID control"
-    position_gain: float | None = POSITION_GAIN
-    integral_gain: float | None = key("integral gain", _INTEGRAL, non_negative)
-    velocity_gain: float | None = VELOCITY_GAIN
+    position_gain: float | None = key("proportional gain", _STIFFNESS, positive, says=_OTHERWISE)
+    integral_gain: float | None = key("integral gain", _INTEGRAL, non_negative, says=_OTHERWISE)
+    velocity_gain: float | None = key("derivative gain", _DAMPING, non_negative, says=_OTHERWISE)
     filter_time: float | None = _FILTER_TIME
     bandwidth: float | None = key(
         "in place of the gains, with `mass` in `[guess]`", _HERTZ, positive

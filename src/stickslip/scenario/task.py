@@ -22,7 +22,7 @@ class TaskTable(Table):
     """Where the axis is to go, how exactly, and how often it tries."""
 
     start: float = key("where the axis rests at first", "position", default=0.0)
-    target: float | None = key("where it is to go; or `targets`", "position")
+    target: float | None = key("where it is to go", "position", says="or `targets`")
     targets: tuple[float, ...] | None = key("several targets, one after the other", "position")
     tolerance: float = required("largest error that counts as reached", "position", positive)
     duration: float = required("time for each move", "time", positive)
