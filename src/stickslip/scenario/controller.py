@@ -71,7 +71,9 @@ class Controller(Table):
     """Quantities of ``[guess]`` that may be given beside what was learned."""
 
     method: Method = required("controller")
-    effort_limit: float = required("largest effort; of pwc, that of every pulse", "effort", positive)
+    effort_limit: float = required(
+        "largest effort; of pwc, that of every pulse", "effort", positive
+    )
 
     @abstractmethod
     def build(self, setup: Setup, beliefs: Beliefs) -> AnyController:
