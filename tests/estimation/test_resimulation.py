@@ -7,6 +7,7 @@ from stickslip.estimation import (
     EnergyEstimator,
     ExtendedKalmanFilter,
     IdimLeastSquares,
+    SelectedModelEstimator,
     replay,
     unexplained_effort,
 )
@@ -59,6 +60,28 @@ def test_a_mass_that_the_estimate_does_not_hold_is_needed(log: AxisLog) -> None:
     assert wrong is not None
     assert wrong.fit < again.fit
     assert (unexplained_effort(log, estimate, inertia=1.5) or 1.0) < LEFT
+
+
+def test_what_is_left_counts_every_term_of_the_estimate() -> None:
+    """A spring, which the simulator lacks; without it half of the effort would be left."""
+    time = np.arange(0.0, 20.0, 1e-3)
+    middle = time + 0.5e-3  # of the time that an effort is held for
+    velocity = 0.1 * np.sin(2.0 * middle) + 0.05 * np.sin(5.0 * middle)
+    acceleration = 0.2 * np.cos(2.0 * middle) + 0.25 * np.cos(5.0 * middle)
+
+    def position(t: np.ndarray) -> np.ndarray:
+        return -0.05 * np.cos(2.0 * t) - 0.01 * np.cos(5.0 * t)
+
+    effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity + 60.0 * position(middle)
+    sprung = AxisLog(
+        name="sprung", kind="linear", time=time, effort=effort, measured_position=position(time)
+    )
+    estimate = SelectedModelEstimator().fit(sprung)
+    assert "spring_stiffness" in estimate.parameters
+    left = unexplained_effort(sprung, estimate)
+    assert left is not None
+    assert left < 0.01
+    assert replay(sprung, estimate) is None
 
 
 def test_what_is_not_identified_cannot_be_replayed(log: AxisLog) -> None:

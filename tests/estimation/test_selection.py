@@ -15,6 +15,7 @@ from stickslip.estimation.selection.plausibility import PlausibilityTuning
 from stickslip.estimation.selection.significance import (
     Basis,
     held_out_errors,
+    jackknife,
     significance,
 )
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
@@ -152,7 +153,7 @@ def test_plain_axis_without_noise_is_exact() -> None:
         assert estimate.value(name) == pytest.approx(value, rel=SAMPLED)
 
 
-@pytest.mark.parametrize("delay", [-0.0053, 0.0015, 0.002])
+@pytest.mark.parametrize("delay", [-0.0053, 0.0015, 0.002, 0.025])
 def test_delay_of_the_effort_is_estimated(delay: float) -> None:
     estimate = SelectedModelEstimator().fit(log_of(delay=delay))
     parameter = estimate.parameters["effort_delay"]
@@ -192,6 +193,27 @@ def test_a_law_that_explains_the_log_as_well_is_named() -> None:
 def test_no_law_is_named_where_the_log_distinguishes_them() -> None:
     found = SelectedModelEstimator().fit(log_of())
     assert not any("explains this log as well" in note for note in found.diagnostics.notes)
+
+
+def test_terms_are_tested_in_a_log_of_two_moves() -> None:
+    whole = log_of(lambda m: 20.0 * m.position)
+    # From one reversal of the motion to the next but one: 0.1 sin 2t + 0.05 sin 5t
+    turns = np.flatnonzero(np.diff(np.sign(Motion(time=TIME).velocity)) != 0)
+    lengths = turns[2:] - turns[:-2]
+    start = int(np.argmax(lengths))
+    found = SelectedModelEstimator().fit(whole.part(int(turns[start]), int(turns[start + 2])))
+    assert found.selection is not None
+    assert "spring" in {score.term for score in found.selection.scores}
+    spring = found.parameters.get("spring_stiffness")
+    assert spring is None or abs((spring.value or 0.0) - 20.0) < 4.0
+
+
+def test_a_jump_of_the_encoder_is_no_wrong_unit() -> None:
+    log = log_of()
+    jumped = log.measured_position + 0.0655 * (TIME > 8.0)
+    found = SelectedModelEstimator().fit(replace(log, measured_position=jumped))
+    assert found.status is Status.OK
+    assert found.value("mass") == pytest.approx(3.0, rel=0.01)
 
 
 def test_known_delay_is_not_estimated() -> None:
@@ -512,6 +534,19 @@ def test_held_out_errors_are_those_of_refits() -> None:
         values = np.linalg.lstsq(columns[~out], target[~out], rcond=None)[0]
         expected.append(np.sum((target[out] - columns[out] @ values) ** 2))
     assert held_out_errors(columns, target, group) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_jackknife_is_that_of_refits() -> None:
+    rng = np.random.default_rng(6)
+    columns = rng.standard_normal((60, 3)) * [1.0, 1e3, 1e-3]
+    target = rng.standard_normal(60)
+    group = np.repeat(np.arange(5), 12)
+    without = np.array(
+        [np.linalg.lstsq(columns[group != k], target[group != k], rcond=None)[0] for k in range(5)]
+    )
+    expected = 4.0 / 5.0 * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
+    found = jackknife(columns, target, group)
+    assert np.sum(found**2, axis=0) == pytest.approx(expected, rel=1e-9)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.95])

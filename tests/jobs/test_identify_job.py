@@ -49,6 +49,22 @@ def test_a_log_in_memory_and_its_file_give_the_same_estimate(log: AxisLog, tmp_p
     assert from_file.provenance.files == ("stage.csv",)
 
 
+def test_a_mass_may_be_given_by_either_name(log: AxisLog) -> None:
+    options = {"load_mass": 1.0, "stiffness": 1.0}
+    first = identify(log, mass=1.0, **options).estimate
+    second = identify(log, inertia=1.0, load_inertia=1.0, stiffness=1.0).estimate
+    assert {n: p.value for n, p in first.parameters.items()} == {
+        n: p.value for n, p in second.parameters.items()
+    }
+    with pytest.raises(InputError, match="both given"):
+        identify(log, mass=1.0, inertia=1.0)
+
+
+def test_a_term_may_be_given_as_one_word(log: AxisLog) -> None:
+    found = identify(log, include="spring").estimate
+    assert found.provenance.options["include"] == ["spring"]
+
+
 def test_truth_is_shown_and_not_used(log: AxisLog) -> None:
     wrong = {"coulomb_friction": 99.0}
     told = identify(log, truth=wrong)

@@ -22,6 +22,7 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.regression.resimulation import (
     OPTIONAL,
+    can_simulate,
     identified_balance,
     identified_plant,
     resimulate,
@@ -39,21 +40,12 @@ from stickslip.records import (
     EstimateEvolution,
     FrictionEstimate,
     Identification,
-    quantity_name,
 )
 
 __all__ = ["examine"]
 
 Stretches = Sequence[tuple[EnergyLevels, AxisLog]]
 """As `EnergyEstimator.levels` returns them."""
-
-_SIMULATED = frozenset(
-    {
-        *("mass", "inertia", "load_mass", "load_inertia", "stiffness", "offset"),
-        *("viscous_friction", "coulomb_friction", "static_friction", "stribeck_velocity"),
-    }
-)
-"""Parameters that the energy balance and the simulator have; with others, neither is drawn."""
 
 _EDGE_PERIODS = 2.0  # of the cutoff: the filter knows nothing beyond the ends
 _EVOLUTION_POINTS = 200
@@ -112,7 +104,7 @@ def examine(
     if balance is None or not needed <= set(values):
         return Identification(log=log, estimate=estimate, truth=truth)
     regression = _with_columns(fit.rows, [name in values for name in fit.rows.names])
-    if not {quantity_name(name) for name in estimate.parameters} <= _SIMULATED:
+    if not can_simulate(estimate):
         evolution = _evolution(regression, estimate)
         return Identification(log=log, estimate=estimate, truth=truth, evolution=evolution)
     stretches = balance.levels(log)

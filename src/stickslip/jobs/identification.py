@@ -22,7 +22,9 @@ def identify(
     columns: AxisSchema | None = None,
     estimator: str | Estimator = "auto",
     inertia: float | None = None,
+    mass: float | None = None,
     load_inertia: float | None = None,
+    load_mass: float | None = None,
     stiffness: float | None = None,
     per_direction: bool = False,
     offset: bool | None = None,
@@ -52,11 +54,12 @@ def identify(
     estimator
         Name in `stickslip.estimation.ESTIMATORS`, or an estimator; all settings of the latter are
         its own, so that none can be given here.
-    inertia
-        Moving mass or inertia, of the first body of a flexible arm [kg or kg m^2]; None estimates
-        it.
-    load_inertia
-        Mass or inertia of the second body of a flexible arm [kg or kg m^2]; None for a rigid axis.
+    inertia, mass
+        Moving inertia or mass, whichever name, of the first body of a flexible arm [kg or kg m^2];
+        None estimates it.
+    load_inertia, load_mass
+        Inertia or mass of the second body of a flexible arm [kg or kg m^2]; None for a rigid
+        axis.
     stiffness
         Of the spring between the two [N/m or N m/rad]; None for a rigid axis.
     per_direction
@@ -127,6 +130,10 @@ def identify(
     """
     if isinstance(estimator, str):
         entry_of(estimator)
+    if mass is not None or load_mass is not None:
+        if inertia is not None or load_inertia is not None:
+            raise InputError("mass and inertia are both given", remedy="give one of them")
+        inertia, load_inertia = mass, load_mass
     # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
     # file's name should not wait for them.
     logs = _logs_of(log, schema, axis, columns)
@@ -141,8 +148,8 @@ def identify(
         cutoff=cutoff,
         forgetting_factor=forgetting_factor,
         initial_variance=initial_variance,
-        include=tuple(include),
-        exclude=tuple(exclude),
+        include=(include,) if isinstance(include, str) else tuple(include),
+        exclude=(exclude,) if isinstance(exclude, str) else tuple(exclude),
         select=select,
         effort_delay=None if isinstance(effort_delay, Mapping) else effort_delay,
         effort_kind=effort_kind,

@@ -383,7 +383,9 @@ def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]
     if "time" not in bound:
         unused = candidates(table, "time")
         listed = " and ".join(map(repr, unused))
-        return [f"time is the stated sampling, not column {listed}"] if unused else []
+        if not unused:
+            return []
+        return [f"time is the stated sampling of {log.sampling_time:.6g} s, not column {listed}"]
     notes: list[str] = []
     if log.timing_jitter > _NOTICEABLE_JITTER:
         notes.append(

@@ -101,7 +101,8 @@ def identification_page(found: Identification) -> Page:
     status = estimate.status
     caution = "" if status.trusted else " Do not use the values below as they stand."
     if missing:
-        words = "Not drawn, as the estimate is not good enough for it: "
+        why = "the simulator lacks terms of the model" if status.trusted else "the estimate is poor"
+        words = f"Not drawn, as {why}: "
         last = sections[-2]
         text = Text(f"{words}{', '.join(missing).lower()}.", "missing")
         sections[-2] = last._replace(blocks=[*last.blocks, text])

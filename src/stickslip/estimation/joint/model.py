@@ -125,6 +125,25 @@ class JointModel(Model):
             own = own[:, ~self._delay_known]
         return np.column_stack([columns * each[:, None] for each in own.T])
 
+    @property
+    def delays(self) -> Float[np.ndarray, " k"]:
+        """Delays of the effort of the logs where it is not known [samples]."""
+        delays = np.array([part.delay for part in self.rows.parts])
+        return delays[~self._delay_known]
+
+    def with_delays(self, delays: Float[np.ndarray, " k"]) -> "JointModel":
+        """Return the model with other delays of the effort, over the same windows if they fit.
+
+        Parameters
+        ----------
+        delays
+            As `delays` returns them [samples].
+        """
+        every = np.array([part.delay for part in self.rows.parts])
+        every[~self._delay_known] = delays
+        parts = [self.of_log(k).shifted(delay).rows for k, delay in enumerate(every.tolist())]
+        return replace(self, rows=StackedRows.of(parts))
+
     def stepped(self, largest_delay: float) -> tuple["JointModel", float]:
         """Return the model after a Gauss-Newton step of all delays, and the largest step [samples].
 

@@ -14,13 +14,15 @@ from stickslip.estimation.energy.levels import EnergyLevels
 from stickslip.estimation.figures import LARGEST_PLOT
 from stickslip.estimation.regression.identified_law import identified_law
 from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.selection.prediction import prediction_error
 from stickslip.friction import StribeckEffect, StribeckFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import AxisLog, FrictionEstimate, Resimulation
+from stickslip.records import AxisLog, FrictionEstimate, Resimulation, quantity_name
 from stickslip.simulation import simulate
 
 __all__ = [
     "OPTIONAL",
+    "can_simulate",
     "identified_balance",
     "identified_effect",
     "identified_plant",
@@ -36,13 +38,33 @@ OPTIONAL = ("static_friction", "stribeck_velocity")
 """Without these an estimate is that of a law without a step from static to Coulomb friction."""
 
 
+_SIMULATED = frozenset(
+    {
+        *("mass", "inertia", "load_mass", "load_inertia", "stiffness", "offset"),
+        *("viscous_friction", "coulomb_friction", "static_friction", "stribeck_velocity"),
+    }
+)
+
+
+def can_simulate(estimate: FrictionEstimate) -> bool:
+    """Return whether energy balance and simulator have every term of an estimate.
+
+    Parameters
+    ----------
+    estimate
+        Of any estimator.
+    """
+    return {quantity_name(name) for name in estimate.parameters} <= _SIMULATED
+
+
 def unexplained_effort(
     log: AxisLog, estimate: FrictionEstimate, *, inertia: float | None = None
 ) -> float | None:
     """Return what an estimate leaves of the effort of a rigid axis.
 
     Norm of effort less inertia force, friction and offset over norm of the effort, both smoothed
-    and decimated as `IdimLeastSquares` does it, and without rows at rest.
+    and decimated as `IdimLeastSquares` does it, and without rows at rest. Of an estimate with
+    further terms (spring, drift, delay ...) both are means over the windows of the selected model.
 
     Parameters
     ----------
@@ -65,6 +87,8 @@ def unexplained_effort(
     values = _values(estimate, inertia)
     if values is None:
         return None
+    if not can_simulate(estimate):
+        return prediction_error(estimate, log, inertia=inertia)
     rows = IdimLeastSquares(
         per_direction=_per_direction(estimate),
         offset="offset" in values,
@@ -100,13 +124,16 @@ def replay(
 
     Returns
     -------
-    None if a parameter is missing, or the mass is not positive.
+    None if a parameter is missing, the simulator lacks a term of the estimate, or the mass is not
+    positive.
 
     Raises
     ------
     InputError
         If the log is too short, or lacks the load of a flexible arm.
     """
+    if not can_simulate(estimate):
+        return None
     balance = identified_balance(
         estimate, inertia=inertia, load_inertia=load_inertia, stiffness=stiffness
     )

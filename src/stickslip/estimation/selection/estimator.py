@@ -2,10 +2,12 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from numbers import Real
 from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from scipy.special import chdtri
 
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, least_squares
@@ -38,6 +40,7 @@ from stickslip.estimation.selection.search import (
     smallest_ratio,
     with_terms,
 )
+from stickslip.estimation.selection.significance import jackknife
 from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
@@ -47,7 +50,7 @@ from stickslip.estimation.selection.terms import (
     candidate_terms,
 )
 from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotions, slip_motions
-from stickslip.estimation.weak_form.rows import window_rows
+from stickslip.estimation.weak_form.rows import FEWEST_FOLDS, window_rows
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import (
     AxisLog,
@@ -75,6 +78,8 @@ class IntervalTuning:
     smallest_ratio: float = 3e-3
     """Smallest over largest singular value of the columns of wide windows [-]: below it they do not
     determine the parameters."""
+    moves_p_value: float = 0.01
+    """Of the differences between moves, beyond which they count [-]."""
     fewest_moves: float = 0.7
     """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
     one between moves and not between windows."""
@@ -200,6 +205,10 @@ class SelectedModelEstimator:
                 remedy=f"use one of {', '.join(EFFORT_KINDS)}",
             )
         if self.effort_delay is not None:
+            if not isinstance(self.effort_delay, Real):
+                raise InputError(
+                    f"the effort delay is {self.effort_delay!r}", remedy="give a time in s"
+                )
             if not abs(self.effort_delay) <= _LARGEST_DELAY:
                 raise InputError(
                     f"the effort delay is {self.effort_delay:g} s; it must be within "
@@ -349,6 +358,7 @@ class SelectedModelEstimator:
             )
             if shift is not None
         ]
+        shifts += self.between_moves(model, rows, estimate)
         if shifts:
             estimate, regression = self._solved(log, motions, model, rows, notes, np.array(shifts))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
@@ -495,6 +505,30 @@ class SelectedModelEstimator:
                 if abs(shift) > max(tuning.fewest_deviations * chance, abs(shifts[place])):
                     shifts[place] = shift
         return shifts if np.any(shifts) else None
+
+    def between_moves(
+        self, model: Model, rows: ModelRows, estimate: FrictionEstimate
+    ) -> list[Float[np.ndarray, " p"]]:
+        """Return the jackknife differences between moves; none if they are what chance explains.
+
+        A term that the model lacks acts differently in different moves.
+
+        Parameters
+        ----------
+        model, rows, estimate
+            As fitted.
+        """
+        folds = model.rows.folds
+        count = int(folds[-1]) + 1 if folds.size else 0
+        if count < FEWEST_FOLDS:
+            return []
+        differences = jackknife(rows.columns, rows.target, folds)
+        stds = [estimate.parameters[name].std for name in rows.names]
+        own = np.array([np.inf if std is None else std for std in stds])
+        most = chdtri(count - 1, self.tuning.intervals.moves_p_value) / (count - 1)
+        if not np.any(np.sum(differences**2, axis=0) > most * own**2):
+            return []
+        return list(differences)
 
     def of_other_terms(
         self, model: Model, rows: ModelRows, terms: Sequence[Term]

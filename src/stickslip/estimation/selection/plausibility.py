@@ -102,7 +102,7 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
     tuning
         What is plausible.
     """
-    speed = motions.largest_speed
+    speed = motions.top_speed
     moving = motions.moving(lambda m: m.position)
     if moving.size == 0:
         return ""

@@ -5,14 +5,14 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.prepare import prepare
+from stickslip.estimation.prepare import prepare, repaired
 from stickslip.estimation.selection.law import law_effort
 from stickslip.estimation.selection.search import SearchTuning, half_width
 from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotion, slip_motions
-from stickslip.estimation.weak_form.windows import Weight, convolved
+from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
 from stickslip.records import AxisLog, EffortKind, FrictionEstimate, InputError, ModelSelection
 
-__all__ = ["predict_effort"]
+__all__ = ["predict_effort", "prediction_error"]
 
 
 def predict_effort(
@@ -72,6 +72,41 @@ def predict_effort(
     >>> bool(np.nanmax(np.abs(predicted - effort)) < 0.02)
     True
     """
+    return _predicted(estimate, log, inertia, window)[0]
+
+
+def prediction_error(
+    estimate: FrictionEstimate, log: AxisLog, *, inertia: float | None = None
+) -> float | None:
+    """Return the share of the effort that the prediction leaves, over windows in slip [-].
+
+    Norm of the error over norm of the effort, both means over the windows that
+    `SelectedModelEstimator` fits the log over. None if no window is whole.
+
+    Parameters
+    ----------
+    estimate, log, inertia
+        As in `predict_effort`.
+
+    Raises
+    ------
+    InputError
+        As `predict_effort`.
+    """
+    predicted, weight = _predicted(estimate, log, inertia, None)
+    known = np.isfinite(predicted)
+    taps = weight.mean()
+    whole = whole_windows(known.astype(np.int64), known, weight.reach)
+    effort = repaired(log).effort
+    error = np.where(known, effort - np.nan_to_num(predicted), 0.0)
+    size = float(np.linalg.norm(convolved(np.where(known, effort, 0.0), taps)[whole]))
+    return float(np.linalg.norm(convolved(error, taps)[whole])) / size if size > 0.0 else None
+
+
+def _predicted(
+    estimate: FrictionEstimate, log: AxisLog, inertia: float | None, window: float | None
+) -> tuple[Float[np.ndarray, " n"], Weight]:
+    """Return the effort that is predicted, and the windows of the acceleration."""
     values = _values(estimate, log, inertia)
     if np.ptp(log.measured_position) == 0:
         raise InputError(
@@ -100,7 +135,8 @@ def predict_effort(
         effort[motion.direction == 0] = np.nan
         inside = (at >= motion.time[0]) & (at <= motion.time[-1])
         predicted[inside] = np.interp(at[inside], motion.time, effort)
-    return predicted / (1.0 + values.get("gain_drift", 0.0) * (log.time - selection.reference_time))
+    drift = values.get("gain_drift", 0.0) * (log.time - selection.reference_time)
+    return predicted / (1.0 + drift), weight
 
 
 def _middles(

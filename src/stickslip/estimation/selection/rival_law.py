@@ -48,7 +48,7 @@ def rival_law(model: Model, unit: str, tuning: RivalTuning) -> str:
         return ""
     if any(not shape.allows(rival.coefficients(term.name)) for term, shape in rival.chosen):
         return ""
-    move = model.rows.move
+    move = model.rows.folds
     worse = held_out_errors(rival.columns(), rival.target(), move)
     worse -= held_out_errors(model.columns(), model.target(), move)
     spread = float(np.std(worse, ddof=1)) * float(np.sqrt(worse.size))

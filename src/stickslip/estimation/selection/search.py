@@ -31,6 +31,7 @@ __all__ = [
     "half_width",
     "search",
     "smallest_ratio",
+    "testable",
     "with_terms",
 ]
 
@@ -86,6 +87,9 @@ class SearchTuning:
     most_rows: int = 2000
     """Rows in the search for waves [-]: bounds its time and memory."""
 
+
+_ROWS_PER_COLUMN = 3
+"""Rows of a model for each of its columns, below which no further term is tested."""
 
 LARGEST_STEP = 3.0
 """Of a delay [samples], within which the effort is nearly linear in it."""
@@ -193,6 +197,21 @@ class Model:
             return replace(self, rows=replace(self.rows, delay=delay))
         weight = replace(self.rows.weight, margin=margin + 1)
         return replace(self, rows=window_rows(self.rows.motions, weight, delay))
+
+    @property
+    def delays(self) -> Float[np.ndarray, " k"]:
+        """Delays of the effort that a term of the model stands for [samples]."""
+        return np.array([self.rows.delay])
+
+    def with_delays(self, delays: Float[np.ndarray, " k"]) -> "Model":
+        """Return the model with other delays of the effort, over the same windows if they fit.
+
+        Parameters
+        ----------
+        delays
+            As `delays` returns them [samples].
+        """
+        return self.shifted(float(delays[0]))
 
     def stepped(self, largest_delay: float) -> tuple["Model", float]:
         """Return the model after a Gauss-Newton step of the delay, and its size [samples].
@@ -309,19 +328,19 @@ def search(
         Whether to look for forces that repeat along the travel.
     """
     found: list[TermScore] = []
-    while len(model.chosen) < tuning.most_terms and model.rows.moves > 3:
+    while len(model.chosen) < tuning.most_terms:
         columns, target = model.columns(), model.target()
-        if columns.shape[0] < 3 * columns.shape[1]:
+        if not testable(model):
             break
         basis = model.basis()
-        errors = held_out_errors(columns, target, model.rows.move)
+        errors = held_out_errors(columns, target, model.rows.folds)
         taken = {name for chosen in model.names for name in (chosen, *EXCLUSIVE.get(chosen, ()))}
         candidates = [
             term
             for term in _offered(model, terms, basis, tuning, ripple=ripple)
             if term.name not in taken
         ]
-        tried = [_tried(model, term, basis, columns, errors) for term in candidates]
+        tried = [_tried(model, term, basis, columns, errors, tuning) for term in candidates]
         tried = [trial for trial in tried if trial is not None]
         others = tuple(trial.score for trial in tried)
         accepted = [trial for trial in tried if _accepted(trial, tuning)]
@@ -338,6 +357,11 @@ def search(
         if SATURATION in model.names:
             break
     return replace(model, scores=tuple(found))
+
+
+def testable(model: Model) -> bool:
+    """Return whether there are rows enough to test for a further term."""
+    return model.rows.size >= _ROWS_PER_COLUMN * model.columns().shape[1]
 
 
 def with_terms(
@@ -414,18 +438,64 @@ def _tried(
     term: Term,
     basis: Basis,
     columns: Float[np.ndarray, "n p"],
-    errors: Float[np.ndarray, " moves"],
+    errors: Float[np.ndarray, " folds"],
+    tuning: SearchTuning,
 ) -> _Trial | None:
     """Return the best shape of a term with its score; None if no shape has the right sign."""
     best = _best_shape(model, term, basis)
     if best is None:
         return None
     shape, partial = best
+    if term.name == DELAY and basis.share(partial) > tuning.smallest_share:
+        delayed = _settled(replace(model, chosen=(*model.chosen, (term, shape))), tuning)
+        if delayed.settled and testable(delayed):
+            return _tried_delay(model, delayed)
     own = model.term_columns(term, shape)
-    target, move = basis.target, model.rows.move
-    gains = errors - held_out_errors(np.column_stack([columns, own]), target, move)
+    gains = errors - held_out_errors(
+        np.column_stack([columns, own]), basis.target, model.rows.folds
+    )
+    return _scored(term, shape, model, basis, partial, own, errors, gains)
+
+
+def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
+    """Return the score of a delay of several samples, over which the effort is not linear.
+
+    The test is that of the difference of the delays in the effort's slope at the delay found.
+
+    Parameters
+    ----------
+    model
+        Without the term.
+    delayed
+        With it, at the delay that fits best.
+    """
+    term, shape = delayed.chosen[-1]
+    own = delayed.term_columns(term, shape)
+    late = replace(delayed, chosen=model.chosen)
+    target = late.target() + own @ (delayed.delays - model.delays)
+    basis = Basis.of(late.columns(), target, late.rows.log)
+    partial = basis.partial(own)
+    if partial is None:
+        return None
+    before = late.with_delays(model.delays)
+    errors = held_out_errors(before.columns(), before.target(), before.rows.folds)
+    gains = errors - held_out_errors(delayed.columns(), delayed.target(), delayed.rows.folds)
+    return _scored(term, shape, late, basis, partial, own, errors, gains)
+
+
+def _scored(
+    term: Term,
+    shape: Shape,
+    model: Model,
+    basis: Basis,
+    partial: Partial,
+    own: Float[np.ndarray, "n q"],
+    errors: Float[np.ndarray, " folds"],
+    gains: Float[np.ndarray, " folds"],
+) -> _Trial:
+    """Return the score of a term beside the model, from the errors on rows left out of the fit."""
     total = max(float(np.sum(errors)), np.finfo(float).tiny)
-    every = np.column_stack([columns, own])
+    every = np.column_stack([model.columns(), own])
     if term.name == "two-thirds":  # it may take the place of viscous friction
         every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
     score = TermScore(
@@ -469,7 +539,7 @@ def _pair(model: Model, tried: Sequence[_Trial], tuning: SearchTuning) -> tuple[
     for first, second in combinations(large, 2):
         if second.term.name in EXCLUSIVE.get(first.term.name, ()):
             continue
-        pair = (_beside(model, second, first), _beside(model, first, second))
+        pair = (_beside(model, second, first, tuning), _beside(model, first, second, tuning))
         accepted = [trial for trial in pair if trial is not None and _accepted(trial, tuning)]
         if len(accepted) == 2 and (not best or _gain(accepted) > _gain(best)):
             best = tuple(accepted)
@@ -480,12 +550,12 @@ def _gain(pair: Sequence[_Trial]) -> float:
     return min(trial.score.gain for trial in pair)
 
 
-def _beside(model: Model, other: _Trial, trial: _Trial) -> _Trial | None:
+def _beside(model: Model, other: _Trial, trial: _Trial, tuning: SearchTuning) -> _Trial | None:
     """Return a term as tried in a model that has another one."""
     larger = _with(model, other)
     columns, target = larger.columns(), larger.target()
-    errors = held_out_errors(columns, target, larger.rows.move)
-    return _tried(larger, trial.term, larger.basis(), columns, errors)
+    errors = held_out_errors(columns, target, larger.rows.folds)
+    return _tried(larger, trial.term, larger.basis(), columns, errors, tuning)
 
 
 def _with(model: Model, trial: _Trial) -> Model:

@@ -8,7 +8,7 @@ from scipy.special import fdtrc
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
 
-__all__ = ["Basis", "Partial", "held_out_errors", "significance"]
+__all__ = ["Basis", "Partial", "held_out_errors", "jackknife", "significance"]
 
 _COSINES = (12, 6)
 _COLLINEAR = 1e-6  # of its norm: what is left of a column that the others make up
@@ -154,13 +154,49 @@ def held_out_errors(
     group
         Number of the group of each row, from 0 and without decrease [-].
     """
+    products, values, _ = _left_out(columns, target, group)
+    own, cross = products[:, :-1, :-1], products[:, :-1, -1:]
+    squares = products[:, -1, -1] - 2.0 * (np.swapaxes(values, 1, 2) @ cross)[:, 0, 0]
+    squares += (np.swapaxes(values, 1, 2) @ own @ values)[:, 0, 0]
+    return np.maximum(squares, 0.0)
+
+
+def jackknife(
+    columns: Float[np.ndarray, "n p"],
+    target: Float[np.ndarray, " n"],
+    group: Int[np.ndarray, " n"],
+) -> Float[np.ndarray, "groups p"]:
+    """Return rows J with the jackknife covariance J^T J of the coefficients.
+
+    J has the changes of the coefficients without each group, times sqrt((g - 1)/g) for g groups
+    (B. Efron 1982, "The jackknife, the bootstrap and other resampling plans").
+
+    Parameters
+    ----------
+    columns, target, group
+        As in `held_out_errors`.
+    """
+    _, values, norms = _left_out(columns, target, group)
+    values = values[:, :, 0] / np.where(norms > 0, norms, 1.0)
+    count = values.shape[0]
+    return (values - np.mean(values, axis=0)) * float(np.sqrt((count - 1) / count))
+
+
+def _left_out(
+    columns: Float[np.ndarray, "n p"],
+    target: Float[np.ndarray, " n"],
+    group: Int[np.ndarray, " n"],
+) -> tuple[
+    Float[np.ndarray, "groups q q"], Float[np.ndarray, "groups p 1"], Float[np.ndarray, " p"]
+]:
+    """Return the products of columns and target in each group, and the fits to all other groups.
+
+    The columns are taken at unit norm; their norms are returned too.
+    """
     norms = np.linalg.norm(columns, axis=0)
     table = np.column_stack([columns / np.where(norms > 0, norms, 1.0), target])
     starts = np.flatnonzero(np.diff(group, prepend=-1))
     products = np.add.reduceat(table[:, :, None] * table[:, None, :], starts, axis=0)
     rest = np.sum(products, axis=0) - products
     values = np.linalg.pinv(rest[:, :-1, :-1], rcond=1e-10, hermitian=True) @ rest[:, :-1, -1:]
-    own, cross = products[:, :-1, :-1], products[:, :-1, -1:]
-    squares = products[:, -1, -1] - 2.0 * (np.swapaxes(values, 1, 2) @ cross)[:, 0, 0]
-    squares += (np.swapaxes(values, 1, 2) @ own @ values)[:, 0, 0]
-    return np.maximum(squares, 0.0)
+    return products, values, norms

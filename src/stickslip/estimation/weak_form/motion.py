@@ -115,6 +115,15 @@ class SlipMotions:
         """Largest smoothed speed [m/s or rad/s]."""
         return max(float(np.max(np.abs(m.velocity))) for m in self.stretches)
 
+    @property
+    def top_speed(self) -> float:
+        """Smoothed speed that 99 % of the samples in slip are below [m/s or rad/s].
+
+        The largest one may be that of a jump of the encoder.
+        """
+        moving = self.moving(lambda m: np.abs(m.velocity))
+        return float(np.quantile(moving, 0.99)) if moving.size else 0.0
+
 
 _FAR = 3.0  # ranges of the position: an axis whose origin is so far away has its spring elsewhere
 _GROWTH = 1.4  # of a window, from one trial to the next

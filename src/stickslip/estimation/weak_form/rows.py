@@ -11,10 +11,13 @@ from stickslip.estimation.weak_form.motion import SlipMotion
 from stickslip.estimation.weak_form.shape import Column, Shape
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
 
-__all__ = ["ROWS_PER_WINDOW", "WindowRows", "window_rows"]
+__all__ = ["FEWEST_FOLDS", "ROWS_PER_WINDOW", "WindowRows", "window_rows"]
 
 ROWS_PER_WINDOW = 6
 """Rows in the width of a window: the weight passes next to nothing that they cannot hold."""
+
+FEWEST_FOLDS = 4
+"""Groups of rows that are left out of a fit in turn, for a standard error of what that costs."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -53,6 +56,24 @@ class WindowRows:
     def moves(self) -> int:
         """Number of moves."""
         return int(self.move[-1]) + 1 if self.size else 0
+
+    @cached_property
+    def folds(self) -> Int[np.ndarray, " n"]:
+        """Number of the group of rows that is left out of a fit together [-].
+
+        A group is a move. With less than `FEWEST_FOLDS` moves it is one of the equal parts of each.
+        """
+        if not 0 < self.moves < FEWEST_FOLDS:
+            return self.move
+        parts = -(-FEWEST_FOLDS // self.moves)
+        numbers: list[Int[np.ndarray, " _"]] = []
+        count = 0
+        for move in range(self.moves):
+            rows = int(np.sum(self.move == move))
+            own = min(parts, rows)
+            numbers.append(count + np.arange(rows) * own // rows)
+            count += own
+        return np.concatenate(numbers)
 
     @cached_property
     def log(self) -> Int[np.ndarray, " n"]:
@@ -148,7 +169,8 @@ def window_rows(motions: Sequence[SlipMotion], weight: Weight, delay: float = 0.
     numbers: list[Int[np.ndarray, " _"]] = []
     moves = 0
     for motion in motions:
-        middles = _strided(whole_windows(motion.direction, motion.usable, weight.reach), stride)
+        whole = whole_windows(motion.direction, motion.usable, weight.half_width + 1, weight.reach)
+        middles = _strided(whole, stride)
         changes = np.concatenate(([0], np.cumsum(np.diff(motion.direction) != 0)))
         number = np.unique(changes[middles], return_inverse=True)[1].astype(np.int64)
         every.append(middles)

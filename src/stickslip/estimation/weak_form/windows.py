@@ -155,9 +155,12 @@ def convolved(
 
 
 def whole_windows(
-    direction: Int[np.ndarray, " n"], usable: Bool[np.ndarray, " n"], reach: int
+    direction: Int[np.ndarray, " n"],
+    usable: Bool[np.ndarray, " n"],
+    reach: int,
+    effort_reach: int | None = None,
 ) -> Bool[np.ndarray, " n"]:
-    """Mark the middles of windows in which all samples are usable and move one way.
+    """Mark the middles of windows in which all samples move one way and are usable.
 
     Parameters
     ----------
@@ -166,15 +169,20 @@ def whole_windows(
     usable
         Whether a sample may be used.
     reach
-        Samples on either side of the middle.
+        Samples on either side of the middle that move one way.
+    effort_reach
+        Samples on either side that are usable: a delayed effort is from before or after the motion
+        that it causes. The same as ``reach`` if None.
     """
-    n = direction.size
-    marks = np.zeros(n, dtype=bool)
+    one_way = _all_within(direction == 1, reach) | _all_within(direction == -1, reach)
+    return one_way & _all_within(usable, reach if effort_reach is None else effort_reach)
+
+
+def _all_within(marks: Bool[np.ndarray, " n"], reach: int) -> Bool[np.ndarray, " n"]:
+    """Return whether all samples as far as ``reach`` on either side are there and marked."""
     width = 2 * reach + 1
-    if n < width:
-        return marks
-    for sign in (1, -1):
-        good = np.concatenate(([0], np.cumsum((direction == sign) & usable)))
-        whole = good[width:] - good[:-width] == width
-        marks[reach : n - reach] |= whole
-    return marks
+    found = np.zeros(marks.size, dtype=bool)
+    if marks.size >= width:
+        count = np.concatenate(([0], np.cumsum(marks)))
+        found[reach : marks.size - reach] = count[width:] - count[:-width] == width
+    return found
