@@ -5,7 +5,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
-from stickslip import __version__, write_positioning_page
+from stickslip import __version__, write_report
 from stickslip.estimation import ESTIMATORS
 from stickslip.jobs import demonstrate, position
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
@@ -174,7 +174,7 @@ def _write_demonstration() -> None:
     demonstrate(folder)
     for scenario, page in (("gravity", "positioning"), ("arm", "arm")):
         task = position(docs.parent / "examples" / "scenarios" / f"{scenario}.toml")
-        write_positioning_page(task, folder / f"{page}.html")
+        write_report(task, folder / f"{page}.html")
 
 
 _write_tables()

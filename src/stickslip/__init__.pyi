@@ -206,10 +206,7 @@ from .records import (
     Status as Status,
 )
 from .presentation import (
-    write_comparison_page as write_comparison_page,
-)
-from .presentation import (
-    write_positioning_page as write_positioning_page,
+    figures_of as figures_of,
 )
 from .presentation import (
     write_report as write_report,

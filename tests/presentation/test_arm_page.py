@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from pages import MOST_BYTES, plots_of
 
-from stickslip.presentation import write_positioning_page
+from stickslip.presentation import write_report
 from stickslip.records import (
     ArmRun,
     ArmSeries,
@@ -153,7 +153,7 @@ def positioning(*runs: PositioningRun) -> Positioning:
 
 
 def written(result: Positioning, folder: Path) -> str:
-    return write_positioning_page(result, folder / "arm.html").read_text(encoding="utf-8")
+    return write_report(result, folder / "arm.html").read_text(encoding="utf-8")
 
 
 def data(text: str, anchor: str) -> Any:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip import EstimationTask, write_comparison_page
+from stickslip import EstimationTask, write_report
 from stickslip.friction import CoulombViscousFriction
 from stickslip.jobs import compare_log
 from stickslip.plants import SingleMass
@@ -69,7 +69,7 @@ def study(**changes: object) -> EstimatorStudy:
 def test_a_page_of_a_log_holds_every_estimator(
     comparison: EstimatorComparison, tmp_path: Path
 ) -> None:
-    text = write_comparison_page(comparison, tmp_path / "page.html").read_text(encoding="utf-8")
+    text = write_report(comparison, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "<h1>a &lt;b&gt; stage</h1>" in text
     for name in ("energy", "idim-ls", "gradient"):
         assert f'id="motion-{name}"' in text
@@ -88,12 +88,12 @@ def test_a_page_of_a_log_holds_every_estimator(
 def test_what_was_known_is_told(comparison: EstimatorComparison, tmp_path: Path) -> None:
     task = EstimationTask(inertia=1.5)
     found = compare_log(comparison.log, task=task, only=("energy", "gradient"))
-    text = write_comparison_page(found, tmp_path / "page.html").read_text(encoding="utf-8")
+    text = write_report(found, tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Told to be known: mass 1.5 kg." in text
 
 
 def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
-    text = write_comparison_page(study(), tmp_path / "page.html").read_text(encoding="utf-8")
+    text = write_report(study(), tmp_path / "page.html").read_text(encoding="utf-8")
     for words in (
         "a &lt;b&gt; scenario",
         "Mass: 2 kg; Cramér-Rao bound 0.5 %",
@@ -111,14 +111,14 @@ def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
 
 def test_what_cannot_be_trusted_is_said_first(tmp_path: Path) -> None:
     scores = (EstimatorScore(name="energy", why_not="nothing moves"),)
-    text = write_comparison_page(study(scores=scores), tmp_path / "page.html").read_text()
+    text = write_report(study(scores=scores), tmp_path / "page.html").read_text()
     assert "None of the estimates can be trusted" in text
 
 
 def test_contradictory_results_are_on_the_page(
     comparison: EstimatorComparison, tmp_path: Path
 ) -> None:
-    plain = write_comparison_page(comparison, tmp_path / "plain.html").read_text()
+    plain = write_report(comparison, tmp_path / "plain.html").read_text()
     assert ("Contradictory results" in plain) == bool(comparison.contradictions)
     energy = comparison.compared[0]
     assert energy.estimate is not None
@@ -127,7 +127,7 @@ def test_contradictory_results_are_on_the_page(
     estimate = replace(energy.estimate, parameters={**energy.estimate.parameters, "mass": moved})
     other = replace(energy, name="idim-ls", estimate=estimate)
     found = replace(comparison, compared=(energy, other))
-    text = write_comparison_page(found, tmp_path / "contradictory.html").read_text()
+    text = write_report(found, tmp_path / "contradictory.html").read_text()
     assert "Contradictory results: at least one method is wrong." in text
     assert "idim-ls 9.000 ± 0.1" in text
     assert "Some of these contradict each other." in text

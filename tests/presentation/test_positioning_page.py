@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from pages import MOST_BYTES, Page
 
-from stickslip.presentation import write_positioning_page
+from stickslip.presentation import write_report
 from stickslip.records import (
     AxisKind,
     Ending,
@@ -118,7 +118,7 @@ def make(*runs: PositioningRun, kind: AxisKind = "linear") -> Positioning:
 
 
 def page_of(positioning: Positioning, folder: Path) -> Page:
-    return Page(write_positioning_page(positioning, folder / "page.html"))
+    return Page(write_report(positioning, folder / "page.html"))
 
 
 def test_everything_of_a_run_is_on_the_page(tmp_path: Path) -> None:
@@ -285,5 +285,5 @@ def test_nothing_is_fetched_and_no_text_leaves_its_place(tmp_path: Path) -> None
 
 def test_a_place_that_cannot_be_written_is_refused(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="does not exist"):
-        write_positioning_page(make(), tmp_path / "no" / "page.html")
+        write_report(make(), tmp_path / "no" / "page.html")
     assert list(tmp_path.iterdir()) == []

@@ -91,7 +91,7 @@ def compare(
     files.check(inputs=reading.inputs(source))
     reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:
-        from stickslip import EstimationTask, write_comparison_page
+        from stickslip import EstimationTask, write_report
         from stickslip.jobs import compare_log, compare_scenario
 
         task = EstimationTask(
@@ -116,7 +116,7 @@ def compare(
                 only=chosen,
                 progress=progress,
             )
-        files.write(found.to_dict, partial(write_comparison_page, found))
+        files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_comparison
 
     files.tell(found.to_dict, partial(print_comparison, found=found))

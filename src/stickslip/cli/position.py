@@ -68,7 +68,7 @@ def position(
         inputs = [each for each in read.inputs if not (goes_on and each == read.learnt)]
         check_output(path, inputs=[scenario, *inputs], what=option)
     with progress_bar(f"positioning, {scenario.name}") as progress:
-        from stickslip import write_positioning_page
+        from stickslip import write_report
         from stickslip.jobs import position, write_json
 
         result = position(read, progress=progress)
@@ -78,7 +78,7 @@ def position(
         if (path := json_file(json)) is not None:
             write_json(result.to_dict(), path)
         if report is not None:
-            write_positioning_page(result, report)
+            write_report(result, report)
     from stickslip.presentation.terminal import print_positioning
 
     written = {"JSON": json_file(json), "Report": report, "Learnt": saved}

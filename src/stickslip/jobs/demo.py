@@ -11,7 +11,7 @@ from stickslip.jobs.json_file import write_json
 from stickslip.jobs.positioning import position
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.outputs import files_at_once
-from stickslip.presentation import write_positioning_page, write_report
+from stickslip.presentation import write_report
 from stickslip.records import Identification, InputError, Positioning
 
 __all__ = ["Demonstration", "demonstrate"]
@@ -101,7 +101,7 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
         # Likewise the way of a user's scenario
         (scratch / _SCENARIO).write_text(_scenario(seed), encoding="utf-8")
         landing = position(scratch / _SCENARIO)
-        write_positioning_page(landing, scratch / _LANDING)
+        write_report(landing, scratch / _LANDING)
     return Demonstration(
         setting=f"Simulated with surrogate values: {surrogate.SETTING}.",
         identification=identification,

@@ -1,7 +1,6 @@
 """Estimators side by side, on a log or over the runs of a scenario, as tables and as a page."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from stickslip.presentation.figures.comparison import estimate_plots, motion_plots, score_plots
 from stickslip.presentation.page import (
@@ -15,11 +14,11 @@ from stickslip.presentation.page import (
     Text,
     Verdict,
     scenario_blocks,
-    write_page,
 )
 from stickslip.presentation.table import Cell, Column, Table
 from stickslip.presentation.words import (
     NONE,
+    assumed_units,
     missing_parameters,
     or_none,
     printed_unit,
@@ -45,7 +44,6 @@ __all__ = [
     "estimate_table",
     "reasons_against",
     "score_tables",
-    "write_comparison_page",
 ]
 
 _WIDEST_NAME, _WIDEST_NUMBER = 22, 9  # characters, so that tables on a terminal stand in line
@@ -58,31 +56,6 @@ _LEGEND = (
     "logged effort and started anew twenty times. A sample: time of a whole fit over the "
     "samples of the log."
 )
-
-
-def write_comparison_page(found: EstimatorComparison | EstimatorStudy, path: Path | str) -> Path:
-    """Write a comparison of estimators as one HTML page that works offline.
-
-    The page holds everything it needs and fetches nothing. It appears under its name only once it
-    is complete.
-
-    Parameters
-    ----------
-    found
-        What to show; nothing is computed from it but the figures.
-    path
-        The HTML file to write; an existing one is replaced.
-
-    Returns
-    -------
-    The path written.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    """
-    return write_page(comparison_page(found), path)
 
 
 def comparison_page(found: EstimatorComparison | EstimatorStudy) -> Page:
@@ -222,8 +195,8 @@ def _estimates(found: EstimatorComparison) -> list[Block]:
         what = "Contradictory results: at least one method is wrong."
         text = "The 95 % intervals of these estimates do not overlap."
         blocks += [Text(text, strong=what), Listed(differences)]
-    star = assumed_inertia(found)
-    blocks.append(Text(" ".join(filter(None, [_LEGEND, star, _known(found)])), "reason"))
+    below = [_LEGEND, assumed_inertia(found), _known(found), assumed_units([found.log])]
+    blocks.append(Text(" ".join(filter(None, below)), "reason"))
     return blocks
 
 

@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Sequence
-from pathlib import Path
 
 from stickslip.presentation.figures.drawing import Plot, symbol
 from stickslip.presentation.figures.identification import (
@@ -23,12 +22,12 @@ from stickslip.presentation.page import (
     Section,
     Text,
     Verdict,
-    write_page,
 )
 from stickslip.presentation.table import Cell, Column, Table, Tone
 from stickslip.presentation.words import (
     NONE,
     Judgement,
+    assumed_units,
     judged,
     missing_parameters,
     printed_unit,
@@ -46,7 +45,7 @@ from stickslip.records import (
     unit_text,
 )
 
-__all__ = ["assumed_units", "identification_page", "parameter_table", "write_report"]
+__all__ = ["identification_page", "parameter_table"]
 
 _TONES: dict[Judgement, Tone] = {
     Judgement.IDENTIFIED: "good",
@@ -61,35 +60,11 @@ _EVOLUTION = (
 )
 
 
-def write_report(identification: Identification, path: Path | str) -> Path:
-    """Write an identification as one HTML page that works offline, on paper and on a small screen.
-
-    The page holds everything it needs and fetches nothing. It appears under its name only once it
-    is complete.
-
-    Parameters
-    ----------
-    identification
-        What to show; nothing is computed from it but the figures.
-    path
-        The HTML file to write; an existing one is replaced.
-
-    Returns
-    -------
-    The path written.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    """
-    return write_page(identification_page(identification), path)
-
-
 def identification_page(found: Identification) -> Page:
     """Return the page of an identification."""
     estimate, joint, selection = found.estimate, found.estimate.joint, found.estimate.selection
-    below = [Text(assumed_units(found), "reason")] if assumed_units(found) else []
+    assumed = assumed_units(found.logs)
+    below = [Text(assumed, "reason")] if assumed else []
     figures, missing = _figures(found)
     sections = [
         Section("parameters", "Parameters", [parameter_table(found), *below]),
@@ -117,19 +92,6 @@ def identification_page(found: Identification) -> Page:
         sections=sections,
         version=estimate.provenance.stickslip_version,
     )
-
-
-def assumed_units(found: Identification) -> str:
-    """Return which units were assumed, as the log names none; empty if it names all."""
-    units = {
-        f"{channel.replace('_', ' ')} in {unit_text(unit)}"
-        for log in found.logs
-        if log.source is not None
-        for channel, unit in log.source.assumed_units
-    }
-    if not units:
-        return ""
-    return f"Assumed units, as the log names none: {', '.join(sorted(units))}."
 
 
 def parameter_table(found: Identification) -> Table:

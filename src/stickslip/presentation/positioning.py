@@ -1,7 +1,6 @@
 """A positioning task as tables and as a page: how it ended, the motion, and what was learnt."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
 from stickslip.presentation.figures.arm import arm_end_plots, arm_motion_plot, series_plots
 from stickslip.presentation.figures.drawing import symbol
@@ -20,7 +19,6 @@ from stickslip.presentation.page import (
     Text,
     Verdict,
     scenario_blocks,
-    write_page,
 )
 from stickslip.presentation.table import Cell, Column, Table
 from stickslip.presentation.words import NONE, between_text, or_none, printed_unit, shown, typeset
@@ -43,7 +41,6 @@ __all__ = [
     "positioning_page",
     "series_table",
     "what_moves",
-    "write_positioning_page",
 ]
 
 _UNFOLDED = 3
@@ -70,31 +67,6 @@ _LIMITS_TEXT = (
     "effort that has not freed the axis, or its Coulomb friction, and the weakest that has freed "
     "it."
 )
-
-
-def write_positioning_page(positioning: Positioning, path: Path | str) -> Path:
-    """Write a positioning task as one HTML page that works offline, on paper and on a phone.
-
-    The page holds everything it needs and fetches nothing. It appears under its name only once it
-    is complete.
-
-    Parameters
-    ----------
-    positioning
-        What to show; nothing is computed from it but the figures.
-    path
-        The HTML file to write; an existing one is replaced.
-
-    Returns
-    -------
-    The path written.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    """
-    return write_page(positioning_page(positioning), path)
 
 
 def positioning_page(result: Positioning) -> Page:

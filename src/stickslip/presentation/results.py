@@ -1,15 +1,44 @@
-"""Figures and tables of any result, as its page shows them."""
+"""The page and the figures of any result."""
+
+from pathlib import Path
 
 from stickslip.presentation.comparison import comparison_page
 from stickslip.presentation.figures.drawing import Plot
 from stickslip.presentation.identification import identification_page
-from stickslip.presentation.page import Page, plots_on
+from stickslip.presentation.page import Page, plots_on, write_page
 from stickslip.presentation.positioning import positioning_page
 from stickslip.records import EstimatorComparison, EstimatorStudy, Identification, Positioning
 
-__all__ = ["figures_of"]
+__all__ = ["figures_of", "page_of", "write_report"]
 
 Result = Identification | EstimatorComparison | EstimatorStudy | Positioning
+"""What `identify`, `compare_log`, `compare_scenario` and `position` return."""
+
+
+def write_report(result: Result, path: Path | str) -> Path:
+    """Write a result as one HTML page that works offline, on paper and on a small screen.
+
+    The page holds everything it needs and fetches nothing. It appears under its name only once it
+    is complete.
+
+    Parameters
+    ----------
+    result
+        Of `stickslip.identify`, `stickslip.compare_log`, `stickslip.compare_scenario` or
+        `stickslip.position`; nothing is computed from it but the figures.
+    path
+        The HTML file to write; an existing one is replaced.
+
+    Returns
+    -------
+    The path written.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    """
+    return write_page(page_of(result), path)
 
 
 def figures_of(result: Result) -> dict[str, Plot]:
@@ -18,8 +47,7 @@ def figures_of(result: Result) -> dict[str, Plot]:
     Parameters
     ----------
     result
-        Of `stickslip.identify`, `stickslip.compare_log`, `stickslip.compare_scenario` or
-        `stickslip.position`.
+        As of `write_report`.
 
     Examples
     --------
@@ -33,10 +61,11 @@ def figures_of(result: Result) -> dict[str, Plot]:
     'velocity <i>v</i> [m/s]'
     >>> figures["curve-plot"].to_matplotlib().savefig("friction.png")  # doctest: +SKIP
     """
-    return {each.anchor: each for each in plots_on(_page(result).sections)}
+    return {each.anchor: each for each in plots_on(page_of(result).sections)}
 
 
-def _page(result: Result) -> Page:
+def page_of(result: Result) -> Page:
+    """Return the page of a result."""
     match result:
         case Identification():
             return identification_page(result)

@@ -11,7 +11,7 @@ from stickslip.presentation.comparison import (
     reasons_against,
     score_tables,
 )
-from stickslip.presentation.identification import assumed_units, parameter_table
+from stickslip.presentation.identification import parameter_table
 from stickslip.presentation.positioning import (
     belief_table,
     move_table,
@@ -20,7 +20,13 @@ from stickslip.presentation.positioning import (
     what_moves,
 )
 from stickslip.presentation.table import Column, Table, print_table
-from stickslip.presentation.words import missing_parameters, or_none, printed_unit, share_text
+from stickslip.presentation.words import (
+    assumed_units,
+    missing_parameters,
+    or_none,
+    printed_unit,
+    share_text,
+)
 from stickslip.records import (
     AxisLog,
     EstimatorComparison,
@@ -57,8 +63,9 @@ def print_identification(console: "Console", identification: Identification) -> 
     console.print()
     console.print(parameter_table(identification).to_rich())
     console.print()
-    if assumed_units(identification):
-        console.print(assumed_units(identification))
+    assumed = assumed_units(identification.logs)
+    if assumed:
+        console.print(assumed)
     _verdict(console, f"{status.value}: {status.text}", good=status.trusted, wrapped=False)
     if any(parameter.identified for parameter in estimate.parameters.values()):
         crossed = diagnostics.cross_validation_residual
@@ -87,7 +94,7 @@ def print_comparison(console: "Console", found: EstimatorComparison | EstimatorS
         console.print()
         if found.applied:
             print_table(console, estimate_table(found))
-        _listed(console, "", [assumed_inertia(found)], bullet="")
+        _listed(console, "", [assumed_inertia(found), assumed_units([log])], bullet="")
         _listed(console, "Not to be trusted:", _doubts(found))
         differences = contradictions(found)
         if differences:

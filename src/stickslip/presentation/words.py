@@ -1,13 +1,14 @@
 """Values, intervals and verdicts as text, for the terminal and for pages."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any
 
 from stickslip.records import (
     AxisKind,
+    AxisLog,
     FrictionEstimate,
     ParameterEstimate,
     Status,
@@ -22,6 +23,7 @@ __all__ = [
     "NONE",
     "Judged",
     "Judgement",
+    "assumed_units",
     "between_text",
     "judged",
     "missing_parameters",
@@ -107,6 +109,18 @@ def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") ->
         if not verdict.identifiable:
             reasons.setdefault(verdict.reason, []).append(parameter_label(verdict.parameter, kind))
     return [f"{', '.join(names)}: {in_words(reason)}" for reason, names in reasons.items()]
+
+
+def assumed_units(logs: Iterable[AxisLog]) -> str:
+    """Return which units were assumed, as the logs name none; empty if they name all."""
+    units = {
+        f"{channel.replace('_', ' ')} in {unit_text(unit)}"
+        for log in logs
+        if log.source is not None
+        for channel, unit in log.source.assumed_units
+    }
+    words = f"Assumed units, as the log names none: {', '.join(sorted(units))}."
+    return words if units else ""
 
 
 def value_texts(parameter: ParameterEstimate) -> tuple[str, str]:

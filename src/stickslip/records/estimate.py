@@ -12,7 +12,7 @@ from jaxtyping import Float
 from stickslip.records.errors import InputError
 from stickslip.records.joint import JointLogs
 from stickslip.records.plain import Record
-from stickslip.records.quantities import AxisKind, shared_name
+from stickslip.records.quantities import QUANTITIES, AxisKind, quantity_name, shared_name
 from stickslip.records.selection import ModelSelection
 
 __all__ = [
@@ -29,59 +29,19 @@ __all__ = [
 
 SCHEMA_VERSION = 1
 
-_DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
-
-PARAMETER_NAMES: tuple[str, ...] = (
-    "mass",
-    "inertia",
-    "load_mass",
-    "load_inertia",
-    "stiffness",
-    *(f"{name}{side}" for name in _DIRECTIONAL for side in ("", "_positive", "_negative")),
-    "offset",
-    "stribeck_velocity",
-    "effort_delay",
-    "quadratic_friction",
-    "two_thirds_friction",
-    "low_speed_friction",
-    "low_speed_velocity",
-    "presliding_friction",
-    "spring_stiffness",
-    "gravity_sine",
-    "gravity_cosine",
-    "ripple_sine",
-    "ripple_cosine",
-    "ripple_period",
-    "presliding_distance",
-    "offset_drift",
-    "friction_drift",
-    "viscous_drift",
-    "gain_drift",
+PARAMETER_NAMES: tuple[str, ...] = tuple(
+    f"{name}{side}"
+    for name, quantity in QUANTITIES.items()
+    if quantity.sign is not None
+    for side in (("", "_positive", "_negative") if quantity.directional else ("",))
 )
 """Every name a parameter of an estimate can have."""
 
 SIGNED_PARAMETERS = frozenset(
-    {
-        "offset",
-        # A direction's Coulomb friction contains the offset, which may exceed it
-        *(
-            f"{name}_{side}"
-            for name in ("coulomb_friction", "static_friction")
-            for side in ("positive", "negative")
-        ),
-        "effort_delay",
-        "low_speed_friction",
-        "presliding_friction",
-        "spring_stiffness",
-        "gravity_sine",
-        "gravity_cosine",
-        "ripple_sine",
-        "ripple_cosine",
-        "offset_drift",
-        "friction_drift",
-        "viscous_drift",
-        "gain_drift",
-    }
+    name
+    for name in PARAMETER_NAMES
+    if (sign := QUANTITIES[quantity_name(name)].sign) == "any"
+    or (sign == "any in a direction" and name != quantity_name(name))
 )
 """Parameters whose true value may be negative."""
 

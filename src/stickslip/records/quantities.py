@@ -18,6 +18,7 @@ __all__ = [
 ]
 
 AxisKind = Literal["linear", "rotary"]
+Sign = Literal["positive", "any", "any in a direction"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -32,21 +33,37 @@ class Quantity:
         The letter used in equations and figures.
     linear, rotary
         The SI unit on a linear and on a rotary axis.
+    sign
+        As a parameter of an estimate: ``"positive"``, ``"any"``, or ``"any in a direction"`` if it
+        contains the offset there; None for what is no parameter.
+    directional
+        Whether it can be a parameter of each direction.
     """
 
     name: str
     symbol: str
     linear: str
     rotary: str
+    sign: Sign | None = None
+    directional: bool = False
 
     def unit(self, kind: AxisKind) -> str:
         """Return the SI unit on an axis of the given kind."""
         return self.linear if kind == "linear" else self.rotary
 
 
-def _quantity(name: str, symbol: str, linear: str, rotary: str) -> tuple[str, Quantity]:
-    key = name.replace(" ", "_")
-    return key, Quantity(name=name, symbol=symbol, linear=linear, rotary=rotary)
+def _quantity(
+    name: str, symbol: str, linear: str, rotary: str, sign: Sign | None = None
+) -> tuple[str, Quantity]:
+    quantity = Quantity(
+        name=name,
+        symbol=symbol,
+        linear=linear,
+        rotary=rotary,
+        sign=sign,
+        directional=name in {"coulomb friction", "viscous friction", "static friction"},
+    )
+    return name.replace(" ", "_"), quantity
 
 
 QUANTITIES: dict[str, Quantity] = dict(
@@ -58,34 +75,34 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("acceleration", "a", "m/s^2", "rad/s^2"),
         _quantity("effort", "u", "N", "N m"),
         _quantity("energy", "E", "J", "J"),
-        _quantity("mass", "m", "kg", "kg m^2"),
-        _quantity("inertia", "J", "kg", "kg m^2"),
-        _quantity("load mass", "m_2", "kg", "kg m^2"),
-        _quantity("load inertia", "J_2", "kg", "kg m^2"),
-        _quantity("stiffness", "k", "N/m", "N m/rad"),
-        _quantity("coulomb friction", "f_c", "N", "N m"),
-        _quantity("static friction", "f_s", "N", "N m"),
-        _quantity("viscous friction", "c", "N s/m", "N m s/rad"),
-        _quantity("offset", "f_0", "N", "N m"),
-        _quantity("stribeck velocity", "v_s", "m/s", "rad/s"),
+        _quantity("mass", "m", "kg", "kg m^2", "positive"),
+        _quantity("inertia", "J", "kg", "kg m^2", "positive"),
+        _quantity("load mass", "m_2", "kg", "kg m^2", "positive"),
+        _quantity("load inertia", "J_2", "kg", "kg m^2", "positive"),
+        _quantity("stiffness", "k", "N/m", "N m/rad", "positive"),
+        _quantity("coulomb friction", "f_c", "N", "N m", "any in a direction"),
+        _quantity("viscous friction", "c", "N s/m", "N m s/rad", "positive"),
+        _quantity("static friction", "f_s", "N", "N m", "any in a direction"),
+        _quantity("offset", "f_0", "N", "N m", "any"),
+        _quantity("stribeck velocity", "v_s", "m/s", "rad/s", "positive"),
         # Terms that a log may show beyond these (`stickslip.estimation.selection`)
-        _quantity("effort delay", "τ", "s", "s"),
-        _quantity("quadratic friction", "c_2", "N s^2/m^2", "N m s^2/rad^2"),
-        _quantity("two thirds friction", "c_2/3", "N (s/m)^(2/3)", "N m (s/rad)^(2/3)"),
-        _quantity("low speed friction", "f_l", "N", "N m"),
-        _quantity("low speed velocity", "v_l", "m/s", "rad/s"),
-        _quantity("presliding friction", "f_p", "N", "N m"),
-        _quantity("spring stiffness", "k_0", "N/m", "N m/rad"),
-        _quantity("gravity sine", "g_s", "N", "N m"),
-        _quantity("gravity cosine", "g_c", "N", "N m"),
-        _quantity("ripple sine", "r_s", "N", "N m"),
-        _quantity("ripple cosine", "r_c", "N", "N m"),
-        _quantity("ripple period", "λ", "m", "rad"),
-        _quantity("presliding distance", "d", "m", "rad"),
-        _quantity("offset drift", "d_0", "N/s", "N m/s"),
-        _quantity("friction drift", "d_f", "1/s", "1/s"),
-        _quantity("viscous drift", "d_v", "N/m", "N m/rad"),
-        _quantity("gain drift", "d_k", "1/s", "1/s"),
+        _quantity("effort delay", "τ", "s", "s", "any"),
+        _quantity("quadratic friction", "c_2", "N s^2/m^2", "N m s^2/rad^2", "positive"),
+        _quantity("two thirds friction", "c_2/3", "N (s/m)^(2/3)", "N m (s/rad)^(2/3)", "positive"),
+        _quantity("low speed friction", "f_l", "N", "N m", "any"),
+        _quantity("low speed velocity", "v_l", "m/s", "rad/s", "positive"),
+        _quantity("presliding friction", "f_p", "N", "N m", "any"),
+        _quantity("spring stiffness", "k_0", "N/m", "N m/rad", "any"),
+        _quantity("gravity sine", "g_s", "N", "N m", "any"),
+        _quantity("gravity cosine", "g_c", "N", "N m", "any"),
+        _quantity("ripple sine", "r_s", "N", "N m", "any"),
+        _quantity("ripple cosine", "r_c", "N", "N m", "any"),
+        _quantity("ripple period", "λ", "m", "rad", "positive"),
+        _quantity("presliding distance", "d", "m", "rad", "positive"),
+        _quantity("offset drift", "d_0", "N/s", "N m/s", "any"),
+        _quantity("friction drift", "d_f", "1/s", "1/s", "any"),
+        _quantity("viscous drift", "d_v", "N/m", "N m/rad", "any"),
+        _quantity("gain drift", "d_k", "1/s", "1/s", "any"),
         # Displacement of a pulse over its squared width, and that as A_1 f^2 - A_2 f (Eqs. 4, 16)
         _quantity("pulse gain", "b", "m/s^2", "rad/s^2"),
         _quantity("gain 1", "A_1", "m/(N s)^2", "rad/(N m s)^2"),
