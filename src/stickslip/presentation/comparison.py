@@ -302,6 +302,7 @@ def score_tables(study: EstimatorStudy) -> list[Table]:
     delays = any(each.delay_found is not None for each in study.applied)
     heads = ("Status ok", "A sample", *(["Delay found"] if delays else []))
     rest = Table(
+        title="Status and time of a sample",
         columns=[name_column, *map(Column, heads)],
         rows=[
             [

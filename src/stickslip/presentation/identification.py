@@ -212,7 +212,7 @@ def _model(selection: ModelSelection) -> list[Block]:
         ],
         style="parameters",
     )
-    return [Text(selection.summary, "lead"), table]
+    return [Text(selection.summary, "lead"), *([table] if selection.scores else [])]
 
 
 def _figures(found: Identification) -> tuple[list[Section], list[str]]:
