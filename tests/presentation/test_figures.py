@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from stickslip.presentation import figures_of
+from stickslip.presentation import Plot, figures_of
+from stickslip.presentation.figures import drawing as draw
 from stickslip.records import Identification
 
 
@@ -34,3 +35,16 @@ def test_plotly_takes_plain_types(identification: Identification) -> None:
     assert all(
         isinstance(each, list) for trace in data["data"] for each in (trace["x"], trace["y"])
     )
+
+
+def test_categories_stand_in_the_order_of_the_page() -> None:
+    names = ["first", "second", "third"]
+    points = [
+        draw.markers([x], [name], name, {"color": "#000000", "size": 8, "symbol": "x"})
+        for x, name in ((1.0, "third"), (2.0, "first"), (3.0, "second"))
+    ]
+    across = draw.axis("", type="category", categoryarray=names[::-1])
+    made = draw.layout(x=draw.axis("x [m]"), y=[across])
+    plot = Plot(anchor="a", alternative="", traces=points, layout=made, height=200)
+    (ax,) = plot.to_matplotlib().axes
+    assert [each.get_text() for each in ax.get_yticklabels()][::-1] == names

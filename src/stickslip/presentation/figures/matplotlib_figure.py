@@ -29,6 +29,9 @@ def drawn(plot: "Plot") -> "Figure":
     made = Figure(figsize=(_WIDTH, plot.height / _PIXELS + 0.6), layout="constrained")
     axes: list[Axes] = list(made.subplots(len(panels), 1, sharex=True, squeeze=False)[:, 0])
     places = {f"y{key.removeprefix('yaxis')}": ax for key, ax in zip(panels, axes, strict=True)}
+    for key, ax in zip(panels, axes, strict=True):
+        if settings[key].get("type") == "category":
+            ax.yaxis.update_units(settings[key]["categoryarray"])
     for trace in plot.traces:
         _add(places[trace.get("yaxis", "y")], trace)
     for key, ax in zip(panels, axes, strict=True):
@@ -83,8 +86,6 @@ def _set(ax: "Axes", which: str, settings: dict[str, Any]) -> None:
     if settings.get("type") == "log":
         ax.set(**{f"{which}scale": "log"})
         ends = None if ends is None else [10.0**end for end in ends]
-    if settings.get("type") == "category":
-        ax.invert_yaxis()
     if ends is not None:
         ax.set(**{f"{which}lim": ends})
 
