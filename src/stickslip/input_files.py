@@ -29,22 +29,7 @@ _UNKNOWN = "unexpected_keyword_argument"
 
 
 def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
-    """Read a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
-    what
-        What the file is called in the message, such as ``"schema"``.
-    line
-        A line that such a file could have, for who has not seen one.
-
-    Raises
-    ------
-    InputError
-        If it is missing, cannot be read, or is not TOML.
-    """
+    """Read a TOML file."""
     try:
         # Some editors begin a file with a byte order mark
         return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
@@ -67,18 +52,7 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
 
 
 def read_json(path: Path) -> dict[str, Any]:
-    """Read a table from a JSON file.
-
-    Parameters
-    ----------
-    path
-        The file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, or holds something else.
-    """
+    """Read a table from a JSON file."""
     remedy = "give a file that stickslip wrote"
     try:
         document = json.loads(path.read_bytes())
@@ -104,25 +78,7 @@ def read_json(path: Path) -> dict[str, Any]:
 def record_from(
     record: type[Record], document: Mapping[str, Any], *, where: str, remedy: str
 ) -> Record:
-    """Make a record from what a TOML file says.
-
-    Parameters
-    ----------
-    record
-        A dataclass whose ``__pydantic_config__`` forbids extra keys, as do those of its tables.
-    document
-        What was read.
-    where
-        The file, for the message.
-    remedy
-        What to do about a value of the wrong kind.
-
-    Raises
-    ------
-    InputError
-        If a key is unknown (near names are suggested), a value is of the wrong kind, or the record
-        itself refuses it.
-    """
+    """Make a record from what a TOML file says."""
     # Loaded here, as it takes a while.
     from pydantic import TypeAdapter, ValidationError
 

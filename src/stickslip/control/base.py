@@ -39,96 +39,41 @@ class PositionController(Generic[S]):
     """
 
     def retargeted(self, state: S, target: float) -> S:
-        """Return the state with another target.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        target
-            The new one [m or rad].
-
-        Raises
-        ------
-        InputError
-            If it is not finite.
-        """
+        """Return the state with another target."""
         del target
         return state
 
     def outcome(self, state: S) -> PositioningOutcome | None:
-        """Return how far positioning has come; None if the controller does not judge it.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return how far positioning has come; None if the controller does not judge it."""
         del state
         return None
 
     def why(self, state: S) -> str | None:
-        """Return why the controller has stopped short of the target; None if it has not.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return why the controller has stopped short of the target; None if it has not."""
         del state
         return None
 
     def estimates(self, state: S) -> dict[str, float]:
-        """Return what is estimated, by name [SI].
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return what is estimated, by name [SI]."""
         del state
         return {}
 
     def deviations(self, state: S) -> dict[str, float]:
-        """Return standard deviations of estimates, by name [SI]; infinite while unknown.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return standard deviations of estimates, by name [SI]; infinite while unknown."""
         del state
         return {}
 
     def phases(self, state: S) -> tuple[Phase, ...]:
-        """Return the phases so far, the last is the present one.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return the phases so far, the last is the present one."""
         del state
         return ()
 
     def pulse_count(self, state: S) -> int:
-        """Return the number of pulses whose outcome is known.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return the number of pulses whose outcome is known."""
         del state
         return 0
 
     def last_pulse(self, state: S) -> PulseRecord | None:
-        """Return the last pulse whose outcome is known, or None.
-
-        Parameters
-        ----------
-        state
-            As of the class.
-        """
+        """Return the last pulse whose outcome is known, or None."""
         del state
         return None

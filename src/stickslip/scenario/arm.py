@@ -26,16 +26,14 @@ from stickslip.records import (
 )
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
-from stickslip.scenario.guess import Beliefs, check_learned
+from stickslip.scenario.guess import FILES, Beliefs, check_learned
+from stickslip.scenario.resting import tolerance_over
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
 
 __all__ = ["ArmFeedback", "ArmLanding"]
 
 _KNOWN = "the axis, taken as known"
-_SURELY = 3.0
-"""Standard deviations of a mean that the sensors are taken to be off by."""
-
 _UNCERTAINTY = 0.02
 """Standard deviation of masses and spring that are guessed, over the values, by default."""
 
@@ -46,7 +44,7 @@ _RUNNING = ("coulomb_friction", "viscous_friction")
 class _ArmController(Controller):
     """What landing and feedback of an arm have in common."""
 
-    guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", "estimate", "learnt")
+    guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", *FILES)
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
     beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learnt")
     position_gain: float | None = POSITION_GAIN
@@ -101,10 +99,12 @@ class _ArmController(Controller):
                 where="[task]",
                 remedy="sample faster, ten times as fast as that if you can",
             )
+        half_swing = pi * sqrt(arm.mass_2 / arm.stiffness)
+        samples = max(1, ceil(half_swing / task.sampling_time))
         return LandingController(
             sampling_time=task.sampling_time,
             target=task.goals[0],
-            tolerance=_aim(setup, arm),
+            tolerance=tolerance_over(setup, samples, "half a swing of mass 2", "sample faster"),
             arm=arm,
             effort_limit=self.effort_limit,
             estimator=EnergyEstimator(
@@ -259,20 +259,3 @@ def _uncertainty(setup: Setup) -> float:
         return guess.arm_uncertainty
     guessed = any(value is not None for value in (guess.body, guess.load, guess.stiffness))
     return _UNCERTAINTY if guessed else 0.0
-
-
-def _aim(setup: Setup, arm: FlexibleArm) -> float:
-    """Return the tolerance less what a measured rest may be off by: the controller's own."""
-    sensors, task = setup.sensors, setup.task
-    half_swing = pi * sqrt(arm.mass_2 / arm.stiffness)
-    samples = max(1, ceil(half_swing / task.sampling_time))
-    off = 0.5 * sensors.encoder_step + _SURELY * sensors.position_noise / sqrt(samples)
-    if task.tolerance <= off:
-        unit = unit_of("position", arm.kind)
-        raise InputError(
-            f"tolerance is {task.tolerance:g} {unit}, and over half a swing of mass 2 the sensors "
-            f"tell a position to {off:.3g} {unit} only",
-            where="[task]",
-            remedy="widen the tolerance, take better sensors, or sample faster",
-        )
-    return task.tolerance - off

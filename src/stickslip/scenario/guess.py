@@ -20,8 +20,18 @@ from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
 from stickslip.scenario.estimate_file import estimate_in
 from stickslip.scenario.table import key
 
-__all__ = ["Beliefs", "GuessTable", "beliefs_from", "check_learned", "learned_from"]
+__all__ = [
+    "AXIS_GUESSES",
+    "FILES",
+    "Beliefs",
+    "GuessTable",
+    "beliefs_from",
+    "check_learned",
+    "learned_from",
+]
 
+AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
+FILES = ("estimate", "learnt")
 _SCENARIO = "the scenario"
 _UNCERTAIN = {
     "mass_uncertainty": ("mass",),

@@ -17,7 +17,7 @@ from stickslip.scenario.controller import (
     VELOCITY_GAIN,
     Controller,
 )
-from stickslip.scenario.guess import Beliefs, check_learned
+from stickslip.scenario.guess import AXIS_GUESSES, FILES, Beliefs, check_learned
 from stickslip.scenario.pulses import check_guess, uncertainty_notes
 from stickslip.scenario.resting import aim_of, rest_notes, rest_of
 from stickslip.scenario.setup import Setup
@@ -31,14 +31,7 @@ class AxisLanding(Controller):
 
     title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
     learns: ClassVar[bool] = True
-    guesses: ClassVar[tuple[str, ...]] = (
-        "mass",
-        *DIRECTIONAL,
-        "offset",
-        "mass_uncertainty",
-        "estimate",
-        "learnt",
-    )
+    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, "mass_uncertainty", *FILES)
     learned_names: ClassVar[tuple[str, ...]] = (
         "mass",
         *(f"{name}_{side}" for name in DIRECTIONAL for side in ("positive", "negative")),

@@ -9,9 +9,8 @@ from stickslip.control import (
     PulseWidthController,
 )
 from stickslip.records import InputError, unit_of
-from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controller import LONGEST_WIDTH, REST_SAMPLES, Controller
-from stickslip.scenario.guess import Beliefs
+from stickslip.scenario.guess import AXIS_GUESSES, FILES, Beliefs
 from stickslip.scenario.resting import aim_of, rest_notes, rest_of
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
@@ -57,14 +56,7 @@ class ExactPulses(_Pulses):
     """Pulses by the exact law; stops when none can help."""
 
     title: ClassVar[str] = "pulses planned by the exact law of Coulomb and viscous friction"
-    guesses: ClassVar[tuple[str, ...]] = (
-        "mass",
-        *DIRECTIONAL,
-        "offset",
-        *_UNCERTAINTIES,
-        "estimate",
-        "learnt",
-    )
+    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, *_UNCERTAINTIES, *FILES)
     patience: int = key(
         "pulses without progress after which it stops", default=ExactPulseController.patience
     )
@@ -98,13 +90,7 @@ class ExactPulses(_Pulses):
 class _Adaptive(_Pulses):
     """A pulse controller as published, which adapts one or two gains."""
 
-    guesses: ClassVar[tuple[str, ...]] = (
-        "mass",
-        "coulomb_friction",
-        "static_friction",
-        "estimate",
-        "learnt",
-    )
+    guesses: ClassVar[tuple[str, ...]] = ("mass", "coulomb_friction", "static_friction", *FILES)
     gain: float = key("share of the error that a pulse is to take away, $K_c$", default=1.0)
     forgetting: float = key("forgetting factor $\\lambda$ of the recursion", default=1.0)
 

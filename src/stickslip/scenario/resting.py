@@ -60,17 +60,26 @@ def _window(setup: Setup, given: int | None, *, usual: int, least: int) -> int:
 
 
 def aim_of(setup: Setup, rest: RestDetection) -> float:
-    """Return the tolerance less what a measured rest may be off by: the controller's own."""
+    """Return the controller's own tolerance where a rest is judged over some samples."""
+    over = count_of(rest.samples, "sample")
+    return tolerance_over(setup, rest.samples, over, "give more rest_samples")
+
+
+def tolerance_over(setup: Setup, samples: int, over: str, otherwise: str) -> float:
+    """Return the tolerance less what the mean of measured positions may be off by.
+
+    ``over`` names the samples, and ``otherwise`` is a remedy besides better sensors.
+    """
     sensors, tolerance = setup.sensors, setup.task.tolerance
-    noise = _SURELY * sensors.position_noise / sqrt(rest.samples)
+    noise = _SURELY * sensors.position_noise / sqrt(samples)
     off = 0.5 * (sensors.encoder_step + setup.still) + noise
     if tolerance <= off:
-        unit = unit_of("position", setup.axis.kind)
+        unit = unit_of("position", setup.kind)
         raise InputError(
-            f"tolerance is {tolerance:g} {unit}, and over {count_of(rest.samples, 'sample')} the "
-            f"sensors tell a position to {off:.3g} {unit} only",
+            f"tolerance is {tolerance:g} {unit}, and over {over} the sensors tell a position to "
+            f"{off:.3g} {unit} only",
             where="[task]",
-            remedy="widen the tolerance, take better sensors, or give more rest_samples",
+            remedy=f"widen the tolerance, take better sensors, or {otherwise}",
         )
     return tolerance - off
 

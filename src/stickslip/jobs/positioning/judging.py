@@ -26,24 +26,7 @@ def settling_time(
     *,
     still: float = 0.0,
 ) -> float | None:
-    """Return how long it took until the error was within the tolerance for good.
-
-    Parameters
-    ----------
-    time
-        Sample instants of a move [s].
-    error
-        The true one [m or rad].
-    tolerance
-        [m or rad].
-    still
-        How far an axis that rests may move [m or rad].
-
-    Returns
-    -------
-    Time from the first sample [s]; None if it is never so: if at the end the axis is outside, or
-    moves and has only just come in.
-    """
+    """Return how long it took until the error was within the tolerance for good."""
     sample = _settled(error, tolerance, still)
     return None if sample is None else float(time[sample] - time[0])
 
@@ -72,22 +55,7 @@ def ending(
     integrates: bool = False,
     still: float = 0.0,
 ) -> Ending:
-    """Return how a move ended.
-
-    Parameters
-    ----------
-    error
-        The true one over the whole move [m or rad].
-    tolerance
-        [m or rad].
-    outcome
-        What the controller says at its end; None for one that says nothing.
-    integrates
-        Whether the controller's effort grows for as long as the axis rests outside the tolerance,
-        and so frees it in the end.
-    still
-        How far an axis that rests may move [m or rad].
-    """
+    """Return how a move ended."""
     if _settled(error, tolerance, still) is not None:
         return Ending.REACHED
     if hunts(error[error.size // 2 :], tolerance) or (
@@ -108,19 +76,7 @@ def arm_ending(
     tolerance: float,
     outcome: PositioningOutcome | None,
 ) -> Ending:
-    """Return how a move of a flexible arm ended.
-
-    Parameters
-    ----------
-    error
-        The true one over the whole move, of the mass that is farther from the target [m or rad].
-    driven
-        The true one of the first mass [m or rad].
-    tolerance
-        [m or rad].
-    outcome
-        What the controller says at its end; None for one that says nothing.
-    """
+    """Return how a move of a flexible arm ended."""
     if _settled(error, tolerance) is not None:
         return Ending.REACHED
     if outcome is PositioningOutcome.STOPPED:

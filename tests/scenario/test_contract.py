@@ -1,0 +1,193 @@
+"""The contract of every controller, law and table of a scenario, over their registries."""
+
+from math import isfinite, nan
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from stickslip.control import PositionController
+from stickslip.records import InputError, PositioningOutcome, SensorSample
+from stickslip.scenario import (
+    ARM_CONTROLLERS,
+    AXES,
+    AXIS_CONTROLLERS,
+    Controller,
+    FileInput,
+    GuessTable,
+    Scenario,
+    SensorsTable,
+    SineInput,
+    Table,
+    TaskTable,
+    Variants,
+    table_from,
+)
+from stickslip.simulation import simulate_closed_loop
+
+AXIS: dict[str, Any] = {
+    "mass": 150.0,
+    "coulomb_friction": 100.0,
+    "viscous_friction": 700.0,
+    "static_friction": 130.0,
+}
+ARM: dict[str, Any] = {
+    "mass": 1.0,
+    "load_mass": 1.0,
+    "stiffness": 1.0,
+    "coulomb_friction": 0.15,
+    "viscous_friction": 0.1,
+}
+GAINS = {"position_gain": 1e4, "velocity_gain": 1e3}
+PID = {**GAINS, "integral_gain": 1e4}
+# What a method needs beside the effort limit
+NEEDED: dict[str, dict[str, Any]] = {
+    "pd": GAINS,
+    "pid": PID,
+    "pid-dither": {**PID, "dither_amplitude": 20.0, "dither_frequency": 20.0},
+    "pid-reset": {**PID, "reset_law": "coulomb", "reset_speed": 1e-4},
+}
+LAW_KEYS: dict[str, Any] = {
+    "stribeck_velocity": 0.01,
+    "shape": "exponential",
+    "bristle_stiffness": 2e7,
+    "bristle_damping": 1e4,
+    "elastic_deflection": 1e-6,
+}
+METHODS = [
+    *((AXIS_CONTROLLERS, method) for method in AXIS_CONTROLLERS.models),
+    *((ARM_CONTROLLERS, method) for method in ARM_CONTROLLERS.models),
+]
+IDS = [f"{variants.where}: {method}" for variants, method in METHODS]
+MODELS: list[type[Table]] = [
+    *AXES.models.values(),
+    *AXIS_CONTROLLERS.models.values(),
+    *ARM_CONTROLLERS.models.values(),
+    TaskTable,
+    SensorsTable,
+    GuessTable,
+    SineInput,
+    FileInput,
+]
+FOLDER = Path()
+
+
+def scenario(variants: Variants[Controller], method: str) -> Scenario:
+    """Return the smallest scenario of a method."""
+    arm = variants is ARM_CONTROLLERS
+    limit = {"method": method, "effort_limit": 1.0 if arm else 300.0}
+    task = (1.0, 1e-3, 24.0, 0.05) if arm else (0.05, 1e-4, 2.0, 0.01)
+    table = table_from(variants, limit | NEEDED.get(method, {}), name="controller", kind="linear")
+    guesses = {"mass": 150.0, "coulomb_friction": 80.0, "viscous_friction": 500.0}
+    known = {} if arm else {n: v for n, v in guesses.items() if n in table.used()}
+    return Scenario(
+        axis=table_from(AXES, ARM if arm else AXIS, name="axis", kind="linear"),
+        task=TaskTable(target=task[0], tolerance=task[1], duration=task[2], sampling_time=task[3]),
+        sensors=SensorsTable(),
+        controller=table,
+        guess=GuessTable(**known),
+    )
+
+
+@pytest.mark.parametrize("model", MODELS, ids=lambda model: model.__name__)
+def test_each_key_is_declared_with_a_meaning(model: type[Table]) -> None:
+    assert list(model.declared()) == list(model.model_fields)
+    for name, key in model.declared().items():
+        assert key.meaning, name
+        assert key.meaning[-1] != ".", name
+
+
+@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+def test_a_controller_answers_about_its_state(variants: Variants[Controller], method: str) -> None:
+    asked = scenario(variants, method)
+    controller: Any = asked.build(FOLDER).controller
+    assert isinstance(controller, PositionController)
+    run = simulate_closed_loop(
+        asked.axis.build(),
+        controller,
+        sampling_time=asked.task.sampling_time,
+        samples=asked.task.samples,
+    )
+    assert np.max(np.abs(run.log.effort)) <= asked.controller.effort_limit
+    for state in (controller.init(), run.controller_state):
+        outcome = controller.outcome(state)
+        assert outcome is None or isinstance(outcome, PositioningOutcome)
+        assert controller.why(state) is None or outcome is PositioningOutcome.STOPPED
+        estimates = controller.estimates(state)
+        assert all(isfinite(value) for value in estimates.values())
+        assert set(controller.deviations(state)) <= set(estimates)
+        assert (controller.last_pulse(state) is None) == (controller.pulse_count(state) == 0)
+    assert not controller.phases(controller.init())
+
+
+@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+def test_a_sample_without_a_position_changes_nothing(
+    variants: Variants[Controller], method: str
+) -> None:
+    controller: Any = scenario(variants, method).build(FOLDER).controller
+    before = controller.init()
+    after, effort = controller.step(before, SensorSample(0.0, nan, nan, nan, nan))
+    assert np.isnan(effort)
+    if isinstance(before, np.ndarray):
+        np.testing.assert_array_equal(after, before)
+    else:
+        assert after is before
+
+
+@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+def test_what_was_learned_is_where_the_next_run_begins(
+    variants: Variants[Controller], method: str
+) -> None:
+    asked = scenario(variants, method)
+    controller: Any = asked.build(FOLDER).controller
+    if not asked.controller.learns:
+        assert not hasattr(controller, "learnt")
+        return
+    run = simulate_closed_loop(
+        asked.axis.build(),
+        controller,
+        sampling_time=asked.task.sampling_time,
+        samples=asked.task.samples,
+    )
+    learned = controller.learnt(run.controller_state)
+    assert set(asked.controller.learned_names) <= set(learned.values)
+    again: Any = asked.build(FOLDER, learned).controller
+    began = again.estimates(again.init())
+    for name, value in learned.values.items():
+        if name in began and name != "static_friction":  # an arm keeps its ratio to Coulomb
+            assert began[name] == pytest.approx(value, rel=1e-12), name
+
+
+@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+def test_a_key_of_another_method_is_refused_with_its_users(
+    variants: Variants[Controller], method: str
+) -> None:
+    own = variants.models[method]
+    for other, model in variants.models.items():
+        for name in set(model.model_fields) - set(own.model_fields):
+            values = {"method": method, "effort_limit": 300.0, name: 1}
+            with pytest.raises(InputError) as caught:
+                table_from(variants, values, name="controller", kind="linear")
+            assert caught.value.where == "[controller]"
+            assert f"{name} is 1, and method {method!r} has no use for it" in caught.value.what
+            assert repr(other) in caught.value.remedy
+
+
+@pytest.mark.parametrize("law", AXES.models)
+def test_a_law_takes_its_keys_and_no_others(law: str) -> None:
+    model = AXES.models[law]
+    body = {n: v for n, v in AXIS.items() if law != "dahl" or n != "static_friction"}
+    own = {name: value for name, value in LAW_KEYS.items() if name in model.model_fields}
+    axis = table_from(AXES, {**body, "law": law, **own}, name="axis", kind="linear")
+    assert type(axis) is model
+    assert {name: axis.shown("linear")[name][0] for name in own} == own
+    for name in set(LAW_KEYS) - set(own):
+        values = {**body, "law": law, **own, name: LAW_KEYS[name]}
+        with pytest.raises(InputError, match=f"law '{law}' has no use for it"):
+            table_from(AXES, values, name="axis", kind="linear")
+    for name in own:
+        if model.model_fields[name].is_required():
+            values = {**body, "law": law, **{n: v for n, v in own.items() if n != name}}
+            with pytest.raises(InputError, match=f"{name} is missing, and law '{law}' needs it"):
+                table_from(AXES, values, name="axis", kind="linear")
