@@ -3,7 +3,13 @@
 from dataclasses import dataclass
 from typing import Generic, TypeVar
 
-from stickslip.records import LandingPhaseName, PositioningOutcome, PulseRecord, quantity_field
+from stickslip.records import (
+    LandingPhaseName,
+    LearntPulses,
+    PositioningOutcome,
+    PulseRecord,
+    quantity_field,
+)
 
 __all__ = ["Phase", "PositionController"]
 
@@ -40,40 +46,40 @@ class PositionController(Generic[S]):
 
     def retargeted(self, state: S, target: float) -> S:
         """Return the state with another target."""
-        del target
         return state
 
     def outcome(self, state: S) -> PositioningOutcome | None:
         """Return how far positioning has come; None if the controller does not judge it."""
-        del state
         return None
 
     def why(self, state: S) -> str | None:
         """Return why the controller has stopped short of the target; None if it has not."""
-        del state
         return None
 
     def estimates(self, state: S) -> dict[str, float]:
         """Return what is estimated, by name [SI]."""
-        del state
         return {}
 
     def deviations(self, state: S) -> dict[str, float]:
         """Return standard deviations of estimates, by name [SI]; infinite while unknown."""
-        del state
         return {}
+
+    def learnt(self, state: S) -> LearntPulses | None:
+        """Return what was learned, for the first guesses of the next run; None if nothing is."""
+        return None
+
+    def integrates(self, tolerance: float) -> bool:
+        """Return whether the effort grows while the axis rests outside a tolerance [m or rad]."""
+        return False
 
     def phases(self, state: S) -> tuple[Phase, ...]:
         """Return the phases so far, the last is the present one."""
-        del state
         return ()
 
     def pulse_count(self, state: S) -> int:
         """Return the number of pulses whose outcome is known."""
-        del state
         return 0
 
     def last_pulse(self, state: S) -> PulseRecord | None:
         """Return the last pulse whose outcome is known, or None."""
-        del state
         return None

@@ -5,7 +5,7 @@ table; unknown and misplaced keys are errors.
 """
 
 from stickslip.scenario.axis import AXES, Axis
-from stickslip.scenario.controller import AnyController, Controller
+from stickslip.scenario.controller import Controller
 from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.estimate_file import HeldEstimate, estimate_in
 from stickslip.scenario.guess import GuessTable
@@ -26,7 +26,6 @@ __all__ = [
     "ARM_CONTROLLERS",
     "AXES",
     "AXIS_CONTROLLERS",
-    "AnyController",
     "Axis",
     "BuiltController",
     "Controller",

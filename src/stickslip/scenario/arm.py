@@ -16,14 +16,7 @@ from stickslip.control import (
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import FlexibleArm
-from stickslip.records import (
-    AxisKind,
-    InputError,
-    LearntPulses,
-    positive,
-    prefixed,
-    unit_of,
-)
+from stickslip.records import AxisKind, InputError, LearntPulses, positive, prefixed, unit_of
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
 from stickslip.scenario.guess import FILES, Beliefs, check_learned
@@ -38,7 +31,6 @@ _UNCERTAINTY = 0.02
 """Standard deviation of masses and spring that are guessed, over the values, by default."""
 
 _PARTS = {"mass": "mass 1", "load_mass": "mass 2", "stiffness": "the spring"}
-_RUNNING = ("coulomb_friction", "viscous_friction")
 
 
 class _ArmController(Controller):
@@ -82,7 +74,6 @@ class _ArmController(Controller):
 
     def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
         """Return where each first guess came from, by name."""
-        del controller
         names = (*DIRECTIONAL, "offset")
         parts = {name: source for name, (_, source) in _parts(setup, beliefs).items()}
         return parts | {n: beliefs.sources[n] for n in names if n in beliefs.sources}
@@ -113,7 +104,7 @@ class _ArmController(Controller):
                 load_inertia=arm.mass_2,
                 stiffness=arm.stiffness,
                 offset=False,
-                initial_values=beliefs.known(*_RUNNING) or None,
+                initial_values=beliefs.known("coulomb_friction", "viscous_friction") or None,
             ),
             position_noise=sensors.position_deviation,
             velocity_noise=sensors.velocity_noise,
@@ -132,10 +123,7 @@ class _ArmController(Controller):
                 where="[guess]",
                 remedy="keep learnt, to go on from it, or leave it out",
             )
-        pairs = {n: beliefs.pair(n) if n in beliefs.values else (0.0, 0.0) for n in _RUNNING}
-        if "static_friction" in beliefs.values:
-            pairs["static_friction"] = beliefs.pair("static_friction")
-        law = beliefs.friction(pairs)
+        law = beliefs.friction()
         held = max(law.breakaway()) + abs(law.offset)
         if self.effort_limit <= held:
             unit = unit_of("effort", kind)
@@ -150,7 +138,6 @@ class _ArmController(Controller):
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
         """Return what the controller knows of the arm."""
-        del controller
         sources = {name: source for name, (_, source) in _parts(setup, beliefs).items()}
         known = ", ".join(words for name, words in _PARTS.items() if sources[name] == _KNOWN)
         notes: tuple[str, ...] = ()

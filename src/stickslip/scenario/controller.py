@@ -5,37 +5,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
-from stickslip.control import (
-    PD,
-    AxisLandingController,
-    FeedbackController,
-    LandingController,
-    PIDController,
-    PulseController,
-)
-from stickslip.records import (
-    AxisKind,
-    InputError,
-    LearntPulses,
-    non_negative,
-    positive,
-)
+from stickslip.control import PD, PositionController
+from stickslip.records import AxisKind, InputError, LearntPulses, non_negative, positive
 from stickslip.scenario.guess import Beliefs, beliefs_from, check_learned, learned_from
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import Table, key, required
 
-__all__ = [
-    "LONGEST_WIDTH",
-    "POSITION_GAIN",
-    "REST_SAMPLES",
-    "VELOCITY_GAIN",
-    "AnyController",
-    "Controller",
-]
+__all__ = ["LONGEST_WIDTH", "POSITION_GAIN", "REST_SAMPLES", "VELOCITY_GAIN", "Controller"]
 
-AnyController = (
-    PulseController | AxisLandingController | PIDController | LandingController | FeedbackController
-)
 Method = Literal[
     "landing", "exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset", "feedback"
 ]
@@ -76,7 +53,7 @@ class Controller(Table):
     )
 
     @abstractmethod
-    def build(self, setup: Setup, beliefs: Beliefs) -> AnyController:
+    def build(self, setup: Setup, beliefs: Beliefs) -> PositionController[Any]:
         """Return the controller, set to the first target."""
 
     def used(self) -> tuple[str, ...]:
@@ -129,14 +106,12 @@ class Controller(Table):
 
     def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
         """Return where each first guess came from, by name."""
-        del setup
         if beliefs.learned is not None:
             return dict.fromkeys(controller.estimates(controller.init()), beliefs.source)
         return {name: beliefs.sources[name] for name in self.used() if name in beliefs.sources}
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
         """Return what a user should know of the controller, one sentence each."""
-        del setup, beliefs, controller
         return ()
 
     def given_gains(self) -> PD | None:

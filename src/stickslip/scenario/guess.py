@@ -142,8 +142,20 @@ class Beliefs:
         """Return those of the values that are known."""
         return {name: self.value(name) for name in names if name in self.values}
 
-    def friction(self, pairs: Mapping[str, tuple[float, float]]) -> CoulombViscousFriction:
-        """Return the law of these values, with the offset that is believed."""
+    def friction(self, *, symmetric: bool = False, default: bool = True) -> CoulombViscousFriction:
+        """Return the law of these values, with the offset that is believed.
+
+        With ``symmetric``, of the means of both directions; without ``default``, Coulomb and
+        viscous friction must be known, which are 0 otherwise.
+        """
+        pairs: dict[str, tuple[float, float]] = {}
+        for name in DIRECTIONAL:
+            if name in self.values or not (default or name == "static_friction"):
+                forward, backward = self.pair(name)
+                mean = 0.5 * (forward + backward)
+                pairs[name] = (mean, mean) if symmetric else (forward, backward)
+            elif name != "static_friction":
+                pairs[name] = (0.0, 0.0)
         return coulomb_viscous(pairs, self.known("offset").get("offset", 0.0), self.kind)
 
     def uncertainties(self) -> dict[str, float]:
@@ -175,12 +187,7 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
         missing = {name: error.at("[guess], estimate") for name, error in held.missing.items()}
         sources = dict.fromkeys(values, f"estimate {guess.estimate}")
     own: dict[str, tuple[float, float] | None] = {name: guess.sides(name) for name in DIRECTIONAL}
-    for name, value in (
-        ("mass", guess.body),
-        ("load_mass", guess.load),
-        ("stiffness", guess.stiffness),
-        ("offset", guess.offset),
-    ):
+    for name, value in (("mass", guess.body), ("offset", guess.offset)):
         own[name] = None if value is None else (value, value)
     for name, pair in own.items():
         if pair is not None:

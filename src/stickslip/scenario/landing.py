@@ -77,11 +77,7 @@ class AxisLanding(Controller):
         mass = beliefs.mass()
         # The estimator that runs along does not distinguish the directions
         values = beliefs.known("coulomb_friction", "viscous_friction")
-        known = {"coulomb_friction": 0.0, "viscous_friction": 0.0} | values
-        pairs = {name: (each, each) for name, each in known.items()}
-        if "static_friction" in beliefs.values:
-            static = beliefs.value("static_friction")
-            pairs["static_friction"] = (static, static)
+        law = beliefs.friction(symmetric=True)
         rest = rest_of(setup, self.rest_samples)
         uncertainties = beliefs.uncertainties() | setup.guess.given()
         uncertainty = uncertainties.get("mass_uncertainty", AxisLandingController.mass_uncertainty)
@@ -89,7 +85,7 @@ class AxisLanding(Controller):
             sampling_time=setup.task.sampling_time,
             target=setup.task.goals[0],
             tolerance=aim_of(setup, rest),
-            axis=SingleMass(mass=mass, friction=beliefs.friction(pairs), kind=setup.kind),
+            axis=SingleMass(mass=mass, friction=law, kind=setup.kind),
             effort_limit=self.effort_limit,
             estimator=EnergyEstimator(
                 inertia=mass, offset=False, force_noise=0.0, initial_values=values or None
@@ -106,7 +102,6 @@ class AxisLanding(Controller):
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
         """Return how rest is judged, and with what the controller begins."""
-        del controller
         notes = rest_notes(setup, rest_of(setup, self.rest_samples))
         if beliefs.learned is not None:
             return notes

@@ -36,7 +36,6 @@ class _Feedback(Controller):
 
     def build(self, setup: Setup, beliefs: Beliefs) -> PIDController:
         """Return the controller, as of the base class."""
-        del beliefs
         filter_time: float | None = getattr(self, "filter_time", None)
         if filter_time is None and setup.sensors.velocity == "none":
             raise InputError(

@@ -48,7 +48,6 @@ class _Pulses(Controller):
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
         """Return how rest is judged."""
-        del beliefs, controller
         return rest_notes(setup, rest_of(setup, self.rest_samples))
 
 
@@ -71,15 +70,15 @@ class ExactPulses(_Pulses):
         if beliefs.learned is not None:
             return ExactPulseController(experience=beliefs.learned, **settings)
         check_guess(self, beliefs)
-        pairs = {name: beliefs.pair(name) for name in ("coulomb_friction", "viscous_friction")}
-        if "static_friction" in beliefs.values:
-            pairs["static_friction"] = beliefs.pair("static_friction")
         given = setup.guess.given()
         uncertainties = beliefs.uncertainties() | {
             name: given[name] for name in _UNCERTAINTIES if name in given
         }
         return ExactPulseController(
-            mass=beliefs.mass(), friction=beliefs.friction(pairs), **uncertainties, **settings
+            mass=beliefs.mass(),
+            friction=beliefs.friction(default=False),
+            **uncertainties,
+            **settings,
         )
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:

@@ -2,10 +2,12 @@
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
+from stickslip.control import PositionController
 from stickslip.records import InputError, LearntPulses, ScenarioTables, unit_of
 from stickslip.scenario.axis import AXES
-from stickslip.scenario.controller import AnyController, Controller
+from stickslip.scenario.controller import Controller
 from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.guess import GuessTable
 from stickslip.scenario.reading import Document, Read
@@ -32,7 +34,7 @@ class BuiltController:
         One sentence each.
     """
 
-    controller: AnyController
+    controller: PositionController[Any]
     believed: dict[str, str]
     notes: tuple[str, ...]
 

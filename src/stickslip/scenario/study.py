@@ -10,13 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import model_validator
 
-from stickslip.records import (
-    InputError,
-    ScenarioTables,
-    count_of,
-    non_negative,
-    positive,
-)
+from stickslip.records import InputError, ScenarioTables, count_of, non_negative, positive
 from stickslip.scenario.axis import AXES, Axis
 from stickslip.scenario.effort_file import read_effort
 from stickslip.scenario.reading import Document, Read
@@ -129,7 +123,6 @@ class SineInput(InputTable):
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
         """Return the sum of the sines [N or N m], and the sampling time [s]."""
-        del folder
         step = self.sampling_time
         time = step * np.arange(round(self.duration / step))
         phases = np.zeros(len(self.frequencies))
@@ -162,7 +155,6 @@ class FileInput(InputTable):
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
         """Return the effort of the file [N or N m], and its sampling time [s]."""
-        del generator
         effort, step = read_effort(folder / self.file)
         if effort.size < _LEAST_SAMPLES:
             raise InputError(

@@ -5,13 +5,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic, TypeVar
 
-from pydantic import (
-    BaseModel,
-    ConfigDict,
-    Field,
-    ValidationError,
-    model_validator,
-)
+from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from stickslip.input_files import not_a_table, unknown_key, wrong_value
 from stickslip.records import QUANTITIES, AxisKind, InputError, in_units_of
@@ -70,9 +64,7 @@ def key(
 
 
 def required(
-    meaning: str,
-    unit: str | Units = "",
-    check: Callable[[str, Any, str], object] | None = None,
+    meaning: str, unit: str | Units = "", check: Callable[[str, Any, str], object] | None = None
 ) -> Any:
     """Declare a field by its `Key`, without a default."""
     return Field(json_schema_extra=_extra(Key(meaning, unit, check)))

@@ -244,6 +244,16 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         """
         return float(at.fields(state).integral)
 
+    def integrates(self, tolerance: float) -> bool:
+        """Return whether the effort grows while the axis rests outside a tolerance.
+
+        Parameters
+        ----------
+        tolerance
+            [m or rad].
+        """
+        return self.integral_gain > 0.0 and self.dead_band <= tolerance
+
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
         """Return the state that goes on to another target, with its integral as it is.
 

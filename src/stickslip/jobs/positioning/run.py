@@ -7,24 +7,12 @@ from typing import Any
 import numpy as np
 
 from stickslip import __version__
-from stickslip.control import PIDController
+from stickslip.control import PositionController
 from stickslip.jobs.positioning.arm import arm_of, swings
 from stickslip.jobs.positioning.judging import arm_ending, ending, settling_time
 from stickslip.jobs.recorder import Recorder
-from stickslip.records import (
-    InputError,
-    LearntPulses,
-    Positioning,
-    PositioningMove,
-    PositioningRun,
-)
-from stickslip.scenario import (
-    AnyController,
-    Axis,
-    Scenario,
-    ScenarioFile,
-    read_scenario,
-)
+from stickslip.records import InputError, LearntPulses, Positioning, PositioningMove, PositioningRun
+from stickslip.scenario import Axis, Scenario, ScenarioFile, read_scenario
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 
 __all__ = ["position"]
@@ -100,16 +88,15 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         )
         recorder.end_move(run.controller_state)
         runs.append(_judged(number, run, recorder, built.controller, asked))
-        if not table.learns:
-            continue
         try:
-            learned = _learned(built.controller, run.controller_state)
+            found = built.controller.learnt(run.controller_state)
         except InputError as error:
             notes += (f"Run {number} has learnt nothing: {error.what}.",)
             continue
-        if number < task.runs:
+        learned = found or learned
+        if found is not None and number < task.runs:
             try:
-                built = asked.build(folder, learned)
+                built = asked.build(folder, found)
             except InputError as error:
                 notes += (
                     f"What run {number} has learnt cannot be gone on from ({error.what}); the "
@@ -135,15 +122,11 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
     )
 
 
-def _learned(controller: Any, state: Any) -> LearntPulses:
-    return controller.learnt(state)
-
-
 def _judged(
     number: int,
     run: ClosedLoopRun[Any],
     recorder: Recorder,
-    controller: AnyController,
+    controller: PositionController[Any],
     scenario: Scenario,
 ) -> PositioningRun:
     """Return a run with its moves, each judged by the truth."""
@@ -152,11 +135,7 @@ def _judged(
     arm = swing = None
     if scenario.axis.flexible:
         arm, swing = arm_of(run, goals, scenario), swings(run, scenario)
-    integrates = (
-        isinstance(controller, PIDController)
-        and controller.integral_gain > 0.0
-        and controller.dead_band <= task.tolerance
-    )
+    integrates = controller.integrates(task.tolerance)
     moves: list[PositioningMove] = []
     ends = zip(task.goals, recorder.outcomes, recorder.reasons, strict=True)
     for k, (goal, outcome, reason) in enumerate(ends):
