@@ -7,19 +7,18 @@ table; unknown and misplaced keys are errors.
 from stickslip.scenario.axis import AXES, Axis
 from stickslip.scenario.controller import Controller
 from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
-from stickslip.scenario.estimate_file import HeldEstimate, estimate_in
+from stickslip.scenario.estimate_file import estimate_in
 from stickslip.scenario.guess import GuessTable
 from stickslip.scenario.reading import Read
-from stickslip.scenario.scenario import BuiltController, Scenario, ScenarioFile, read_scenario
+from stickslip.scenario.scenario import Scenario, ScenarioFile, read_scenario
 from stickslip.scenario.study import (
     FileInput,
     SineInput,
     StudyFile,
-    StudyScenario,
     check_runs,
     read_study,
 )
-from stickslip.scenario.table import Key, Table, Variants, table_from, with_units_of
+from stickslip.scenario.table import Table, Variants, table_from, with_units_of
 from stickslip.scenario.task import SensorsTable, TaskTable
 
 __all__ = [
@@ -27,19 +26,15 @@ __all__ = [
     "AXES",
     "AXIS_CONTROLLERS",
     "Axis",
-    "BuiltController",
     "Controller",
     "FileInput",
     "GuessTable",
-    "HeldEstimate",
-    "Key",
     "Read",
     "Scenario",
     "ScenarioFile",
     "SensorsTable",
     "SineInput",
     "StudyFile",
-    "StudyScenario",
     "Table",
     "TaskTable",
     "Variants",

@@ -26,7 +26,11 @@ def settling_time(
     *,
     still: float = 0.0,
 ) -> float | None:
-    """Return how long it took until the error was within the tolerance for good."""
+    """Return how long it took until the true error was within the tolerance for good [s].
+
+    None if it never is: if at the end the axis is outside, or moves and has only just come in.
+    ``still`` is how far an axis that rests may move [m or rad].
+    """
     sample = _settled(error, tolerance, still)
     return None if sample is None else float(time[sample] - time[0])
 
@@ -55,7 +59,11 @@ def ending(
     integrates: bool = False,
     still: float = 0.0,
 ) -> Ending:
-    """Return how a move ended."""
+    """Return how a move ended, by the true error over the whole move [m or rad].
+
+    ``integrates`` is whether the effort grows while the axis rests outside the tolerance, and so
+    frees it in the end; ``still`` is how far an axis that rests may move [m or rad].
+    """
     if _settled(error, tolerance, still) is not None:
         return Ending.REACHED
     if hunts(error[error.size // 2 :], tolerance) or (
@@ -76,7 +84,11 @@ def arm_ending(
     tolerance: float,
     outcome: PositioningOutcome | None,
 ) -> Ending:
-    """Return how a move of a flexible arm ended."""
+    """Return how a move of a flexible arm ended.
+
+    ``error`` is the true one of the mass that is farther from the target, and ``driven`` that of
+    mass 1, over the whole move [m or rad].
+    """
     if _settled(error, tolerance) is not None:
         return Ending.REACHED
     if outcome is PositioningOutcome.STOPPED:
