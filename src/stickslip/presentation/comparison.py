@@ -21,6 +21,7 @@ from stickslip.presentation.words import (
     assumed_units,
     missing_parameters,
     or_none,
+    prefixed,
     printed_unit,
     ratio_text,
     share_text,
@@ -34,7 +35,6 @@ from stickslip.records import (
     count_of,
     in_words,
     parameter_label,
-    prefixed,
 )
 
 __all__ = [

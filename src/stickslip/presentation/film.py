@@ -10,8 +10,8 @@ from jaxtyping import Float
 from stickslip.presentation.figures import drawing as draw
 from stickslip.presentation.figures.phases import PHASE_COLOURS, shown_until
 from stickslip.presentation.page import Markup, filled
-from stickslip.presentation.words import printed_unit
-from stickslip.records import Positioning, PositioningRun, prefixed_unit, unit_of
+from stickslip.presentation.words import prefixed_unit, printed_unit
+from stickslip.records import Positioning, PositioningRun, unit_of
 
 __all__ = ["film"]
 

@@ -21,7 +21,15 @@ from stickslip.presentation.page import (
     scenario_blocks,
 )
 from stickslip.presentation.table import Cell, Column, Table
-from stickslip.presentation.words import NONE, between_text, or_none, printed_unit, shown, typeset
+from stickslip.presentation.words import (
+    NONE,
+    between_text,
+    or_none,
+    prefixed,
+    printed_unit,
+    shown,
+    typeset,
+)
 from stickslip.records import (
     ArmRun,
     Ending,
@@ -30,7 +38,6 @@ from stickslip.records import (
     PositioningRun,
     count_of,
     parameter_label,
-    prefixed,
     unit_of,
 )
 

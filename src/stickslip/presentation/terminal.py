@@ -24,6 +24,7 @@ from stickslip.presentation.words import (
     assumed_units,
     missing_parameters,
     or_none,
+    prefixed,
     printed_unit,
     share_text,
 )
@@ -36,7 +37,6 @@ from stickslip.records import (
     Positioning,
     in_words,
     parameter_label,
-    prefixed,
     unit_of,
 )
 

@@ -14,7 +14,6 @@ from stickslip.records import (
     Status,
     in_words,
     parameter_label,
-    prefixed,
     unit_of,
     unit_text,
 )
@@ -28,6 +27,8 @@ __all__ = [
     "judged",
     "missing_parameters",
     "or_none",
+    "prefixed",
+    "prefixed_unit",
     "printed_unit",
     "ratio_text",
     "rounded",
@@ -43,6 +44,10 @@ NONE = "–"
 """What stands for a missing value."""
 
 _MOST_DECIMALS = 15
+_PREFIXABLE = ("m", "rad", "s")
+_PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
+_ROUNDED_TO_ONE = 0.9995
+_ROUNDING = 1.0 / _ROUNDED_TO_ONE
 
 
 class Judgement(Enum):
@@ -206,6 +211,56 @@ def printed_unit(name: str, kind: AxisKind) -> str:
     'kg m²'
     """
     return unit_text(unit_of(name, kind))
+
+
+def prefixed_unit(size: float, unit: str) -> tuple[float, str]:
+    """Return the unit that suits values of a size, and how many of it make the SI unit.
+
+    Parameters
+    ----------
+    size
+        A typical or the largest magnitude [``unit``].
+    unit
+        Its SI unit; metres, radians and seconds get prefixes, others are left as they are.
+
+    Examples
+    --------
+    >>> prefixed_unit(0.012, "m"), prefixed_unit(2.5, "N")
+    ((1000.0, 'mm'), (1.0, 'N'))
+    """
+    if unit not in _PREFIXABLE or not 0 < abs(size) < math.inf:
+        return 1.0, unit_text(unit)
+    for factor, prefix in _PREFIXES:
+        # What is rounded up to 1000 of a unit is written as 1 of the next
+        if abs(size) * factor >= _ROUNDED_TO_ONE:
+            return factor, prefix + unit
+    factor, prefix = _PREFIXES[-1]
+    return factor, prefix + unit
+
+
+def prefixed(value: float, unit: str) -> str:
+    """Return a value with three digits, in the unit that suits its size.
+
+    Parameters
+    ----------
+    value
+        The value [``unit``].
+    unit
+        Its SI unit.
+
+    Examples
+    --------
+    >>> prefixed(-1.2345e-5, "m"), prefixed(0.31, "s"), prefixed(95.1, "kg m^2")
+    ('-12.3 µm', '310 ms', '95.1 kg m²')
+    """
+    factor, shown = prefixed_unit(value, unit)
+    return f"{_three_digits(value * factor)} {shown}"
+
+
+def _three_digits(value: float) -> str:
+    if value == 0 or not 1e-3 <= abs(value) < 1e6:
+        return f"{value:.3g}"
+    return f"{value:.{max(0, 2 - math.floor(math.log10(abs(value) * _ROUNDING)))}f}"
 
 
 def typeset(number: str) -> str:

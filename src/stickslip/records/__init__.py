@@ -1,8 +1,6 @@
 """What passes between the stages: logs, estimates, and the errors on the way."""
 
-from stickslip.records.arm_positioning import ArmRun, ArmSeries, LandingPhase, LandingPhaseName
-from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource
-from stickslip.records.checks import finite_vector, non_negative, positive
+from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource, SensorSample
 from stickslip.records.comparison import (
     ComparedEstimator,
     Contradiction,
@@ -16,6 +14,9 @@ from stickslip.records.errors import (
     InputError,
     MissingExtraError,
     StickslipError,
+    finite_vector,
+    non_negative,
+    positive,
 )
 from stickslip.records.estimate import (
     PARAMETER_NAMES,
@@ -38,9 +39,12 @@ from stickslip.records.identification import (
     Resimulation,
 )
 from stickslip.records.joint import JointLog, JointLogs, LogDeviation
-from stickslip.records.plain import ScenarioTables
 from stickslip.records.positioning import (
+    ArmRun,
+    ArmSeries,
     Ending,
+    LandingPhase,
+    LandingPhaseName,
     Positioning,
     PositioningMove,
     PositioningRun,
@@ -55,23 +59,18 @@ from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
     Quantity,
-    quantity_field,
-    quantity_name,
-    shared_name,
-    unit_of,
-)
-from stickslip.records.read_only import ReadOnlyMapping
-from stickslip.records.selection import EffortKind, ModelSelection, TermScore
-from stickslip.records.sensor_sample import SensorSample
-from stickslip.records.wording import (
     count_of,
     in_units_of,
     in_words,
     parameter_label,
-    prefixed,
-    prefixed_unit,
+    quantity_field,
+    quantity_name,
+    shared_name,
+    unit_of,
     unit_text,
 )
+from stickslip.records.record import ReadOnlyMapping, ScenarioTables
+from stickslip.records.selection import EffortKind, ModelSelection, TermScore
 
 __all__ = [
     "GAP_RATIO",
@@ -135,8 +134,6 @@ __all__ = [
     "non_negative",
     "parameter_label",
     "positive",
-    "prefixed",
-    "prefixed_unit",
     "quantity_field",
     "quantity_name",
     "shared_name",

@@ -4,18 +4,16 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from stickslip.records.checks import finite_vector
-from stickslip.records.errors import InputError
-from stickslip.records.plain import Record
-from stickslip.records.quantities import AxisKind, quantity_field, unit_of
-from stickslip.records.wording import count_of
+from stickslip.records.errors import InputError, finite_vector
+from stickslip.records.quantities import AxisKind, count_of, quantity_field, unit_of
+from stickslip.records.record import Record
 
-__all__ = ["GAP_RATIO", "AxisLog", "LogSource"]
+__all__ = ["GAP_RATIO", "AxisLog", "LogSource", "SensorSample"]
 
 GAP_RATIO = 3.5
 """A time step longer than this many typical ones is a gap and starts a new segment; up to three are
@@ -207,3 +205,16 @@ class AxisLog(Record):
     def unit(self, quantity: str) -> str:
         """Return the unit of a quantity on this axis, such as ``log.unit("velocity")``."""
         return unit_of(quantity, self.kind)
+
+
+class SensorSample(NamedTuple):
+    """What a controller sees at a sample instant: sensor values, in SI units; never the truth.
+
+    A channel without a sensor is NaN.
+    """
+
+    time: float
+    measured_position: float
+    measured_velocity: float
+    measured_load_position: float
+    measured_load_velocity: float

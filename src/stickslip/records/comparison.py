@@ -9,8 +9,8 @@ from typing import Any
 from stickslip.records.axis_log import AxisLog, LogSource
 from stickslip.records.estimate import PARAMETER_NAMES, FrictionEstimate
 from stickslip.records.identification import Resimulation
-from stickslip.records.plain import Record, ScenarioTables, valued_tables
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+from stickslip.records.record import Record, ScenarioTables, valued_tables
 
 __all__ = [
     "ComparedEstimator",

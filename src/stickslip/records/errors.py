@@ -1,6 +1,19 @@
-"""The errors a user can meet. Each message says what, where and how to mend it."""
+"""The errors a user can meet, and the checks of values; each message says how to mend it."""
 
-__all__ = ["EventBudgetError", "InputError", "MissingExtraError", "StickslipError"]
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+__all__ = [
+    "EventBudgetError",
+    "InputError",
+    "MissingExtraError",
+    "StickslipError",
+    "finite_vector",
+    "non_negative",
+    "positive",
+]
 
 
 class StickslipError(Exception):
@@ -51,3 +64,104 @@ class MissingExtraError(StickslipError, ImportError):
 
 class EventBudgetError(StickslipError, RuntimeError):
     """More sticks and slips inside one sample than the simulator's budget allows."""
+
+
+_NO_UNIT = ("", "-")
+
+
+def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
+    """Return a read-only copy of ``values`` as a vector of finite floats.
+
+    Raises
+    ------
+    InputError
+        If it is not one-dimensional, or if a value is not finite (its index is named).
+    """
+    array = np.array(values, dtype=np.float64)
+    if array.ndim != 1:
+        raise InputError(
+            f"{name} has {array.ndim} dimensions, it must be a vector",
+            remedy="pass one value a sample",
+        )
+    if not np.isfinite(array).all():
+        bad = np.flatnonzero(~np.isfinite(array))
+        raise InputError(
+            f"{name} is {array[bad[0]]} [{unit}] at sample {bad[0]} ({bad.size} of {array.size} "
+            "samples are not finite)",
+            remedy="remove or repair those samples; nothing is interpolated silently",
+        )
+    array.flags.writeable = False
+    return array
+
+
+def _number(name: str, value: Any, unit: str) -> float:
+    """Return a value as a float, also one that is not finite.
+
+    Raises
+    ------
+    InputError
+        If it is no number; text that looks like one is none.
+    """
+    try:
+        return float("text" if isinstance(value, str | bytes) else value)
+    except (TypeError, ValueError):
+        within = "" if unit in _NO_UNIT else f" in {unit}"
+        raise InputError(
+            f"{name} is {value!r}, it must be a number", remedy=f"give a number{within}"
+        ) from None
+
+
+def _told(number: float, unit: str) -> str:
+    return f"{number:g}" if unit in _NO_UNIT else f"{number:g} {unit}"
+
+
+def positive(name: str, value: float, unit: str) -> float:
+    """Check a quantity that must be positive.
+
+    Parameters
+    ----------
+    name
+        What it is called in the message.
+    value
+        Its value [``unit``].
+    unit
+        Its SI unit; ``"-"`` for none.
+
+    Raises
+    ------
+    InputError
+        If it is no number, or not finite and above zero.
+    """
+    number = _number(name, value, unit)
+    if not (np.isfinite(number) and number > 0):
+        limit = "finite" if number == np.inf else "positive"
+        raise InputError(
+            f"{name} is {_told(number, unit)}, it must be {limit}", remedy="give a positive value"
+        )
+    return number
+
+
+def non_negative(name: str, value: float, unit: str) -> float:
+    """Check a quantity that must not be negative.
+
+    Parameters
+    ----------
+    name
+        What it is called in the message.
+    value
+        Its value [``unit``].
+    unit
+        Its SI unit; ``"-"`` for none.
+
+    Raises
+    ------
+    InputError
+        If it is no number, not finite, or below zero.
+    """
+    number = _number(name, value, unit)
+    if not (np.isfinite(number) and number >= 0):
+        limit = "must be finite" if number == np.inf else "must not be negative"
+        raise InputError(
+            f"{name} is {_told(number, unit)}, it {limit}", remedy="give a positive value, or 0"
+        )
+    return number

@@ -3,7 +3,6 @@
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from enum import Enum
 from typing import Any
 
 import numpy as np
@@ -11,8 +10,8 @@ from jaxtyping import Float
 
 from stickslip.records.errors import InputError
 from stickslip.records.joint import JointLogs
-from stickslip.records.plain import Record
 from stickslip.records.quantities import QUANTITIES, AxisKind, quantity_name, shared_name
+from stickslip.records.record import Record, Worded
 from stickslip.records.selection import ModelSelection
 
 __all__ = [
@@ -46,17 +45,51 @@ SIGNED_PARAMETERS = frozenset(
 """Parameters whose true value may be negative."""
 
 
-class Status(Enum):
+class Status(Worded):
     """Whether an estimate can be trusted; the text names the reason and the remedy."""
 
-    OK = "ok"
-    NOT_IDENTIFIABLE = "not_identifiable"
-    INSUFFICIENT_EXCITATION = "insufficient_excitation"
-    UNPHYSICAL = "unphysical"
-    POOR_FIT = "poor_fit"
-    BIASED = "biased"
-    MODEL_MISMATCH = "model_mismatch"
-    NO_INTERVAL = "no_interval"
+    OK = ("ok", "Identified", "The parameters are identified.")
+    NOT_IDENTIFIABLE = (
+        "not_identifiable",
+        "Not identifiable from this log",
+        "This log cannot tell some parameters apart; record a motion that excites them, or give "
+        "the ones you know.",
+    )
+    INSUFFICIENT_EXCITATION = (
+        "insufficient_excitation",
+        "Not enough motion",
+        "The axis moves too little in this log; record a motion with several speeds and reversals.",
+    )
+    UNPHYSICAL = (
+        "unphysical",
+        "Unphysical result",
+        "The best fit needs a negative mass or friction; check units, signs and the effort's "
+        "scale.",
+    )
+    POOR_FIT = (
+        "poor_fit",
+        "Poor fit",
+        "The model leaves most of the effort unexplained; check the columns, their units, masses "
+        "and stiffness if they are given, and whether gravity or a spring acts on the axis.",
+    )
+    BIASED = (
+        "biased",
+        "Biased estimate",
+        "The method is known to be biased on such a log by more than its intervals allow for; use "
+        "the default estimator of this kind of axis, and this one for comparison.",
+    )
+    MODEL_MISMATCH = (
+        "model_mismatch",
+        "Model mismatch",
+        "The log violates the model in a way that cannot be modelled; the notes name the cause, "
+        "its size and the remedy.",
+    )
+    NO_INTERVAL = (
+        "no_interval",
+        "Values without intervals",
+        "The method gives no confidence intervals, so the errors of its values are unknown; "
+        "confirm them with a method that gives intervals.",
+    )
 
     @property
     def trusted(self) -> bool:
@@ -67,58 +100,6 @@ class Status(Enum):
     def usable(self) -> bool:
         """Whether the values that are given can be used, though others may be missing."""
         return self in {Status.OK, Status.NOT_IDENTIFIABLE}
-
-    @property
-    def word(self) -> str:
-        """A heading of a few words."""
-        return _STATUS_WORD[self]
-
-    @property
-    def text(self) -> str:
-        """One sentence: what it means and what to do."""
-        return _STATUS_TEXT[self]
-
-
-_STATUS_WORD = {
-    Status.OK: "Identified",
-    Status.NOT_IDENTIFIABLE: "Not identifiable from this log",
-    Status.INSUFFICIENT_EXCITATION: "Not enough motion",
-    Status.UNPHYSICAL: "Unphysical result",
-    Status.POOR_FIT: "Poor fit",
-    Status.BIASED: "Biased estimate",
-    Status.MODEL_MISMATCH: "Model mismatch",
-    Status.NO_INTERVAL: "Values without intervals",
-}
-
-_STATUS_TEXT = {
-    Status.OK: "The parameters are identified.",
-    Status.NOT_IDENTIFIABLE: (
-        "This log cannot tell some parameters apart; record a motion that excites them, or give "
-        "the ones you know."
-    ),
-    Status.INSUFFICIENT_EXCITATION: (
-        "The axis moves too little in this log; record a motion with several speeds and reversals."
-    ),
-    Status.UNPHYSICAL: (
-        "The best fit needs a negative mass or friction; check units, signs and the effort's scale."
-    ),
-    Status.POOR_FIT: (
-        "The model leaves most of the effort unexplained; check the columns, their units, masses "
-        "and stiffness if they are given, and whether gravity or a spring acts on the axis."
-    ),
-    Status.BIASED: (
-        "The method is known to be biased on such a log by more than its intervals allow for; use "
-        "the default estimator of this kind of axis, and this one for comparison."
-    ),
-    Status.MODEL_MISMATCH: (
-        "The log violates the model in a way that cannot be modelled; the notes name the cause, "
-        "its size and the remedy."
-    ),
-    Status.NO_INTERVAL: (
-        "The method gives no confidence intervals, so the errors of its values are unknown; "
-        "confirm them with a method that gives intervals."
-    ),
-}
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records.plain import Record, Valued
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
+from stickslip.records.record import Record, Valued
 
 __all__ = ["Excitation", "ExpectedParameter"]
 

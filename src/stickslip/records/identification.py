@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from stickslip.records.axis_log import AxisLog
 from stickslip.records.estimate import FrictionEstimate
-from stickslip.records.plain import Record
+from stickslip.records.record import Record
 
 __all__ = [
     "EnergyBalance",

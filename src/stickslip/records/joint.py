@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from stickslip.records.plain import Record
+from stickslip.records.record import Record
 from stickslip.records.selection import EffortKind
 
 __all__ = ["JointLog", "JointLogs", "LogDeviation"]

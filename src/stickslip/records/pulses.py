@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.errors import InputError
-from stickslip.records.plain import Record, Valued
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
@@ -17,7 +16,7 @@ from stickslip.records.quantities import (
     quantity_name,
     unit_of,
 )
-from stickslip.records.read_only import ReadOnlyMapping
+from stickslip.records.record import ReadOnlyMapping, Record, Valued
 
 __all__ = ["LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
 

@@ -1,9 +1,10 @@
-"""Every physical quantity, its symbol and its unit, declared once.
+"""Every physical quantity, its symbol and its unit, declared once, and how they are written.
 
 Records, docs, reports, the command line and exports read units from here. Inside the package all
 values are in these SI units; conversion happens at the edges only.
 """
 
+import re
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -11,10 +12,15 @@ __all__ = [
     "QUANTITIES",
     "AxisKind",
     "Quantity",
+    "count_of",
+    "in_units_of",
+    "in_words",
+    "parameter_label",
     "quantity_field",
     "quantity_name",
     "shared_name",
     "unit_of",
+    "unit_text",
 ]
 
 AxisKind = Literal["linear", "rotary"]
@@ -152,3 +158,93 @@ def unit_of(name: str, kind: AxisKind) -> str:
 def quantity_field(name: str, **options: Any) -> Any:
     """Declare a dataclass field that holds the named quantity, so that its unit can be read."""
     return field(metadata={"quantity": QUANTITIES[name]}, **options)
+
+
+_EITHER_UNIT = re.compile(
+    " (?:"
+    + "|".join(
+        re.escape(f"{each.linear} or {each.rotary}")
+        for each in QUANTITIES.values()
+        if each.linear != each.rotary
+    )
+    + r")(?![\w/^])"
+)
+_DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
+_NAMES = re.compile(
+    rf"\b(?:{'|'.join(key for key in QUANTITIES if '_' in key)})(?:_positive|_negative)?\b"
+)
+
+
+def parameter_label(name: str, kind: AxisKind = "linear") -> str:
+    """Return the field's term for a parameter; a mass of a rotary axis is an inertia.
+
+    Examples
+    --------
+    >>> parameter_label("coulomb_friction_positive")
+    'Coulomb friction, forward'
+    >>> parameter_label("load_mass", "rotary")
+    'Load inertia'
+    >>> parameter_label("offset[morning]")
+    'Offset [morning]'
+    """
+    name, bracket, log = name.partition("[")
+    if bracket:
+        return f"{parameter_label(name, kind)} [{log}"
+    for suffix, words in _DIRECTIONS.items():
+        if name.endswith(suffix):
+            return parameter_label(name.removesuffix(suffix), kind) + words
+    term = QUANTITIES[name].name.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    if kind == "rotary":
+        term = term.replace("mass", "inertia")
+    return term[0].upper() + term[1:]
+
+
+def in_units_of(kind: AxisKind, sentence: str) -> str:
+    """Return a sentence with the unit of one kind of axis where it names those of both.
+
+    Examples
+    --------
+    >>> in_units_of("rotary", "tolerance is 0 m or rad, and 3 N s/m or N m s/rad are lost")
+    'tolerance is 0 rad, and 3 N m s/rad are lost'
+    """
+    part = 0 if kind == "linear" else 1
+    return _EITHER_UNIT.sub(lambda found: " " + found[0][1:].split(" or ")[part], sentence)
+
+
+def count_of(number: int, thing: str) -> str:
+    """Return how many things there are, in words that agree.
+
+    Examples
+    --------
+    >>> count_of(1, "sample"), count_of(0, "sample")
+    ('1 sample', '0 samples')
+    """
+    return f"{number} {thing}{'' if number == 1 else 's'}"
+
+
+def in_words(sentence: str) -> str:
+    """Return a sentence with the field's terms in place of the names of quantities in it.
+
+    Examples
+    --------
+    >>> in_words("it cannot be told apart from viscous_friction and coulomb_friction_positive")
+    'it cannot be told apart from viscous friction and Coulomb friction (forward)'
+    """
+    return _NAMES.sub(_term_of, sentence)
+
+
+def _term_of(name: re.Match[str]) -> str:
+    term, _, direction = parameter_label(name[0]).partition(", ")
+    term = term if term.startswith(("Coulomb", "Stribeck")) else term[0].lower() + term[1:]
+    return f"{term} ({direction})" if direction else term
+
+
+def unit_text(unit: str) -> str:
+    """Return a unit as it is printed.
+
+    Examples
+    --------
+    >>> unit_text("kg m^2")
+    'kg m²'
+    """
+    return unit.replace("^2", "²")

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Literal
 
-from stickslip.records.plain import Record
+from stickslip.records.record import Record
 
 __all__ = ["EffortKind", "ModelSelection", "TermScore"]
 

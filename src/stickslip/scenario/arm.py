@@ -16,7 +16,8 @@ from stickslip.control import (
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import FlexibleArm
-from stickslip.records import AxisKind, InputError, LearntPulses, positive, prefixed, unit_of
+from stickslip.presentation.words import prefixed
+from stickslip.records import AxisKind, InputError, LearntPulses, positive, unit_of
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
 from stickslip.scenario.guess import FILES, Beliefs, check_learned

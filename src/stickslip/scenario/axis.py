@@ -16,7 +16,8 @@ from stickslip.friction import (
 )
 from stickslip.friction.stribeck import StribeckShape
 from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import AxisKind, InputError, prefixed, unit_of
+from stickslip.presentation.words import prefixed
+from stickslip.records import AxisKind, InputError, unit_of
 from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
 from stickslip.scenario.table import Variants, key, required
 

@@ -4,7 +4,8 @@ from dataclasses import replace
 from math import sqrt
 
 from stickslip.control import RestDetection
-from stickslip.records import InputError, count_of, prefixed, unit_of
+from stickslip.presentation.words import prefixed
+from stickslip.records import InputError, count_of, unit_of
 from stickslip.scenario.setup import Setup
 
 __all__ = ["aim_of", "rest_notes", "rest_of"]

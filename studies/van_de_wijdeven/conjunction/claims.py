@@ -1,7 +1,8 @@
 """What the source's concluding remarks say, each statement with a criterion and a verdict."""
 
 from stickslip.jobs import surrogate
-from stickslip.records import PositioningOutcome, prefixed
+from stickslip.presentation.words import prefixed
+from stickslip.records import PositioningOutcome
 from studies.van_de_wijdeven.conjunction.cases import BOUND
 from studies.van_de_wijdeven.conjunction.landings import (
     FEEDBACK,

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from stickslip.presentation.page import Section
-from stickslip.records import prefixed
+from stickslip.presentation.words import prefixed
 from studies.van_de_wijdeven.page.dense import prose, row, section, wide
 from studies.van_de_wijdeven.records import (
     ConjunctionReproduction,

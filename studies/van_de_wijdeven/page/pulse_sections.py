@@ -8,7 +8,8 @@ import numpy as np
 
 from stickslip.presentation.figures.drawing import symbol
 from stickslip.presentation.page import Section
-from stickslip.records import QUANTITIES, in_words, prefixed, unit_text
+from stickslip.presentation.words import prefixed
+from stickslip.records import QUANTITIES, in_words, unit_text
 from studies.van_de_wijdeven.page.dense import prose, row, section, wide
 from studies.van_de_wijdeven.records import (
     CarriedRuns,

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Iterable, Mapping
 
-from stickslip.records import prefixed
+from stickslip.presentation.words import prefixed
 from studies.van_de_wijdeven.part_b.cases import KEYS, READINGS
 from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.runs import Series

@@ -13,15 +13,13 @@ from stickslip.presentation.figures.phases import (
     shown_until,
     tolerance_band,
 )
-from stickslip.presentation.words import printed_unit
+from stickslip.presentation.words import prefixed, prefixed_unit, printed_unit
 from stickslip.records import (
     ArmRun,
     ArmSeries,
     Positioning,
     PositioningMove,
     PositioningRun,
-    prefixed,
-    prefixed_unit,
     unit_of,
 )
 

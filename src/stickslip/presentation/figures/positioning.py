@@ -13,12 +13,11 @@ from stickslip.presentation.figures.phases import (
     starts,
     tolerance_band,
 )
-from stickslip.presentation.words import printed_unit
+from stickslip.presentation.words import prefixed_unit, printed_unit
 from stickslip.records import (
     Positioning,
     PositioningRun,
     parameter_label,
-    prefixed_unit,
     unit_of,
 )
 

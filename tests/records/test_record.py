@@ -9,7 +9,7 @@ import pytest
 from jaxtyping import Float
 
 from stickslip.records import JointLog, JointLogs, LogDeviation, ModelSelection, Status, TermScore
-from stickslip.records.plain import Record, Valued
+from stickslip.records.record import Record, Valued
 
 SCORE = TermScore(
     term="spring", text="a spring", selected=True, p_value=0.01, gain=0.2, gain_std=0.1, share=0.3

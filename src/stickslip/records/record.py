@@ -1,15 +1,65 @@
-"""Records: mappings that cannot be changed, and a JSON form that is read from the fields."""
+"""What records have in common: read-only mappings, a JSON form, and outcomes in words."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from enum import Enum
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
-from stickslip.records.read_only import ReadOnlyMapping
+__all__ = [
+    "JsonForm",
+    "ReadOnlyMapping",
+    "Record",
+    "ScenarioTables",
+    "Valued",
+    "Worded",
+    "plain",
+    "valued_tables",
+]
 
-__all__ = ["JsonForm", "Record", "ScenarioTables", "Valued", "plain", "valued_tables"]
+Key = TypeVar("Key")
+Value = TypeVar("Value")
+
+
+class ReadOnlyMapping(Mapping[Key, Value]):
+    """Read-only copy of a mapping.
+
+    Parameters
+    ----------
+    values
+        Items to copy, in their order.
+
+    Examples
+    --------
+    >>> options = ReadOnlyMapping({"offset": True})
+    >>> options | {"cutoff": None}
+    {'offset': True, 'cutoff': None}
+    """
+
+    __slots__ = ("_values",)
+
+    def __init__(self, values: Mapping[Key, Value]) -> None:
+        self._values = dict(values)
+
+    def __getitem__(self, key: Key) -> Value:
+        return self._values[key]
+
+    def __iter__(self) -> Iterator[Key]:
+        return iter(self._values)
+
+    def __len__(self) -> int:
+        return len(self._values)
+
+    def __or__(self, other: Mapping[Key, Value]) -> dict[Key, Value]:
+        return {**self._values, **other}
+
+    def __ror__(self, other: Mapping[Key, Value]) -> dict[Key, Value]:
+        return {**other, **self._values}
+
+    def __repr__(self) -> str:
+        return f"ReadOnlyMapping({self._values!r})"
+
 
 JsonForm = tuple["str | Mapping[str, JsonForm]", ...]
 """Keys of a JSON document in their order, separated by spaces: ``key`` for the attribute of that
@@ -110,3 +160,19 @@ def _read_only(values: Mapping[Any, Any]) -> ReadOnlyMapping[Any, Any]:
             for key, each in values.items()
         }
     )
+
+
+class Worded(Enum):
+    """Base of enumerations of outcomes: each member is a value, a heading and a sentence."""
+
+    word: str
+    """A heading of a few words."""
+    text: str
+    """One sentence: what it means and what to do."""
+
+    def __new__(cls, value: str, word: str, text: str) -> "Worded":
+        """Return a member whose value is the first of the three."""
+        member = object.__new__(cls)
+        member._value_ = value
+        member.word, member.text = word, text
+        return member
