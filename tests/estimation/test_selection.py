@@ -497,13 +497,6 @@ def test_held_effort_is_integrated_exactly(delay: float) -> None:
         assert taps[k + weight.reach] == pytest.approx(np.mean(density), abs=1e-10)
 
 
-def test_slope_of_held_effort_is_its_derivative() -> None:
-    weight = Weight(half_width=8, sampling_time=1.0, margin=2)
-    step = 1e-6
-    numeric = (weight.held(0.7 + step) - weight.held(0.7 - step)) / (2 * step)
-    assert weight.held_slope(0.7) == pytest.approx(numeric, abs=1e-8)
-
-
 def test_convolution_is_a_correlation_with_zero_padding() -> None:
     rng = np.random.default_rng(3)
     values = rng.standard_normal(1000)

@@ -58,6 +58,10 @@ class StackedRows(WindowRows):
         """Whether each row is from each log, 1 or 0 [-]."""
         return (self.log[:, None] == np.arange(len(self.parts))).astype(float)
 
+    def moved(self, samples: int) -> "StackedRows":
+        """Return rows of the same windows a sample later (1) or earlier (-1)."""
+        return StackedRows.of([part.moved(samples) for part in self.parts])
+
     def widened(self, factor: float) -> "StackedRows":
         """Return rows of windows that are wider by a factor [-]."""
         return StackedRows.of([part.widened(factor) for part in self.parts])

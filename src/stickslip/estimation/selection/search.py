@@ -52,6 +52,9 @@ class SearchTuning:
     """Share of the inertia that noise of the position may take, above which windows widen [-]."""
     largest_p_value: float = 2e-3
     """Of a term that is selected [-]: some ten terms give 2 % of false selections."""
+    open_p_value: float = 0.1
+    """Of a small delay, below which the delay that fits best is tested [-]: a delay of many samples
+    hides behind a wrong inertia."""
     fewest_deviations: float = 1.0
     """Gain on moves left out of the fit, in its standard errors (one-standard-error rule) [-]."""
     smallest_gain: float = 0.02
@@ -163,8 +166,24 @@ class Model:
     def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
         """Return the columns of a term."""
         if term.name == DELAY:
-            return self.scaled(-self.rows.effort_slope[:, None])
+            return self.effort_slope()[:, None]
         return self.scaled(self.rows.means(shape))
+
+    def effort_slope(self) -> Float[np.ndarray, " n"]:
+        """Return the change of the effort in a sample as the model predicts it [N or N m].
+
+        The slope of the logged effort would be that of its noise above all: a noisy regressor,
+        which attenuates the delay and narrows its interval.
+        """
+        chosen = tuple(pair for pair in self.chosen if pair[0].name != DELAY)
+        plain = replace(self, chosen=chosen)
+        values = least_squares(plain.columns(), plain.target())
+        later, earlier = (replace(plain, rows=self.rows.moved(k)) for k in (1, -1))
+        slope = 0.5 * (later.columns() - earlier.columns()) @ values
+        if self.inertia is not None:
+            change = later.rows.acceleration - earlier.rows.acceleration
+            slope += 0.5 * self.inertia * self.scaled(change)
+        return slope
 
     def columns(self, without: str = "") -> Float[np.ndarray, "n p"]:
         """Return all columns, or those without one term."""
@@ -446,15 +465,16 @@ def _tried(
     if best is None:
         return None
     shape, partial = best
-    if term.name == DELAY and basis.share(partial) > tuning.smallest_share:
+    own = model.term_columns(term, shape)
+    p_value = significance(basis, partial, own)
+    if term.name == DELAY and p_value < tuning.open_p_value:
         delayed = _settled(replace(model, chosen=(*model.chosen, (term, shape))), tuning)
         if delayed.settled and testable(delayed):
             return _tried_delay(model, delayed)
-    own = model.term_columns(term, shape)
     gains = errors - held_out_errors(
         np.column_stack([columns, own]), basis.target, model.rows.folds
     )
-    return _scored(term, shape, model, basis, partial, own, errors, gains)
+    return _scored(term, shape, model, basis, partial, p_value, errors, gains)
 
 
 def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
@@ -480,7 +500,8 @@ def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
     before = late.with_delays(model.delays)
     errors = held_out_errors(before.columns(), before.target(), before.rows.folds)
     gains = errors - held_out_errors(delayed.columns(), delayed.target(), delayed.rows.folds)
-    return _scored(term, shape, late, basis, partial, own, errors, gains)
+    p_value = significance(basis, partial, own)
+    return _scored(term, shape, late, basis, partial, p_value, errors, gains)
 
 
 def _scored(
@@ -489,13 +510,13 @@ def _scored(
     model: Model,
     basis: Basis,
     partial: Partial,
-    own: Float[np.ndarray, "n q"],
+    p_value: float,
     errors: Float[np.ndarray, " folds"],
     gains: Float[np.ndarray, " folds"],
 ) -> _Trial:
     """Return the score of a term beside the model, from the errors on rows left out of the fit."""
     total = max(float(np.sum(errors)), np.finfo(float).tiny)
-    every = np.column_stack([model.columns(), own])
+    every = np.column_stack([model.columns(), model.term_columns(term, shape)])
     if term.name == "two-thirds":  # it may take the place of viscous friction
         every = np.delete(every, 0 if model.inertia is not None else 1, axis=1)
     score = TermScore(
@@ -503,7 +524,7 @@ def _scored(
         text=term.text,
         selected=False,
         # One of several shapes is significant by chance more often (Bonferroni)
-        p_value=min(significance(basis, partial, own) * term.trials, 1.0),
+        p_value=min(p_value * term.trials, 1.0),
         gain=float(np.sum(gains)) / total,
         gain_std=float(np.std(gains, ddof=1)) * float(np.sqrt(gains.size)) / total,
         share=basis.share(partial),
@@ -647,13 +668,35 @@ def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
     return max(shape.value / ratio, values[0]), min(shape.value * ratio, values[-1])
 
 
+_SLOWEST = 0.98
+"""Ratio of one Gauss-Newton step to the one before up to which the steps are extrapolated [-]."""
+
+
 def _settled(model: Model, tuning: SearchTuning) -> Model:
-    """Return the model at the delay that fits best (Gauss-Newton)."""
+    """Return the model at the delay that fits best (Gauss-Newton).
+
+    Noise of the effort makes all steps too short by the same factor. Two of them therefore give the
+    delay that they lead to (Aitken's extrapolation).
+    """
+    before: Float[np.ndarray, " k"] | None = None
     for _ in range(tuning.delay_steps):
+        start = model.delays
         model, step = model.stepped(tuning.largest_delay)
         if step < tuning.settled_delay:
             return replace(model, settled=True)
+        change = model.delays - start
+        if before is None:
+            before = change
+            continue
+        ratio = np.divide(change, before, out=np.zeros(change.size), where=before != 0.0)
+        slow = (ratio > 0.0) & (ratio < _SLOWEST)
+        ahead = np.where(slow, change * ratio / (1.0 - np.where(slow, ratio, 0.0)), 0.0)
+        ahead = np.clip(ahead, -_FARTHEST * LARGEST_STEP, _FARTHEST * LARGEST_STEP)
+        model, before = model.with_delays(model.delays + ahead), None
     return replace(model, settled=False)
+
+
+_FARTHEST = 5.0  # of the largest step: extrapolation
 
 
 def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:

@@ -46,6 +46,7 @@ class WindowRows:
     _means: dict[int, tuple[Shape, Float[np.ndarray, "n p"]]] = field(
         default_factory=dict, repr=False, compare=False
     )
+    _moved: dict[int, "WindowRows"] = field(default_factory=dict, repr=False, compare=False)
 
     @property
     def size(self) -> int:
@@ -115,11 +116,6 @@ class WindowRows:
         """Mean of the effort that acts [N or N m]."""
         return self._filtered(lambda m: m.effort, lambda own: own.weight.held(own.delay))
 
-    @cached_property
-    def effort_slope(self) -> Float[np.ndarray, " n"]:
-        """Derivative of `effort` with respect to the delay [N or N m a sample]."""
-        return self._filtered(lambda m: m.effort, lambda own: own.weight.held_slope(own.delay))
-
     def mean(self, column: Column) -> Float[np.ndarray, " n"]:
         """Return the weighted mean of a function of the motion."""
         return self._filtered(column, lambda own: own.weight.mean())
@@ -131,6 +127,15 @@ class WindowRows:
             known = (shape, np.column_stack([self.mean(column) for column in shape.columns]))
             self._means[id(shape)] = known
         return known[1]
+
+    def moved(self, samples: int) -> "WindowRows":
+        """Return rows of the same windows a sample later (1) or earlier (-1), computed once."""
+        known = self._moved.get(samples)
+        if known is None:
+            middles = tuple(middle + samples for middle in self.middles)
+            known = replace(self, middles=middles, _means={}, _moved={})
+            self._moved[samples] = known
+        return known
 
     def widened(self, factor: float) -> "WindowRows":
         """Return rows of windows that are wider by a factor [-]."""

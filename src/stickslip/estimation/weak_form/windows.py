@@ -96,12 +96,6 @@ class Weight:
         edges = np.append(k, k[-1] + 1.0) + delay - self.lead
         return np.diff(_integral(edges / self.half_width))
 
-    def held_slope(self, delay: float) -> Float[np.ndarray, " taps"]:
-        """Return the derivative of `held` with respect to the delay [1/samples]."""
-        k = self._steps()
-        edges = (np.append(k, k[-1] + 1.0) + delay - self.lead) / self.half_width
-        return np.diff(_density(edges)) / self.half_width
-
     def overlap(self) -> Overlap:
         """Return the correlation of two windows over a signal with white noise."""
         taps = self.mean()
@@ -123,11 +117,6 @@ class Weight:
 
 _FOURTH = np.polynomial.Polynomial([1.0, 0.0, -1.0]).__pow__(_ORDER).deriv(4)
 _SCALE = 315.0 / 256.0  # 1 / int (1 - s^2)^4 ds
-
-
-def _density(s: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-    inside = np.clip(s, -1.0, 1.0)
-    return _SCALE * (1.0 - inside**2) ** _ORDER
 
 
 def _integral(s: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
