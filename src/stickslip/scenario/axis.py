@@ -36,6 +36,9 @@ class Axis(Body):
     bristles: ClassVar[bool] = False
     """Whether the law has bristles, on which nothing rests exactly."""
 
+    needs: ClassVar[tuple[str, ...]] = ("coulomb_friction", "viscous_friction")
+    """Frictions without a default."""
+
     kind: AxisKind = key("kind of motion: decides the units", default="linear")
     law: LawName = required("friction law")
 
@@ -45,8 +48,7 @@ class Axis(Body):
         needed = {body: self.body}
         if self.flexible:
             needed = {"stiffness": self.stiffness, f"load_{body}": self.load, body: self.body}
-        for name in ("coulomb_friction", "viscous_friction"):
-            needed[name] = (self.sides(name) or (None,))[0]
+        needed |= {name: (self.sides(name) or (None,))[0] for name in self.needs}
         for name, value in needed.items():
             if value is None:
                 words, unit = name.replace("_", " "), unit_of(name, self.kind)
@@ -68,11 +70,8 @@ class Axis(Body):
 
         Controllers, estimators and plans know no more of friction.
         """
-        pairs = {name: self.sides(name) for name in ("coulomb_friction", "viscous_friction")}
-        if (static := self.sides("static_friction")) is not None:
-            pairs["static_friction"] = static
-        known = {name: pair for name, pair in pairs.items() if pair is not None}
-        return coulomb_viscous(known, self.offset or 0.0, self.kind)
+        pairs = {name: pair for name in DIRECTIONAL if (pair := self.sides(name)) is not None}
+        return coulomb_viscous(pairs, self.offset or 0.0, self.kind)
 
     def friction_law(self) -> FrictionLaw:
         """Return the law as it is simulated."""
@@ -142,13 +141,7 @@ class StribeckAxis(_FallingAxis):
     """Coulomb, viscous and static friction, joined by the Stribeck effect."""
 
     title: ClassVar[str] = "Stribeck friction"
-
-    def _check_law(self) -> None:
-        if self.sides("static_friction") is None:
-            unit = unit_of("static_friction", self.kind)
-            raise InputError(
-                "static_friction is missing", remedy=f"give the static friction in {unit}"
-            )
+    needs: ClassVar[tuple[str, ...]] = DIRECTIONAL
 
     def friction_law(self) -> FrictionLaw:
         """Return the law as it is simulated."""
@@ -213,11 +206,10 @@ class LuGreAxis(_BristleAxis, _FallingAxis):
         )
 
 
-class ElastoPlasticAxis(_BristleAxis, _FallingAxis):
+class ElastoPlasticAxis(LuGreAxis):
     """Elasto-plastic friction: LuGre whose bristles do not slip below a deflection."""
 
     title: ClassVar[str] = "elasto-plastic friction"
-    bristle_damping: float = required("$\\sigma_1$ of the bristles", "viscous_friction")
     elastic_deflection: float = required(
         "deflection below which the bristles do not slip", "position"
     )

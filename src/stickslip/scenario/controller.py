@@ -1,7 +1,6 @@
 """``[controller]``: what the tables of all controllers have in common."""
 
 from abc import abstractmethod
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any, ClassVar, Literal
 
@@ -116,15 +115,12 @@ class Controller(Table):
 
     def given_gains(self) -> PD | None:
         """Return the gains of the feedback of a landing; None for gains by rule."""
-        gains: Mapping[str, float | None] = {
-            name: getattr(self, name) for name in ("position_gain", "velocity_gain")
-        }
-        known = {name: value for name, value in gains.items() if value is not None}
-        for name in gains:
-            if known and name not in known:
-                raise InputError(
-                    f"{name} is missing",
-                    remedy="give it beside the other gain, or neither, for gains that suit the "
-                    "axis",
-                )
-        return PD(**known) if known else None
+        given = self.given()
+        names = ("position_gain", "velocity_gain")
+        missing = [name for name in names if name not in given]
+        if len(missing) == 1:
+            raise InputError(
+                f"{missing[0]} is missing",
+                remedy="give it beside the other gain, or neither, for gains that suit the axis",
+            )
+        return None if missing else PD(**{name: given[name] for name in names})

@@ -1,11 +1,13 @@
 """``[controller]`` of pulse controllers: methods exact, papwc and pwc."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
 from stickslip.control import (
     ExactPulseController,
     PulseAmplitudeWidthController,
+    PulseController,
     PulseWidthController,
 )
 from stickslip.records import InputError, unit_of
@@ -90,65 +92,56 @@ class _Adaptive(_Pulses):
     """A pulse controller as published, which adapts one or two gains."""
 
     guesses: ClassVar[tuple[str, ...]] = ("mass", "coulomb_friction", "static_friction", *FILES)
+
+    controller: ClassVar[Any]
+    """Its class in `stickslip.control`."""
+
+    first_gains: ClassVar[Mapping[str, str]]
+    """Its first gains, by the names of those that it learns."""
+
     gain: float = key("share of the error that a pulse is to take away, $K_c$", default=1.0)
     forgetting: float = key("forgetting factor $\\lambda$ of the recursion", default=1.0)
+    initial_covariance: float
 
-    def _settings(self, setup: Setup) -> dict[str, Any]:
-        return {"pulse_effort": self.effort_limit, "gain": self.gain, **self._common(setup)}
-
-    def _friction(self, beliefs: Beliefs) -> dict[str, Any]:
+    def build(self, setup: Setup, beliefs: Beliefs) -> PulseController:
+        """Return the controller, as of the base class."""
+        settings = {"pulse_effort": self.effort_limit, "gain": self.gain, **self._common(setup)}
+        own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
+        learned = beliefs.learned
+        if learned is not None:
+            gains = {name: learned.values[each] for each, name in self.first_gains.items()}
+            return self.controller(**gains, **own, **settings).resumed(learned)
         check_guess(self, beliefs)
-        static = beliefs.known("static_friction").get("static_friction")
-        return {
-            "mass": beliefs.mass(),
-            "coulomb_friction": beliefs.value("coulomb_friction"),
-            "static_friction": static,
-        }
+        first = self.controller.from_friction(
+            mass=beliefs.mass(),
+            coulomb_friction=beliefs.value("coulomb_friction"),
+            static_friction=beliefs.known("static_friction").get("static_friction"),
+            **settings,
+        )
+        return replace(first, **own)
 
 
 class PulseWidth(_Adaptive):
     """Adaptive pulse width control."""
 
     title: ClassVar[str] = "adaptive pulse width control"
+    controller: ClassVar[Any] = PulseWidthController
     learned_names: ClassVar[tuple[str, ...]] = ("pulse_gain",)
-    initial_covariance: float = key(
-        "$F(0)$ of the recursion",
-        ("1/s^4", "1/s^4"),
-        default=PulseWidthController.initial_covariance,
-    )
-
-    def build(self, setup: Setup, beliefs: Beliefs) -> PulseWidthController:
-        """Return the controller, as of the base class."""
-        settings, learned = self._settings(setup), beliefs.learned
-        if learned is None:
-            first = PulseWidthController.from_friction(**self._friction(beliefs), **settings)
-        else:
-            first = PulseWidthController(first_gain=learned.values["pulse_gain"], **settings)
-        own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
-        first = replace(first, **own)
-        return first if learned is None else first.resumed(learned)
+    first_gains: ClassVar[Mapping[str, str]] = {"pulse_gain": "first_gain"}
+    initial_covariance: float = key("$F(0)$ of the recursion", ("1/s^4", "1/s^4"), default=1e5)
 
 
 class PulseAmplitudeWidth(_Adaptive):
     """Adaptive pulse amplitude pulse width control."""
 
     title: ClassVar[str] = "adaptive pulse amplitude pulse width control"
+    controller: ClassVar[Any] = PulseAmplitudeWidthController
     learned_names: ClassVar[tuple[str, ...]] = ("gain_1", "gain_2")
+    first_gains: ClassVar[Mapping[str, str]] = {
+        "gain_1": "first_gain_1",
+        "gain_2": "first_gain_2",
+    }
     initial_covariance: float = key("$P(0)$ of the recursion, over the identity", default=1e-5)
-
-    def build(self, setup: Setup, beliefs: Beliefs) -> PulseAmplitudeWidthController:
-        """Return the controller, as of the base class."""
-        settings, learned = self._settings(setup), beliefs.learned
-        if learned is None:
-            first = PulseAmplitudeWidthController.from_friction(
-                **self._friction(beliefs), **settings
-            )
-        else:
-            gains = {f"first_{name}": learned.values[name] for name in self.learned_names}
-            first = PulseAmplitudeWidthController(**gains, **settings)
-        own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
-        first = replace(first, **own)
-        return first if learned is None else first.resumed(learned)
 
     def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
         """Return also whether the default P(0) is small beside the gains of this axis."""

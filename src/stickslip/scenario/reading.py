@@ -50,7 +50,8 @@ class Document:
         for key in self._values:
             if key not in known:
                 raise unknown_key(key, known).at(str(path))
-        self._head = {key: self._values[key] for key in head.model_fields if key in self._values}
+        # Read as a table without a name
+        self._values[""] = {n: self._values[n] for n in head.model_fields if n in self._values}
         axis = self._values.get("axis")
         kind = axis.get("kind") if isinstance(axis, Mapping) else None
         self._kind: AxisKind = "rotary" if kind == "rotary" else "linear"
@@ -61,10 +62,6 @@ class Document:
         values = self._values.get(name)
         return values if isinstance(values, Mapping) else {}
 
-    def head(self, of: type[T]) -> T:
-        """Return the keys before the first table."""
-        return self._table(of, self._head, "")
-
     def table(self, name: str, of: type[T] | Variants[T], *, optional: bool = False) -> T:
         """Return a table."""
         if not optional and name not in self._values:
@@ -73,11 +70,8 @@ class Document:
                 where=str(self.path),
                 remedy="write it, with its keys on the lines below it",
             )
-        return self._table(of, self._values.get(name, {}), name)
-
-    def _table(self, of: type[T] | Variants[T], values: Any, name: str) -> T:
         try:
-            return table_from(of, values, name=name, kind=self._kind)
+            return table_from(of, self._values.get(name, {}), name=name, kind=self._kind)
         except InputError as error:
             raise error.at(str(self.path)) from None
 

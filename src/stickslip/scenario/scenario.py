@@ -182,7 +182,7 @@ def read_scenario(path: Path | str) -> ScenarioFile:
     """
     path = Path(path)
     document = Document(path, _Head, _TABLES)
-    head, axis = document.head(_Head), document.table("axis", AXES)
+    head, axis = document.table("", _Head), document.table("axis", AXES)
     task = document.table("task", TaskTable)
     sensors = document.table("sensors", SensorsTable, optional=True)
     method = document.raw("controller").get("method")

@@ -247,7 +247,7 @@ def read_study(path: Path | str) -> StudyFile:
     """
     path = Path(path)
     document = Document(path, StudyHead, _TABLES)
-    head, axis = document.head(StudyHead), document.table("axis", AXES)
+    head, axis = document.table("", StudyHead), document.table("axis", AXES)
     given = document.raw("input")
     for name in SineInput.model_fields:
         if "file" in given and name in given and name not in FileInput.model_fields:
