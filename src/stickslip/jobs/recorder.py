@@ -25,8 +25,8 @@ class Recorder:
     """A controller that does what another does, sets its targets, and records its answers.
 
     It runs in Python, so that nothing has to be compiled for a single short run. Estimates are
-    recorded at the first sample and whenever the outcome of a pulse becomes known; those with
-    standard deviations also at regular times.
+    recorded at the first sample, whenever the outcome of a pulse becomes known, and, on a rigid
+    axis, when a phase begins; those with standard deviations also at regular times.
 
     Parameters
     ----------

@@ -20,7 +20,7 @@ from stickslip.presentation.words import prefixed
 from stickslip.records import AxisKind, InputError, LearntPulses, positive, unit_of
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
-from stickslip.scenario.guess import FILES, Beliefs, check_learned
+from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
 from stickslip.scenario.resting import tolerance_over
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
@@ -65,23 +65,25 @@ class _ArmController(Controller):
                 remedy="measure the velocity",
             )
 
-    def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
-        """Return what a landing has learned as beliefs, as of the base class."""
+    def guesses_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> FirstGuesses:
+        """Return what a landing has learned as first guesses, as of the base class."""
         check_learned(learned, method="landing", kind=kind, names=self.learned_names)
         names = (*DIRECTIONAL, *(_PARTS if "mass" in learned.values else ()))
         values = {name: (learned.values[name], learned.values[name]) for name in names}
         sources = dict.fromkeys(names, source)
-        return Beliefs(kind=kind, values=values, sources=sources, learned=learned, source=source)
+        return FirstGuesses(
+            kind=kind, values=values, sources=sources, learned=learned, source=source
+        )
 
-    def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
+    def believed(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
         """Return where each first guess came from, by name."""
         names = (*DIRECTIONAL, "offset")
-        parts = {name: source for name, (_, source) in _parts(setup, beliefs).items()}
-        return parts | {n: beliefs.sources[n] for n in names if n in beliefs.sources}
+        parts = {name: source for name, (_, source) in _parts(setup, first).items()}
+        return parts | {n: first.sources[n] for n in names if n in first.sources}
 
-    def _landing(self, setup: Setup, beliefs: Beliefs, **settings: Any) -> LandingController:
+    def _landing(self, setup: Setup, first: FirstGuesses, **settings: Any) -> LandingController:
         """Return the landing controller, whose feedback phase is that of method feedback too."""
-        arm = self._arm(setup, beliefs)
+        arm = self._arm(setup, first)
         task, sensors = setup.task, setup.sensors
         longest = pi / scaled_notch(arm).angular_frequency
         if task.sampling_time >= longest:
@@ -105,7 +107,7 @@ class _ArmController(Controller):
                 load_inertia=arm.mass_2,
                 stiffness=arm.stiffness,
                 offset=False,
-                initial_values=beliefs.known("coulomb_friction", "viscous_friction") or None,
+                initial_values=first.known("coulomb_friction", "viscous_friction") or None,
             ),
             position_noise=sensors.position_deviation,
             velocity_noise=sensors.velocity_noise,
@@ -113,9 +115,9 @@ class _ArmController(Controller):
             **settings,
         )
 
-    def _arm(self, setup: Setup, beliefs: Beliefs) -> FlexibleArm:
-        """Return the arm as it is believed to be."""
-        guess, kind, learned = setup.guess, setup.kind, beliefs.learned
+    def _arm(self, setup: Setup, first: FirstGuesses) -> FlexibleArm:
+        """Return the arm of the first guesses."""
+        guess, kind, learned = setup.guess, setup.kind, first.learned
         beside = [name for name, plain in guess.plain().items() if plain in _PARTS]
         beside += ["arm_uncertainty"] if guess.arm_uncertainty is not None else []
         if learned is not None and guess.learnt is not None and "mass" in learned.values and beside:
@@ -124,7 +126,7 @@ class _ArmController(Controller):
                 where="[guess]",
                 remedy="keep learnt, to go on from it, or leave it out",
             )
-        law = beliefs.friction()
+        law = first.friction()
         held = max(law.breakaway()) + abs(law.offset)
         if self.effort_limit <= held:
             unit = unit_of("effort", kind)
@@ -134,21 +136,21 @@ class _ArmController(Controller):
                 where="[guess]" if guess.learnt is None else "",
                 remedy="guess less, or allow more effort",
             )
-        mass, load, stiffness = (value for value, _ in _parts(setup, beliefs).values())
+        mass, load, stiffness = (value for value, _ in _parts(setup, first).values())
         return FlexibleArm(mass_1=mass, mass_2=load, stiffness=stiffness, friction=law, kind=kind)
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return what the controller knows of the arm."""
-        sources = {name: source for name, (_, source) in _parts(setup, beliefs).items()}
+        sources = {name: source for name, (_, source) in _parts(setup, first).items()}
         known = ", ".join(words for name, words in _PARTS.items() if sources[name] == _KNOWN)
         notes: tuple[str, ...] = ()
         if known:
             notes += (
                 f"Known to the controller as they are, as [guess] does not say other: {known}.",
             )
-        if "coulomb_friction" not in beliefs.values:
+        if "coulomb_friction" not in first.values:
             notes += ("No friction is guessed: the controller begins without any.",)
-        if setup.axis.offset and "offset" not in beliefs.values:
+        if setup.axis.offset and "offset" not in first.values:
             notes += (
                 "The axis has an offset, which is not learned of an arm, and none is guessed: the "
                 "controller takes it for none. Give offset in [guess].",
@@ -169,18 +171,18 @@ class ArmLanding(_ArmController):
         "longest time for the driven mass to rest", "time", positive, says="20 swings of mass 2"
     )
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> LandingController:
+    def build(self, setup: Setup, first: FirstGuesses) -> LandingController:
         """Return the controller, as of the base class."""
-        learned = beliefs.learned
+        learned = first.learned
         settings: dict[str, Any] = {"arm_uncertainty": _uncertainty(setup)}
         if learned is not None and "mass" in learned.values:
             settings = {"experience": learned}
         settings |= {"most_series": self.most_series, "patience": self.longest_wait}
-        return self._landing(setup, beliefs, **settings)
+        return self._landing(setup, first, **settings)
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return also what is learned of the arm, and the controller's own tolerance."""
-        notes = super().notes(setup, beliefs, controller)
+        notes = super().notes(setup, first, controller)
         if controller.arm_uncertainty > 0.0 and setup.guess.arm_uncertainty is None:
             notes += (
                 f"Masses and spring that are guessed are taken to be off by {_UNCERTAINTY:.0%} or "
@@ -200,15 +202,15 @@ class ArmFeedback(_ArmController):
 
     title: ClassVar[str] = "PD control with a notch and compensation of friction"
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> FeedbackController:
+    def build(self, setup: Setup, first: FirstGuesses) -> FeedbackController:
         """Return the feedback phase of a landing alone, along all moves of the task."""
-        landing = self._landing(setup, beliefs)
-        task, first = setup.task, landing.init().estimator_state
+        landing = self._landing(setup, first)
+        task, memory = setup.task, landing.init().estimator_state
         whole = task.samples * task.sampling_time
         phases: list[FeedbackController] = []
         moves: list[Move] = []
         for start, goal in pairwise((task.start, *task.goals)):
-            phase = landing.approach(start, goal, first)
+            phase = landing.approach(start, goal, memory)
             (move,) = phase.reference.moves
             if move.duration > whole:
                 raise InputError(
@@ -222,8 +224,8 @@ class ArmFeedback(_ArmController):
         return replace(phases[0], reference=PointToPoint(start=task.start, moves=tuple(moves)))
 
 
-def _parts(setup: Setup, beliefs: Beliefs) -> dict[str, tuple[float, str]]:
-    """Return masses and spring as they are believed to be, and where each came from."""
+def _parts(setup: Setup, first: FirstGuesses) -> dict[str, tuple[float, str]]:
+    """Return first guesses of masses and spring, and where each came from."""
     guess, axis = setup.guess, setup.axis
     parts: dict[str, tuple[float, str]] = {}
     for name, guessed, true in (
@@ -232,9 +234,9 @@ def _parts(setup: Setup, beliefs: Beliefs) -> dict[str, tuple[float, str]]:
         ("stiffness", guess.stiffness, axis.stiffness),
     ):
         parts[name] = (true or 0.0, _KNOWN)
-        if beliefs.learned is not None and name in beliefs.values:
-            value = positive(name, beliefs.value(name), unit_of(name, setup.kind))
-            parts[name] = (value, beliefs.source)
+        if first.learned is not None and name in first.values:
+            value = positive(name, first.value(name), unit_of(name, setup.kind))
+            parts[name] = (value, first.source)
         elif guessed is not None:
             parts[name] = (guessed, "the scenario")
     return parts

@@ -6,7 +6,7 @@ from typing import Any, ClassVar, Literal
 
 from stickslip.control import PD, PositionController
 from stickslip.records import AxisKind, InputError, LearntPulses, non_negative, positive
-from stickslip.scenario.guess import Beliefs, beliefs_from, check_learned, learned_from
+from stickslip.scenario.guess import FirstGuesses, check_learned, guesses_from, learned_from
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import Table, key, required
 
@@ -52,7 +52,7 @@ class Controller(Table):
     )
 
     @abstractmethod
-    def build(self, setup: Setup, beliefs: Beliefs) -> PositionController[Any]:
+    def build(self, setup: Setup, first: FirstGuesses) -> PositionController[Any]:
         """Return the controller, set to the first target."""
 
     def used(self) -> tuple[str, ...]:
@@ -78,16 +78,16 @@ class Controller(Table):
                 remedy="allow shorter pulses only, or lengthen the duration",
             )
 
-    def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
-        """Return what an earlier run has learned as beliefs to go on from."""
+    def guesses_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> FirstGuesses:
+        """Return what an earlier run has learned as first guesses."""
         check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
-        return Beliefs(kind=kind, values={}, learned=learned, source=source)
+        return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
 
-    def begin(self, setup: Setup, folder: Path) -> Beliefs:
+    def begin(self, setup: Setup, folder: Path) -> FirstGuesses:
         """Return the first guesses of a scenario."""
         guess, kind = setup.guess, setup.kind
         if guess.learnt is None:
-            return beliefs_from(guess, kind, folder)
+            return guesses_from(guess, kind, folder)
         beside = [name for name, plain in guess.plain().items() if plain not in self.beside_learned]
         if beside:
             raise InputError(
@@ -99,17 +99,17 @@ class Controller(Table):
         path = folder / guess.learnt
         learned = learned_from(path)
         try:
-            return self.beliefs_of(learned, kind, f"learnt {guess.learnt}")
+            return self.guesses_of(learned, kind, f"learnt {guess.learnt}")
         except InputError as error:
             raise error.at(str(path)) from None
 
-    def believed(self, setup: Setup, beliefs: Beliefs, controller: Any) -> dict[str, str]:
+    def believed(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
         """Return where each first guess came from, by name."""
-        if beliefs.learned is not None:
-            return dict.fromkeys(controller.estimates(controller.init()), beliefs.source)
-        return {name: beliefs.sources[name] for name in self.used() if name in beliefs.sources}
+        if first.learned is not None:
+            return dict.fromkeys(controller.estimates(controller.init()), first.source)
+        return {name: first.sources[name] for name in self.used() if name in first.sources}
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return what a user should know of the controller, one sentence each."""
         return ()
 

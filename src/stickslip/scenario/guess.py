@@ -1,4 +1,4 @@
-"""``[guess]``: what the controller believes at first, and where each value came from."""
+"""``[guess]``: first guesses of a controller, and where each came from."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -23,10 +23,10 @@ from stickslip.scenario.table import key
 __all__ = [
     "AXIS_GUESSES",
     "FILES",
-    "Beliefs",
+    "FirstGuesses",
     "GuessTable",
-    "beliefs_from",
     "check_learned",
+    "guesses_from",
     "learned_from",
 ]
 
@@ -41,7 +41,7 @@ _UNCERTAINTY = {
     "mass_uncertainty": (0.01, ExactPulseController.mass_uncertainty),
     "friction_uncertainty": (0.05, ExactPulseController.friction_uncertainty),
 }
-"""Between which limits an estimate's uncertainty is believed [-]."""
+"""Limits between which the uncertainty of an estimate is used [-]."""
 
 
 def _named(name: str, value: str, _: str) -> None:
@@ -52,7 +52,7 @@ def _named(name: str, value: str, _: str) -> None:
 
 
 class GuessTable(Body):
-    """What the controller believes at first; each controller says which keys it uses."""
+    """First guesses; the table of a controller lists the keys that it uses."""
 
     mass_uncertainty: float | None = key(
         "standard deviation of the mass over its value",
@@ -87,7 +87,7 @@ class GuessTable(Body):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Beliefs:
+class FirstGuesses:
     """First guesses, and where each came from.
 
     Attributes
@@ -143,7 +143,7 @@ class Beliefs:
         return {name: self.value(name) for name in names if name in self.values}
 
     def friction(self, *, symmetric: bool = False, default: bool = True) -> CoulombViscousFriction:
-        """Return the law of these values, with the offset that is believed.
+        """Return the law of these values, with the offset.
 
         With ``symmetric``, of the means of both directions; without ``default``, Coulomb and
         viscous friction must be known, which are 0 otherwise.
@@ -159,10 +159,10 @@ class Beliefs:
         return coulomb_viscous(pairs, self.known("offset").get("offset", 0.0), self.kind)
 
     def uncertainties(self) -> dict[str, float]:
-        """Return how sure an estimate is of mass and friction, by the names of ``[guess]`` [-].
+        """Return relative uncertainties of an estimate, by the names of ``[guess]`` [-].
 
-        A log shows what friction was while it was recorded, so that no estimate counts as surer
-        than friction stays; and none as less sure than a first guess.
+        Friction changes after the log, which limits them from below; the uncertainty of a first
+        guess limits them from above.
         """
         found: dict[str, float] = {}
         for name, of in _UNCERTAIN.items():
@@ -172,7 +172,7 @@ class Beliefs:
         return found
 
 
-def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
+def guesses_from(guess: GuessTable, kind: AxisKind, folder: Path) -> FirstGuesses:
     """Return the first guesses of a scenario; its own keys take precedence over an estimate."""
     values: dict[str, tuple[float, float]] = {}
     sources: dict[str, str] = {}
@@ -193,7 +193,7 @@ def beliefs_from(guess: GuessTable, kind: AxisKind, folder: Path) -> Beliefs:
         if pair is not None:
             values[name], sources[name] = pair, _SCENARIO
             spreads.pop(name, None)
-    return Beliefs(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
+    return FirstGuesses(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
 
 
 def learned_from(path: Path) -> LearntPulses:

@@ -17,7 +17,7 @@ from stickslip.scenario.controller import (
     VELOCITY_GAIN,
     Controller,
 )
-from stickslip.scenario.guess import AXIS_GUESSES, FILES, Beliefs, check_learned
+from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses, check_learned
 from stickslip.scenario.pulses import check_guess, uncertainty_notes
 from stickslip.scenario.resting import aim_of, rest_notes, rest_of
 from stickslip.scenario.setup import Setup
@@ -59,8 +59,8 @@ class AxisLanding(Controller):
                 remedy="measure the velocity, or use method exact",
             )
 
-    def beliefs_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> Beliefs:
-        """Return what pulses have learned as beliefs, as of the base class."""
+    def guesses_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> FirstGuesses:
+        """Return what pulses have learned as first guesses, as of the base class."""
         check_learned(learned, method="exact", kind=kind, names=self.learned_names)
         found = learned.values
         # The friction of each direction has the offset in it
@@ -68,18 +68,18 @@ class AxisLanding(Controller):
             name: (found[f"{name}_positive"], found[f"{name}_negative"]) for name in DIRECTIONAL
         }
         values["mass"] = (found["mass"], found["mass"])
-        return Beliefs(kind=kind, values=values, learned=learned, source=source)
+        return FirstGuesses(kind=kind, values=values, learned=learned, source=source)
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> AxisLandingController:
+    def build(self, setup: Setup, first: FirstGuesses) -> AxisLandingController:
         """Return the controller, as of the base class."""
-        if beliefs.learned is None:
-            check_guess(self, beliefs)
-        mass = beliefs.mass()
+        if first.learned is None:
+            check_guess(self, first)
+        mass = first.mass()
         # The estimator that runs along does not distinguish the directions
-        values = beliefs.known("coulomb_friction", "viscous_friction")
-        law = beliefs.friction(symmetric=True)
+        values = first.known("coulomb_friction", "viscous_friction")
+        law = first.friction(symmetric=True)
         rest = rest_of(setup, self.rest_samples)
-        uncertainties = beliefs.uncertainties() | setup.guess.given()
+        uncertainties = first.uncertainties() | setup.guess.given()
         uncertainty = uncertainties.get("mass_uncertainty", AxisLandingController.mass_uncertainty)
         controller = AxisLandingController(
             sampling_time=setup.task.sampling_time,
@@ -98,14 +98,14 @@ class AxisLanding(Controller):
             pd=self.given_gains(),
             patience=self.longest_wait,
         )
-        return replace(controller, experience=beliefs.learned) if beliefs.learned else controller
+        return replace(controller, experience=first.learned) if first.learned else controller
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return how rest is judged, and with what the controller begins."""
         notes = rest_notes(setup, rest_of(setup, self.rest_samples))
-        if beliefs.learned is not None:
+        if first.learned is not None:
             return notes
-        notes += uncertainty_notes(self, setup, beliefs)
-        if "coulomb_friction" not in beliefs.values:
+        notes += uncertainty_notes(self, setup, first)
+        if "coulomb_friction" not in first.values:
             notes += ("No friction is guessed: the controller begins without any.",)
         return notes

@@ -7,7 +7,7 @@ from pydantic import model_validator
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
 from stickslip.scenario.controller import Controller
-from stickslip.scenario.guess import Beliefs
+from stickslip.scenario.guess import FirstGuesses
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key, required
 
@@ -34,7 +34,7 @@ class _Feedback(Controller):
         """Return what acts beside the gains."""
         return {}
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> PIDController:
+    def build(self, setup: Setup, first: FirstGuesses) -> PIDController:
         """Return the controller, as of the base class."""
         filter_time: float | None = getattr(self, "filter_time", None)
         if filter_time is None and setup.sensors.velocity == "none":
@@ -98,14 +98,14 @@ class PIDControl(_Feedback):
     def _parts(self) -> dict[str, Any]:
         return {"dead_band": self.dead_band}
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> PIDController:
+    def build(self, setup: Setup, first: FirstGuesses) -> PIDController:
         """Return the controller, as of the base class."""
         if self.bandwidth is None:
-            return super().build(setup, beliefs)
+            return super().build(setup, first)
         return PIDController.for_mass(
             sampling_time=setup.task.sampling_time,
             target=setup.task.goals[0],
-            mass=beliefs.mass(),
+            mass=first.mass(),
             bandwidth=self.bandwidth,
             effort_limit=self.effort_limit,
             **self._parts(),

@@ -12,7 +12,7 @@ from stickslip.control import (
 )
 from stickslip.records import InputError, unit_of
 from stickslip.scenario.controller import LONGEST_WIDTH, REST_SAMPLES, Controller
-from stickslip.scenario.guess import AXIS_GUESSES, FILES, Beliefs
+from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses
 from stickslip.scenario.resting import aim_of, rest_notes, rest_of
 from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
@@ -48,7 +48,7 @@ class _Pulses(Controller):
             "patience": self.patience,
         }
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return how rest is judged."""
         return rest_notes(setup, rest_of(setup, self.rest_samples))
 
@@ -62,30 +62,30 @@ class ExactPulses(_Pulses):
         "pulses without progress after which it stops", default=ExactPulseController.patience
     )
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> ExactPulseController:
+    def build(self, setup: Setup, first: FirstGuesses) -> ExactPulseController:
         """Return the controller, as of the base class."""
         settings: dict[str, Any] = {
             "effort_limit": self.effort_limit,
             "position_noise": setup.sensors.position_deviation,
             **self._common(setup),
         }
-        if beliefs.learned is not None:
-            return ExactPulseController(experience=beliefs.learned, **settings)
-        check_guess(self, beliefs)
+        if first.learned is not None:
+            return ExactPulseController(experience=first.learned, **settings)
+        check_guess(self, first)
         given = setup.guess.given()
-        uncertainties = beliefs.uncertainties() | {
+        uncertainties = first.uncertainties() | {
             name: given[name] for name in _UNCERTAINTIES if name in given
         }
         return ExactPulseController(
-            mass=beliefs.mass(),
-            friction=beliefs.friction(default=False),
+            mass=first.mass(),
+            friction=first.friction(default=False),
             **uncertainties,
             **settings,
         )
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return also the uncertainties that an estimate holds."""
-        return super().notes(setup, beliefs, controller) + uncertainty_notes(self, setup, beliefs)
+        return super().notes(setup, first, controller) + uncertainty_notes(self, setup, first)
 
 
 class _Adaptive(_Pulses):
@@ -103,22 +103,22 @@ class _Adaptive(_Pulses):
     forgetting: float = key("forgetting factor $\\lambda$ of the recursion", default=1.0)
     initial_covariance: float
 
-    def build(self, setup: Setup, beliefs: Beliefs) -> PulseController:
+    def build(self, setup: Setup, first: FirstGuesses) -> PulseController:
         """Return the controller, as of the base class."""
         settings = {"pulse_effort": self.effort_limit, "gain": self.gain, **self._common(setup)}
         own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
-        learned = beliefs.learned
+        learned = first.learned
         if learned is not None:
             gains = {name: learned.values[each] for each, name in self.first_gains.items()}
             return self.controller(**gains, **own, **settings).resumed(learned)
-        check_guess(self, beliefs)
-        first = self.controller.from_friction(
-            mass=beliefs.mass(),
-            coulomb_friction=beliefs.value("coulomb_friction"),
-            static_friction=beliefs.known("static_friction").get("static_friction"),
+        check_guess(self, first)
+        begun = self.controller.from_friction(
+            mass=first.mass(),
+            coulomb_friction=first.value("coulomb_friction"),
+            static_friction=first.known("static_friction").get("static_friction"),
             **settings,
         )
-        return replace(first, **own)
+        return replace(begun, **own)
 
 
 class PulseWidth(_Adaptive):
@@ -143,12 +143,12 @@ class PulseAmplitudeWidth(_Adaptive):
     }
     initial_covariance: float = key("$P(0)$ of the recursion, over the identity", default=1e-5)
 
-    def notes(self, setup: Setup, beliefs: Beliefs, controller: Any) -> tuple[str, ...]:
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         """Return also whether the default P(0) is small beside the gains of this axis."""
-        notes = super().notes(setup, beliefs, controller)
-        if beliefs.learned is not None or "initial_covariance" in self.model_fields_set:
+        notes = super().notes(setup, first, controller)
+        if first.learned is not None or "initial_covariance" in self.model_fields_set:
             return notes
-        alike = _TABLE_1 / (beliefs.value("mass") * self.effort_limit) ** 2
+        alike = _TABLE_1 / (first.value("mass") * self.effort_limit) ** 2
         if alike <= _MUCH * self.initial_covariance:
             return notes
         return (
@@ -159,30 +159,30 @@ class PulseAmplitudeWidth(_Adaptive):
         )
 
 
-def check_guess(table: Controller, beliefs: Beliefs) -> None:
+def check_guess(table: Controller, first: FirstGuesses) -> None:
     """Check that some pulse would move the axis by the first guesses."""
-    unit, limit = unit_of("effort", beliefs.kind), table.effort_limit
-    offset = beliefs.known("offset").get("offset", 0.0)
+    unit, limit = unit_of("effort", first.kind), table.effort_limit
+    offset = first.known("offset").get("offset", 0.0)
     for name in ("static_friction", "coulomb_friction"):
-        if name not in beliefs.values:
+        if name not in first.values:
             continue
-        forward, backward = beliefs.pair(name)
+        forward, backward = first.pair(name)
         for way, needed in (("positive", forward + offset), ("negative", backward - offset)):
             if limit <= needed:
                 raise InputError(
                     f"effort_limit is {limit:g} {unit}, and by the first guess it takes "
                     f"{needed:g} {unit} to move the axis in the {way} direction ({name} "
-                    f"from {beliefs.sources[name]})",
+                    f"from {first.sources[name]})",
                     where="[guess]",
                     remedy="guess less, or allow more effort",
                 )
 
 
-def uncertainty_notes(table: Controller, setup: Setup, beliefs: Beliefs) -> tuple[str, ...]:
+def uncertainty_notes(table: Controller, setup: Setup, first: FirstGuesses) -> tuple[str, ...]:
     """Return with which uncertainties of an estimate a controller begins."""
     held = {
         name: value
-        for name, value in beliefs.uncertainties().items()
+        for name, value in first.uncertainties().items()
         if name not in setup.guess.given() and name in table.used()
     }
     if not held:

@@ -114,19 +114,19 @@ class Scenario(Setup):
         table, file = self.controller, self.guess.learnt
         try:
             if learned is None:
-                beliefs = table.begin(self, folder)
+                first = table.begin(self, folder)
             else:
-                beliefs = table.beliefs_of(learned, self.kind, "the run before")
+                first = table.guesses_of(learned, self.kind, "the run before")
             try:
-                controller = table.build(self, beliefs)
+                controller = table.build(self, first)
             except InputError as error:
-                if beliefs.learned is None or file is None or error.where.startswith("["):
+                if first.learned is None or file is None or error.where.startswith("["):
                     raise
                 raise error.at(str(folder / file)) from None
             return BuiltController(
                 controller=controller,
-                believed=table.believed(self, beliefs, controller),
-                notes=table.notes(self, beliefs, controller),
+                believed=table.believed(self, first, controller),
+                notes=table.notes(self, first, controller),
             )
         except InputError as error:
             plain = with_units_of(self.kind, error)

@@ -3,6 +3,7 @@
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from functools import partial
 from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
@@ -60,18 +61,12 @@ def key(
     default: Any = None,
 ) -> Any:
     """Declare a field by its `Key`, with a default."""
-    return Field(default, json_schema_extra=_extra(Key(meaning, unit, check, says)))
+    extra: Any = {"key": Key(meaning, unit, check, says)}
+    return Field(default, json_schema_extra=extra)
 
 
-def required(
-    meaning: str, unit: str | Units = "", check: Callable[[str, Any, str], object] | None = None
-) -> Any:
-    """Declare a field by its `Key`, without a default."""
-    return Field(json_schema_extra=_extra(Key(meaning, unit, check)))
-
-
-def _extra(declaration: Any) -> dict[str, Any]:
-    return {"key": declaration}
+required = partial(key, default=...)
+"""Declare a field by its `Key`, without a default."""
 
 
 class Table(BaseModel):
