@@ -22,6 +22,7 @@ from stickslip.estimation.selection.plausibility import (
     too_slow_sampling,
     unexplained_effort,
     unsettled_delay,
+    untested,
     wrong_delay,
     wrong_inertia,
 )
@@ -341,8 +342,7 @@ class SelectedModelEstimator:
         causes.append(unsettled_delay(model, self.tuning.search))
         causes.append(wrong_delay(model, self.effort_delay, self.tuning.plausibility))
         causes.append(ripple_of_degrees(model, log.log.kind))
-        if not self.select:
-            causes.append(self._left_out(log, motions))
+        causes.append(untested(model) if self.select else self._left_out(log, motions))
         rows = with_shapes(model_rows(model, kind), model)
         estimate, regression = self._solved(log, motions, model, rows, notes)
         shifts = [

@@ -8,11 +8,11 @@ from jaxtyping import Float
 
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows
-from stickslip.estimation.selection.search import DELAY_TERM, Model, SearchTuning
+from stickslip.estimation.selection.search import DELAY_TERM, Model, SearchTuning, testable
 from stickslip.estimation.selection.significance import significance
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
-from stickslip.records import AxisKind
+from stickslip.records import AxisKind, count_of
 
 __all__ = [
     "PlausibilityTuning",
@@ -23,6 +23,7 @@ __all__ = [
     "too_slow_sampling",
     "unexplained_effort",
     "unsettled_delay",
+    "untested",
     "wrong_delay",
     "wrong_inertia",
 ]
@@ -258,6 +259,22 @@ def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
     return (
         f"the effort acts more than {1e3 * tuning.largest_delay:.3g} ms before or after its time "
         "stamp, or its delay cannot be found; align the columns, or give the delay"
+    )
+
+
+def untested(model: Model) -> str:
+    """Return that no term could be tested; empty if some could.
+
+    Parameters
+    ----------
+    model
+        As selected.
+    """
+    if model.scores or model.rows.size == 0 or testable(model):
+        return ""
+    return (
+        f"{count_of(model.rows.size, 'window')} of slip in one direction, too few to test whether "
+        "the model lacks terms; record more or longer moves"
     )
 
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import combinations
 from math import ceil
 
@@ -166,9 +167,10 @@ class Model:
     def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
         """Return the columns of a term."""
         if term.name == DELAY:
-            return self.effort_slope()[:, None]
+            return self.effort_slope[:, None]
         return self.scaled(self.rows.means(shape))
 
+    @cached_property
     def effort_slope(self) -> Float[np.ndarray, " n"]:
         """Return the change of the effort in a sample as the model predicts it [N or N m].
 
