@@ -4,8 +4,11 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import pytest
+
+from stickslip.records import SensorSample
 
 pytestmark = pytest.mark.skipif("NUMBA_DISABLE_JIT" in os.environ, reason="nothing is compiled")
 
@@ -106,3 +109,12 @@ def test_without_a_folder_to_write_kernels_are_compiled_in_memory(script: Path) 
     done = run(script, cache="file/cache")
     assert value(done) == "2.0"
     assert "set NUMBA_CACHE_DIR" in done.stderr
+
+
+def test_the_folder_of_an_argument_class_is_watched() -> None:
+    """A cached kernel names the module of such a class, and cannot be loaded after it has moved."""
+    from stickslip.control.feedback import pid_kernel
+
+    folder = Path(sys.modules[SensorSample.__module__].__file__ or "").parent
+    kernel: Any = pid_kernel.pid_step
+    assert kernel.stickslip_sources > {folder}

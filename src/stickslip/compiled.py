@@ -5,14 +5,16 @@ settings all kernels share: cached on disk, no fast-math (results must not depen
 reordered), IEEE division, and, unless they are brief, free of the interpreter lock.
 
 Numba compares a cached kernel with the kernel's own file only. The cache therefore lies in a folder
-named after the state of all files beside the kernel and beside the kernels that it calls: after a
-change in any of them the folder is another one, and everything in it is compiled anew.
+named after the state of all files beside the kernel, beside the classes that it takes and beside
+the kernels that it calls: after a change in any of them the folder is another one, and everything
+in it is compiled anew.
 """
 
 import hashlib
 import logging
 import os
 import shutil
+import sys
 import tempfile
 import time
 from collections.abc import Callable
@@ -140,10 +142,16 @@ def _remove_outdated(root: Path) -> None:
 
 
 def _sources(function: Callable[..., Any]) -> frozenset[Path]:
-    """Return the folders in which a function and the kernels that it calls lie."""
+    """Return the folders of a function, of the classes it takes, and of the kernels it calls.
+
+    Numba stores the classes of arguments by the names of their modules.
+    """
     code = function.__code__
     callees = (function.__globals__.get(name) for name in code.co_names)
-    return frozenset({Path(code.co_filename).parent}).union(
+    classes = (each for each in function.__annotations__.values() if isinstance(each, type))
+    modules = {each.__module__ for each in classes if each.__module__.startswith("stickslip.")}
+    files = {code.co_filename, *(str(sys.modules[name].__file__) for name in modules)}
+    return frozenset(Path(file).parent for file in files).union(
         *(getattr(each, "stickslip_sources", ()) for each in callees)
     )
 
