@@ -76,15 +76,7 @@ class Judged:
 
 
 def judged(estimate: FrictionEstimate, name: str) -> Judged:
-    """Return whether a parameter of an estimate can be used, and why not.
-
-    Parameters
-    ----------
-    estimate
-        Of any estimator.
-    name
-        One of its parameters.
-    """
+    """Return whether a parameter of an estimate can be used, and why not."""
     parameter = estimate.parameters[name]
     verdicts = {each.parameter: each for each in estimate.diagnostics.verdicts}
     verdict = verdicts.get(name)
@@ -100,15 +92,7 @@ def judged(estimate: FrictionEstimate, name: str) -> Judged:
 
 
 def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") -> list[str]:
-    """Return one sentence for each reason for which parameters are not identifiable.
-
-    Parameters
-    ----------
-    estimate
-        Of any estimator.
-    kind
-        Of the axis, for the labels of its parameters.
-    """
+    """Return one sentence for each reason for which parameters are not identifiable."""
     reasons: dict[str, list[str]] = {}
     for verdict in estimate.diagnostics.verdicts:
         if not verdict.identifiable:

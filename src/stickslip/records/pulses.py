@@ -125,22 +125,18 @@ class LearntPulses(Record):
         values: dict[str, float] = {}
         for name, value in self.values.items():
             if quantity_name(name) not in QUANTITIES:
-                raise InputError(
-                    f"{name!r} is not the name of a value that a pulse controller learns",
-                    where="values",
-                    remedy="leave it out",
-                )
+                what = f"{name!r} is not the name of a value that a pulse controller learns"
+                raise InputError(what, where="values", remedy="leave it out")
             unit = unit_of(name, self.kind)
             values[name] = _number(value, f"values.{name}", unit)
         object.__setattr__(self, "values", ReadOnlyMapping(values))
         covariance = np.array(self.covariance, dtype=np.float64)
         square = covariance.ndim == 2 and covariance.shape[0] == covariance.shape[1]
         if not (square and np.isfinite(covariance).all()):
-            raise InputError(
+            raise _unlike_saved(
                 f"the covariance must be a square matrix of finite numbers, it has shape "
                 f"{covariance.shape}" + (" and numbers that are not finite" if square else ""),
-                where="covariance",
-                remedy="give it as it was saved",
+                "covariance",
             )
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
@@ -177,11 +173,8 @@ class LearntPulses(Record):
         kind = saved["kind"]
         _one_of("kind", kind, get_args(AxisKind))
         if not isinstance(saved["values"], Mapping):
-            raise InputError(
-                f"values is a {type(saved['values']).__name__}, it must be a table of values",
-                where="values",
-                remedy="give it as it was saved",
-            )
+            what = f"values is a {type(saved['values']).__name__}, it must be a table of values"
+            raise _unlike_saved(what, "values")
         values: dict[str, float] = {}
         for name, entry in saved["values"].items():
             where = f"values.{name}"
@@ -198,58 +191,40 @@ class LearntPulses(Record):
         try:
             covariance = np.array(saved["covariance"], dtype=np.float64)
         except (TypeError, ValueError) as error:
-            raise InputError(
-                "the covariance is not a matrix of numbers",
-                where="covariance",
-                remedy="give it as it was saved",
-            ) from error
+            what = "the covariance is not a matrix of numbers"
+            raise _unlike_saved(what, "covariance") from error
         return cls(method=saved["method"], kind=kind, values=values, covariance=covariance)
 
 
 def _one_of(name: str, value: Any, known: tuple[str, ...]) -> None:
     if value not in known:
-        raise InputError(
-            f"the {name} is {value!r}",
-            where=name,
-            remedy=f"give one of {', '.join(known)}",
-        )
+        remedy = f"give one of {', '.join(known)}"
+        raise InputError(f"the {name} is {value!r}", where=name, remedy=remedy)
 
 
 def _number(value: Any, where: str, unit: str) -> float:
     number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
     if not (number and np.isfinite(value)):
-        raise InputError(
-            f"the value is {value!r} [{unit}], it must be a finite number",
-            where=where,
-            remedy="give it as it was saved",
-        )
+        raise _unlike_saved(f"the value is {value!r} [{unit}], it must be a finite number", where)
     if abs(value) > _LARGEST:
-        raise InputError(
-            f"the value is {value:g} [{unit}], more than any axis has",
-            where=where,
-            remedy="give it as it was saved",
-        )
+        raise _unlike_saved(f"the value is {value:g} [{unit}], more than any axis has", where)
     return float(value)
 
 
 def _keys(table: Any, names: tuple[str, ...], where: str) -> None:
     """Check that a table has these keys and no others."""
+    listed = ", ".join(names)
     if not isinstance(table, Mapping):
-        raise InputError(
-            f"what was learned is a {type(table).__name__}, it must be a table with the keys "
-            f"{', '.join(names)}",
-            where=where,
-            remedy="give it as it was saved",
-        )
+        what = f"what was learned is a {type(table).__name__}, it must be a table with the keys"
+        raise _unlike_saved(f"{what} {listed}", where)
     for name in names:
         if name not in table:
-            raise InputError(
-                f"the key {name!r} is missing", where=where, remedy="give it as it was saved"
-            )
+            raise _unlike_saved(f"the key {name!r} is missing", where)
     for name in table:
         if name not in names:
-            raise InputError(
-                f"the key {name!r} is unknown",
-                where=where,
-                remedy=f"the keys are {', '.join(names)}",
-            )
+            remedy = f"the keys are {listed}"
+            raise InputError(f"the key {name!r} is unknown", where=where, remedy=remedy)
+
+
+def _unlike_saved(what: str, where: str) -> InputError:
+    return InputError(what, where=where, remedy="give it as it was saved")
