@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from results import study
 
 from stickslip import EstimationTask, write_report
 from stickslip.friction import CoulombViscousFriction
@@ -14,8 +15,6 @@ from stickslip.plants import SingleMass
 from stickslip.records import (
     EstimatorComparison,
     EstimatorScore,
-    EstimatorStudy,
-    ParameterScore,
 )
 from stickslip.simulation import Sensors, simulate
 
@@ -31,39 +30,6 @@ def comparison() -> EstimatorComparison:
     )
     only = ("energy", "idim-ls", "gradient", "free-decay")
     return compare_log(log, only=only)
-
-
-def study(**changes: object) -> EstimatorStudy:
-    def score(bias: float, ratio: float | None) -> ParameterScore:
-        return ParameterScore(
-            name="mass", truth=2.0, bias=bias, rmse=0.02, runs=9, bound_ratio=ratio, coverage=0.956
-        )
-
-    made = EstimatorStudy(
-        name="a <b> scenario",
-        kind="linear",
-        runs=9,
-        samples=101,
-        scenario={
-            "axis": {"mass": (2.0, "kg")},
-            "input": {"frequencies": ([0.5, 1.0], "Hz"), "random_phases": (True, "")},
-        },
-        truth={"mass": 2.0},
-        bound={"mass": 0.01},
-        scores=(
-            EstimatorScore(name="energy", trusted=1.0, scores={"mass": score(0.001, 2.0)}),
-            EstimatorScore(name="idim-ls", trusted=0.5, scores={"mass": score(-0.0199, None)}),
-            EstimatorScore(
-                name="ekf", trusted=1.0, assumes_inertia=True, scores={"mass": score(0.0, None)}
-            ),
-            EstimatorScore(name="free-decay", why_not="no decay"),
-        ),
-        notes=("a note",),
-        file="x.toml",
-        sha256="abc",
-        stickslip_version="0",
-    )
-    return replace(made, **changes)  # pyright: ignore[reportArgumentType] - of the test's own making
 
 
 def test_a_page_of_a_log_holds_every_estimator(

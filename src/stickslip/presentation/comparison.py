@@ -44,6 +44,7 @@ __all__ = [
     "estimate_table",
     "reasons_against",
     "score_tables",
+    "study_page",
 ]
 
 _WIDEST_NAME, _WIDEST_NUMBER = 22, 9  # characters, so that tables on a terminal stand in line
@@ -58,14 +59,8 @@ _LEGEND = (
 )
 
 
-def comparison_page(found: EstimatorComparison | EstimatorStudy) -> Page:
-    """Return the page of estimators side by side."""
-    if isinstance(found, EstimatorComparison):
-        return _page_of_log(found)
-    return _page_of_study(found)
-
-
-def _page_of_log(found: EstimatorComparison) -> Page:
+def comparison_page(found: EstimatorComparison) -> Page:
+    """Return the page of estimators side by side on a log."""
     log, applied = found.log, found.applied
     lead = (
         "Each parameter as every estimator found it, with its 95 % interval where the method "
@@ -104,7 +99,8 @@ def _page_of_log(found: EstimatorComparison) -> Page:
     return _page(found, log.name, f"{log.kind} axis", verdict, sections)
 
 
-def _page_of_study(study: EstimatorStudy) -> Page:
+def study_page(study: EstimatorStudy) -> Page:
+    """Return the page of estimators over the runs of a scenario."""
     lead = (
         "Mean error of each estimator over the runs, with their standard deviation on either "
         "side; orange where it is biased by more than three standard errors."

@@ -1,18 +1,29 @@
 """The page and the figures of any result."""
 
+from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
-from stickslip.presentation.comparison import comparison_page
+from stickslip.presentation.comparison import comparison_page, study_page
 from stickslip.presentation.figures.drawing import Plot
 from stickslip.presentation.identification import identification_page
 from stickslip.presentation.page import Page, plots_on, write_page
 from stickslip.presentation.positioning import positioning_page
 from stickslip.records import EstimatorComparison, EstimatorStudy, Identification, Positioning
 
-__all__ = ["figures_of", "page_of", "write_report"]
+__all__ = ["PAGES", "figures_of", "page_of", "write_report"]
 
 Result = Identification | EstimatorComparison | EstimatorStudy | Positioning
 """What `identify`, `compare_log`, `compare_scenario` and `position` return."""
+
+
+PAGES: dict[type, Callable[[Any], Page]] = {
+    Identification: identification_page,
+    EstimatorComparison: comparison_page,
+    EstimatorStudy: study_page,
+    Positioning: positioning_page,
+}
+"""The page of each kind of result."""
 
 
 def write_report(result: Result, path: Path | str) -> Path:
@@ -66,10 +77,4 @@ def figures_of(result: Result) -> dict[str, Plot]:
 
 def page_of(result: Result) -> Page:
     """Return the page of a result."""
-    match result:
-        case Identification():
-            return identification_page(result)
-        case Positioning():
-            return positioning_page(result)
-        case _:
-            return comparison_page(result)
+    return PAGES[type(result)](result)
