@@ -6,6 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from stickslip.logs import LogSchema, read_log
+from stickslip.records import InputError
 
 LINEAR = LogSchema(kind="linear")
 ROWS = "0,1,2\n1,2,3\n2,4,5\n"
@@ -129,3 +130,8 @@ def test_any_dialect_gives_the_numbers_back(
     np.testing.assert_array_equal(log.time, time)
     np.testing.assert_array_equal(log.measured_position, position)
     np.testing.assert_array_equal(log.effort, effort)
+
+
+def test_a_hash_without_a_blank_before_it_belongs_to_its_cell(read):
+    with pytest.raises(InputError, match=r"row 3: column 'x' has the text '#N/A'"):
+        read("t,x,F\n0,1,2\n1,#N/A,3\n2,4,5\n")

@@ -1,5 +1,6 @@
 """Text logs: columns between commas, semicolons, tabs or blanks."""
 
+import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
@@ -88,9 +89,12 @@ def _rows(text: _Text, layout: Layout) -> Iterator[tuple[int, str]]:
     """Yield each row with its number as an editor counts it."""
     for number, line in enumerate(text.lines(), 1):
         if number > layout.first_row and not line.lstrip().startswith(COMMENTS):
-            row = line if '"' in line else line.partition("#")[0]  # without a remark behind it
+            row = line if '"' in line else _REMARK.sub("", line)
             if row.strip():
                 yield number, row
+
+
+_REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
 
 
 def _widths_agree(text: _Text, layout: Layout) -> bool:
