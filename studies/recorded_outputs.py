@@ -1,12 +1,12 @@
-"""What the public commands put out, recorded to compare two versions of the code.
+"""Record the outputs of the commands, to compare two versions of the code.
 
     python -m studies.recorded_outputs record --out BEFORE.json
     python -m studies.recorded_outputs compare BEFORE.json AFTER.json --tolerance 1e-12
 
 Recorded are the JSON of `identify` with every estimator on the log of `demo`, of `compare` on that
 log and on the scenarios in examples/comparisons, and of `position` on those in examples/scenarios,
-and the last state and the effort of every controller and of the simulator as they come from Python.
-A field that holds a duration or a version is left out.
+and the positions and velocities of a simulated mass and arm. Versions and computing times are left
+out.
 """
 
 import json
@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 _EXAMPLES = Path(__file__).parents[1] / "examples"
-_LEFT_OUT = frozenset({"version", "created", "elapsed", "duration", "step_time", "microseconds"})
+_LEFT_OUT = frozenset({"version", "stickslip_version", "seconds_per_sample"})
 _RUNS = "3"
 _SHOWN = 20
 
@@ -54,7 +54,7 @@ def record() -> dict[str, Any]:
 def differences(before: Any, after: Any, tolerance: float, where: str = "") -> Iterator[str]:
     """Yield a line for every value that differs by more than a relative tolerance."""
     if isinstance(before, dict) and isinstance(after, dict):
-        for key in before.keys() | after.keys():
+        for key in sorted(before.keys() | after.keys()):
             if key in _LEFT_OUT:
                 continue
             if key not in before or key not in after:
@@ -73,7 +73,7 @@ def differences(before: Any, after: Any, tolerance: float, where: str = "") -> I
 
 
 def _command(*arguments: str) -> subprocess.CompletedProcess[str]:
-    """Run a command of the package, in the folder of this file's repository."""
+    """Run a command of the package."""
     done = subprocess.run(  # noqa: S603 - the command is this module's own
         [sys.executable, "-m", "stickslip", *arguments],
         capture_output=True,
@@ -97,6 +97,7 @@ def _json(*arguments: str) -> Any:
 
 
 def _estimators() -> tuple[str, ...]:
+    """Return the names of all estimators."""
     from stickslip import ESTIMATORS
 
     return tuple(ESTIMATORS)

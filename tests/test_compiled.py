@@ -68,6 +68,10 @@ def run(script: Path, *arguments: str, cache: str = "cache") -> subprocess.Compl
     )
 
 
+def _cut(whole: bytes) -> bytes:
+    return whole[: len(whole) // 2].rstrip(b".")
+
+
 def value(done: subprocess.CompletedProcess[str]) -> str:
     return done.stdout.split()[0]
 
@@ -88,7 +92,27 @@ def test_a_change_of_a_kernel_that_is_called_is_noticed(script: Path) -> None:
     assert value(run(script)) == "11.0"
 
 
-@pytest.mark.parametrize("content", [b"", b"\\0" * 4096, None])
+def test_a_change_of_a_constant_of_another_folder_is_noticed(tmp_path: Path) -> None:
+    """Machine code contains the constants that its module imports."""
+    package = tmp_path / "callee" / "axis"
+    (package / "deep").mkdir(parents=True)
+    for folder in (package, package / "deep"):
+        (folder / "__init__.py").write_text("")
+    constants = package / "deep" / "constants.py"
+    constants.write_text("FACTOR = 1.0\n")
+    (package / "layout.py").write_text("from axis.deep.constants import FACTOR\n\nPLACE = FACTOR\n")
+    (package / "kernel.py").write_text(
+        "from axis.layout import PLACE\nfrom stickslip.compiled import compiled\n\n\n"
+        "@compiled()\ndef step(x: float) -> float:\n    return x * PLACE\n"
+    )
+    path = tmp_path / "script.py"
+    path.write_text("from axis.kernel import step\n\nprint(step(1.0))\n")
+    assert value(run(path)) == "1.0"
+    constants.write_text("FACTOR = 10.0\n")
+    assert value(run(path)) == "10.0"
+
+
+@pytest.mark.parametrize("content", [b"", b"\0" * 4096, None])
 @pytest.mark.parametrize("suffix", ["nbi", "nbc"])
 def test_a_damaged_cache_is_compiled_anew(script: Path, suffix: str, content: bytes | None) -> None:
     """As after a power loss: emptied, blanked, or cut off in the middle."""
@@ -97,7 +121,7 @@ def test_a_damaged_cache_is_compiled_anew(script: Path, suffix: str, content: by
     assert files
     for path in files:
         whole = path.read_bytes()
-        path.write_bytes(whole[: len(whole) // 2] if content is None else content)
+        path.write_bytes(_cut(whole) if content is None else content)
     done = run(script)
     assert value(done) == "2.0"
     assert "is damaged; its kernels are compiled anew" in done.stderr

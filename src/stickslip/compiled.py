@@ -1,4 +1,4 @@
-"""The one way a function becomes machine code.
+"""Compilation of kernels to machine code.
 
 Kernels are plain functions on scalars, tuples and arrays. ``compiled`` hands them to Numba with the
 settings all kernels share: cached on disk, no fast-math (results must not depend on how terms are
@@ -10,9 +10,11 @@ the kernels that it calls: after a change in any of them the folder is another o
 in it is compiled anew.
 """
 
+import contextlib
 import hashlib
 import logging
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -45,13 +47,13 @@ class _CompilationNotice(event.Listener):
     """
 
     def __init__(self) -> None:
-        self._said = False
+        self._reported = False
 
     def on_start(self, event: event.Event) -> None:
         dispatcher = (event.data or {})["dispatcher"]
         cached = dispatcher.stats.cache_path is not None
-        if not self._said and cached and dispatcher.py_func.__module__.startswith("stickslip."):
-            self._said = True
+        if not self._reported and cached and dispatcher.py_func.__module__.startswith("stickslip."):
+            self._reported = True
             _logger.warning(
                 "compiling the kernels for this machine (once; later runs use the cache)"
             )
@@ -115,11 +117,16 @@ def _cache_folder(root: Path, sources: frozenset[Path]) -> tuple[Path, frozenset
         _logger.warning("the kernel cache %s is damaged; its kernels are compiled anew", folder)
         shutil.rmtree(folder, ignore_errors=True)
         return folder, frozenset()
+    with contextlib.suppress(OSError):
+        os.utime(folder)  # in use
     return folder, frozenset(path.name for path in files)
 
 
 def _is_whole(path: Path) -> bool:
-    """Whether a pickle has its end; a file that another process has just replaced has."""
+    """Return whether a file ends with the stop code of a pickle.
+
+    True for a file that another process removed meanwhile.
+    """
     try:
         with path.open("rb") as file:
             file.seek(-1, os.SEEK_END)
@@ -131,7 +138,7 @@ def _is_whole(path: Path) -> bool:
 
 
 def _remove_outdated(root: Path) -> None:
-    """Remove the kernels of sources that changed long ago."""
+    """Remove the folders of kernels that were not used for `_KEPT`."""
     for folder in root.glob("stickslip-*"):
         try:
             outdated = time.time() - folder.stat().st_mtime > _KEPT
@@ -141,19 +148,37 @@ def _remove_outdated(root: Path) -> None:
             shutil.rmtree(folder, ignore_errors=True)
 
 
-def _sources(function: Callable[..., Any]) -> frozenset[Path]:
-    """Return the folders of a function, of the classes it takes, and of the kernels it calls.
+_IMPORT = re.compile(r"^(?:from|import) ([\w.]+)", re.MULTILINE)
 
-    Numba stores the classes of arguments by the names of their modules.
+
+@cache
+def _imported(file: Path, package: str) -> frozenset[Path]:
+    """Return the files of a package's modules that a file imports."""
+    names = {name for name in _IMPORT.findall(file.read_text()) if name.startswith(package)}
+    modules = (sys.modules.get(name) for name in names)
+    return frozenset(Path(m.__file__) for m in modules if m is not None and m.__file__)
+
+
+@cache
+def _sources_of(file: Path, package: str) -> frozenset[Path]:
+    """Return the folders of a file and of all that it imports from its package, however indirectly.
+
+    A kernel's machine code contains constants, layouts of states and other kernels of any of them.
     """
+    found, open_ = {file}, [file]
+    while open_:
+        new = _imported(open_.pop(), package) - found
+        found |= new
+        open_ += new
+    return frozenset(each.parent for each in found)
+
+
+def _sources(function: Callable[..., Any]) -> frozenset[Path]:
+    """Return the folders that a kernel's machine code depends on."""
     code = function.__code__
     callees = (function.__globals__.get(name) for name in code.co_names)
-    classes = (each for each in function.__annotations__.values() if isinstance(each, type))
-    modules = {each.__module__ for each in classes if each.__module__.startswith("stickslip.")}
-    files = {code.co_filename, *(str(sys.modules[name].__file__) for name in modules)}
-    return frozenset(Path(file).parent for file in files).union(
-        *(getattr(each, "stickslip_sources", ()) for each in callees)
-    )
+    own = _sources_of(Path(code.co_filename), function.__module__.partition(".")[0] + ".")
+    return own.union(*(getattr(each, "stickslip_sources", ()) for each in callees))
 
 
 def _cached(function: Callable[..., Any], options: dict[str, Any]) -> Any:

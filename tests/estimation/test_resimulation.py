@@ -82,6 +82,20 @@ def test_what_is_left_counts_every_term_of_the_estimate() -> None:
     assert left is not None
     assert left < 0.01
     assert replay(sprung, estimate) is None
+    # Lost samples are resampled, clipped ones are left out
+    kept = np.random.default_rng(2).uniform(size=time.size) > 0.003
+    again = unexplained_effort(
+        AxisLog(
+            name="uneven",
+            kind="linear",
+            time=time[kept],
+            effort=np.clip(effort[kept], -4.5, 4.5),
+            measured_position=position(time[kept]),
+        ),
+        estimate,
+    )
+    assert again is not None
+    assert again < 0.01
 
 
 def test_what_is_not_identified_cannot_be_replayed(log: AxisLog) -> None:

@@ -394,6 +394,11 @@ def test_pulse_that_moves_the_axis_is_no_glitch() -> None:
     assert prepare(log).repaired == 0
 
 
+@pytest.mark.parametrize("delay", [0.0505, 0.06])
+def test_a_delay_slightly_beyond_its_bound_is_a_mismatch(delay: float) -> None:
+    assert SelectedModelEstimator().fit(log_of(delay=delay)).status is Status.MODEL_MISMATCH
+
+
 def test_delay_beyond_its_bound_is_a_mismatch() -> None:
     estimate = SelectedModelEstimator().fit(log_of(delay=0.1))
     assert estimate.status is not Status.OK

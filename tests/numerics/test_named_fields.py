@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 from jaxtyping import Float
+from numba.core.errors import TypingError
 
 from stickslip.compiled import compiled
 from stickslip.numerics.named_fields import fields_at, places
@@ -54,3 +55,16 @@ def test_python_sees_and_changes_the_same_numbers() -> None:
 def test_a_name_that_every_record_has_is_refused() -> None:
     with pytest.raises(ValueError, match="named size"):
         fields_at(np.dtype([("size", "f8")]))
+    inner = np.dtype([("trace", "f8")])
+    with pytest.raises(ValueError, match="named trace"):
+        fields_at(np.dtype([("gain", "f8"), ("inner", inner, (2,))]))
+
+
+def test_a_number_of_another_size_is_refused() -> None:
+    with pytest.raises(ValueError, match="count has 4 bytes"):
+        fields_at(np.dtype([("count", "i4"), ("other", "i4")]))
+
+
+def test_a_strided_vector_is_refused_by_kernels() -> None:
+    with pytest.raises(TypingError):
+        changed(np.zeros(2 * SIZE)[::2])

@@ -1,10 +1,10 @@
 """Names for the numbers of a state vector.
 
 The state of a compiled step is one vector of float64: it copies, goes into a kernel and comes back
-at little cost, whatever its length. A structured dtype says what lies where in it, and kernels read
-and write ``s.pulse.levels[i, 0]`` instead of counting places. In a kernel the fields are the memory
-of the vector itself, without a further array: a step takes no longer than with numbered places
-(`python -m benchmarks pulses`).
+at little cost, whatever its length. A structured dtype gives the layout of the vector, and kernels
+read and write ``s.pulse.levels[i, 0]`` instead of counting places. In a kernel the fields are the
+memory of the vector itself, without a further array: a step takes no longer than with numbered
+places (`python -m benchmarks pulses`).
 """
 
 from collections.abc import Callable
@@ -44,7 +44,7 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
     Raises
     ------
     ValueError
-        If the name of a field is an attribute of every record.
+        If the name of a field is an attribute of every record, or a number has not 8 bytes.
 
     Examples
     --------
@@ -54,8 +54,7 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
     >>> fields_at(count, start=1)(vector).samples
     np.int64(2)
     """
-    if taken := [name for name in dtype.names or () if hasattr(np.record, name)]:
-        raise ValueError(f"np.record has an attribute of its own named {' and '.join(taken)}")
+    _check(dtype)
     record: Any = numba.from_dtype(dtype)
 
     @intrinsic
@@ -72,8 +71,22 @@ def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarra
         return part.view(np.dtype((np.record, dtype)))[0]
 
     # Numba compares the signatures of both, which therefore have no annotations
-    def typed(vector):  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]  # noqa: ARG001
+    def typed(vector):  # pyright: ignore[reportMissingParameterType, reportUnknownParameterType]
+        whole = vector.ndim == 1 and vector.layout == "C" and vector.dtype == numba.float64
+        if not whole:
+            return None
         return lambda vector: in_kernel(vector)  # pyright: ignore  # noqa: PLW0108
 
     overload(fields)(typed)
     return fields
+
+
+def _check(dtype: np.dtype[Any]) -> None:
+    """Check names and sizes of all fields."""
+    for name, (field, *_) in (dtype.fields or {}).items():
+        if hasattr(np.record, name):
+            raise ValueError(f"np.record has an attribute of its own named {name}")
+        inner = field.base
+        if inner.names is None and inner.itemsize != _PLACE:
+            raise ValueError(f"{name} has {inner.itemsize} bytes, it must have {_PLACE}")
+        _check(inner)

@@ -159,7 +159,10 @@ class JointModel(Model):
         for k, step in enumerate(steps.tolist()):
             part = self.of_log(k)
             most = largest_delay / part.rows.weight.sampling_time
-            parts.append(part.shifted(float(np.clip(part.rows.delay + step, -most, most))))
+            delay = float(np.clip(part.rows.delay + step, -most, most))
+            # A delay beyond the bounds is not found, even if the step would be small
+            steps[k] = max(abs(step), abs(delay - part.rows.delay))
+            parts.append(part.shifted(delay))
         rows = StackedRows.of([part.rows for part in parts])
         return replace(self, rows=rows), float(np.max(np.abs(steps)))
 

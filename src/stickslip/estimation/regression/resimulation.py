@@ -82,13 +82,15 @@ def unexplained_effort(
     Raises
     ------
     InputError
-        If the log is too short, or nothing moves or pushes in it.
+        If the log is too short, or nothing moves or pushes in it; or an estimate with further terms
+        is of several logs or of another kind of axis.
     """
     values = _values(estimate, inertia)
     if values is None:
         return None
     if not can_simulate(estimate):
-        return prediction_error(estimate, log, inertia=inertia)
+        known = all(parameter.value is not None for parameter in estimate.parameters.values())
+        return prediction_error(estimate, log, inertia=inertia) if known else None
     rows = IdimLeastSquares(
         per_direction=_per_direction(estimate),
         offset="offset" in values,

@@ -80,7 +80,7 @@ class IntervalTuning:
     """Smallest over largest singular value of the columns of wide windows [-]: below it they do not
     determine the parameters."""
     moves_p_value: float = 0.01
-    """Of the differences between moves, beyond which they count [-]."""
+    """p-value of the differences between moves [-], below which they widen the intervals."""
     fewest_moves: float = 0.7
     """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
     one between moves and not between windows."""
@@ -519,10 +519,12 @@ class SelectedModelEstimator:
             As fitted.
         """
         folds = model.rows.folds
-        count = int(folds[-1]) + 1 if folds.size else 0
-        if count < FEWEST_FOLDS:
+        if folds.size == 0:
             return []
         differences = jackknife(rows.columns, rows.target, folds)
+        count = differences.shape[0]
+        if count < FEWEST_FOLDS:
+            return []
         stds = [estimate.parameters[name].std for name in rows.names]
         own = np.array([np.inf if std is None else std for std in stds])
         most = chdtri(count - 1, self.tuning.intervals.moves_p_value) / (count - 1)

@@ -5,10 +5,15 @@ from collections.abc import Callable, Mapping
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.prepare import prepare, repaired
+from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.law import law_effort
 from stickslip.estimation.selection.search import SearchTuning, half_width
-from stickslip.estimation.weak_form.motion import MotionTuning, SlipMotion, slip_motions
+from stickslip.estimation.weak_form.motion import (
+    MotionTuning,
+    SlipMotion,
+    SlipMotions,
+    slip_motions,
+)
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
 from stickslip.records import AxisLog, EffortKind, FrictionEstimate, InputError, ModelSelection
 
@@ -72,7 +77,18 @@ def predict_effort(
     >>> bool(np.nanmax(np.abs(predicted - effort)) < 0.02)
     True
     """
-    return _predicted(estimate, log, inertia, window)[0]
+    values = _values(estimate, log, inertia)
+    prepared = _moving(log)
+    T = prepared.sampling_time
+    motions, weight = _windows(prepared, window)
+    selection = estimate.selection or _NOTHING_SELECTED
+    at = selection.effort_delay + _middles(log.time, T, selection.effort_kind)
+    predicted = np.full(len(log), np.nan)
+    for motion in motions.stretches:
+        effort = _effort(values, selection, motion, weight)
+        inside = (at >= motion.time[0]) & (at <= motion.time[-1])
+        predicted[inside] = np.interp(at[inside], motion.time, effort)
+    return predicted / _gain(values, selection, log.time)
 
 
 def prediction_error(
@@ -80,8 +96,9 @@ def prediction_error(
 ) -> float | None:
     """Return the share of the effort that the prediction leaves, over windows in slip [-].
 
-    Norm of the error over norm of the effort, both means over the windows that
-    `SelectedModelEstimator` fits the log over. None if no window is whole.
+    Norm of the error over norm of the effort, both means over windows as wide as those that
+    `SelectedModelEstimator` fits the log over, without clipped and repaired samples. None if no
+    window is whole.
 
     Parameters
     ----------
@@ -93,50 +110,69 @@ def prediction_error(
     InputError
         As `predict_effort`.
     """
-    predicted, weight = _predicted(estimate, log, inertia, None)
-    known = np.isfinite(predicted)
-    taps = weight.mean()
-    whole = whole_windows(known.astype(np.int64), known, weight.reach)
-    effort = repaired(log).effort
-    error = np.where(known, effort - np.nan_to_num(predicted), 0.0)
-    size = float(np.linalg.norm(convolved(np.where(known, effort, 0.0), taps)[whole]))
-    return float(np.linalg.norm(convolved(error, taps)[whole])) / size if size > 0.0 else None
-
-
-def _predicted(
-    estimate: FrictionEstimate, log: AxisLog, inertia: float | None, window: float | None
-) -> tuple[Float[np.ndarray, " n"], Weight]:
-    """Return the effort that is predicted, and the windows of the acceleration."""
     values = _values(estimate, log, inertia)
+    selection = estimate.selection or _NOTHING_SELECTED
+    prepared = _moving(log, selection.effort_kind)
+    motions, weight = _windows(prepared, None)
+    taps = weight.mean()
+    late = selection.effort_delay + (0.5 - prepared.effort_lead) * prepared.sampling_time
+    left = size = 0.0
+    for motion in motions.stretches:
+        effort = _effort(values, selection, motion, weight)
+        effort = np.interp(motion.time + late, motion.time, effort, left=np.nan, right=np.nan)
+        effort /= _gain(values, selection, motion.time)
+        known = np.isfinite(effort)
+        error = motion.effort - np.where(known, effort, motion.effort)
+        whole = whole_windows(motion.direction, motion.usable & known, weight.half_width)
+        left += float(np.sum(convolved(error, taps)[whole] ** 2))
+        size += float(np.sum(convolved(motion.effort, taps)[whole] ** 2))
+    return float(np.sqrt(left / size)) if size > 0.0 else None
+
+
+_NOTHING_SELECTED = ModelSelection(summary="", scores=())
+
+
+def _moving(log: AxisLog, effort_kind: EffortKind = "held") -> PreparedLog:
+    """Return a log as prepared, if anything moves in it."""
     if np.ptp(log.measured_position) == 0:
         raise InputError(
             "the position never changes", where=log.name, remedy="give a log of a motion"
         )
-    prepared = prepare(log)
+    prepared = prepare(log, effort_kind=effort_kind)
     if not prepared.parts:
         raise InputError(
             "the log has no stretch of samples without a gap that is long enough",
             where=log.name,
             remedy="give a longer log, without gaps",
         )
+    return prepared
+
+
+def _windows(prepared: PreparedLog, window: float | None) -> tuple[SlipMotions, Weight]:
+    """Return the motion, and the windows of its acceleration."""
     T = prepared.sampling_time
-    motions = slip_motions(prepared, MotionTuning())
-    tuning = SearchTuning()
+    motions, tuning = slip_motions(prepared, MotionTuning()), SearchTuning()
     half = half_width(motions, T, tuning) if window is None else round(window / T)
     half = max(half, tuning.fewest_samples)
-    weight = Weight(half_width=half, sampling_time=T, margin=0)
-    selection = estimate.selection or ModelSelection(summary="", scores=())
-    at = selection.effort_delay + _middles(log.time, T, selection.effort_kind)
-    predicted = np.full(len(log), np.nan)
-    for motion in motions.stretches:
-        effort = values["inertia"] * _acceleration(motion, weight)
-        effort += law_effort(values, motion.velocity, np.sign(motion.velocity))
-        effort += _further_effort(values, selection, motion)
-        effort[motion.direction == 0] = np.nan
-        inside = (at >= motion.time[0]) & (at <= motion.time[-1])
-        predicted[inside] = np.interp(at[inside], motion.time, effort)
-    drift = values.get("gain_drift", 0.0) * (log.time - selection.reference_time)
-    return predicted / (1.0 + drift), weight
+    return motions, Weight(half_width=half, sampling_time=T, margin=0)
+
+
+def _effort(
+    values: Mapping[str, float], selection: ModelSelection, motion: SlipMotion, weight: Weight
+) -> Float[np.ndarray, " n"]:
+    """Return the effort at each sample of a motion, without a drift of the gain; NaN at rest."""
+    effort = values["inertia"] * _acceleration(motion, weight)
+    effort += law_effort(values, motion.velocity, np.sign(motion.velocity))
+    effort += _further_effort(values, selection, motion)
+    effort[motion.direction == 0] = np.nan
+    return effort
+
+
+def _gain(
+    values: Mapping[str, float], selection: ModelSelection, time: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, " n"]:
+    """Return the gain from logged to true effort [-]."""
+    return 1.0 + values.get("gain_drift", 0.0) * (time - selection.reference_time)
 
 
 def _middles(

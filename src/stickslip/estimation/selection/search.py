@@ -54,8 +54,11 @@ class SearchTuning:
     largest_p_value: float = 2e-3
     """Of a term that is selected [-]: some ten terms give 2 % of false selections."""
     open_p_value: float = 0.1
-    """Of a small delay, below which the delay that fits best is tested [-]: a delay of many samples
-    hides behind a wrong inertia."""
+    """p-value of a small delay [-] below which the delay that fits best is tested: a delay of many
+    samples hides behind a wrong inertia."""
+    unsettled_p_value: float = 1e-6
+    """p-value of a delay that is not found within its bounds [-], above which it is not counted:
+    with slow moves any delay fits next to as well."""
     fewest_deviations: float = 1.0
     """Gain on moves left out of the fit, in its standard errors (one-standard-error rule) [-]."""
     smallest_gain: float = 0.02
@@ -244,7 +247,9 @@ class Model:
         """
         most = largest_delay / self.rows.weight.sampling_time
         step = float(np.clip(self.coefficients(DELAY)[0], -LARGEST_STEP, LARGEST_STEP))
-        return self.shifted(float(np.clip(self.rows.delay + step, -most, most))), abs(step)
+        delay = float(np.clip(self.rows.delay + step, -most, most))
+        # A delay beyond the bounds is not found, even if the step would be small
+        return self.shifted(delay), max(abs(step), abs(delay - self.rows.delay))
 
     def basis(self) -> Basis:
         """Return the columns in orthonormal coordinates, with what they leave of the target."""
@@ -467,22 +472,22 @@ def _tried(
     if best is None:
         return None
     shape, partial = best
-    own = model.term_columns(term, shape)
+    own, folds = model.term_columns(term, shape), model.rows.folds
     p_value = significance(basis, partial, own)
+    gains = errors - held_out_errors(np.column_stack([columns, own]), basis.target, folds)
     if term.name == DELAY and p_value < tuning.open_p_value:
         delayed = _settled(replace(model, chosen=(*model.chosen, (term, shape))), tuning)
-        if delayed.settled and testable(delayed):
-            return _tried_delay(model, delayed)
-    gains = errors - held_out_errors(
-        np.column_stack([columns, own]), basis.target, model.rows.folds
-    )
+        trial = _tried_delay(model, delayed) if testable(delayed) else None
+        certain = trial is not None and trial.score.p_value < tuning.unsettled_p_value
+        return trial if delayed.settled or certain else None
     return _scored(term, shape, model, basis, partial, p_value, errors, gains)
 
 
 def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
-    """Return the score of a delay of several samples, over which the effort is not linear.
+    """Return the score of a delay, tested where it fits best.
 
-    The test is that of the difference of the delays in the effort's slope at the delay found.
+    The coefficient of the effort's slope there is the change of the delay. None if the slope
+    depends on the other columns.
 
     Parameters
     ----------
@@ -691,7 +696,7 @@ def _settled(model: Model, tuning: SearchTuning) -> Model:
             before = change
             continue
         ratio = np.divide(change, before, out=np.zeros(change.size), where=before != 0.0)
-        slow = (ratio > 0.0) & (ratio < _SLOWEST)
+        slow = (ratio > 0.0) & (ratio < _SLOWEST) & (np.abs(before) < LARGEST_STEP)
         ahead = np.where(slow, change * ratio / (1.0 - np.where(slow, ratio, 0.0)), 0.0)
         ahead = np.clip(ahead, -_FARTHEST * LARGEST_STEP, _FARTHEST * LARGEST_STEP)
         model, before = model.with_delays(model.delays + ahead), None

@@ -12,6 +12,7 @@ __all__ = ["Basis", "Partial", "held_out_errors", "jackknife", "significance"]
 
 _COSINES = (12, 6)
 _COLLINEAR = 1e-6  # of its norm: what is left of a column that the others make up
+_DEPENDENT = 0.015  # smallest over largest singular value, as for a term
 _DEGENERATE = 1e-4  # ratio of singular values of the further columns
 
 
@@ -169,16 +170,22 @@ def jackknife(
     """Return rows J with the jackknife covariance J^T J of the coefficients.
 
     J has the changes of the coefficients without each group, times sqrt((g - 1)/g) for g groups
-    (B. Efron 1982, "The jackknife, the bootstrap and other resampling plans").
+    (B. Efron 1982, "The jackknife, the bootstrap and other resampling plans"). Groups without which
+    the columns are dependent do not count.
 
     Parameters
     ----------
     columns, target, group
         As in `held_out_errors`.
     """
-    _, values, norms = _left_out(columns, target, group)
-    values = values[:, :, 0] / np.where(norms > 0, norms, 1.0)
+    products, values, norms = _left_out(columns, target, group)
+    gram = products[:, :-1, :-1]
+    strength = np.linalg.eigvalsh(np.sum(gram, axis=0) - gram)
+    known = strength[:, 0] > _DEPENDENT**2 * strength[:, -1]
+    values = values[known, :, 0] / np.where(norms > 0, norms, 1.0)
     count = values.shape[0]
+    if count == 0:
+        return values
     return (values - np.mean(values, axis=0)) * float(np.sqrt((count - 1) / count))
 
 

@@ -62,7 +62,8 @@ class WindowRows:
     def folds(self) -> Int[np.ndarray, " n"]:
         """Number of the group of rows that is left out of a fit together [-].
 
-        A group is a move. With less than `FEWEST_FOLDS` moves it is one of the equal parts of each.
+        A group is a move. With fewer than `FEWEST_FOLDS` moves, each is divided into equal parts.
+        Windows at the ends of neighbouring parts overlap.
         """
         if not 0 < self.moves < FEWEST_FOLDS:
             return self.move
@@ -129,13 +130,16 @@ class WindowRows:
         return known[1]
 
     def moved(self, samples: int) -> "WindowRows":
-        """Return rows of the same windows a sample later (1) or earlier (-1), computed once."""
+        """Return rows of the same windows a sample later (1) or earlier (-1), computed once.
+
+        Windows are laid so that they may move by one sample and no more.
+        """
         known = self._moved.get(samples)
         if known is None:
             middles = tuple(middle + samples for middle in self.middles)
             known = replace(self, middles=middles, _means={}, _moved={})
             self._moved[samples] = known
-        return known
+        return known if known.delay == self.delay else replace(known, delay=self.delay)
 
     def widened(self, factor: float) -> "WindowRows":
         """Return rows of windows that are wider by a factor [-]."""
