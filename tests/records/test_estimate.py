@@ -4,49 +4,20 @@ import json
 
 import numpy as np
 import pytest
+from estimates import doubtful_estimate
 
 from stickslip.records import (
     PARAMETER_NAMES,
     QUANTITIES,
-    Diagnostics,
-    FrictionEstimate,
     InputError,
     ParameterEstimate,
-    Provenance,
     Status,
-    Verdict,
     unit_of,
 )
 
 
-def make_estimate() -> FrictionEstimate:
-    return FrictionEstimate(
-        estimator="energy",
-        kind="linear",
-        parameters={
-            "mass": ParameterEstimate(name="mass", value=2.0, std=0.5, ci95=(1.0, 3.0), unit="kg"),
-            "offset": ParameterEstimate(name="offset", value=None, std=None, ci95=None, unit="N"),
-        },
-        covariance=np.array([[0.25]]),
-        status=Status.NOT_IDENTIFIABLE,
-        diagnostics=Diagnostics(
-            relative_residual=0.1,
-            cross_validation_residual=None,
-            condition_number=3.0,
-            residual_autocorrelation=0.0,
-            effective_samples=10.0,
-            classical_std={"mass": 0.4},
-            samples=10,
-            verdicts=(Verdict(parameter="offset", identifiable=False, reason="it does not move"),),
-        ),
-        provenance=Provenance(
-            stickslip_version="0", files=("a.csv",), input_sha256="00", options={"order": 4}
-        ),
-    )
-
-
 def test_json_form_has_the_promised_keys_and_survives_a_round_trip() -> None:
-    data = json.loads(json.dumps(make_estimate().to_dict(), allow_nan=False))
+    data = json.loads(json.dumps(doubtful_estimate().to_dict(), allow_nan=False))
     assert data["schema"] == 1
     assert data["parameters"]["mass"] == {
         "value": 2.0,
@@ -61,7 +32,7 @@ def test_json_form_has_the_promised_keys_and_survives_a_round_trip() -> None:
 
 def test_a_parameter_the_log_cannot_identify_has_no_value_to_hand_out() -> None:
     with pytest.raises(InputError, match="no value for 'offset'; it identified mass"):
-        make_estimate().value("offset")
+        doubtful_estimate().value("offset")
 
 
 def test_a_value_can_be_without_an_interval() -> None:

@@ -50,7 +50,7 @@ HEAD = np.dtype(
         ("refused", "i8"),  # samples that the estimator did not take
     ]
 )
-"""What precedes the moves of the reference."""
+"""Fields before the moves of the reference."""
 
 head = fields_at(HEAD)
 REFERENCE = places(HEAD)

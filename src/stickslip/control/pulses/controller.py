@@ -1,4 +1,4 @@
-"""What all pulse controllers have in common, whatever pulses they plan."""
+"""Base class of the pulse controllers."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable

@@ -1,4 +1,4 @@
-"""What the exact pulse controller learns from a pulse.
+"""Update of the exact pulse controller's estimates by a pulse.
 
 The parameters are the logarithms of mass, Coulomb friction (offset included) and viscous friction,
 the last two for each direction, so that every estimate is positive whatever is observed. They are
@@ -223,7 +223,7 @@ def _unseen(P: Float[np.ndarray, "p p"], side: int, C: Float[np.ndarray, "p p"])
 
 @compiled()
 def _estimate(s: Any, own: Any, side: int, f: float, t: float, at: Vector) -> None:
-    """Write into ``at`` which mass and friction the pulse alone speaks for, viscous friction small.
+    """Write into ``at`` the mass and friction that the pulse alone implies, viscous friction small.
 
     The effort does on its way what the friction does on all of it; Eq. 2 then gives the mass.
     """
@@ -273,8 +273,8 @@ def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
                         Q[a, b] = wider_Q[a, b]
             if misfit <= _UNEXPLAINED:
                 break
-    told = s.last.predicted / s.last.achieved
-    near = 1.0 / _MISSED < told < _MISSED
+    ratio = s.last.predicted / s.last.achieved
+    near = 1.0 / _MISSED < ratio < _MISSED
     longer = _NEAR_LONGER if near else _MISSED
     own.allowed = math.inf if misfit <= _UNEXPLAINED else longer * math.ceil(t / own.period - 0.5)
     own.walk = max(own.walk * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)

@@ -1,4 +1,4 @@
-"""Which pulse the exact pulse controller fires, and when it fires none any more.
+"""Choice of the next pulse by the exact law, and of the end.
 
 At rest with an error e there are three cases.
 

@@ -1,4 +1,4 @@
-"""What every pulse controller does: wait for rest, judge the last pulse, fire the next.
+"""Kernels that all pulse controllers share: wait for rest, judge the last pulse, fire the next.
 
 The state of a pulse controller is one vector of three parts: the fields that all methods share
 (`HEAD`), the method's own fields, and the window of positions in which rest is looked for. A method
@@ -114,7 +114,7 @@ HEAD = np.dtype(
         ("positions", "f8", (TRACE_SIZE,)),  # kept
     ]
 )
-"""What all methods share."""
+"""Fields that all methods share."""
 
 head = fields_at(HEAD)
 OWN = places(HEAD)
@@ -128,7 +128,7 @@ def readable(vector: Float[np.ndarray, " s"], method: int, sample: SensorSample)
     Raises
     ------
     ValueError
-        If the vector is not one of this method: what lies where in it could not be told.
+        If the vector is not a state of this method.
     """
     if vector.size < OWN or head(vector).method != method or head(vector).length != vector.size:
         raise ValueError("not a state of this controller's method: begin with the one of init()")
@@ -209,8 +209,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     """Take a sample in; return whether the axis has come to rest, so that it is time to decide.
 
     Then ``rest``, ``error`` and ``outcome`` (`MOVING` or `REACHED`) are those of this rest, and
-    ``fresh`` says whether a pulse has led to it. It stays silent while a pulse is on its way, while
-    the axis moves, and once a rest has been judged, until the axis is at rest elsewhere.
+    ``fresh`` says whether a pulse has led to it. It is False during a pulse, while the axis moves,
+    and after a rest that was judged until the axis rests elsewhere.
     """
     s = head(vector)
     x = sample.measured_position
@@ -252,7 +252,7 @@ def fire(s: Any, predicted: float) -> None:
 
 @compiled()
 def add_level(s: Any, effort: float, samples: float) -> None:
-    """Add a level to the pulse that was begun, held for whole samples, at least one."""
+    """Add a level to the pulse that was begun, held for one whole sample or more; four at most."""
     i = s.pulse.level_count
     s.pulse.levels[i, 0], s.pulse.levels[i, 1] = effort, samples
     s.pulse.level_count = i + 1

@@ -1,4 +1,4 @@
-"""What pulse width and pulse amplitude width control share."""
+"""Base of pulse width and pulse amplitude width control."""
 
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -74,7 +74,9 @@ class PublishedPulseController(PulseController):
         longest_width: float | None = None,
         patience: int | None = 3,
     ) -> C:
-        """Return one whose first guesses follow from mass and friction (Eqs. 4 and 16).
+        """Return one whose first guesses follow from mass and friction.
+
+        Van de Wijdeven (2002) B, Eqs. 4 and 16.
 
         Parameters
         ----------

@@ -1,4 +1,4 @@
-"""Any estimate held against its log, whatever it comes from: the effort it leaves, and its motion.
+"""Unexplained effort and resimulated motion of any estimate.
 
 This takes the friction of estimates, which a plant can have.
 """

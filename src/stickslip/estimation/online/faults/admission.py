@@ -191,10 +191,10 @@ def _tolerance(s: Any, errors: Any) -> float:
 
 @compiled(inline=True)
 def _learn_step(s: Any, errors: Any, error: float) -> bool:
-    """Count an accepted step; with an unknown inertia take it as the acceleration.
+    """Count an accepted step; return whether the values rejected before are no glitches.
 
-    The ``error`` is then that of one sample, and the tolerance is learned anew from it. Returns
-    whether the values that were rejected before count as glitches no longer.
+    With an unknown inertia the step is an acceleration. The ``error`` is then that of one sample,
+    and the tolerance is learned anew from it.
     """
     if s.mobility > 0.0:
         s.motion_steps += 1

@@ -1,0 +1,39 @@
+"""Estimates as tests need them."""
+
+import numpy as np
+
+from stickslip.records import (
+    Diagnostics,
+    FrictionEstimate,
+    ParameterEstimate,
+    Provenance,
+    Status,
+    Verdict,
+)
+
+
+def doubtful_estimate() -> FrictionEstimate:
+    """Return an estimate of a mass, and of an offset that is not identified."""
+    return FrictionEstimate(
+        estimator="energy",
+        kind="linear",
+        parameters={
+            "mass": ParameterEstimate(name="mass", value=2.0, std=0.5, ci95=(1.0, 3.0), unit="kg"),
+            "offset": ParameterEstimate(name="offset", value=None, std=None, ci95=None, unit="N"),
+        },
+        covariance=np.array([[0.25]]),
+        status=Status.NOT_IDENTIFIABLE,
+        diagnostics=Diagnostics(
+            relative_residual=0.1,
+            cross_validation_residual=None,
+            condition_number=3.0,
+            residual_autocorrelation=0.0,
+            effective_samples=10.0,
+            classical_std={"mass": 0.4},
+            samples=10,
+            verdicts=(Verdict(parameter="offset", identifiable=False, reason="it does not move"),),
+        ),
+        provenance=Provenance(
+            stickslip_version="0", files=("a.csv",), input_sha256="00", options={"order": 4}
+        ),
+    )
