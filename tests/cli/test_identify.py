@@ -100,12 +100,18 @@ def test_an_assumed_unit_is_repeated_beside_the_result(run: Run, tmp_path: Path)
 
 
 def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
+    """The efforts of the log are those at the time stamps: held, they are half a sample early."""
     outcome = run("identify", good_log, "--mass", MASS, "--json", "-")
-    assert set(contract(outcome.out).parameters) == {
+    parameters = contract(outcome.out).parameters
+    assert set(parameters) == {
         "coulomb_friction",
         "viscous_friction",
         "offset",
+        "effort_delay",
     }
+    assert parameters["effort_delay"].ci95 is not None
+    low, high = parameters["effort_delay"].ci95
+    assert low < -0.001 < high
 
 
 @pytest.mark.parametrize(

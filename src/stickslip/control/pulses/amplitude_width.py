@@ -67,6 +67,7 @@ class PulseAmplitudeWidthController(PublishedPulseController):
 
     Examples
     --------
+    >>> from stickslip.control import RestDetection
     >>> from stickslip.friction import CoulombViscousFriction
     >>> from stickslip.plants import SingleMass
     >>> from stickslip.simulation import simulate_closed_loop

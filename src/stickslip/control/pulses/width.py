@@ -127,6 +127,7 @@ class PulseWidthController(PublishedPulseController):
 
     Examples
     --------
+    >>> from stickslip.control import RestDetection
     >>> from stickslip.friction import CoulombViscousFriction
     >>> from stickslip.plants import SingleMass
     >>> from stickslip.simulation import simulate_closed_loop
