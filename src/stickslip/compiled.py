@@ -5,9 +5,8 @@ settings all kernels share: cached on disk, no fast-math (results must not depen
 reordered), IEEE division, and, unless they are brief, free of the interpreter lock.
 
 Numba compares a cached kernel with the kernel's own file only. The cache therefore lies in a folder
-named after the state of all files beside the kernel, beside the classes that it takes and beside
-the kernels that it calls: after a change in any of them the folder is another one, and everything
-in it is compiled anew.
+named after the state of all folders that the kernel's module imports from, however indirectly:
+after a change in any of them the folder is another one, and everything in it is compiled anew.
 """
 
 import contextlib

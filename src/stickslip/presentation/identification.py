@@ -164,7 +164,7 @@ def _facts(found: Identification) -> list[Fact]:
         Fact(
             "Condition number",
             f"{condition:.3g}" if math.isfinite(condition) else "infinite",
-            "of the scaled regressor; above about 100 the parameters are hard to tell apart",
+            "of the scaled regressor; above about 100 the parameters are hard to separate",
         ),
     ]
 

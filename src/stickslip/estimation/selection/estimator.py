@@ -39,6 +39,7 @@ from stickslip.estimation.selection.search import (
     half_width,
     search,
     smallest_ratio,
+    testable,
     with_terms,
 )
 from stickslip.estimation.selection.significance import jackknife
@@ -298,9 +299,9 @@ class SelectedModelEstimator:
         motions = slip_motions(log, self.tuning.motion)
         delay = () if self.effort_delay is not None else (DELAY,)
         model, _ = replace(self, include=delay, select=False)._selected(log, motions)
-        columns, target = model.columns(), model.target()
-        if columns.shape[0] < 3 * columns.shape[1]:
+        if not testable(model):
             return np.inf
+        columns, target = model.columns(), model.target()
         rest = target - columns @ least_squares(columns, target)
         return float(np.linalg.norm(rest) / max(np.linalg.norm(model.rows.effort), _TINY))
 

@@ -162,7 +162,7 @@ def wrong_delay(model: Model, given: float | None, tuning: PlausibilityTuning) -
     tuning
         What is plausible.
     """
-    if given is None or model.rows.size < 3 * model.columns().shape[1]:
+    if given is None or not testable(model):
         return ""
     basis = model.basis()
     column = model.term_columns(DELAY_TERM, DELAY_TERM.shapes[0])
@@ -329,7 +329,7 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
     tuning
         What is plausible.
     """
-    if model.inertia is None or model.rows.size < 3 * model.columns().shape[1]:
+    if model.inertia is None or not testable(model):
         return ""
     basis = model.basis()
     partial = basis.partial(model.scaled(model.rows.acceleration[:, None]))
@@ -361,7 +361,7 @@ def reversed_sign(model: Model, kind: str, tuning: PlausibilityTuning) -> str:
     tuning
         What is plausible.
     """
-    if model.inertia is not None or model.rows.size < 3 * model.columns().shape[1]:
+    if model.inertia is not None or not testable(model):
         return ""
     values, stds = model_rows(model, kind).fitted()
     if float(values[0]) >= -tuning.least_deviations * float(stds[0]):

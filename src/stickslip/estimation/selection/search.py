@@ -355,9 +355,9 @@ def search(
     """
     found: list[TermScore] = []
     while len(model.chosen) < tuning.most_terms:
-        columns, target = model.columns(), model.target()
         if not testable(model):
             break
+        columns, target = model.columns(), model.target()
         basis = model.basis()
         errors = held_out_errors(columns, target, model.rows.folds)
         taken = {name for chosen in model.names for name in (chosen, *EXCLUSIVE.get(chosen, ()))}
@@ -472,14 +472,15 @@ def _tried(
     if best is None:
         return None
     shape, partial = best
-    own, folds = model.term_columns(term, shape), model.rows.folds
+    own = model.term_columns(term, shape)
     p_value = significance(basis, partial, own)
-    gains = errors - held_out_errors(np.column_stack([columns, own]), basis.target, folds)
     if term.name == DELAY and p_value < tuning.open_p_value:
         delayed = _settled(replace(model, chosen=(*model.chosen, (term, shape))), tuning)
         trial = _tried_delay(model, delayed) if testable(delayed) else None
         certain = trial is not None and trial.score.p_value < tuning.unsettled_p_value
         return trial if delayed.settled or certain else None
+    more, folds = np.column_stack([columns, own]), model.rows.folds
+    gains = errors - held_out_errors(more, basis.target, folds)
     return _scored(term, shape, model, basis, partial, p_value, errors, gains)
 
 

@@ -88,7 +88,7 @@ def _bars(
     title: str,
     truth: float | None = None,
 ) -> Plot:
-    """Draw values one below the other; what lies far off is told instead."""
+    """Draw values one below the other; values far off are given as text."""
     label = parameter_label(name, kind)
     quarter, middle, three = np.percentile([bar.value for bar in bars], [25, 50, 75])
     widths = [bar.high - bar.low for bar in bars if bar.high > bar.low]

@@ -185,7 +185,7 @@ def pulse_plots(positioning: Positioning) -> list[Plot]:
             + " Dotted lines part the runs." * (len(runs) > 1),
             traces=ratios,
             layout=layout(
-                x=axis("pulse, all runs on end [-]"),
+                x=axis("pulse, over all runs [-]"),
                 y=[axis("achieved over predicted [-]", **wild)],
                 hovermode="closest",
                 shapes=starts([len(run.pulses) for run in runs], first=0.5),
@@ -229,7 +229,7 @@ def _by_pulse(name: str, positioning: Positioning) -> Plot:
         ),
         traces=traces,
         layout=layout(
-            x=axis("pulse, all runs on end [-]"),
+            x=axis("pulse, over all runs [-]"),
             y=[axis(f"{draw.symbol(name)} [{unit}]")],
             shapes=starts([each.size for each in own], first=-0.5),
         ),
