@@ -98,6 +98,8 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("low speed friction", "f_l", "N", "N m", "any"),
         _quantity("low speed velocity", "v_l", "m/s", "rad/s", "positive"),
         _quantity("presliding friction", "f_p", "N", "N m", "any"),
+        _quantity("breakaway friction", "f_b", "N", "N m", "positive"),
+        _quantity("breakaway growth", "g_b", "N", "N m", "any"),
         _quantity("spring stiffness", "k_0", "N/m", "N m/rad", "any"),
         _quantity("gravity sine", "g_s", "N", "N m", "any"),
         _quantity("gravity cosine", "g_c", "N", "N m", "any"),

@@ -13,6 +13,7 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
+from stickslip.estimation.selection.dwell import DwellTuning, with_dwell
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows, with_shapes
 from stickslip.estimation.selection.plausibility import (
     PlausibilityTuning,
@@ -46,6 +47,7 @@ from stickslip.estimation.selection.significance import jackknife
 from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
+    DWELL,
     SATURATION,
     TERM_NAMES,
     Term,
@@ -93,7 +95,7 @@ class SelectionTuning:
 
     Attributes
     ----------
-    motion, search, saturation, rival, intervals, plausibility
+    motion, search, saturation, rival, dwell, intervals, plausibility
         Of the stages.
     effort_kind_gain
         Relative decrease of the residual for which an effort with uneven time stamps is taken for
@@ -105,6 +107,7 @@ class SelectionTuning:
     search: SearchTuning = field(default_factory=SearchTuning)
     saturation: SaturationTuning = field(default_factory=SaturationTuning)
     rival: RivalTuning = field(default_factory=RivalTuning)
+    dwell: DwellTuning = field(default_factory=DwellTuning)
     intervals: IntervalTuning = field(default_factory=IntervalTuning)
     plausibility: PlausibilityTuning = field(default_factory=PlausibilityTuning)
     effort_kind_gain: float = 0.1
@@ -330,7 +333,7 @@ class SelectedModelEstimator:
             f"the term {name!r} is left out: this log does not determine it, or gives its "
             "coefficient the wrong sign"
             for name in self.include
-            if name not in model.names
+            if name not in {*model.names, DWELL}
         ]
         kind = "mass" if log.log.kind == "linear" else "inertia"
         wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
@@ -367,6 +370,16 @@ class SelectedModelEstimator:
         estimate = replace(
             estimate, selection=selection_of(model, motions, self.effort_delay, log.effort_kind)
         )
+        if DWELL in self.include or (self.select and DWELL not in self.exclude):
+            estimate = with_dwell(
+                log,
+                motions,
+                estimate,
+                self.tuning.search,
+                self.tuning.dwell,
+                inertia=model.inertia,
+                include=DWELL in self.include,
+            )
         return Fit(
             estimate=judged(estimate, [cause for cause in causes if cause]),
             rows=regression,

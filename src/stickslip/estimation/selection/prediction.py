@@ -17,7 +17,7 @@ from stickslip.estimation.weak_form.motion import (
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
 from stickslip.records import AxisLog, EffortKind, FrictionEstimate, InputError, ModelSelection
 
-__all__ = ["predict_effort", "prediction_error"]
+__all__ = ["effort_at_rest", "predict_effort", "prediction_error"]
 
 
 def predict_effort(
@@ -127,6 +127,34 @@ def prediction_error(
         left += float(np.sum(convolved(error, taps)[whole] ** 2))
         size += float(np.sum(convolved(motion.effort, taps)[whole] ** 2))
     return float(np.sqrt(left / size)) if size > 0.0 else None
+
+
+def effort_at_rest(
+    estimate: FrictionEstimate, time: float, position: float, direction: float
+) -> float:
+    """Return the effort at which the model starts to move from rest [N or N m].
+
+    Parameters
+    ----------
+    estimate
+        Of a rigid axis, with all parameters identified.
+    time, position, direction
+        Of the start [s], [m or rad], 1 or -1 [-].
+    """
+    values = {name: estimate.value(name) for name in estimate.parameters}
+    motion = SlipMotion(
+        time=np.array([time]),
+        effort=np.zeros(1),
+        position=np.array([position]),
+        velocity=np.zeros(1),
+        direction=np.array([int(direction)]),
+        travelled=np.zeros(1),
+        usable=np.ones(1, dtype=bool),
+    )
+    selection = estimate.selection or _NOTHING_SELECTED
+    effort = law_effort(values, motion.velocity, motion.direction.astype(float))
+    effort += _further_effort(values, selection, motion)
+    return float((effort / _gain(values, selection, motion.time))[0])
 
 
 _NOTHING_SELECTED = ModelSelection(summary="", scores=())

@@ -16,6 +16,7 @@ from stickslip.records import AxisKind
 
 __all__ = [
     "DELAY",
+    "DWELL",
     "SATURATION",
     "TERM_NAMES",
     "Term",
@@ -27,6 +28,9 @@ __all__ = [
 
 DELAY = "delay"
 """Name of the term that is the derivative of the effort with respect to its delay."""
+
+DWELL = "dwell"
+"""Name of the term that is the growth of the breakaway friction with the time at rest."""
 
 SATURATION = "saturation"
 """Name of the term that is the excess of the logged effort over a limit."""
@@ -42,6 +46,7 @@ TERM_NAMES = (
     "stribeck",
     "low speed",
     "presliding",
+    "dwell",
     "spring",
     "gravity",
     "ripple",

@@ -1,0 +1,352 @@
+"""Growth of the breakaway friction with the time that the axis was at rest.
+
+Friction at rest does not enter windows of slip. Each breakaway gives one level: the effort at the
+instant at which the axis starts to move, without the forces of the model that act at rest. Static
+friction grows with the logarithm of the dwell time (J. H. Dieterich 1972, "Time-dependent friction
+in rocks", J. Geophys. Res. 77(20)):
+
+    f_b = f_1 + g log10(t_dwell / 1 s).
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from itertools import pairwise
+
+import numpy as np
+from jaxtyping import Float
+from scipy.linalg import block_diag
+from scipy.special import stdtr, stdtrit
+
+from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.prepare import PreparedLog
+from stickslip.estimation.selection.prediction import effort_at_rest
+from stickslip.estimation.selection.search import SearchTuning
+from stickslip.estimation.selection.summary import gain_text
+from stickslip.estimation.selection.terms import DWELL
+from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
+from stickslip.records import (
+    FrictionEstimate,
+    ParameterEstimate,
+    TermScore,
+    Verdict,
+    unit_of,
+)
+
+__all__ = ["Breakaway", "DwellTuning", "breakaways", "with_dwell"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class DwellTuning:
+    """Tuning of the breakaways."""
+
+    rest_deviations: float = 5.0
+    """Deviation from the position of rest, in standard deviations of the position [-], within which
+    the axis may be at rest."""
+    fewest_samples: int = 50
+    """Of a rest, which the instant of the breakaway is found in."""
+    half_width: int = 5
+    """Half of the window of the effort around the breakaway [samples]."""
+    fewest: int = 6
+    """Breakaways for a test [-]."""
+    least_spread: float = 2.0
+    """Longest over shortest dwell time for a test [-]."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Breakaway:
+    """The start of a motion after a rest.
+
+    Attributes
+    ----------
+    dwell
+        Time at rest [s].
+    level
+        Effort against friction at the breakaway, over the friction of the model at zero speed
+        [N or N m].
+    std
+        Standard deviation of the level by noise of effort and position [N or N m].
+    """
+
+    dwell: float
+    level: float
+    std: float
+
+
+def breakaways(
+    log: PreparedLog,
+    motions: SlipMotions,
+    estimate: FrictionEstimate,
+    inertia: float,
+    tuning: DwellTuning,
+) -> list[Breakaway]:
+    """Return the breakaways that a log resolves.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared.
+    estimate
+        Of the log, with all parameters identified.
+    inertia
+        Mass or inertia [kg or kg m^2].
+    tuning
+        What counts as a rest.
+    """
+    selection = estimate.selection
+    late = (0.5 - log.effort_lead) * log.sampling_time
+    late += 0.0 if selection is None else selection.effort_delay
+    found: list[Breakaway] = []
+    for motion in motions.stretches:
+        for rest in _rests(motion, tuning.rest_deviations * log.position_noise, tuning):
+            instant = _instant(motion, rest, log, inertia)
+            if instant is None:
+                continue
+            time, time_std = instant
+            direction = _direction(motion, rest.stop)
+            near = np.abs(motion.time + late - time) <= tuning.half_width * log.sampling_time
+            if np.count_nonzero(near) < tuning.half_width or not np.all(motion.usable[near]):
+                continue
+            effort, slope, effort_std = _line(motion.time[near] + late - time, motion.effort[near])
+            at_rest = effort_at_rest(estimate, time, float(motion.position[rest.start]), direction)
+            found.append(
+                Breakaway(
+                    dwell=time - float(motion.time[rest.start]),
+                    level=direction * (effort - at_rest),
+                    std=float(np.hypot(effort_std, slope * time_std)),
+                )
+            )
+    return found
+
+
+def _rests(motion: SlipMotion, tolerance: float, tuning: DwellTuning) -> Iterator[slice]:
+    """Yield the samples of every rest between two slips."""
+    slips = motion.direction != 0
+    edges = np.flatnonzero(np.diff(slips))
+    for before, after in pairwise(edges.tolist()):
+        if not slips[before]:
+            continue
+        position = motion.position[before + 1 : after + 2]
+        inside = np.abs(position - np.median(position)) <= tolerance
+        rest = np.flatnonzero(inside)
+        # A rest is one stretch: an axis that creeps or swings is not at rest
+        if rest.size >= tuning.fewest_samples and rest[-1] - rest[0] + 1 == rest.size:
+            yield slice(before + 1 + int(rest[0]), before + 2 + int(rest[-1]))
+
+
+def _direction(motion: SlipMotion, onset: int) -> float:
+    """Return the direction of the motion after a rest [-]."""
+    later = motion.direction[onset:]
+    return float(later[np.flatnonzero(later)[0]])
+
+
+_AFTER = 8  # samples of the motion after a rest that time the breakaway
+_BEFORE = 30  # samples before it in which it may lie; as many before these give the place of rest
+_TRIALS = 4  # instants a sample
+
+
+def _instant(
+    motion: SlipMotion, rest: slice, log: PreparedLog, inertia: float
+) -> tuple[float, float] | None:
+    """Return the instant of the breakaway and its standard deviation [s]; None if not resolved.
+
+    The position follows x_0 + a t^2 / 2 + (u'/m) t^3 / 6 from the breakaway on, in the direction of
+    the motion: a drop of the friction by m a >= 0, and the rise of the effort.
+    """
+    first, onset, last = rest.stop - 2 * _BEFORE, rest.stop - 1, rest.stop + _AFTER
+    if first < 0 or last > motion.time.size:
+        return None
+    T, direction = log.sampling_time, _direction(motion, onset)
+    place = np.mean(motion.position[max(first, rest.start) : onset - _BEFORE])
+    away = direction * (motion.position[first:last] - place)
+    rising = slice(onset - _AFTER, last)
+    rise = direction * _line(motion.time[rising], motion.effort[rising])[1]
+    trials = motion.time[onset] + T * np.arange(-_BEFORE, 2, 1.0 / _TRIALS)
+    since = np.maximum(motion.time[first:last] - trials[:, None], 0.0)
+    left = away - max(rise, 0.0) / (6.0 * inertia) * since**3
+    drop = np.maximum(np.sum(left * since**2, axis=1) / np.sum(since**4, axis=1), 0.0)
+    errors = np.sum((left - drop[:, None] * since**2) ** 2, axis=1)
+    noise = max(log.position_noise, float(np.finfo(float).tiny))
+    best = int(np.argmin(errors))
+    likely = np.flatnonzero(errors <= errors[best] + (2.0 * noise) ** 2)
+    if likely[0] == 0 or likely[-1] == trials.size - 1:
+        return None
+    return float(trials[best]), float(0.25 * T * (likely[-1] - likely[0] + 1.0) / _TRIALS)
+
+
+def _line(
+    time: Float[np.ndarray, " n"], effort: Float[np.ndarray, " n"]
+) -> tuple[float, float, float]:
+    """Return value and slope of the line through efforts, at time zero, and the value's std."""
+    columns = np.column_stack([np.ones(time.size), time])
+    values = least_squares(columns, effort)
+    rest = effort - columns @ values
+    variance = float(rest @ rest) / max(time.size - 2, 1)
+    share = float(np.linalg.inv(columns.T @ columns)[0, 0])
+    return float(values[0]), float(values[1]), float(np.sqrt(variance * share))
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Line:
+    """Levels over the logarithm of dwell times, each with a variance of its own.
+
+    Attributes
+    ----------
+    values, covariance
+        Level at 1 s and growth in a decade, shape (p,) and (p, p) [SI]; of a constant the level.
+    residual, leverage
+        Of each row divided by its standard deviation [-], shape (n,).
+    """
+
+    values: Float[np.ndarray, " p"]
+    covariance: Float[np.ndarray, "p p"]
+    residual: Float[np.ndarray, " n"]
+    leverage: Float[np.ndarray, " n"]
+
+    @classmethod
+    def of(
+        cls, columns: Float[np.ndarray, "n p"], level: Float[np.ndarray, " n"], std: np.ndarray
+    ) -> "_Line":
+        """Fit the levels by weighted least squares."""
+        rows, target = columns / std[:, None], level / std
+        inverse = np.linalg.inv(rows.T @ rows)
+        values = inverse @ (rows.T @ target)
+        return cls(
+            values=values,
+            covariance=inverse,
+            residual=target - rows @ values,
+            leverage=np.sum((rows @ inverse) * rows, axis=1),
+        )
+
+    @property
+    def left_out(self) -> Float[np.ndarray, " n"]:
+        """Return the squared error of each row in the fit to all the others [-]."""
+        return (self.residual / (1.0 - self.leverage)) ** 2
+
+
+def _growth(found: Sequence[Breakaway]) -> tuple[_Line, float, float, float]:
+    """Return the line through the levels, its p-value, and gain and gain's std beyond a constant.
+
+    All levels have a scatter in common besides their noise, by the method of moments (R.
+    DerSimonian and N. Laird 1986, "Meta-analysis in clinical trials", Controlled Clinical Trials
+    7).
+    """
+    level, std = (np.array([getattr(each, name) for each in found]) for name in ("level", "std"))
+    columns = np.column_stack([np.ones(level.size), np.log10([each.dwell for each in found])])
+    freedom = level.size - 2
+    line = _Line.of(columns, level, std)
+    beyond = float(line.residual @ line.residual) - freedom
+    scatter = max(beyond / float(np.sum((1.0 - line.leverage) / std**2)), 0.0)
+    std = np.sqrt(std**2 + scatter)
+    line = _Line.of(columns, level, std)
+    excess = max(float(line.residual @ line.residual) / freedom, 1.0)
+    line = replace(line, covariance=line.covariance * excess)
+    t = float(line.values[1] / np.sqrt(line.covariance[1, 1]))
+    without = _Line.of(columns[:, :1], level, std).left_out
+    gains = (without - line.left_out) / float(np.sum(without))
+    spread = float(np.sqrt(level.size) * np.std(gains, ddof=1))
+    return line, float(2.0 * stdtr(freedom, -abs(t))), float(np.sum(gains)), spread
+
+
+def with_dwell(
+    log: PreparedLog,
+    motions: SlipMotions,
+    estimate: FrictionEstimate,
+    search: SearchTuning,
+    tuning: DwellTuning,
+    *,
+    inertia: float | None,
+    include: bool,
+) -> FrictionEstimate:
+    """Add the breakaway friction and its growth to an estimate, if the log shows that it grows.
+
+    Parameters
+    ----------
+    log, motions
+        As prepared.
+    estimate
+        Of the log.
+    search
+        When a term is selected.
+    tuning
+        Of the breakaways.
+    inertia
+        Known mass or inertia [kg or kg m^2]; None for that of the estimate.
+    include
+        Whether the term is added without a test.
+    """
+    selection = estimate.selection
+    known = all(each.identified for each in estimate.parameters.values())
+    if selection is None or not known or "presliding_friction" in estimate.parameters:
+        return _without_dwell(estimate, include=include)
+    moving = (
+        estimate.value("mass" if log.log.kind == "linear" else "inertia")
+        if inertia is None
+        else inertia
+    )
+    found = breakaways(log, motions, estimate, moving, tuning)
+    dwell = [each.dwell for each in found]
+    if len(found) < tuning.fewest or max(dwell) < tuning.least_spread * min(dwell):
+        return _without_dwell(estimate, include=include)
+    line, p_value, gain, gain_std = _growth(found)
+    grows = (
+        bool(line.values[1] > 0.0)
+        and p_value < search.largest_p_value
+        and gain > max(search.fewest_deviations * gain_std, search.smallest_gain)
+    )
+    at_rest = [
+        effort_at_rest(estimate, selection.reference_time, selection.reference_position, way)
+        for way in (1.0, -1.0)
+    ]
+    values = line.values + np.array([0.5 * (at_rest[0] - at_rest[1]), 0.0])
+    score = TermScore(
+        term=DWELL,
+        text="the breakaway friction grows with the time at rest",
+        selected=include or grows,
+        p_value=p_value,
+        gain=gain,
+        gain_std=gain_std,
+        share=0.0,
+    )
+    chosen = sum(each.selected for each in selection.scores)
+    selection = replace(
+        selection, scores=(*selection.scores[:chosen], score, *selection.scores[chosen:])
+    )
+    if not score.selected:
+        return replace(estimate, selection=selection)
+    stds = np.sqrt(np.diag(line.covariance))
+    quantile = -float(stdtrit(len(found) - 2, 0.025))
+    added = {
+        name: ParameterEstimate(
+            name=name,
+            value=value,
+            std=std,
+            ci95=(value - quantile * std, value + quantile * std),
+            unit=unit_of(name, estimate.kind),
+        )
+        for name, value, std in zip(
+            ("breakaway_friction", "breakaway_growth"), values.tolist(), stds.tolist(), strict=True
+        )
+    }
+    reason = f"{len(found)} rests of {min(dwell):.2g} to {max(dwell):.2g} s determine it"
+    verdicts = [Verdict(parameter=name, identifiable=True, reason=reason) for name in added]
+    diagnostics = estimate.diagnostics
+    sentence = f"Selected: {score.text} ({gain_text(score)})."
+    return replace(
+        estimate,
+        parameters={**estimate.parameters, **added},
+        covariance=block_diag(estimate.covariance, line.covariance),
+        diagnostics=replace(diagnostics, verdicts=(*diagnostics.verdicts, *verdicts)),
+        selection=replace(selection, summary=f"{selection.summary} {sentence}"),
+    )
+
+
+def _without_dwell(estimate: FrictionEstimate, *, include: bool) -> FrictionEstimate:
+    """Return the estimate, with a note if the term was to be included."""
+    if not include:
+        return estimate
+    note = (
+        f"the term {DWELL!r} is left out: the log has too few breakaways after rests of different "
+        "length, or presliding hides them"
+    )
+    notes = (*estimate.diagnostics.notes, note)
+    return replace(estimate, diagnostics=replace(estimate.diagnostics, notes=notes))
