@@ -346,7 +346,7 @@ class SelectedModelEstimator:
         causes.append(unsettled_delay(model, self.tuning.search))
         causes.append(wrong_delay(model, self.effort_delay, self.tuning.plausibility))
         causes.append(ripple_of_degrees(model, log.log.kind))
-        causes.append(untested(model) if self.select else self._left_out(log, motions))
+        causes.append("" if self.select else self._left_out(log, motions))
         rows = with_shapes(model_rows(model, kind), model)
         estimate, regression = self._solved(log, motions, model, rows, notes)
         shifts = [
@@ -380,8 +380,12 @@ class SelectedModelEstimator:
                 inertia=model.inertia,
                 include=DWELL in self.include,
             )
+        estimate = judged(estimate, [cause for cause in causes if cause])
+        short = untested(model) if self.select else ""
+        if short and estimate.status.usable:
+            estimate = judged(estimate, [short], Status.INSUFFICIENT_EXCITATION)
         return Fit(
-            estimate=judged(estimate, [cause for cause in causes if cause]),
+            estimate=estimate,
             rows=regression,
             inertia=model.inertia,
             model=model,
@@ -585,7 +589,11 @@ class SelectedModelEstimator:
         return found
 
 
-def judged(estimate: FrictionEstimate, causes: Sequence[str]) -> FrictionEstimate:
+def judged(
+    estimate: FrictionEstimate,
+    causes: Sequence[str],
+    status: Status = Status.MODEL_MISMATCH,
+) -> FrictionEstimate:
     """Return the estimate with the causes of a mismatch, the most serious first.
 
     Parameters
@@ -594,8 +602,10 @@ def judged(estimate: FrictionEstimate, causes: Sequence[str]) -> FrictionEstimat
         As solved.
     causes
         One sentence each; none leaves the estimate as it is.
+    status
+        That the causes give.
     """
     if not causes:
         return estimate
     diagnostics = replace(estimate.diagnostics, notes=(*causes, *estimate.diagnostics.notes))
-    return replace(estimate, status=Status.MODEL_MISMATCH, diagnostics=diagnostics)
+    return replace(estimate, status=status, diagnostics=diagnostics)
