@@ -1,10 +1,13 @@
 """Sphinx configuration; also writes the tables read from the code, and reports to look at."""
 
+import inspect
+import re
 import types
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, Literal, get_args, get_origin
 
+import stickslip
 from stickslip import __version__, write_report
 from stickslip.estimation import ESTIMATORS
 from stickslip.jobs import demonstrate, position
@@ -168,6 +171,71 @@ def _write_scenario_keys() -> None:
     (folder / "scenario_keys.md").write_text("\n".join(parts))
 
 
+PUBLIC_NAMES = {
+    "Read and write logs": """
+        read_log log_from_frame find_benchmark read_schema LogSchema AxisSchema AxisLog
+        write_csv""",
+    "Identify": """
+        identify examine EstimationTask Identification FrictionEstimate Status predict_effort
+        compare_log compare_scenario""",
+    "Estimators": """
+        ESTIMATORS SelectedModelEstimator JointEstimator EnergyEstimator PublishedEnergyEstimator
+        MaximumLikelihoodEstimator ProcessNoiseLikelihoodEstimator IdimLeastSquares
+        IdimInstrumentalVariables StribeckEstimator FreeDecayEstimator""",
+    "Online estimators": """
+        ExtendedKalmanFilter RecursiveLeastSquares LeastSquaresObserver FriedlandParkObserver
+        YazdizadehKhorasaniObserver LiaoChienObserver GradientEstimator""",
+    "Design experiments": "excite design_input cramer_rao_bound process_noise_bound",
+    "Axes and friction laws": """
+        SingleMass FlexibleArm CoulombViscousFriction StribeckFriction DahlFriction LuGreFriction
+        ElastoPlasticFriction""",
+    "Simulate": "simulate simulate_batch simulate_closed_loop Sensors SensorSample read_scenario",
+    "Position": """
+        position ExactPulseController PulseWidthController PulseAmplitudeWidthController
+        LearntPulses LandingController AxisLandingController""",
+    "Feedback": """
+        FeedbackController PD Notch FrictionCompensation OnlineFriction PIDController ResetIntegral
+        Dither PointToPoint Move RestDetection""",
+    "Show and save results": "write_report figures_of json_text write_json InputError",
+}
+"""Every name that `stickslip` exports, by task."""
+
+
+def _first_line(thing: Any) -> str:
+    """Return the first line of the docstring; empty for a registry."""
+    documented = inspect.isclass(thing) or inspect.isroutine(thing)
+    return (inspect.getdoc(thing) or "").splitlines()[0] if documented else ""
+
+
+def _write_names() -> None:
+    """Write the public names by task, each with the first line of its docstring.
+
+    Raises
+    ------
+    ValueError
+        If a name is missing here, or stands here twice.
+    """
+    listed = [name for names in PUBLIC_NAMES.values() for name in names.split()]
+    if sorted(listed) != sorted(stickslip.__all__):
+        wrong = sorted({*listed} ^ {*stickslip.__all__}) or "some twice"
+        raise ValueError(f"PUBLIC_NAMES and stickslip.__all__ differ: {wrong}")
+    stub = Path(stickslip.__file__).with_suffix(".pyi").read_text()
+    imports = re.findall(r"from \.(\w+) import \(\s+(\w+)", stub)
+    packages = {name: package for package, name in imports}
+    parts: list[str] = []
+    for task, names in PUBLIC_NAMES.items():
+        rows = [
+            (
+                f"[`{name}`](#stickslip.{packages[name]}.{name})" if line else f"`{name}`",
+                line or "every registered one, by name",
+            )
+            for name in names.split()
+            for line in [_first_line(getattr(stickslip, name))]
+        ]
+        parts += [f"## {task}\n", _table(("name", "what it is"), rows)]
+    (Path(__file__).parent / "_generated" / "names.md").write_text("\n".join(parts))
+
+
 def _write_demonstration() -> None:
     docs = Path(__file__).parent
     folder = docs / "_generated" / "pages" / "demo"
@@ -178,5 +246,6 @@ def _write_demonstration() -> None:
 
 
 _write_tables()
+_write_names()
 _write_scenario_keys()
 _write_demonstration()

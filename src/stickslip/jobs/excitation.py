@@ -33,7 +33,7 @@ def excite(
     velocity_noise: float | None = None,
     seed: int = 1,
 ) -> Excitation:
-    """Design an effort that tells the parameters of an axis apart as well as its limits allow.
+    """Design an effort that determines the parameters of an axis as well as its limits allow.
 
     Parameters
     ----------
