@@ -5,8 +5,6 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-import pyarrow as pa
-import pyarrow.parquet as pq
 import pytest
 import scipy.io
 
@@ -158,51 +156,7 @@ def test_folder_without_a_schema(tmp_path):
     assert "[files]" in refusal(tmp_path, LogSchema(kind="linear", position="q"))
 
 
-@pytest.mark.parametrize("name", ["log.mat", "log.npz", "log.parquet"])
-@pytest.mark.parametrize("content", [b"no such format " * 40, b"\x00", b"PK\x03\x04" + b"x" * 99])
-def test_garbage(name, content, file):
-    message = refusal(file(content, name))
-    assert message.startswith(f"{name}: the file is no ")
-
-
 DATA = {"t": np.arange(200) * 0.01, "x": np.sin(np.arange(200) * 0.1), "f": np.ones(200)}
-
-
-def write_parquet(path):
-    pq.write_table(pa.table(DATA), path)
-
-
-@pytest.mark.parametrize(
-    ("name", "write"),
-    [
-        ("v5.mat", lambda path: scipy.io.savemat(path, DATA)),
-        ("compressed.mat", lambda path: scipy.io.savemat(path, DATA, do_compression=True)),
-        ("v4.mat", lambda path: scipy.io.savemat(path, DATA, format="4")),
-        ("log.npz", lambda path: np.savez(path, **DATA)),
-        ("log.parquet", write_parquet),
-    ],
-)
-def test_files_cut_short_anywhere(name, write, tmp_path):
-    path = tmp_path / name
-    write(path)
-    assert len(read_log(path, LINEAR)) == 200
-    content = path.read_bytes()
-    for length in range(1, len(content), len(content) // 40):
-        path.write_bytes(content[:length])
-        assert refusal(path).startswith(f"{name}: ")
-
-
-def test_matlab_73_cut_short_anywhere(tmp_path):
-    import h5py
-
-    path = tmp_path / "log.mat"
-    with h5py.File(path, "w", userblock_size=512) as file:
-        for name, value in DATA.items():
-            file.create_dataset(name, data=value[None, :])
-    content = path.read_bytes()
-    for length in range(1, len(content), len(content) // 40):
-        path.write_bytes(content[:length])
-        assert refusal(path).startswith("log.mat: ")
 
 
 def test_archives_run_nothing(tmp_path):

@@ -1,10 +1,9 @@
 """From a file to an `AxisLog`: what is what, in which unit, and whether it makes sense."""
 
 import hashlib
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
-from types import MappingProxyType
 from typing import Any
 
 import numpy as np
@@ -12,26 +11,14 @@ import numpy as np
 from stickslip.logs.binding import Bound, axis_kind, bind
 from stickslip.logs.discovery import candidates
 from stickslip.logs.expressions import Expression, Value
-from stickslip.logs.frames import table_of_frame
-from stickslip.logs.matlab import read_matlab
-from stickslip.logs.npz import read_npz
-from stickslip.logs.parquet import read_parquet
+from stickslip.logs.formats.frames import table_of_frame
+from stickslip.logs.formats.registry import reader_of
 from stickslip.logs.schema import AxisSchema, LogSchema, read_schema
 from stickslip.logs.table import Column, Table, check_lengths, combined
-from stickslip.logs.text import read_text
 from stickslip.logs.units import quantity_of, scale_to_si
 from stickslip.records import AxisKind, AxisLog, InputError, LogSource, unit_of
 
 __all__ = ["log_from_frame", "read_log"]
-
-_READERS: Mapping[str, Callable[[Path], Table]] = MappingProxyType(
-    {
-        **dict.fromkeys((".csv", ".tsv", ".txt", ".dat", ".asc", ".log"), read_text),
-        **dict.fromkeys((".parquet", ".pq"), read_parquet),
-        ".mat": read_matlab,
-        ".npz": read_npz,
-    }
-)
 
 _NOTICEABLE_JITTER = 1e-6
 """Time steps that deviate by less than this fraction are rounded numbers, not worth a sentence."""
@@ -48,7 +35,7 @@ def read_log(
 ) -> AxisLog:
     """Read one axis from a log file, or from a folder of files.
 
-    Text (CSV and its relatives), Parquet, MATLAB (version 5 to 7.3) and NPZ files are told by
+    Text (CSV and its relatives), Parquet, MATLAB (version 5 to 7.3) and NPZ files are recognised by
     their endings.
 
     Parameters
@@ -208,17 +195,10 @@ def _files(path: Path, named: Mapping[str, str], where: str) -> dict[str, Path]:
 
 
 def _table(path: Path) -> Table:
-    reader = _READERS.get(path.suffix.lower())
-    if reader is None:
-        known = ", ".join(_READERS)
-        raise InputError(
-            f"the format {path.suffix or 'of a name without an ending'} is unknown",
-            where=str(path),
-            remedy=f"convert the log to one of: {known}",
-        )
+    read = reader_of(path)
     if path.stat().st_size == 0:
         raise InputError("the file is empty", where=str(path), remedy="record or copy it again")
-    return reader(path)
+    return read(path)
 
 
 def _hash_of_files(files: Sequence[Path]) -> str:

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
+from stickslip.logs.formats.text_layout import BLANKS, COMMENTS, SNIFFED_LINES, Layout, find_layout
 from stickslip.logs.table import Column, Table, name_columns
-from stickslip.logs.text_layout import BLANKS, COMMENTS, SNIFFED_LINES, Layout, find_layout
 from stickslip.records import InputError, count_of
 
 __all__ = ["read_text"]

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from stickslip.logs.frames import table_of_frame
+from stickslip.logs.formats.frames import table_of_frame
 from stickslip.logs.table import Column, Table
 from stickslip.records import InputError, MissingExtraError
 

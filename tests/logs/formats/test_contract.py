@@ -1,18 +1,17 @@
-"""Every format gives the same log."""
+"""The contract of every log format of the registry, on files that other libraries write."""
 
 import sys
 from pathlib import Path
 
 import h5py
 import numpy as np
-import pandas as pd
-import polars as pl
 import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 import scipy.io
 
-from stickslip.logs import LogSchema, log_from_frame, read_log, write_csv
+from stickslip.logs import LogSchema, read_log, write_csv
+from stickslip.logs.formats.registry import FORMATS, reader_of
 from stickslip.records import InputError, MissingExtraError
 
 LINEAR = LogSchema(kind="linear")
@@ -64,16 +63,11 @@ WRITERS = {
     "compressed.npz": lambda path, columns: np.savez_compressed(path, **columns),
 }
 
-FRAMES = {
-    "pandas": pd.DataFrame,
-    "polars": pl.DataFrame,
-    "lazy polars": pl.LazyFrame,
-    "pyarrow": pa.table,
-}
+BINARY = [name for name in WRITERS if FORMATS[Path(name).suffix].name != "text"]
 
 
 @pytest.mark.parametrize("name", WRITERS)
-def test_files_give_the_same_log(name, columns, expected, same, tmp_path):
+def test_a_file_of_another_library_gives_its_columns(name, columns, expected, same, tmp_path):
     path = tmp_path / name
     WRITERS[name](path, columns)
     log = read_log(path, LINEAR)
@@ -83,10 +77,45 @@ def test_files_give_the_same_log(name, columns, expected, same, tmp_path):
     assert log.source.files == (name,)
 
 
-@pytest.mark.parametrize("library", FRAMES)
-def test_frames_give_the_same_log(library, columns, expected, same):
-    log = log_from_frame(FRAMES[library](columns), LogSchema(kind="linear", name="stage"))
-    same(log, expected)
+@pytest.mark.parametrize("ending", FORMATS)
+def test_every_ending_in_either_case(ending, columns, tmp_path):
+    write = next(
+        write for name, write in WRITERS.items() if FORMATS[Path(name).suffix] is FORMATS[ending]
+    )
+    for name in (f"log{ending}", f"log{ending.upper()}"):
+        write(tmp_path / f"written{ending}", columns)
+        path = (tmp_path / f"written{ending}").rename(tmp_path / name)
+        table = reader_of(path)(path)
+        assert table.label == name
+        assert tuple(table.headers) == tuple(columns)
+        chosen = table.load(["effort", "time"])
+        assert set(chosen) == {"effort", "time"}
+        np.testing.assert_array_equal(chosen["effort"], columns["effort"])
+        assert table.place("effort", 3).startswith(f"{name}, ")
+
+
+@pytest.mark.parametrize("ending", FORMATS)
+def test_other_content_is_refused_with_the_name_of_the_file(ending, tmp_path):
+    path = tmp_path / f"log{ending}"
+    for content in (b"no such format " * 40, b"\x00", b"PK\x03\x04" + b"x" * 99):
+        path.write_bytes(content)
+        with pytest.raises(InputError) as caught:
+            read_log(path, LINEAR)
+        assert caught.value.where == path.name
+        assert caught.value.remedy
+
+
+@pytest.mark.parametrize("name", BINARY)
+def test_a_file_cut_short_anywhere_is_refused(name, columns, tmp_path):
+    path = tmp_path / name
+    WRITERS[name](path, columns)
+    content = path.read_bytes()
+    for length in range(1, len(content), len(content) // 40):
+        path.write_bytes(content[:length])
+        with pytest.raises(InputError) as caught:
+            read_log(path, LINEAR)
+        assert caught.value.where
+        assert caught.value.where.startswith(name)
 
 
 def test_a_written_log_reads_back_without_a_schema(expected, same, tmp_path):
@@ -104,14 +133,6 @@ def test_the_source_has_the_hash_of_the_bytes(expected, tmp_path):
     log = read_log(path)
     assert log.source is not None
     assert log.source.sha256 == hashlib.sha256(path.read_bytes()).hexdigest()
-
-
-def test_frames_of_the_same_numbers_have_the_same_hash(columns):
-    logs = [log_from_frame(make(columns), LINEAR) for make in FRAMES.values()]
-    assert len({log.source.sha256 for log in logs}) == 1
-    changed = {**columns, "effort": columns["effort"] + 1.0}
-    other = log_from_frame(pd.DataFrame(changed), LINEAR)
-    assert other.source.sha256 != logs[0].source.sha256
 
 
 @pytest.mark.parametrize("write", [scipy.io.savemat, write_matlab_73], ids=["5", "7.3"])
@@ -166,18 +187,6 @@ def test_parquet_names_with_dots_and_other_types(columns, tmp_path):
     np.testing.assert_array_equal(log.effort, columns["effort"].astype(np.float32))
 
 
-@pytest.mark.parametrize("library", FRAMES)
-@pytest.mark.parametrize("stamps", ["dates", "durations"])
-def test_dates_and_durations_become_seconds(library, stamps, columns):
-    steps = pd.to_timedelta(np.arange(60) * 10, unit="ms")
-    time = pd.Timestamp("2024-03-01T12:00:00") + steps if stamps == "dates" else steps
-    frame = pl.from_pandas(pd.DataFrame({**columns, "time": time}))
-    native = {"pandas": frame.to_pandas, "polars": frame.clone, "lazy polars": frame.lazy,
-              "pyarrow": frame.to_arrow}[library]()  # fmt: skip
-    log = log_from_frame(native, LINEAR)
-    np.testing.assert_allclose(log.time, columns["time"], rtol=0, atol=1e-15)
-
-
 @pytest.mark.parametrize(
     ("name", "library", "extra"),
     [("parquet.parquet", "pyarrow", "parquet"), ("version-7.3.mat", "h5py", "hdf5")],
@@ -188,39 +197,3 @@ def test_a_missing_library_names_its_extra(name, library, extra, columns, tmp_pa
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(MissingExtraError, match=rf"stickslip\[{extra}\]"):
         read_log(path, LINEAR)
-
-
-@pytest.mark.parametrize("thing", [3, None, [1.0, 2.0], np.zeros((3, 3))])
-def test_what_is_no_data_frame(thing):
-    with pytest.raises(InputError, match="is no data frame"):
-        log_from_frame(thing)
-
-
-@pytest.mark.parametrize("library", FRAMES)
-def test_bad_columns_of_frames(library, columns):
-    missing = [None, *columns["effort"][1:].tolist()]
-    with pytest.raises(InputError, match=r"row 0 .*'effort' (is empty there|is nan)"):
-        log_from_frame(FRAMES[library]({**columns, "effort": missing}), LINEAR)
-    with pytest.raises(InputError, match="'effort' holds String, not numbers"):
-        log_from_frame(FRAMES[library]({**columns, "effort": ["a"] * 60}), LINEAR)
-
-
-def test_a_frame_without_columns():
-    with pytest.raises(InputError, match="there are no columns"):
-        log_from_frame(pd.DataFrame())
-
-
-def test_a_frame_has_no_files(columns):
-    with pytest.raises(InputError, match=r"leave \[files\] out"):
-        log_from_frame(pd.DataFrame(columns), LogSchema(kind="linear", files={"a": "a.csv"}))
-
-
-def test_a_column_of_objects_that_are_numbers(columns, expected, same):
-    frame = pd.DataFrame(columns).astype(object)
-    same(log_from_frame(frame, LINEAR), expected, name=False)
-    frame.loc[3, "effort"] = None
-    with pytest.raises(InputError, match=r"column 'effort' is nan \(1 of 60"):
-        log_from_frame(frame, LINEAR)
-    frame.loc[3, "effort"] = "1.5"
-    with pytest.raises(InputError, match=r"column 'effort' holds Object, not numbers"):
-        log_from_frame(frame, LINEAR)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.logs.arrays import table_of_arrays
+from stickslip.logs.formats.arrays import table_of_arrays
 from stickslip.logs.table import Table
 from stickslip.records import InputError
 

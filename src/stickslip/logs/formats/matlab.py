@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.logs.arrays import table_of_arrays
+from stickslip.logs.formats.arrays import table_of_arrays
 from stickslip.logs.table import Table
 from stickslip.records import InputError, MissingExtraError
 
