@@ -5,8 +5,8 @@ table; unknown and misplaced keys are errors.
 """
 
 from stickslip.scenario.axis import AXES, Axis
-from stickslip.scenario.controller import Controller
-from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
+from stickslip.scenario.controllers.base import Controller
+from stickslip.scenario.controllers.registry import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.estimate_file import estimate_in
 from stickslip.scenario.guess import GuessTable
 from stickslip.scenario.reading import Read

@@ -7,11 +7,11 @@ from typing import Any
 from stickslip.control import PositionController
 from stickslip.records import InputError, LearntPulses, ScenarioTables, unit_of
 from stickslip.scenario.axis import AXES
-from stickslip.scenario.controller import Controller
-from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
+from stickslip.scenario.controllers.base import Controller
+from stickslip.scenario.controllers.registry import ARM_CONTROLLERS, AXIS_CONTROLLERS
+from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import GuessTable
 from stickslip.scenario.reading import Document, Read
-from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import Table, key, with_units_of
 from stickslip.scenario.task import SensorsTable, TaskTable
 

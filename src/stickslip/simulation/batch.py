@@ -12,10 +12,10 @@ from numpy.typing import ArrayLike
 
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisKind, InputError, quantity_field, unit_of
-from stickslip.simulation.arm_batch_kernel import LANES
-from stickslip.simulation.kernels import kernels_of
+from stickslip.simulation.kernels.arm_batch import LANES
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import make_arrays_read_only
+from stickslip.simulation.plant_kernels import kernels_of
 from stickslip.simulation.simulate import budget_error, overflow_error
 
 __all__ = ["SimulatedBatch", "simulate_batch"]

@@ -13,10 +13,10 @@ from numpy.typing import NDArray
 from stickslip.compiled import compiled
 from stickslip.plants import Plant, SingleMass
 from stickslip.records import AxisLog, InputError, SensorSample, unit_of
-from stickslip.simulation.kernels import kernels_of
+from stickslip.simulation.kernels.sensor import measure_one
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
-from stickslip.simulation.sensor_kernel import measure_one
+from stickslip.simulation.plant_kernels import kernels_of
 from stickslip.simulation.sensors import Noise, Sensors
 from stickslip.simulation.simulate import simulate
 

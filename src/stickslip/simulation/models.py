@@ -9,9 +9,9 @@ from jaxtyping import Float
 from stickslip.friction import CoulombViscousFriction, FrictionLaw
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import InputError, positive
-from stickslip.simulation import arm_events as arm
+from stickslip.simulation.kernels import arm_events as arm
+from stickslip.simulation.kernels.single_mass import mass_model
 from stickslip.simulation.laws import law_model
-from stickslip.simulation.single_mass_kernel import mass_model
 from stickslip.simulation.transition import arm_increment
 
 __all__ = ["EVENT_BUDGET", "initial_kernel_state", "kernel_model"]

@@ -8,13 +8,13 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from stickslip.plants import Plant, SingleMass, check_affine
-from stickslip.simulation.models import EVENT_BUDGET
-from stickslip.simulation.motion import SimulatedMotion, make_arrays_read_only
-from stickslip.simulation.sensitivity_kernel import (
+from stickslip.simulation.kernels.sensitivity import (
     FRICTION_COLUMNS,
     sample_matrices,
     sensitivity_run,
 )
+from stickslip.simulation.models import EVENT_BUDGET
+from stickslip.simulation.motion import SimulatedMotion, make_arrays_read_only
 from stickslip.simulation.simulate import simulate
 
 __all__ = ["MotionSensitivity", "sensitivity_names", "simulate_sensitivity"]

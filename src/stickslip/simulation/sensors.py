@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.records import AxisLog, InputError, non_negative, quantity_field
+from stickslip.simulation.kernels.sensor import measure_all
 from stickslip.simulation.motion import SimulatedMotion
-from stickslip.simulation.sensor_kernel import measure_all
 
 __all__ = ["Noise", "Sensors"]
 

@@ -5,10 +5,10 @@ from numpy.typing import ArrayLike
 
 from stickslip.plants import Plant, SingleMass
 from stickslip.records import EventBudgetError, InputError, finite_vector, unit_of
-from stickslip.simulation.kernels import kernels_of
 from stickslip.simulation.laws import has_bristles
 from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.plant_kernels import kernels_of
 
 __all__ = ["budget_error", "overflow_error", "simulate"]
 

@@ -13,7 +13,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.simulation.double_double import add, divide, multiply, two_product
+from stickslip.simulation.kernels.double_double import add, divide, multiply, two_product
 
 __all__ = ["arm_increment"]
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.simulation.event_list import record_event
+from stickslip.simulation.kernels.event_list import record_event
 from stickslip.simulation.laws.rates import (
     BUDGET,
     FEATURE_V,

@@ -10,17 +10,17 @@ from stickslip.estimation import EnergyEstimator
 from stickslip.plants import SingleMass
 from stickslip.records import AxisKind, InputError, LearntPulses, positive
 from stickslip.scenario.body import DIRECTIONAL
-from stickslip.scenario.controller import (
+from stickslip.scenario.controllers.base import (
     LONGEST_WIDTH,
     POSITION_GAIN,
     REST_SAMPLES,
     VELOCITY_GAIN,
     Controller,
 )
+from stickslip.scenario.controllers.pulses import check_guess, uncertainty_notes
+from stickslip.scenario.controllers.resting import aim_of, rest_notes, rest_of
+from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses, check_learned
-from stickslip.scenario.pulses import check_guess, uncertainty_notes
-from stickslip.scenario.resting import aim_of, rest_notes, rest_of
-from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
 
 __all__ = ["AxisLanding"]

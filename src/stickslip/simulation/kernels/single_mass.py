@@ -16,8 +16,8 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
-from stickslip.simulation.double_double import accumulate
-from stickslip.simulation.event_list import GRAZING, record_event
+from stickslip.simulation.kernels.double_double import accumulate
+from stickslip.simulation.kernels.event_list import GRAZING, record_event
 
 __all__ = ["mass_batch", "mass_model", "mass_run", "mass_step"]
 

@@ -2,11 +2,11 @@
 
 from collections.abc import Mapping
 
-from stickslip.scenario.arm import ArmFeedback, ArmLanding
-from stickslip.scenario.controller import Controller
-from stickslip.scenario.landing import AxisLanding
-from stickslip.scenario.pid import PDControl, PIDControl, PIDDither, PIDReset
-from stickslip.scenario.pulses import ExactPulses, PulseAmplitudeWidth, PulseWidth
+from stickslip.scenario.controllers.base import Controller
+from stickslip.scenario.controllers.flexible_arm import ArmFeedback, ArmLanding
+from stickslip.scenario.controllers.landing import AxisLanding
+from stickslip.scenario.controllers.pid import PDControl, PIDControl, PIDDither, PIDReset
+from stickslip.scenario.controllers.pulses import ExactPulses, PulseAmplitudeWidth, PulseWidth
 from stickslip.scenario.table import Variants
 
 __all__ = ["ARM_CONTROLLERS", "AXIS_CONTROLLERS"]

@@ -6,8 +6,8 @@ from typing import Any, ClassVar, Literal
 
 from stickslip.control import PD, PositionController
 from stickslip.records import AxisKind, InputError, LearntPulses, non_negative, positive
+from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import FirstGuesses, check_learned, guesses_from, learned_from
-from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import Table, key, required
 
 __all__ = ["LONGEST_WIDTH", "POSITION_GAIN", "REST_SAMPLES", "VELOCITY_GAIN", "Controller"]

@@ -7,8 +7,8 @@ from functools import cached_property, lru_cache
 import numpy as np
 from jaxtyping import Float, Int
 
-from stickslip.planning.price_kernels import worth_of_steps
-from stickslip.planning.series_kernels import forced_states, short_response, velocity_minima
+from stickslip.planning.series.price_kernels import worth_of_steps
+from stickslip.planning.series.slip_kernels import forced_states, short_response, velocity_minima
 from stickslip.plants import FlexibleArm
 
 __all__ = ["ArmMotion", "forward_motion", "steps_per_sample"]

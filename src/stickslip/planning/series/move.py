@@ -7,10 +7,10 @@ from functools import cached_property
 import numpy as np
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
-from stickslip.planning.series_bounds import overshoots, swing_time
-from stickslip.planning.series_programme import Programme
-from stickslip.planning.series_search import Solution, solve
+from stickslip.planning.series.arm_motion import ArmMotion, steps_per_sample
+from stickslip.planning.series.bounds import overshoots, swing_time
+from stickslip.planning.series.programme import Programme
+from stickslip.planning.series.search import Solution, solve
 from stickslip.plants import FlexibleArm
 
 __all__ = ["FEWEST_PULSES", "LITTLE_WORK", "MUCH_WORK", "Move", "Search"]

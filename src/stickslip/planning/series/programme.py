@@ -17,9 +17,9 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float, Int
 
-from stickslip.planning.arm_motion import ArmMotion
-from stickslip.planning.linear_programme import Optimum, minimise
-from stickslip.planning.price_kernels import spread_over_rests
+from stickslip.numerics.linear_programme import Optimum, minimise
+from stickslip.planning.series.arm_motion import ArmMotion
+from stickslip.planning.series.price_kernels import spread_over_rests
 
 __all__ = ["Aim", "Programme"]
 

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float, Int
 
-from stickslip.planning.linear_programme import Optimum
-from stickslip.planning.series_programme import Aim, Programme
+from stickslip.numerics.linear_programme import Optimum
+from stickslip.planning.series.programme import Aim, Programme
 
 __all__ = ["Solution", "landed", "solve"]
 

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.simulation.arm_events import (
+from stickslip.simulation.kernels.arm_events import (
     BLOCK_SIZE,
     BUDGET_EXCEEDED,
     FC_N,
@@ -27,8 +27,8 @@ from stickslip.simulation.arm_events import (
     slip_threshold,
     stick_margin,
 )
-from stickslip.simulation.double_double import accumulate
-from stickslip.simulation.first_root import WORK_SIZE
+from stickslip.simulation.kernels.double_double import accumulate
+from stickslip.simulation.kernels.first_root import WORK_SIZE
 
 __all__ = ["LANES", "arm_batch"]
 

@@ -4,9 +4,9 @@ import math
 from dataclasses import replace
 from typing import Literal
 
-from stickslip.planning.pulse_series import NoPulseSeriesError, SeriesLimit
-from stickslip.planning.series_move import FEWEST_PULSES, Move
-from stickslip.planning.series_search import solve
+from stickslip.planning.series.move import FEWEST_PULSES, Move
+from stickslip.planning.series.pulse_series import NoPulseSeriesError, SeriesLimit
+from stickslip.planning.series.search import solve
 from stickslip.records import AxisKind, count_of, unit_of
 
 __all__ = ["refusal"]

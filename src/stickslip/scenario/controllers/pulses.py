@@ -11,10 +11,10 @@ from stickslip.control import (
     PulseWidthController,
 )
 from stickslip.records import InputError, unit_of
-from stickslip.scenario.controller import LONGEST_WIDTH, REST_SAMPLES, Controller
+from stickslip.scenario.controllers.base import LONGEST_WIDTH, REST_SAMPLES, Controller
+from stickslip.scenario.controllers.resting import aim_of, rest_notes, rest_of
+from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses
-from stickslip.scenario.resting import aim_of, rest_notes, rest_of
-from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
 
 __all__ = ["ExactPulses", "PulseAmplitudeWidth", "PulseWidth", "check_guess", "uncertainty_notes"]

@@ -3,7 +3,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from stickslip.simulation.first_root import DEGREE, WORK_SIZE, first_root
+from stickslip.simulation.kernels.first_root import DEGREE, WORK_SIZE, first_root
 
 ROUNDING = 1e-13  # of a simple zero of a polynomial with coefficients of order 1
 

@@ -6,8 +6,8 @@ from collections.abc import Sequence
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.planning.linear_programme import minimise
-from stickslip.planning.series_programme import Programme
+from stickslip.numerics.linear_programme import minimise
+from stickslip.planning.series.programme import Programme
 from stickslip.records import StickslipError
 
 __all__ = ["least_worst_residual"]

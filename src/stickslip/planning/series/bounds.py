@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from stickslip.planning.series_programme import Programme
+from stickslip.planning.series.programme import Programme
 from stickslip.plants import FlexibleArm
 
 __all__ = ["overshoots", "swing_time"]

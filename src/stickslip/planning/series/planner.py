@@ -6,12 +6,12 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning.pulse_series import PulseSeries
-from stickslip.planning.series_move import LITTLE_WORK, MUCH_WORK, Move, Search
-from stickslip.planning.series_refusal import refusal
-from stickslip.planning.series_rest import with_rest
-from stickslip.planning.series_robust import least_worst_residual
-from stickslip.planning.series_search import Solution, landed
+from stickslip.planning.series.move import LITTLE_WORK, MUCH_WORK, Move, Search
+from stickslip.planning.series.pulse_series import PulseSeries
+from stickslip.planning.series.refusal import refusal
+from stickslip.planning.series.rest import with_rest
+from stickslip.planning.series.robust import least_worst_residual
+from stickslip.planning.series.search import Solution, landed
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
 

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.simulation.arm_events import (
+from stickslip.simulation.kernels.arm_events import (
     BUDGET_EXCEEDED,
     FC_N,
     FC_P,
@@ -31,8 +31,8 @@ from stickslip.simulation.arm_events import (
     slip_threshold,
     stick_margin,
 )
-from stickslip.simulation.event_list import GRAZING
-from stickslip.simulation.first_root import WORK_SIZE
+from stickslip.simulation.kernels.event_list import GRAZING
+from stickslip.simulation.kernels.first_root import WORK_SIZE
 
 __all__ = ["arm_run", "arm_step"]
 

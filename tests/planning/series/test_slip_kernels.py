@@ -7,9 +7,9 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
-from stickslip.planning.price_kernels import spread_over_rests
-from stickslip.planning.series_kernels import short_response
+from stickslip.planning.series.arm_motion import ArmMotion, steps_per_sample
+from stickslip.planning.series.price_kernels import spread_over_rests
+from stickslip.planning.series.slip_kernels import short_response
 from stickslip.plants import FlexibleArm
 
 ROUNDING = 1e-13  # of values of about 1, after some tens of products

@@ -19,10 +19,10 @@ from stickslip.plants import FlexibleArm
 from stickslip.presentation.words import prefixed
 from stickslip.records import AxisKind, InputError, LearntPulses, positive, unit_of
 from stickslip.scenario.body import DIRECTIONAL
-from stickslip.scenario.controller import POSITION_GAIN, VELOCITY_GAIN, Controller
+from stickslip.scenario.controllers.base import POSITION_GAIN, VELOCITY_GAIN, Controller
+from stickslip.scenario.controllers.resting import tolerance_over
+from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
-from stickslip.scenario.resting import tolerance_over
-from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key
 
 __all__ = ["ArmFeedback", "ArmLanding"]

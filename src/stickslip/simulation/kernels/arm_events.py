@@ -24,9 +24,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.simulation.double_double import accumulate
-from stickslip.simulation.event_list import GRAZING, record_event
-from stickslip.simulation.first_root import DEGREE, first_root
+from stickslip.simulation.kernels.double_double import accumulate
+from stickslip.simulation.kernels.event_list import GRAZING, record_event
+from stickslip.simulation.kernels.first_root import DEGREE, first_root
 
 # Places in the model vector. The first hold, for mode -1, 0, +1, the 5 x 4 increments of
 # (x1, v1, d, v2, x2) in terms of (v1, d, v2, F), their high parts and then their low parts.

@@ -6,7 +6,7 @@ from math import sqrt
 from stickslip.control import RestDetection
 from stickslip.presentation.words import prefixed
 from stickslip.records import InputError, count_of, unit_of
-from stickslip.scenario.setup import Setup
+from stickslip.scenario.controllers.setup import Setup
 
 __all__ = ["aim_of", "rest_notes", "rest_of"]
 

@@ -9,10 +9,10 @@ from numpy.typing import NDArray
 from stickslip.compiled import compiled
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import Plant, SingleMass
-from stickslip.simulation.arm_batch_kernel import arm_batch
-from stickslip.simulation.arm_kernel import arm_run, arm_step
+from stickslip.simulation.kernels.arm import arm_run, arm_step
+from stickslip.simulation.kernels.arm_batch import arm_batch
+from stickslip.simulation.kernels.single_mass import mass_batch, mass_run, mass_step
 from stickslip.simulation.laws import law_batch, law_mass_step, law_run, law_step
-from stickslip.simulation.single_mass_kernel import mass_batch, mass_run, mass_step
 
 __all__ = ["PlantKernels", "kernels_of"]
 
@@ -33,7 +33,7 @@ class PlantKernels(NamedTuple):
         failed)`` over a trajectory; ``out`` and ``deflection`` (of bristles) hold a column or value
         a sample, ``failed`` is the sample in which the budget was exceeded or -1.
     batch
-        As `stickslip.simulation.single_mass_kernel.mass_batch`.
+        As `stickslip.simulation.kernels.single_mass.mass_batch`.
     """
 
     step: Any

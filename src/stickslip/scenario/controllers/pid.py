@@ -6,9 +6,9 @@ from pydantic import model_validator
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
-from stickslip.scenario.controller import Controller
+from stickslip.scenario.controllers.base import Controller
+from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import FirstGuesses
-from stickslip.scenario.setup import Setup
 from stickslip.scenario.table import key, required
 
 __all__ = ["PDControl", "PIDControl", "PIDDither", "PIDReset"]

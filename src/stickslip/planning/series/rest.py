@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.planning.series_move import FEWEST_PULSES, Move
-from stickslip.planning.series_programme import Programme
-from stickslip.planning.series_search import Solution, landed
+from stickslip.planning.series.move import FEWEST_PULSES, Move
+from stickslip.planning.series.programme import Programme
+from stickslip.planning.series.search import Solution, landed
 
 __all__ = ["Rest", "with_rest"]
 

@@ -1,0 +1,1 @@
+"""Series of pulses that take a flexible arm from rest to rest."""

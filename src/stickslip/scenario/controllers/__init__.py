@@ -1,0 +1,1 @@
+"""Controllers of a scenario: one table a family of methods, in one registry."""

@@ -1,0 +1,1 @@
+"""Compiled kernels of the exact simulation: plants, their sensitivities, and sensors."""
