@@ -7,7 +7,6 @@ from stickslip.friction import (
     CoulombViscousFriction,
     DahlFriction,
     ElastoPlasticFriction,
-    FrictionLaw,
     LuGreFriction,
     StribeckFriction,
 )
@@ -32,16 +31,6 @@ def test_steady_friction_is_that_of_sliding(law):
     np.testing.assert_array_equal(law.friction(velocity), law.sliding.friction(velocity))
     assert law.breakaway() == law.sliding.breakaway()
     assert law.offset == law.sliding.offset
-    assert isinstance(law, FrictionLaw)
-
-
-@pytest.mark.parametrize("law", [DAHL, LUGRE, PLASTIC], ids=lambda law: type(law).__name__)
-def test_mirrored_law_has_the_mirrored_friction(law):
-    velocity = np.linspace(-0.01, 0.01, 41)
-    mirrored = law.mirrored()
-    np.testing.assert_array_equal(mirrored.friction(velocity), -law.friction(-velocity))
-    assert mirrored.offset == -law.offset
-    assert mirrored.mirrored() == law
 
 
 def test_passivity_of_lugre_is_that_of_barabanov_and_ortega():

@@ -1,9 +1,8 @@
 import dataclasses
 
-import numpy as np
 import pytest
 
-from stickslip.friction import CoulombViscousFriction, FrictionLaw
+from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError
 
 LAW = CoulombViscousFriction(
@@ -22,22 +21,10 @@ def test_friction_opposes_motion_per_direction():
     assert LAW.breakaway() == (1.5, 2.5)
 
 
-def test_mirrored_law_has_the_mirrored_friction():
-    velocity = np.linspace(-3.0, 3.0, 7)
-    mirrored = LAW.mirrored()
-    np.testing.assert_array_equal(mirrored.friction(velocity), -LAW.friction(-velocity))
-    assert mirrored.offset == 0.3
-    assert mirrored.mirrored() == LAW
-
-
 def test_symmetric_law_takes_the_coulomb_friction_for_the_static_one():
     law = CoulombViscousFriction.symmetric(coulomb_friction=3.0, viscous_friction=0.5)
     assert law.breakaway() == (3.0, 3.0)
     assert law == law.mirrored()
-
-
-def test_is_a_friction_law():
-    assert isinstance(LAW, FrictionLaw)
 
 
 @pytest.mark.parametrize(

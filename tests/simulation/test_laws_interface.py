@@ -9,7 +9,7 @@ from law_plants import DAHL, LAWS, LUGRE, STRIBECK, plant_of, random_plant
 from numpy.random import default_rng
 
 from stickslip.compiled import compiled
-from stickslip.friction import CoulombViscousFriction
+from stickslip.friction import CoulombViscousFriction, FrictionLaw
 from stickslip.plants import SingleMass
 from stickslip.records import EventBudgetError, InputError
 from stickslip.simulation import (
@@ -161,12 +161,18 @@ def test_refuses_a_law_it_does_not_know():
     @dataclass(frozen=True)
     class Other:
         offset: float = 0.0
+        affine: bool = False
+        sliding: FrictionLaw = STRIBECK
+        bristles: None = None
 
         def breakaway(self):
             return 1.0, 1.0
 
         def friction(self, velocity):
             return np.zeros_like(velocity)
+
+        def mirrored(self):
+            return self
 
     with pytest.raises(InputError, match="the friction law Other cannot be simulated"):
         simulate(SingleMass(mass=1.0, friction=Other()), np.zeros(1), sampling_time=0.1)

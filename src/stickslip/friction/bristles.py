@@ -1,4 +1,4 @@
-"""What friction laws with bristles have in common: steady motion is that of a law without them."""
+"""Base of the friction laws with bristles: steady motion is that of a law without them."""
 
 from dataclasses import dataclass, replace
 from typing import TypeVar
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.friction.coulomb_viscous import CoulombViscousFriction
 from stickslip.friction.directional import DirectionalFriction, check_magnitudes
+from stickslip.friction.law import Bristles
 from stickslip.friction.stribeck import StribeckFriction
 from stickslip.records import InputError, quantity_field
 
@@ -35,6 +36,16 @@ class BristleFriction:
     def __post_init__(self) -> None:
         check_magnitudes(self, positive=("bristle_stiffness",))
         _check_sliding(self.sliding)
+
+    @property
+    def affine(self) -> bool:
+        """Whether friction is affine in the velocity of each direction: it is not."""
+        return False
+
+    @property
+    def bristles(self) -> Bristles:
+        """The bristles of the contact."""
+        return Bristles(stiffness=self.bristle_stiffness)
 
     @property
     def offset(self) -> float:

@@ -6,6 +6,7 @@ import numpy as np
 
 from stickslip.friction.bristles import BristleFriction
 from stickslip.friction.coulomb_viscous import CoulombViscousFriction
+from stickslip.friction.law import Bristles
 from stickslip.records import InputError
 
 __all__ = ["DahlFriction"]
@@ -65,3 +66,8 @@ class DahlFriction(BristleFriction):
                 f"the exponent is {self.exponent:g}, it must be at least 1 and finite",
                 remedy="leave it at 1",
             )
+
+    @property
+    def bristles(self) -> Bristles:
+        """The bristles of the contact."""
+        return Bristles(stiffness=self.bristle_stiffness, exponent=self.exponent)

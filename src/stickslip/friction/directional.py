@@ -92,6 +92,15 @@ class DirectionalFriction:
                     remedy="give a static friction of at least the Coulomb friction",
                 )
 
+    @property
+    def sliding(self: Law) -> Law:
+        """The law of steady motion: the law itself."""
+        return self
+
+    @property
+    def bristles(self) -> None:
+        """None: the contact does not bend."""
+
     def breakaway(self) -> tuple[float, float]:
         """Return the magnitudes of effort that free a resting mass, (positive, negative)."""
         return self.static_friction_positive, self.static_friction_negative

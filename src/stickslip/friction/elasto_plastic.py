@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 from stickslip.friction.bristles import BristleFriction
 from stickslip.friction.directional import check_magnitudes
+from stickslip.friction.law import Bristles
 from stickslip.friction.stribeck import StribeckFriction
 from stickslip.records import InputError, quantity_field
 
@@ -64,3 +65,12 @@ class ElastoPlasticFriction(BristleFriction):
                 f"{limit:g} m or rad, by which the Coulomb friction bends the bristles",
                 remedy="give less, such as two thirds of that",
             )
+
+    @property
+    def bristles(self) -> Bristles:
+        """The bristles of the contact."""
+        return Bristles(
+            stiffness=self.bristle_stiffness,
+            damping=self.bristle_damping,
+            elastic_deflection=self.elastic_deflection,
+        )

@@ -1,12 +1,39 @@
-"""What every friction law offers, so that plants and figures need not know which one it is."""
+"""The protocol of friction laws."""
 
-from typing import Protocol, runtime_checkable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Protocol, runtime_checkable
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-__all__ = ["FrictionLaw"]
+if TYPE_CHECKING:
+    from stickslip.friction.coulomb_viscous import CoulombViscousFriction
+    from stickslip.friction.stribeck import StribeckFriction
+
+__all__ = ["Bristles", "FrictionLaw"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Bristles:
+    """The contact of a law whose bristles bend before they slip.
+
+    Attributes
+    ----------
+    stiffness
+        sigma_0 [N/m or N m/rad].
+    damping
+        sigma_1 [N s/m or N m s/rad].
+    exponent
+        Exponent of Dahl's curve [-].
+    elastic_deflection
+        Deflection up to which nothing slips [m or rad]; None if bristles slip from the first.
+    """
+
+    stiffness: float
+    damping: float = 0.0
+    exponent: float = 1.0
+    elastic_deflection: float | None = None
 
 
 @runtime_checkable
@@ -14,10 +41,25 @@ class FrictionLaw(Protocol):
     """A friction law as a plant holds it.
 
     A law is a frozen record of its parameters. It opposes motion:
-    ``inertia * acceleration = effort - offset - friction(velocity)``. What a simulator needs beyond
-    this is particular to the kind of law (an affine one is propagated exactly, others are
-    integrated), and a simulator refuses a law that it does not know.
+    ``inertia * acceleration = effort - offset - friction(velocity)``. The simulator propagates an
+    affine law exactly and integrates the others; it refuses a law that is not in
+    `stickslip.friction.registry`.
     """
+
+    @property
+    def affine(self) -> bool:
+        """Whether friction is affine in the velocity of each direction."""
+        ...
+
+    @property
+    def sliding(self) -> "CoulombViscousFriction | StribeckFriction":
+        """The law of steady motion, without bristles."""
+        ...
+
+    @property
+    def bristles(self) -> Bristles | None:
+        """The bristles of the contact; None if it has none."""
+        ...
 
     @property
     def offset(self) -> float:
@@ -30,4 +72,8 @@ class FrictionLaw(Protocol):
 
     def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
         """Return the steady friction force at each velocity; 0 at rest."""
+        ...
+
+    def mirrored(self) -> "FrictionLaw":
+        """Return the law of the same axis with its direction counted the other way."""
         ...

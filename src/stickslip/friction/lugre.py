@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 from stickslip.friction.bristles import BristleFriction
+from stickslip.friction.law import Bristles
 from stickslip.friction.stribeck import StribeckFriction
 from stickslip.records import quantity_field
 
@@ -46,6 +47,11 @@ class LuGreFriction(BristleFriction):
 
     sliding: StribeckFriction
     bristle_damping: float = quantity_field("viscous_friction")
+
+    @property
+    def bristles(self) -> Bristles:
+        """The bristles of the contact."""
+        return Bristles(stiffness=self.bristle_stiffness, damping=self.bristle_damping)
 
     @property
     def passive(self) -> bool:

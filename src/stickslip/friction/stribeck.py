@@ -178,6 +178,11 @@ class StribeckFriction(DirectionalFriction):
         )
 
     @property
+    def affine(self) -> bool:
+        """Whether friction is affine in the velocity of each direction: it is not."""
+        return False
+
+    @property
     def effect(self) -> StribeckEffect:
         """How the step from Coulomb to static friction fades with speed."""
         return StribeckEffect(velocity=self.stribeck_velocity, shape=self.shape)

@@ -1,7 +1,7 @@
 """A flexible axis: two masses, a spring, and friction on the driven mass."""
 
 from dataclasses import dataclass
-from typing import Any, Generic
+from typing import Any, ClassVar, Generic
 
 from jaxtyping import Float
 from numpy import ndarray
@@ -49,6 +49,14 @@ class FlexibleArm(Generic[Law_co]):
     stiffness: float = quantity_field("stiffness")
     friction: Law_co
     kind: AxisKind = "linear"
+    flexible: ClassVar[bool] = True
+    parameter_names: ClassVar[tuple[str, ...]] = ("mass_1", "mass_2", "stiffness")
+    state_names: ClassVar[tuple[str, ...]] = (
+        "position",
+        "velocity",
+        "load_position",
+        "load_velocity",
+    )
 
     def __post_init__(self) -> None:
         for name, quantity in (("mass_1", "mass"), ("mass_2", "mass"), ("stiffness", "stiffness")):

@@ -1,7 +1,7 @@
 """A rigid axis: one mass or inertia with friction."""
 
 from dataclasses import dataclass
-from typing import Any, Generic
+from typing import Any, ClassVar, Generic
 
 from jaxtyping import Float
 from numpy import ndarray
@@ -44,6 +44,9 @@ class SingleMass(Generic[Law_co]):
     mass: float = quantity_field("mass")
     friction: Law_co
     kind: AxisKind = "linear"
+    flexible: ClassVar[bool] = False
+    parameter_names: ClassVar[tuple[str, ...]] = ("mass",)
+    state_names: ClassVar[tuple[str, ...]] = ("position", "velocity")
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", positive("mass", self.mass, unit_of("mass", self.kind)))

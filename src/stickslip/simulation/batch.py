@@ -13,9 +13,13 @@ from numpy.typing import ArrayLike
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisKind, InputError, quantity_field, unit_of
 from stickslip.simulation.kernels.arm_batch import LANES
-from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import make_arrays_read_only
-from stickslip.simulation.plant_kernels import kernels_of
+from stickslip.simulation.plant_kernels import (
+    EVENT_BUDGET,
+    initial_kernel_state,
+    kernel_model,
+    kernels_of,
+)
 from stickslip.simulation.simulate import budget_error, overflow_error
 
 __all__ = ["SimulatedBatch", "simulate_batch"]
@@ -133,7 +137,7 @@ def simulate_batch(
     given = [None] if states_given is None else [tuple(row) for row in states_given.tolist()]
     states = np.array([initial_kernel_state(plants[0], state) for state in given])
     states = np.array(np.broadcast_to(states, (batch, states.shape[1])))  # the kernel's to write
-    width = 2 if isinstance(plants[0], SingleMass) else 4
+    width = len(plants[0].state_names)
     rows = n // every if every else 0
     stored = np.empty((batch, rows + 1 if every else 1, width))
     start = _outputs(states, width)

@@ -11,12 +11,16 @@ from numba.extending import is_jitted
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.plants import Plant, SingleMass
+from stickslip.plants import Plant
 from stickslip.records import AxisLog, InputError, SensorSample, unit_of
 from stickslip.simulation.kernels.sensor import measure_one
-from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
-from stickslip.simulation.plant_kernels import kernels_of
+from stickslip.simulation.plant_kernels import (
+    EVENT_BUDGET,
+    initial_kernel_state,
+    kernel_model,
+    kernels_of,
+)
 from stickslip.simulation.sensors import Noise, Sensors
 from stickslip.simulation.simulate import simulate
 
@@ -173,6 +177,7 @@ def simulate_closed_loop(
     Examples
     --------
     >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
     >>> class Proportional:
     ...     def init(self):
     ...         return 0.0
@@ -190,7 +195,7 @@ def simulate_closed_loop(
     model = kernel_model(plant, sampling_time, event_budget)
     state = initial_kernel_state(plant, initial_state)
     noise = sensors.draw(samples + 1, generator)
-    rigid = isinstance(plant, SingleMass)
+    rigid = not plant.flexible
     at_start = (state[0], state[1], *((np.nan, np.nan) if rigid else (state[4], state[3])))
     if not sensors.load:
         nothing = np.full(samples + 1, np.nan)

@@ -1,23 +1,23 @@
 """From a plant and a sampling time to the numbers its compiled kernel works with."""
 
 import math
-from functools import lru_cache
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.friction import CoulombViscousFriction, FrictionLaw
-from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import InputError, positive
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import InputError
 from stickslip.simulation.kernels import arm_events as arm
 from stickslip.simulation.kernels.single_mass import mass_model
-from stickslip.simulation.laws import law_model
 from stickslip.simulation.transition import arm_increment
 
-__all__ = ["EVENT_BUDGET", "initial_kernel_state", "kernel_model"]
-
-EVENT_BUDGET = 10_000
-"""Events allowed in one sample."""
+__all__ = [
+    "exact_arm_model",
+    "exact_arm_state",
+    "exact_mass_model",
+    "exact_mass_state",
+    "law_state",
+]
 
 _LONGEST = 10_000.0
 """Fastest time constants of an arm in a sample: so many Taylor polynomials may have to be taken."""
@@ -29,48 +29,31 @@ _LONGEST_STEP = 1e300
 """Seconds: the first step of integration is tried as long as its sample."""
 
 
-@lru_cache(maxsize=256)
-def kernel_model(
-    plant: Plant, sampling_time: float, event_budget: int = EVENT_BUDGET
-) -> Float[np.ndarray, " p"]:
-    """Return the vector of numbers that the plant's kernel works with, read-only.
+def exact_mass_model(plant: SingleMass, T: float, _event_budget: int) -> Float[np.ndarray, " p"]:
+    """Return the numbers that the kernels of a single mass with affine friction work with."""
+    law = plant.friction
+    return mass_model(
+        plant.mass,
+        law.coulomb_friction_negative,
+        law.coulomb_friction_positive,
+        law.static_friction_negative,
+        law.static_friction_positive,
+        law.viscous_friction_negative,
+        law.viscous_friction_positive,
+        law.offset,
+        T,
+    )
+
+
+def exact_arm_model(plant: FlexibleArm, T: float, event_budget: int) -> Float[np.ndarray, " p"]:
+    """Return the numbers that the kernels of a flexible arm with affine friction work with.
 
     Raises
     ------
     InputError
-        If the sampling time is not positive, or of an arm too long for its fastest time constant;
-        if the event budget is not at least 1; or if the friction law is not one that can be
-        simulated.
+        If the sampling time is too long for the fastest time constant.
     """
-    T = positive("sampling time", sampling_time, "s")
-    if not event_budget >= 1:
-        raise InputError(
-            f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
-        )
     law = plant.friction
-    if not isinstance(law, CoulombViscousFriction):
-        model = law_model(plant, T, event_budget)
-    elif isinstance(plant, SingleMass):
-        model = mass_model(
-            plant.mass,
-            law.coulomb_friction_negative,
-            law.coulomb_friction_positive,
-            law.static_friction_negative,
-            law.static_friction_positive,
-            law.viscous_friction_negative,
-            law.viscous_friction_positive,
-            law.offset,
-            T,
-        )
-    else:
-        model = _arm_model(plant, law, T, event_budget)
-    model.flags.writeable = False
-    return model
-
-
-def _arm_model(
-    plant: FlexibleArm[FrictionLaw], law: CoulombViscousFriction, T: float, event_budget: int
-) -> Float[np.ndarray, " p"]:
     m1, m2, ks = plant.mass_1, plant.mass_2, plant.stiffness
     cs = (law.viscous_friction_negative, 0.0, law.viscous_friction_positive)
     c = max(cs)
@@ -115,47 +98,23 @@ def _arm_model(
     return model
 
 
-def initial_kernel_state(
-    plant: Plant, initial_state: tuple[float, ...] | None
-) -> tuple[float, ...]:
-    """Return the kernel's state for a plant's state; at rest at 0 if None.
+def exact_mass_state(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the kernel's state of a single mass with affine friction."""
+    x, v = values
+    return x, v, 0.0, 0.0, float(np.sign(v))
 
-    Bristles are straight at first.
 
-    Parameters
-    ----------
-    plant
-        Decides the state's length.
-    initial_state
-        ``(position, velocity)``, of the arm ``(position, velocity, load_position,
-        load_velocity)``, in SI units.
-
-    Raises
-    ------
-    InputError
-        If the length is wrong or a value is not finite.
-    """
-    names = ("position", "velocity", "load_position", "load_velocity")
-    names = names[:2] if isinstance(plant, SingleMass) else names
-    values = (0.0,) * len(names) if initial_state is None else tuple(map(float, initial_state))
-    if len(values) != len(names):
-        raise InputError(
-            f"the initial state has {len(values)} values, the plant's has {len(names)}",
-            remedy=f"give ({', '.join(names)})",
-        )
-    for name, value in zip(names, values, strict=True):
-        if not math.isfinite(value):
-            raise InputError(f"initial {name} is {value}", remedy="give a finite value")
-    x, v = values[:2]
-    mode = float(np.sign(v))
-    if not isinstance(plant.friction, CoulombViscousFriction):
-        x2, v2 = values[2:] or (0.0, 0.0)
-        return x, v, 0.0, v2, x2, _LONGEST_STEP, mode
-    if isinstance(plant, SingleMass):
-        return x, v, 0.0, 0.0, mode
-    x2, v2 = values[2:]
+def exact_arm_state(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the kernel's state of a flexible arm with affine friction."""
+    x, v, x2, v2 = values
     # x1 - x2 exactly, as a double and what it rounds away
     d = x - x2
     b = d - x
     low = (x - (d - b)) + (-x2 - b)
-    return x, v, d, v2, x2, 0.0, 0.0, low, 0.0, 0.0, mode
+    return x, v, d, v2, x2, 0.0, 0.0, low, 0.0, 0.0, float(np.sign(v))
+
+
+def law_state(values: tuple[float, ...]) -> tuple[float, ...]:
+    """Return the kernel's state of a plant whose friction is integrated; bristles are straight."""
+    x, v, x2, v2 = (*values, 0.0, 0.0)[:4]
+    return x, v, 0.0, v2, x2, _LONGEST_STEP, float(np.sign(v))

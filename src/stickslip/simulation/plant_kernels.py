@@ -1,20 +1,33 @@
 """Which compiled kernels propagate a plant: one table for single steps, runs, loops and batches."""
 
+import math
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import Plant, SingleMass
+from stickslip.friction.registry import LAWS
+from stickslip.plants import Plant
+from stickslip.records import InputError, positive
 from stickslip.simulation.kernels.arm import arm_run, arm_step
 from stickslip.simulation.kernels.arm_batch import arm_batch
 from stickslip.simulation.kernels.single_mass import mass_batch, mass_run, mass_step
-from stickslip.simulation.laws import law_batch, law_mass_step, law_run, law_step
+from stickslip.simulation.laws import law_batch, law_mass_step, law_model, law_run, law_step
+from stickslip.simulation.models import (
+    exact_arm_model,
+    exact_arm_state,
+    exact_mass_model,
+    exact_mass_state,
+    law_state,
+)
 
-__all__ = ["PlantKernels", "kernels_of"]
+__all__ = ["EVENT_BUDGET", "PlantKernels", "initial_kernel_state", "kernel_model", "kernels_of"]
+
+EVENT_BUDGET = 10_000
+"""Events allowed in one sample."""
 
 Vector = NDArray[np.float64]
 
@@ -34,12 +47,18 @@ class PlantKernels(NamedTuple):
         a sample, ``failed`` is the sample in which the budget was exceeded or -1.
     batch
         As `stickslip.simulation.kernels.single_mass.mass_batch`.
+    model
+        ``(plant, sampling_time, event_budget) -> model``.
+    initial
+        ``values -> state`` from the plant's state.
     """
 
     step: Any
     loop_step: Any
     run: Callable[..., tuple[int, int]]
     batch: Any
+    model: Callable[[Any, float, int], Vector]
+    initial: Callable[[tuple[float, ...]], tuple[float, ...]]
 
 
 @compiled()
@@ -80,10 +99,41 @@ def _law_run(
     return law_run(model, state, effort, out, deflection, event_time, event_mode)
 
 
-_MASS = PlantKernels(step=mass_step, loop_step=_mass_loop_step, run=_mass_run, batch=mass_batch)
-_ARM = PlantKernels(step=arm_step, loop_step=arm_step, run=_arm_run, batch=arm_batch)
-_LAW_ON_MASS = PlantKernels(step=law_mass_step, loop_step=law_step, run=_law_run, batch=law_batch)
-_LAW_ON_ARM = PlantKernels(step=law_step, loop_step=law_step, run=_law_run, batch=law_batch)
+_KERNELS = {
+    (False, True): PlantKernels(
+        step=mass_step,
+        loop_step=_mass_loop_step,
+        run=_mass_run,
+        batch=mass_batch,
+        model=exact_mass_model,
+        initial=exact_mass_state,
+    ),
+    (True, True): PlantKernels(
+        step=arm_step,
+        loop_step=arm_step,
+        run=_arm_run,
+        batch=arm_batch,
+        model=exact_arm_model,
+        initial=exact_arm_state,
+    ),
+    (False, False): PlantKernels(
+        step=law_mass_step,
+        loop_step=law_step,
+        run=_law_run,
+        batch=law_batch,
+        model=law_model,
+        initial=law_state,
+    ),
+    (True, False): PlantKernels(
+        step=law_step,
+        loop_step=law_step,
+        run=_law_run,
+        batch=law_batch,
+        model=law_model,
+        initial=law_state,
+    ),
+}
+"""By whether the plant is flexible, and whether its friction is affine."""
 
 
 def kernels_of(plant: Plant) -> PlantKernels:
@@ -93,8 +143,70 @@ def kernels_of(plant: Plant) -> PlantKernels:
     ----------
     plant
         Its class and its friction law decide.
+
+    Raises
+    ------
+    InputError
+        If its friction law is not in the registry.
     """
-    exact = isinstance(plant.friction, CoulombViscousFriction)
-    if isinstance(plant, SingleMass):
-        return _MASS if exact else _LAW_ON_MASS
-    return _ARM if exact else _LAW_ON_ARM
+    law = plant.friction
+    if not isinstance(law, tuple(LAWS.values())):
+        raise InputError(
+            f"the friction law {type(law).__name__} cannot be simulated",
+            remedy="use one of those in stickslip.friction",
+        )
+    return _KERNELS[plant.flexible, law.affine]
+
+
+@lru_cache(maxsize=256)
+def kernel_model(plant: Plant, sampling_time: float, event_budget: int = EVENT_BUDGET) -> Vector:
+    """Return the vector of numbers that the plant's kernel works with, read-only.
+
+    Raises
+    ------
+    InputError
+        If the sampling time is not positive, or of an arm too long for its fastest time constant;
+        if the event budget is not at least 1; or if the friction law is not one that can be
+        simulated.
+    """
+    T = positive("sampling time", sampling_time, "s")
+    if not event_budget >= 1:
+        raise InputError(
+            f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
+        )
+    model = kernels_of(plant).model(plant, T, event_budget)
+    model.flags.writeable = False
+    return model
+
+
+def initial_kernel_state(
+    plant: Plant, initial_state: tuple[float, ...] | None
+) -> tuple[float, ...]:
+    """Return the kernel's state for a plant's state; at rest at 0 if None.
+
+    Bristles are straight at first.
+
+    Parameters
+    ----------
+    plant
+        Decides the state's length.
+    initial_state
+        ``(position, velocity)``, of the arm ``(position, velocity, load_position,
+        load_velocity)``, in SI units.
+
+    Raises
+    ------
+    InputError
+        If the length is wrong or a value is not finite.
+    """
+    names = plant.state_names
+    values = (0.0,) * len(names) if initial_state is None else tuple(map(float, initial_state))
+    if len(values) != len(names):
+        raise InputError(
+            f"the initial state has {len(values)} values, the plant's has {len(names)}",
+            remedy=f"give ({', '.join(names)})",
+        )
+    for name, value in zip(names, values, strict=True):
+        if not math.isfinite(value):
+            raise InputError(f"initial {name} is {value}", remedy="give a finite value")
+    return kernels_of(plant).initial(values)

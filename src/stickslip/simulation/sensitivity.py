@@ -7,14 +7,14 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.plants import Plant, SingleMass, check_affine
+from stickslip.plants import Plant, check_affine
 from stickslip.simulation.kernels.sensitivity import (
     FRICTION_COLUMNS,
     sample_matrices,
     sensitivity_run,
 )
-from stickslip.simulation.models import EVENT_BUDGET
 from stickslip.simulation.motion import SimulatedMotion, make_arrays_read_only
+from stickslip.simulation.plant_kernels import EVENT_BUDGET
 from stickslip.simulation.simulate import simulate
 
 __all__ = ["MotionSensitivity", "sensitivity_names", "simulate_sensitivity"]
@@ -72,9 +72,8 @@ class MotionSensitivity:
 def sensitivity_names(plant: Plant) -> tuple[str, ...]:
     """Return the names of the parameters that a plant's motion is derived by, in order."""
     check_affine(plant)
-    rigid = isinstance(plant, SingleMass)
-    structure = ("mass",) if rigid else ("mass_1", "mass_2", "stiffness")
-    return (*structure, *_VISCOUS, *_FRICTION, *_INITIAL[: 2 if rigid else 4])
+    initial = _INITIAL[: len(plant.state_names)]
+    return (*plant.parameter_names, *_VISCOUS, *_FRICTION, *initial)
 
 
 def simulate_sensitivity(
@@ -115,6 +114,7 @@ def simulate_sensitivity(
     A mass that slides to rest: its way m v^2/(2 fc) grows by v^2/(2 fc) a unit of mass.
 
     >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
     >>> law = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=0.0)
     >>> found = simulate_sensitivity(SingleMass(mass=1.0, friction=law), [0.0] * 10,
     ...                              sampling_time=0.1, initial_state=(0.0, 1.0))
@@ -147,7 +147,7 @@ def simulate_sensitivity(
         np.stack([of[1] for of in made]),
         norms,
         np.array([getattr(law, name) for name in _FRICTION]),
-        0.0 if isinstance(plant, SingleMass) else plant.stiffness,
+        getattr(plant, "stiffness", 0.0),
         motion.sampling_time,
         motion.commanded_effort,
         np.stack(rows),
@@ -155,7 +155,7 @@ def simulate_sensitivity(
         motion.event_mode,
         out,
     )
-    if isinstance(plant, SingleMass):
+    if not plant.flexible:
         return MotionSensitivity(motion=motion, names=names, position=out[:, 0], velocity=out[:, 1])
     _from_distances(out, slopes.shape[1] + FRICTION_COLUMNS)
     return MotionSensitivity(
@@ -188,9 +188,8 @@ def _rates(
     """
     law: Any = plant.friction
     sides = (law.viscous_friction_negative, 0.0, law.viscous_friction_positive)
-    rigid = isinstance(plant, SingleMass)
-    s, q = (2, 3) if rigid else (4, 5)
-    m1 = plant.mass if rigid else plant.mass_1
+    m1, *load_and_spring = (getattr(plant, name) for name in plant.parameter_names)
+    s, q = len(plant.state_names), len(plant.parameter_names) + 2
     rates, slopes, norms = np.zeros((3, s, s + 1)), np.zeros((3, q, s, s + 1)), np.zeros(3)
     for mode, c in zip((-1, 0, 1), sides, strict=True):
         R, dR = rates[mode + 1], slopes[mode + 1]
@@ -201,8 +200,8 @@ def _rates(
             dR[0, 1, 1], dR[0, 1, s] = c / m1**2, -1.0 / m1**2
             dR[viscous, 1, 1] = -1.0 / m1
             norms[mode + 1] = c / m1
-        if not rigid:
-            m2, ks = plant.mass_2, plant.stiffness
+        if plant.flexible:
+            m2, ks = load_and_spring
             R[2, 1], R[2, 3] = float(mode != 0), -1.0
             R[3, 2] = ks / m2
             dR[1, 3, 2], dR[2, 3, 2] = -ks / m2**2, 1.0 / m2

@@ -3,12 +3,15 @@
 import numpy as np
 from numpy.typing import ArrayLike
 
-from stickslip.plants import Plant, SingleMass
+from stickslip.plants import Plant
 from stickslip.records import EventBudgetError, InputError, finite_vector, unit_of
-from stickslip.simulation.laws import has_bristles
-from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
 from stickslip.simulation.motion import SimulatedMotion
-from stickslip.simulation.plant_kernels import kernels_of
+from stickslip.simulation.plant_kernels import (
+    EVENT_BUDGET,
+    initial_kernel_state,
+    kernel_model,
+    kernels_of,
+)
 
 __all__ = ["budget_error", "overflow_error", "simulate"]
 
@@ -73,6 +76,7 @@ def simulate(
     Examples
     --------
     >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
     >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0)
     >>> plant = SingleMass(mass=150.0, friction=law)
     >>> motion = simulate(plant, [300.0, 0.0, 0.0, 0.0], sampling_time=0.01)
@@ -83,7 +87,7 @@ def simulate(
     model = kernel_model(plant, sampling_time, event_budget)
     state = initial_kernel_state(plant, initial_state)
     n = effort.size
-    rigid = isinstance(plant, SingleMass)
+    rigid = not plant.flexible
     capacity = n // 4 + 256
     while True:
         # One block of memory, which the allocator keeps for the next run more readily than several
@@ -113,5 +117,5 @@ def simulate(
         event_time=event_time[:count].copy(),
         event_mode=event_mode[:count].copy(),
         grazing=grazing,
-        bristle_deflection=deflection if has_bristles(plant) else None,
+        bristle_deflection=deflection if plant.friction.bristles is not None else None,
     )

@@ -4,8 +4,12 @@ from collections.abc import Callable
 from functools import partial
 
 from stickslip.plants import Plant
-from stickslip.simulation.models import EVENT_BUDGET, initial_kernel_state, kernel_model
-from stickslip.simulation.plant_kernels import kernels_of
+from stickslip.simulation.plant_kernels import (
+    EVENT_BUDGET,
+    initial_kernel_state,
+    kernel_model,
+    kernels_of,
+)
 
 __all__ = ["PlantStepper"]
 

@@ -5,24 +5,11 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.friction import (
-    DahlFriction,
-    ElastoPlasticFriction,
-    LuGreFriction,
-    StribeckFriction,
-)
-from stickslip.plants import Plant, SingleMass
-from stickslip.records import InputError
+from stickslip.friction import StribeckFriction
+from stickslip.plants import Plant
 from stickslip.simulation.laws import rates as at
 
-__all__ = ["has_bristles", "law_model"]
-
-_BRISTLES = (DahlFriction, LuGreFriction, ElastoPlasticFriction)
-
-
-def has_bristles(plant: Plant) -> bool:
-    """Return whether a plant's friction law has bristles."""
-    return isinstance(plant.friction, _BRISTLES)
+__all__ = ["law_model"]
 
 
 def law_model(plant: Plant, sampling_time: float, event_budget: int) -> Float[np.ndarray, " p"]:
@@ -36,26 +23,15 @@ def law_model(plant: Plant, sampling_time: float, event_budget: int) -> Float[np
         [s].
     event_budget
         Steps and events allowed in one sample.
-
-    Raises
-    ------
-    InputError
-        If the friction law is none that can be simulated.
     """
     law = plant.friction
-    bristles = isinstance(law, _BRISTLES)
-    if not bristles and not isinstance(law, StribeckFriction):
-        raise InputError(
-            f"the friction law {type(law).__name__} cannot be simulated",
-            remedy="use one of those in stickslip.friction",
-        )
-    sliding = law.sliding if bristles else law
+    sliding, bristles = law.sliding, law.bristles
     model = np.zeros(at.MODEL_SIZE)
     model[at.TIME], model[at.BUDGET] = sampling_time, event_budget
-    if isinstance(plant, SingleMass):
-        model[at.M1], model[at.M2] = plant.mass, 1.0
-    else:
-        model[at.M1], model[at.M2], model[at.KS] = plant.mass_1, plant.mass_2, plant.stiffness
+    model[at.M2] = 1.0
+    parameters = [getattr(plant, name) for name in plant.parameter_names]
+    for place, value in zip((at.M1, at.M2, at.KS), parameters, strict=False):
+        model[place] = value
     model[at.FC_N] = sliding.coulomb_friction_negative
     model[at.FC_P] = sliding.coulomb_friction_positive
     model[at.FS_N] = sliding.static_friction_negative
@@ -70,20 +46,17 @@ def law_model(plant: Plant, sampling_time: float, event_budget: int) -> Float[np
     if isinstance(sliding, StribeckFriction):
         model[at.STRIBECK], model[at.DELTA] = sliding.stribeck_velocity, sliding.effect.exponent
         feature = sliding.stribeck_velocity
-    if bristles:
-        model[at.SIGMA_0] = law.bristle_stiffness
-        bend = strongest / law.bristle_stiffness
+    if bristles is not None:
+        model[at.SIGMA_0], model[at.SIGMA_1] = bristles.stiffness, bristles.damping
+        model[at.EXPONENT] = bristles.exponent
+        bend = strongest / bristles.stiffness
         model[at.TYPICAL_Z], model[at.FEATURE_Z] = bend, 0.5 * bend
         # Bristles swing with this speed when the mass lets go of its breakaway force
-        feature = min(feature, strongest / math.sqrt(law.bristle_stiffness * model[at.M1]))
-        if isinstance(law, DahlFriction):
-            model[at.EXPONENT] = law.exponent
-        else:
-            model[at.SIGMA_1] = law.bristle_damping
-        if isinstance(law, ElastoPlasticFriction):
-            model[at.ELASTIC] = law.elastic_deflection
+        feature = min(feature, strongest / math.sqrt(bristles.stiffness * model[at.M1]))
+        if bristles.elastic_deflection is not None:
+            model[at.ELASTIC] = bristles.elastic_deflection
             weakest = min(sliding.coulomb_friction_negative, sliding.coulomb_friction_positive)
-            narrow = weakest / law.bristle_stiffness - law.elastic_deflection
+            narrow = weakest / bristles.stiffness - bristles.elastic_deflection
             model[at.FEATURE_Z] = 0.5 * narrow
     model[at.FEATURE_V] = feature
     # Errors are small against that, or what a sample of the breakaway force would give it

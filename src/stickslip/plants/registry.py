@@ -1,0 +1,51 @@
+"""The protocol and the registry of plants.
+
+To add a plant: write a frozen class that obeys `PlantModel`, add it here and to the union
+`stickslip.plants.Plant`, and its kernels to `stickslip.simulation.plant_kernels`; the contract test
+covers it from then on.
+"""
+
+from collections.abc import Mapping
+from types import MappingProxyType
+from typing import ClassVar, Protocol
+
+from stickslip.friction import FrictionLaw
+from stickslip.plants.flexible_arm import FlexibleArm
+from stickslip.plants.single_mass import SingleMass
+from stickslip.records import AxisKind
+
+__all__ = ["PLANTS", "PlantModel"]
+
+
+class PlantModel(Protocol):
+    """A plant: a frozen record of its parameters and its friction law.
+
+    Attributes
+    ----------
+    flexible
+        Whether it has a load on a spring.
+    parameter_names
+        Names of its masses and stiffness, the driven mass first.
+    state_names
+        Names of its state.
+    """
+
+    flexible: ClassVar[bool]
+    parameter_names: ClassVar[tuple[str, ...]]
+    state_names: ClassVar[tuple[str, ...]]
+
+    @property
+    def kind(self) -> AxisKind:
+        """``"linear"`` or ``"rotary"``."""
+        ...
+
+    @property
+    def friction(self) -> FrictionLaw:
+        """The friction law of the driven mass."""
+        ...
+
+
+PLANTS: Mapping[str, type[PlantModel]] = MappingProxyType(
+    {"single-mass": SingleMass, "flexible-arm": FlexibleArm}
+)
+"""Every plant by its name."""
