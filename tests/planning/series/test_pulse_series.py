@@ -239,38 +239,6 @@ def test_a_finer_plan_proves_the_same_least_impulse() -> None:
     assert coarse.least_impulse <= fine.impulse <= coarse.impulse * 1.001
 
 
-def test_an_interval_of_friction_bounds_what_is_left() -> None:
-    low, high = (
-        CoulombViscousFriction.symmetric(coulomb_friction=0.1 * f, viscous_friction=0.1 * c)
-        for f, c in ((0.98, 0.95), (1.02, 1.05))
-    )
-    planner = replace(PLANNER, friction_interval=(low, high))
-    series = planner.plan(REST, 1.0, pulses=120)
-    assert series.worst_residual is not None
-    believed = PLANNER.plan(REST, 1.0, pulses=120)
-    worst = {}
-    for name, plan in (("robust", series), ("believed", believed)):
-        worst[name] = max(
-            abs(
-                ends(
-                    plan,
-                    replace(
-                        ARM,
-                        friction=CoulombViscousFriction.symmetric(
-                            coulomb_friction=f, viscous_friction=c
-                        ),
-                    ),
-                    REST,
-                )[0]
-            )
-            for f in (0.098, 0.1, 0.102)
-            for c in (0.095, 0.1, 0.105)
-        )
-    assert worst["robust"] <= worst["believed"]
-    # Mass 1 slides on for a little, or sticks a little early: second-order effects.
-    assert worst["robust"] <= series.worst_residual * 1.1
-
-
 @pytest.mark.parametrize(("target", "pulses"), [(1.0, 92), (-1.0, 94), (1.0, 100)])
 def test_mass_1_rests_on_the_way(target: float, pulses: int) -> None:
     law = replace(LAW, static_friction_positive=0.12, static_friction_negative=0.13, offset=0.02)
@@ -358,7 +326,6 @@ def test_a_request_that_makes_no_sense_is_refused(
         ({"pulse_samples": 0}, "pulse_samples"),
         ({"slowest": 1.0}, "slowest"),
         ({"impulse_gap": 0.0}, "impulse_gap"),
-        ({"friction_interval": (LAW, LAW), "rest_on_the_way": True}, "cannot both"),
         ({"arm": replace(ARM, friction=replace(LAW, offset=0.2))}, "offset"),
     ],
 )

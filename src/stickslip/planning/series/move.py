@@ -6,7 +6,6 @@ from functools import cached_property
 
 import numpy as np
 
-from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.series.arm_motion import ArmMotion, steps_per_sample
 from stickslip.planning.series.bounds import overshoots, swing_time
 from stickslip.planning.series.programme import Programme
@@ -60,8 +59,6 @@ class Move:
     ----------
     arm
         Masses, spring and friction; the friction's positive side is that of the move.
-    interval
-        Lowest and highest friction, likewise; empty without an interval.
     sampling_time
         [s].
     pulse_samples
@@ -77,7 +74,6 @@ class Move:
     """
 
     arm: FlexibleArm
-    interval: tuple[CoulombViscousFriction, ...]
     sampling_time: float
     pulse_samples: int
     effort_limit: float
@@ -95,30 +91,19 @@ class Move:
         """The effort that the first must exceed; minus infinity if mass 1 moves already."""
         if self.start[1] > 0:
             return -math.inf
-        laws = (self.arm.friction, *self.interval)
-        strongest = max(law.static_friction_positive + law.offset for law in laws)
-        return strongest - self.arm.stiffness * (self.start[2] - self.start[0])
+        law = self.arm.friction
+        held = law.static_friction_positive + law.offset
+        return held - self.arm.stiffness * (self.start[2] - self.start[0])
 
     @property
     def frees(self) -> bool:
         """Whether an effort within the limit frees mass 1."""
         return self.breakaway < self.effort_limit * (1.0 - 3.0 * _CLEARANCE)
 
-    def programme(self, pulses: int, *, friction: tuple[float, float] | None = None) -> Programme:
-        """Return the linear programme of so many pulses.
-
-        Parameters
-        ----------
-        pulses
-            How many.
-        friction
-            Another resistance (Coulomb friction and offset) and viscous friction than believed.
-        """
+    def programme(self, pulses: int) -> Programme:
+        """Return the linear programme of so many pulses."""
         law = self.arm.friction
-        resistance, viscous = friction or (
-            law.coulomb_friction_positive + law.offset,
-            law.viscous_friction_positive,
-        )
+        resistance = law.coulomb_friction_positive + law.offset
         parts = steps_per_sample(self.arm, self.sampling_time)
         per_pulse = self.pulse_samples * parts
         clearance = _CLEARANCE * self.effort_limit
@@ -131,7 +116,7 @@ class Move:
             motion=ArmMotion(
                 arm=self.arm,
                 resistance=resistance,
-                viscous_friction=viscous,
+                viscous_friction=law.viscous_friction_positive,
                 step=self.sampling_time / parts,
                 steps=pulses * per_pulse,
                 start=np.array(self.start),
@@ -144,20 +129,6 @@ class Move:
             highest=highest,
             least_velocity=self.slowest * self.way / (pulses * self.pulse_width),
         )
-
-    def extremes(self, pulses: int) -> list[Programme]:
-        """Return the programme with each combination of the interval's ends."""
-        return [
-            self.programme(
-                pulses,
-                friction=(
-                    law.coulomb_friction_positive + law.offset,
-                    other.viscous_friction_positive,
-                ),
-            )
-            for law in self.interval
-            for other in self.interval
-        ]
 
     @cached_property
     def fewest(self) -> int:

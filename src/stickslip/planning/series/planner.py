@@ -5,12 +5,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.series.move import LITTLE_WORK, MUCH_WORK, Move, Search
 from stickslip.planning.series.pulse_series import PulseSeries
 from stickslip.planning.series.refusal import refusal
 from stickslip.planning.series.rest import with_rest
-from stickslip.planning.series.robust import least_worst_residual
 from stickslip.planning.series.search import Solution, landed
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
@@ -51,13 +49,6 @@ class PulseSeriesPlanner:
     impulse_gap
         By which share the impulse may exceed the least one [-]. Very near to the shortest time
         less may be proven; `PulseSeries.least_impulse` says what is.
-    friction_interval
-        The lowest and the highest friction that the axis may have. With it the efforts are those
-        with which the masses end nearest to the target in the worst case, wherever Coulomb friction
-        and offset, and viscous friction, lie between the two; the friction of the arm then only
-        decides which time is the shortest. Little is to be gained: what an error of Coulomb
-        friction does while mass 1 slips depends on the time alone, and not on the efforts.
-
     rest_on_the_way
         Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
         most series of about the shortest time. Held by static friction it does not gather the
@@ -71,6 +62,7 @@ class PulseSeriesPlanner:
 
     Examples
     --------
+    >>> from stickslip.friction import CoulombViscousFriction
     >>> law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
     >>> arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     >>> planner = PulseSeriesPlanner(arm=arm, sampling_time=0.05, effort_limit=1.0)
@@ -89,7 +81,6 @@ class PulseSeriesPlanner:
     slowest: float = 1e-3
     excess: float = 0.0
     impulse_gap: float = 0.02
-    friction_interval: tuple[CoulombViscousFriction, CoulombViscousFriction] | None = None
     rest_on_the_way: bool = False
 
     def __post_init__(self) -> None:
@@ -114,18 +105,13 @@ class PulseSeriesPlanner:
                 f"pulse_samples is {self.pulse_samples}, it must be at least 1",
                 remedy="give the number of samples over which the effort is held",
             )
-        if self.rest_on_the_way and self.friction_interval is not None:
+        law = self.arm.friction
+        if not -law.static_friction_positive <= law.offset <= law.static_friction_negative:
             raise InputError(
-                "a rest on the way and efforts for an interval of friction cannot both be planned",
-                remedy="leave out one: a rest makes more of a difference",
+                f"the offset, {law.offset:g} {unit_of('offset', kind)}, is above the static "
+                "friction, so that mass 1 does not rest without effort",
+                remedy="balance the offset, and plan with what remains of it",
             )
-        for law in (self.arm.friction, *(self.friction_interval or ())):
-            if not -law.static_friction_positive <= law.offset <= law.static_friction_negative:
-                raise InputError(
-                    f"the offset, {law.offset:g} {unit_of('offset', kind)}, is above the static "
-                    "friction, so that mass 1 does not rest without effort",
-                    remedy="balance the offset, and plan with what remains of it",
-                )
 
     @property
     def pulse_width(self) -> float:
@@ -206,13 +192,9 @@ class PulseSeriesPlanner:
         self, state: tuple[float, float, float, float], target: float, direction: int
     ) -> Move:
         """Return the request, turned so that the move is forward."""
-
-        def turned(law: CoulombViscousFriction) -> CoulombViscousFriction:
-            return law if direction > 0 else law.mirrored()
-
+        law = self.arm.friction
         return Move(
-            arm=replace(self.arm, friction=turned(self.arm.friction)),
-            interval=tuple(turned(law) for law in self.friction_interval or ()),
+            arm=replace(self.arm, friction=law if direction > 0 else law.mirrored()),
             sampling_time=self.sampling_time,
             pulse_samples=self.pulse_samples,
             effort_limit=self.effort_limit,
@@ -241,21 +223,17 @@ class PulseSeriesPlanner:
         rest = (
             with_rest(move, programme, solution, self.impulse_gap) if self.rest_on_the_way else None
         )
-        residual = None
         if rest is not None:
             effort, states, slowest = rest.effort, rest.states, 0.0
         else:
-            if move.interval:
-                effort, residual = least_worst_residual(programme, move.extremes(pulses))
-            else:
-                effort = landed(programme, solution)
+            effort = landed(programme, solution)
             states, minima = programme.states(effort), programme.minima(effort)
             slowest = float(min(states[1:-1, 1].min(), minima[:, 2].min(initial=np.inf)))
         frequency = math.sqrt(self.arm.stiffness / self.arm.mass_2)
         missing = (states[-1] - (move.way, 0.0, move.way, 0.0)) / (1.0, frequency, 1.0, frequency)
         error = float(np.abs(missing).max())
         stops = slowest <= 0.0 and rest is None
-        if stops or (residual is None and error > _LANDED * move.way):
+        if stops or error > _LANDED * move.way:
             raise StickslipError(
                 f"rounding errors leave {error:g} of {move.way:g} to go, at a least speed of "
                 f"{slowest:g}; give fewer pulses, or an effort limit nearer to what the move needs"
@@ -283,6 +261,5 @@ class PulseSeriesPlanner:
             slowest=slowest,
             least_duration=least * width,
             least_impulse=solution.bound * self.effort_limit * pulses * self.pulse_width,
-            worst_residual=residual,
             rest=None if rest is None else (rest.begin * width, rest.end * width),
         )

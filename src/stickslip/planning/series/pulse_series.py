@@ -93,10 +93,6 @@ class PulseSeries:
         series takes between this and its duration.
     least_impulse
         What the impulse of no series without a rest is less than, over this time [N s or N m s].
-    worst_residual
-        The farthest that mass 1 ends from the target, or mass 2 swings about it, wherever in the
-        interval given the friction is, if mass 1 sticks nowhere on the way; None without such an
-        interval.
     rest
         From when until when mass 1 rests on the way; None if it does not.
     """
@@ -115,7 +111,6 @@ class PulseSeries:
     slowest: float = quantity_field("velocity")
     least_duration: float = quantity_field("time")
     least_impulse: float
-    worst_residual: float | None = quantity_field("position", default=None)
     rest: tuple[float, float] | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:
