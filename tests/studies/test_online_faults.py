@@ -33,6 +33,7 @@ LEAST_COVERAGE, MOST_COVERAGE = 0.90, 0.98
 SURE = 1e-3  # probability with which an estimator of that coverage fails a bound
 FAULT_RUNS = 4
 UNHARMED = 0.5  # of the half width without a fault: the largest change of an estimate
+BATCHED = 0.9  # of an error by drift: what is left of it if friction is constant in a batch
 T = 0.001
 
 
@@ -43,7 +44,9 @@ def passes(outcomes: list[Outcome]) -> bool:
     return inside >= least and all(each.finite for each in outcomes)
 
 
-@pytest.mark.parametrize("case", ["noise", "correlated_098", "quantized"])
+@pytest.mark.parametrize(
+    "case", ["noise", "correlated_098", "quantized", "stribeck", "friction_drift"]
+)
 @pytest.mark.parametrize("estimator", ESTIMATORS)
 def test_intervals_hold_without_a_given_force_noise(estimator: str, case: str) -> None:
     assert passes(study(estimator, case, RUNS))
@@ -161,6 +164,27 @@ def test_a_step_is_accepted_after_the_stated_number_of_samples() -> None:
     assert [each[7] for each in seen].index(True) == admission.LASTING
     assert s.motion_glitches == admission.LASTING
     assert s.motion_steps == 1
+
+
+def test_batch_intervals_cover_the_error_of_a_linear_drift() -> None:
+    """Friction falls by a fifth over 8 moves whose speeds come in any order; there is no noise."""
+    n, moves = 4000, np.repeat([0.15, 0.35, 0.6, 1.0], 2)
+    middle = np.array([1.0, 1.0])  # viscous and Coulomb friction, of equal size at the top speed
+    share = 1.0 - 0.2 * ((np.arange(n) + 0.5) / n - 0.5)
+    for generator in np.random.default_rng(0).spawn(20):
+        speed = np.repeat(generator.permutation(moves), n // moves.size)
+        rows = np.column_stack([speed, np.ones(n)])
+        targets = rows @ middle * share
+        state = np.zeros(batches.batch_size(2))
+        batches.lay_batches(state, 0)
+        for k in range(n):
+            if batches.count_sample(state, 0):
+                past = rows[:k]
+                batches.close_batch(state, 0, 2, past.T @ past, past.T @ targets[:k])
+        values = np.linalg.lstsq(rows, targets)[0]
+        low, high = batches.intervals_of(state, 0, values, rows.T @ rows).T
+        error = np.abs(values - middle)
+        assert np.all(0.5 * (high - low) > BATCHED * batches.LEAST_WIDTH * error)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.9, 0.99])
