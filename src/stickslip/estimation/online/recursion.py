@@ -38,6 +38,7 @@ __all__ = [
     "VALUES",
     "covariance_in",
     "lay_friction",
+    "lay_information",
     "lay_prior",
     "rls_run",
     "rls_step",
@@ -293,3 +294,21 @@ def lay_prior(
     else:
         state[FIRST_SPREAD : FIRST_SPREAD + p] = variance
         state[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()
+
+
+def lay_information(
+    state: Float[np.ndarray, " s"],
+    at: int,
+    most: int,
+    values: Sequence[float],
+    variance: float | None,
+) -> None:
+    """Lay P(0)^-1 theta(0) and P(0)^-1 into a state, in place; zeros stay without a variance.
+
+    They begin at ``at``, with room for ``most`` parameters; values and variance as in `lay_prior`.
+    """
+    if variance is not None:
+        p = len(values)
+        state[at : at + p] = np.asarray(values) / variance
+        diagonal = at + most
+        state[diagonal : diagonal + p * (most + 1) : most + 1] = 1.0 / variance

@@ -21,8 +21,8 @@ model without it are off by J^-1 M_1 beta, where M_k = sum_b tau_b^k dJ_b. Least
     (M_2 - M_1 J^-1 M_1) beta = sum_b tau_b (deta_b - dJ_b theta).
 
 A half width is at least 1.5 |J^-1 M_1 beta|: the interval is for the parameters at the middle of
-the log, which are the means over it. Where both halves of the log hold the same moves, M_1 is small,
-and noise changes the width little.
+the log, which are the means over it. Where both halves of the log hold the same moves, M_1 is
+small, and noise changes the width little.
 
 R. G. Miller (1974), "The jackknife: a review", Biometrika 61; P. W. Glynn and D. L. Iglehart
 (1990), "Simulation output analysis using standardized time series", Math. Oper. Res. 15.

@@ -22,8 +22,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.online.intervals.batches import LEAST_WIDTH
-from stickslip.estimation.online.recursion import PARAMETERS, ROW
+from stickslip.estimation.online.intervals.batches import LEAST_WIDTH, intervals_of
+from stickslip.estimation.online.recursion import PARAMETERS, ROW, VALUES
 
 __all__ = [
     "ACCELERATED",
@@ -33,6 +33,7 @@ __all__ = [
     "add_row",
     "classify",
     "contrast_size",
+    "intervals_in",
     "scale_contrasts",
     "widened",
 ]
@@ -101,12 +102,19 @@ def add_information(
 
 
 @compiled(inline=True)
-def add_row(s: Float[np.ndarray, " s"], at: int, most: int, groups: int, y: float) -> None:
-    """Add the row in a state and its target to the groups of its sample.
+def add_row(
+    s: Float[np.ndarray, " s"], information: int, at: int, most: int, groups: int, y: float
+) -> None:
+    """Add the row in a state and its target to eta and J, and to the groups of its sample.
 
-    ``most`` is the number of parameters that there is room for.
+    ``information`` is the place of eta, and of J behind it, whole; ``most`` is the number of
+    parameters that there is room for.
     """
     p = int(s[PARAMETERS])
+    for i in range(p):
+        s[information + i] += s[ROW + i] * y
+        for j in range(p):
+            s[information + most + i * most + j] += s[ROW + i] * s[ROW + j]
     size = most + most * (most + 1) // 2
     for k in range(_GROUPS):
         if (groups >> k) & 1 == 0:
@@ -171,3 +179,23 @@ def widened(
         total += np.abs(difference)
     half = np.maximum(half, LEAST_WIDTH * total)
     return np.column_stack([values - half, values + half])
+
+
+def intervals_in(
+    state: Float[np.ndarray, " s"], *, information: int, batches: int, contrasts: int, most: int
+) -> Float[np.ndarray, "p 2"]:
+    """Return 95 % intervals from the state of a recursion that calls `add_row` [SI].
+
+    Parameters
+    ----------
+    state
+        Of the recursion.
+    information, batches, contrasts
+        Where eta and J, the batches and the groups begin.
+    most
+        Number of parameters that there is room for.
+    """
+    start = information + most
+    J = state[start : start + most**2].reshape(most, most)
+    values = state[VALUES : VALUES + int(state[PARAMETERS])]
+    return widened(state, contrasts, intervals_of(state, batches, values, J), J)

@@ -5,6 +5,7 @@ behind it what the two filters need.
 """
 
 from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, ADMISSION_SIZE
+from stickslip.estimation.online.faults.guard import guard_size
 from stickslip.estimation.online.intervals.batches import batch_size
 from stickslip.estimation.online.intervals.contrasts import contrast_size
 from stickslip.estimation.online.recursion import VALUES
@@ -32,8 +33,7 @@ __all__ = [
     "FRICTION",
     "GAINS",
     "GATE_SCALE",
-    "GOOD",
-    "GOOD_SIZE",
+    "GUARD",
     "GUESS",
     "GUESSED",
     "HEADING",
@@ -49,7 +49,6 @@ __all__ = [
     "NET",
     "NOISE",
     "REFRESH",
-    "RESETS",
     "RESIDUALS",
     "RESPONSES",
     "RING",
@@ -73,6 +72,9 @@ LAG = 64
 
 DEPTH = LAG + 1  # samples remembered
 CHANNELS = 4  # position and velocity of the driven mass, then of the load
+MOST = 4  # parameters
+INFORMATION = VALUES + MOST  # eta, then J: sums of row times target, and of row times row'
+GUARD = INFORMATION + MOST + MOST * MOST
 
 (
     INERTIA,
@@ -94,7 +96,7 @@ CHANNELS = 4  # position and velocity of the driven mass, then of the load
     KEPT_STRETCH,  # and of its spring
     UNCERTAIN,  # samples in a row, up to now, in which the direction of friction was uncertain
     SEEN,  # which channels are measured
-) = range(VALUES + 4, VALUES + 4 + 19)
+) = range(GUARD + guard_size(GUARD), GUARD + guard_size(GUARD) + 19)
 NOISE = SEEN + CHANNELS  # variances
 GUESS = NOISE + CHANNELS  # guessed variances
 GUESSED = GUESS + CHANNELS  # samples that the guess counts for
@@ -113,21 +115,16 @@ RING = RESPONSES + 4 * 5
 WIDTH = 10
 """Effort, four channels, predicted velocity, two innovations, missing channels (a sum of
 2^channel), variance of an unknown force in the interval that begins."""
-MOST = 4  # parameters
 (
     ADAPTED,  # number of adaptations of the disturbance force, from 1 on; 0 if it is given
     MISMATCH,  # sum of squared innovations over their variances since the last one
     MISMATCHED,  # number of rows in it
     GATE_SCALE,  # running mean of squared innovations over their variances
     FORCE_EVENTS,  # samples whose innovation asked for an unknown force
-    RESETS,  # times that a state was replaced by the last valid one
     KEPT_UNKNOWN,  # variance of the unknown force of the sample that has just left the ring
-) = range(RING + WIDTH * DEPTH, RING + WIDTH * DEPTH + 7)
+) = range(RING + WIDTH * DEPTH, RING + WIDTH * DEPTH + 6)
 CHAIN = KEPT_UNKNOWN + 1  # measurements of each channel in a row
-INFORMATION = CHAIN + CHANNELS  # eta, then J: sums of row times target, and of row times row'
-GOOD = INFORMATION + MOST + MOST * MOST  # estimates, P, eta and J at the last valid batch
-GOOD_SIZE = 2 * (MOST + MOST * MOST)
-BATCHES = GOOD + GOOD_SIZE
+BATCHES = CHAIN + CHANNELS
 CONTRASTS = BATCHES + batch_size(MOST)
 ADMISSION = CONTRASTS + contrast_size(MOST)
 STATE_SIZE = ADMISSION + ADMISSION_SIZE

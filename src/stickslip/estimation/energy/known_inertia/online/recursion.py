@@ -32,7 +32,7 @@ from stickslip.estimation.energy.known_inertia.online.layout import (
     FREE,
     FRICTION,
     GATE_SCALE,
-    GOOD,
+    GUARD,
     HEADING,
     INERTIA,
     INFORMATION,
@@ -46,7 +46,6 @@ from stickslip.estimation.energy.known_inertia.online.layout import (
     NET,
     NOISE,
     REFRESH,
-    RESETS,
     RESIDUALS,
     RESPONSES,
     RING,
@@ -70,6 +69,7 @@ from stickslip.estimation.energy.known_inertia.online.motion import (
     tally,
 )
 from stickslip.estimation.online.faults.admission import admit
+from stickslip.estimation.online.faults.guard import keep_state, restore_state
 from stickslip.estimation.online.intervals.batches import close_batch, count_sample, scale_batches
 from stickslip.estimation.online.intervals.contrasts import add_row, classify, scale_contrasts
 from stickslip.estimation.online.recursion import (
@@ -252,11 +252,7 @@ def _regress(s: Float[np.ndarray, " s"], at: int, certain: bool, groups: int) ->
                 s[COVARIANCE + 4 * i + j] = value
                 s[COVARIANCE + 4 * j + i] = value
         error = update(s, y, forgetting, False)
-        for i in range(p):
-            s[INFORMATION + i] += s[ROW + i] * y
-            for j in range(p):
-                s[INFORMATION + MOST + i * MOST + j] += s[ROW + i] * s[ROW + j]
-        add_row(s, CONTRASTS, MOST, groups, y)
+        add_row(s, INFORMATION, CONTRASTS, MOST, groups, y)
         if certain:
             s[RESIDUALS] += error
             s[ROWS] += 1.0
@@ -316,39 +312,19 @@ def _close_batch(
         for j in range(p):
             variance += columns[i] * columns[j] * s[SPREAD + i * p + j]
     most = admission(s).largest_effort + np.sqrt(max(variance, 0.0))
-    if abs(friction) > _PLAUSIBLE * most:
+    if abs(friction) > _PLAUSIBLE * most or not keep_state(s, GUARD, GUARD):
         _reset(s)
         return
-    J = s[INFORMATION + MOST : INFORMATION + MOST + MOST * MOST].reshape(MOST, MOST)
+    J = s[INFORMATION + MOST : GUARD].reshape(MOST, MOST)
     close_batch(s, BATCHES, MOST, J, s[INFORMATION : INFORMATION + MOST])
-    _keep_good(s)
-
-
-@compiled(inline=True)
-def _keep_good(s: Float[np.ndarray, " s"]) -> None:
-    """Keep estimates, P and information as the last valid ones."""
-    p, size = int(s[PARAMETERS]), MOST + MOST * MOST
-    for i in range(p):
-        s[GOOD + i] = s[VALUES + i]
-    for i in range(p * p):
-        s[GOOD + MOST + i] = s[SPREAD + i]
-    for i in range(size):
-        s[GOOD + size + i] = s[INFORMATION + i]
 
 
 @compiled(inline=True)
 def _reset(s: Float[np.ndarray, " s"]) -> None:
     """Return to the last valid estimates; the motion begins again."""
-    p, size = int(s[PARAMETERS]), MOST + MOST * MOST
-    for i in range(p):
-        s[VALUES + i] = s[GOOD + i]
-    for i in range(p * p):
-        s[SPREAD + i] = s[GOOD + MOST + i]
-    for i in range(size):
-        s[INFORMATION + i] = s[GOOD + size + i]
+    restore_state(s, GUARD, GUARD)
     s[GATE_SCALE], s[MISMATCH], s[MISMATCHED] = 1.0, 0.0, 0.0
     s[RESIDUALS], s[ROWS] = 1.0, 1.0
-    s[RESETS] += 1.0
     _restart(s)
 
 

@@ -10,10 +10,11 @@ from stickslip.estimation.energy.known_inertia.online import layout as at
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.online import recursion
 from stickslip.estimation.online.faults.admission import lay_admission
+from stickslip.estimation.online.faults.guard import RESETS, lay_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import intervals_of, lay_batches
-from stickslip.estimation.online.intervals.contrasts import widened
-from stickslip.estimation.online.recursion import VALUES, covariance_in
+from stickslip.estimation.online.intervals.batches import lay_batches
+from stickslip.estimation.online.intervals.contrasts import intervals_in
+from stickslip.estimation.online.recursion import covariance_in
 
 __all__ = ["first_work_state", "work_covariance", "work_health", "work_intervals"]
 
@@ -108,16 +109,8 @@ def first_work_state(
     s[at.AXIS + 16 : at.AXIS + 16 + states] = axis.held
     s[at.AXIS + 20 : at.AXIS + 20 + states] = axis.ramped
     recursion.lay_prior(s, initial_values, initial_variance)
-    if initial_variance is not None:
-        s[at.INFORMATION : at.INFORMATION + p] = np.asarray(initial_values) / initial_variance
-        information = at.INFORMATION + at.MOST
-        s[information : information + p * (at.MOST + 1) : at.MOST + 1] = 1.0 / initial_variance
-    # The prior is the last valid state until the end of the first batch
-    spread = slice(recursion.SPREAD, recursion.SPREAD + p * p)
-    half = at.GOOD + at.MOST + at.MOST**2
-    s[at.GOOD : at.GOOD + p] = initial_values
-    s[at.GOOD + at.MOST : at.GOOD + at.MOST + p * p] = s[spread]
-    s[half : at.BATCHES] = s[at.INFORMATION : at.GOOD]
+    recursion.lay_information(s, at.INFORMATION, at.MOST, initial_values, initial_variance)
+    lay_guard(s, at.GUARD, at.GUARD)
     return s
 
 
@@ -133,11 +126,13 @@ def work_covariance(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
 
 def work_intervals(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p 2"]:
     """Return 95 % intervals that allow for correlated residuals and errors of the model [SI]."""
-    p = int(state[recursion.PARAMETERS])
-    start = at.INFORMATION + at.MOST
-    information = state[start : start + at.MOST**2].reshape(at.MOST, at.MOST)
-    intervals = intervals_of(state, at.BATCHES, state[VALUES : VALUES + p], information)
-    return widened(state, at.CONTRASTS, intervals, information)
+    return intervals_in(
+        state,
+        information=at.INFORMATION,
+        batches=at.BATCHES,
+        contrasts=at.CONTRASTS,
+        most=at.MOST,
+    )
 
 
 def work_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
@@ -145,6 +140,6 @@ def work_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
     return health_of(
         at.admission(state),
         force_events=state[at.FORCE_EVENTS],
-        resets=state[at.RESETS],
+        resets=state[at.GUARD + RESETS],
         force_noise=state[at.DISTURBANCE],
     )

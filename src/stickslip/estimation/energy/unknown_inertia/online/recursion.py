@@ -257,12 +257,7 @@ def _regress(
                 s[CONSTANT + 1 + j] += K * (s[MEAN + 1 + j] - s[CONSTANT + 1 + j])
             s[CONSTANT_SPREAD] = K * s[LEVEL_VARIANCE]
             update(s, y, forgetting, False)
-            J = INFORMATION + MOST_PARAMETERS
-            for i in range(p):
-                s[INFORMATION + i] += s[ROW + i] * y
-                for j in range(p):
-                    s[J + i * MOST_PARAMETERS + j] += s[ROW + i] * s[ROW + j]
-            add_row(s, CONTRASTS, MOST_PARAMETERS, groups, y)
+            add_row(s, INFORMATION, CONTRASTS, MOST_PARAMETERS, groups, y)
             _adapt(s, error)
             if count_sample(s, BATCHES):
                 _close_batch(s)

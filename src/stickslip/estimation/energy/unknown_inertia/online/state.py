@@ -11,9 +11,9 @@ from stickslip.estimation.online import recursion
 from stickslip.estimation.online.faults.admission import lay_admission
 from stickslip.estimation.online.faults.guard import RESETS, lay_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import intervals_of, lay_batches
-from stickslip.estimation.online.intervals.contrasts import widened
-from stickslip.estimation.online.recursion import MOST_PARAMETERS, VALUES
+from stickslip.estimation.online.intervals.batches import lay_batches
+from stickslip.estimation.online.intervals.contrasts import intervals_in
+from stickslip.estimation.online.recursion import MOST_PARAMETERS
 from stickslip.estimation.signals.observation import HYSTERESIS
 
 __all__ = ["first_state", "level_covariance", "level_health", "level_intervals"]
@@ -110,13 +110,7 @@ def first_state(
     s[at.HYSTERESIS] = HYSTERESIS
     s[at.SQUARE_BIAS] = _square_bias(s[at.POLE], T)
     recursion.lay_prior(s, initial_values, initial_variance)
-    if initial_variance is not None:
-        eta = slice(at.INFORMATION, at.INFORMATION + p)
-        s[eta] = np.asarray(initial_values) / initial_variance
-        diagonal = at.INFORMATION + MOST_PARAMETERS
-        s[diagonal : diagonal + p * (MOST_PARAMETERS + 1) : MOST_PARAMETERS + 1] = (
-            1.0 / initial_variance
-        )
+    recursion.lay_information(s, at.INFORMATION, MOST_PARAMETERS, initial_values, initial_variance)
     load = model.stiffness is not None
     lay_admission(
         at.admission(s),
@@ -138,11 +132,13 @@ def level_covariance(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]
 
 def level_intervals(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p 2"]:
     """Return 95 % intervals that allow for correlated residuals and errors of the model [SI]."""
-    p = int(state[recursion.PARAMETERS])
-    information = state[at.INFORMATION + MOST_PARAMETERS : at.GUARD]
-    J = information.reshape(MOST_PARAMETERS, MOST_PARAMETERS)
-    intervals = intervals_of(state, at.BATCHES, state[VALUES : VALUES + p], J)
-    return widened(state, at.CONTRASTS, intervals, J)
+    return intervals_in(
+        state,
+        information=at.INFORMATION,
+        batches=at.BATCHES,
+        contrasts=at.CONTRASTS,
+        most=MOST_PARAMETERS,
+    )
 
 
 def level_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
