@@ -1,6 +1,7 @@
 """The house rules that a machine can check: documented units, file sizes, a light import."""
 
 import dataclasses
+import functools
 import importlib
 import inspect
 import pkgutil
@@ -77,6 +78,15 @@ def test_public_names_are_documented_with_units(name: str, thing: object) -> Non
         text = entry(document, argument)
         assert text is not None, f"{name} does not document {argument}"
         assert declared or re.search(r"\[[^\]]+\]", text), f"{name}: {argument} has no [unit]"
+
+
+def test_sphinx_finds_no_type_in_the_text_of_a_property() -> None:
+    """Napoleon takes what stands before a colon in the first line for the type of a property."""
+    for name, thing in PUBLIC:
+        for member in vars(thing).values() if inspect.isclass(thing) else ():
+            if isinstance(member, property | functools.cached_property):
+                line = (inspect.getdoc(member) or " ").splitlines()[0]
+                assert ":" not in line, f"{name}: {line}"
 
 
 def test_no_file_outgrows_its_reader() -> None:

@@ -39,7 +39,7 @@ class BristleFriction:
 
     @property
     def affine(self) -> bool:
-        """Whether friction is affine in the velocity of each direction: it is not."""
+        """Whether friction is affine in the velocity of each direction (it is not)."""
         return False
 
     @property

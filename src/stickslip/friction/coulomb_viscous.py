@@ -79,12 +79,12 @@ class CoulombViscousFriction(DirectionalFriction):
 
     @property
     def affine(self) -> bool:
-        """Whether friction is affine in the velocity of each direction: it is."""
+        """Whether friction is affine in the velocity of each direction (it is)."""
         return True
 
     @property
     def effect(self) -> None:
-        """None: there is no Stribeck effect."""
+        """None, as there is no Stribeck effect."""
 
     def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
         """Return the friction force while moving [N or N m]; 0 where the velocity is 0.

@@ -94,12 +94,12 @@ class DirectionalFriction:
 
     @property
     def sliding(self: Law) -> Law:
-        """The law of steady motion: the law itself."""
+        """The law of steady motion, which is the law itself."""
         return self
 
     @property
     def bristles(self) -> None:
-        """None: the contact does not bend."""
+        """None, as the contact does not bend."""
 
     def breakaway(self) -> tuple[float, float]:
         """Return the magnitudes of effort that free a resting mass, (positive, negative)."""

@@ -179,7 +179,7 @@ class StribeckFriction(DirectionalFriction):
 
     @property
     def affine(self) -> bool:
-        """Whether friction is affine in the velocity of each direction: it is not."""
+        """Whether friction is affine in the velocity of each direction (it is not)."""
         return False
 
     @property

@@ -73,7 +73,7 @@ class Column:
 
     @property
     def terminal_head(self) -> str:
-        """Heading on a terminal: in lower case, unless it begins with an abbreviation."""
+        """Heading on a terminal, in lower case unless it begins with an abbreviation."""
         begins = self.head[1:2].isupper()
         return self.short or (self.head if begins else self.head[:1].lower() + self.head[1:])
 

@@ -154,7 +154,7 @@ class AxisLog(Record):
 
     @cached_property
     def sampling_time(self) -> float:
-        """Sampling time [s]: the span of the segments over the periods in it.
+        """Span of the segments over the number of periods in it [s].
 
         A step of about two or three typical ones is one with samples missing, and counts as such.
         """

@@ -97,7 +97,7 @@ class Excitation(Record):
 
     @property
     def untold(self) -> tuple[str, ...]:
-        """Names of what it does not tell: not even at best does the interval keep away from 0.
+        """Names of the parameters whose expected interval contains 0.
 
         A parameter that is believed to be 0 is none of them. Nor is an offset that is known better
         than Coulomb friction is large: an axis may well have next to none.

@@ -100,7 +100,7 @@ class JointLogs(Record):
 
     @property
     def text(self) -> str:
-        """One sentence: whether the logs are consistent."""
+        """One sentence on whether the logs are consistent."""
         if self.p_value is None:
             return "The logs have no parameter that can be compared."
         rate = f"p = {self.p_value:.2g}; consistent logs fail this test in {self.error_rate:.0%}"

@@ -470,13 +470,13 @@ class Positioning(Record):
 
     @property
     def ending(self) -> Ending:
-        """How the last run ended: as the first of its moves that did not reach its target."""
+        """Ending of the last run, that of the first of its moves that did not reach its target."""
         moves = self.runs[-1].moves
         return next((each.ending for each in moves if not each.ending.reached), Ending.REACHED)
 
     @property
     def ending_text(self) -> str:
-        """One sentence: what the ending means, with the controller's own reason, and the remedy."""
+        """One sentence on the ending, with the controller's own reason and the remedy."""
         text = self.ending.text
         if self.runs[-1].arm is not None:
             text = _ARM_ENDINGS.get(self.ending, text)

@@ -35,7 +35,7 @@ class PositioningOutcome(Enum):
 
     @property
     def text(self) -> str:
-        """One sentence: what it means and what to do."""
+        """One sentence on what it means and what to do."""
         return _OUTCOME_TEXT[self]
 
 

@@ -168,7 +168,7 @@ class Worded(Enum):
     word: str
     """A heading of a few words."""
     text: str
-    """One sentence: what it means and what to do."""
+    """One sentence on what it means and what to do."""
 
     def __new__(cls, value: str, word: str, text: str) -> "Worded":
         """Return a member whose value is the first of the three."""

@@ -41,7 +41,7 @@ class Controller(Protocol[ControllerState]):
     def step(
         self,
     ) -> Callable[[ControllerState, SensorSample], tuple[ControllerState, float]]:
-        """The pure step: ``step(state, sample) -> (state, effort)``."""
+        """The pure step ``step(state, sample) -> (state, effort)``."""
         ...
 
     def init(self) -> ControllerState:

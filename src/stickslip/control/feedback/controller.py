@@ -138,7 +138,7 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
 
     @property
     def step(self) -> at.Step:
-        """The pure step: ``step(state, sample) -> (state, effort)``, a `SensorSample` in.
+        """The pure step ``step(state, sample) -> (state, effort)`` of a `SensorSample`.
 
         A sample whose position or velocity is not finite gives the effort NaN and leaves the state
         as it was; a vector that is not its state is a ValueError. The effort is for the time from

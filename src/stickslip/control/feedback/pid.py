@@ -206,7 +206,7 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
 
     @property
     def step(self) -> at.Step:
-        """The pure step: ``step(state, sample) -> (state, effort)``, a `SensorSample` in.
+        """The pure step ``step(state, sample) -> (state, effort)`` of a `SensorSample`.
 
         A sample whose position, or velocity if it is to be measured, is not finite gives the effort
         NaN and leaves the state as it was; a vector that is not its state is a ValueError.

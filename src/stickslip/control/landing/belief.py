@@ -111,7 +111,7 @@ class FlightLog:
 
     @property
     def late(self) -> bool:
-        """Whether mass 1 still stuck when it should have moved: its static friction is higher."""
+        """Whether mass 1 stuck when it should have moved, as its static friction is higher."""
         fast = self._fast
         stuck = int(np.argmax(fast)) if fast.any() else fast.size
         expected = self.direction * self.expected_velocity[1 : stuck + 1]

@@ -101,7 +101,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     def step(
         self,
     ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
-        """The pure step, a compiled kernel: ``step(state, sample) -> (state, effort)``.
+        """The pure step ``step(state, sample) -> (state, effort)``, a compiled kernel.
 
         The effort is for the time from this sample to the next.
         """

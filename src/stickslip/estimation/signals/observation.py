@@ -66,7 +66,7 @@ class MotionNoise:
 
     @property
     def used_velocity(self) -> float:
-        """Of the velocity that energies are made from: measured, or else differentiated."""
+        """Noise of the velocity that energies are made from, measured or differentiated."""
         return self.velocity if self.velocity > 0 else self.smooth_velocity
 
 

@@ -153,7 +153,7 @@ class PulseSeries:
 
     @property
     def impulse(self) -> float:
-        """Time integral of the effort's magnitude [N s or N m s]: what is least."""
+        """Time integral of the effort's magnitude [N s or N m s], the smallest possible."""
         return float(np.abs(self.effort).sum()) * self.sampling_time
 
     @property

@@ -209,7 +209,7 @@ class PublishedEnergyEstimator(OnlineMethod):
 
     @property
     def values_at(self) -> slice:
-        """Where the friction lies in a state: Coulomb first, then viscous."""
+        """Places of Coulomb and viscous friction in a state."""
         return _FRICTION_AT
 
     @property

@@ -103,7 +103,7 @@ class _Candidate(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Sum of the logarithms of the intervals' halves: what is to be small [-]."""
+        """Sum of the logarithms of the intervals' halves [-]."""
         return float(np.sum(np.log(np.maximum(self.intervals.half, 1e-300))))
 
 
