@@ -35,7 +35,7 @@ def test_an_effort_for_the_drive_keeps_the_limits(run: Run, tmp_path: Path) -> N
     outcome = run("excite", *AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
     assert outcome.code == 0, outcome.err
     document = json.loads(outcome.out)
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     lines = out.read_text().splitlines()
     assert lines[0] == "time [s],effort [N]"
     time, effort = np.array([[float(cell) for cell in line.split(",")] for line in lines[1:]]).T
@@ -70,8 +70,8 @@ def test_an_effort_too_short_to_tell_is_written_and_said_to_be_so(run: Run, tmp_
     )
     assert outcome.code == 1
     assert "Not to be trusted" in outcome.out
-    untold = json.loads(saved.read_text())["untold"]
-    assert "viscous_friction" in untold
+    undetermined = json.loads(saved.read_text())["undetermined"]
+    assert "viscous_friction" in undetermined
     assert "viscous friction" in outcome.out
     assert out.exists()
 

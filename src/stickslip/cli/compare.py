@@ -6,8 +6,13 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.arguments import whole_number
-from stickslip.cli.log_arguments import WANTED, KnownAxis, LogReading, SoughtFriction
+from stickslip.cli.arguments import (
+    WANTED,
+    KnownAxis,
+    LogReading,
+    SoughtFriction,
+    whole_number,
+)
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.terminal import progress_bar
 
@@ -41,7 +46,7 @@ def compare(
         Parameter(
             group=WANTED,
             negative="",
-            help="Compare this estimator only; may be repeated. Not said: every one.",
+            help="Compare this estimator only; may be repeated. [default: all]",
         ),
     ] = None,
     largest_delay: Annotated[
@@ -49,8 +54,7 @@ def compare(
         Parameter(
             group=WANTED,
             converter=whole_number,
-            help="Let maximum-likelihood find by how many samples the effort acts late, from 0 to "
-            "so many.",
+            help="Largest delay of the effort that maximum-likelihood looks for, in samples.",
         ),
     ] = 0,
     runs: Annotated[
@@ -58,18 +62,19 @@ def compare(
         Parameter(
             group=WANTED,
             converter=whole_number,
-            help="Of a scenario: how many runs; not said: as many as it says.",
+            help="Number of runs of a scenario. [default: that of the scenario]",
         ),
     ] = None,
     files: ResultFiles | None = None,
 ) -> int:
     """Compare every estimator on a log, or over many runs of a simulated scenario.
 
-    Of a log: what each finds with its 95 % interval, what it leaves of the effort, and its time a
-    sample. Of a scenario, whose truth is known: bias, root mean square error, that over the
-    Cramer-Rao bound, and how often the intervals hold the truth. An estimator that does not apply
-    says why. One that estimates no mass gets that of the energy estimator unless --mass is given.
-    Exit code 1: none of them can be trusted.
+    Of a log: the estimates with their 95 % intervals, the unexplained effort, and the time a
+    sample. Of a scenario, whose true values are known: bias, root mean square error, its ratio to
+    the Cramer-Rao bound, and the coverage of the intervals. The reason is printed where an
+    estimator does not apply. An estimator that needs a mass gets that of the energy estimator if
+    --mass is absent.
+    Exit code 1: no result can be trusted.
     """
     from stickslip.records import InputError
 

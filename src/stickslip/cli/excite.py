@@ -16,10 +16,10 @@ EXAMPLES = """Examples:
   stickslip excite --mass 95 --coulomb-friction 20 --viscous-friction 200 --effort-limit 120 --travel-limit 0.1 --duration 10 --sampling-time 0.001 --encoder-step 1e-6 --out input.csv
   stickslip excite --estimate stage.json --effort-limit 10 --speed-limit 0.3 --travel-limit 0.2 --duration 5 --sampling-time 0.002 --position-noise 1e-5 --out input.csv"""  # noqa: E501 - a command is one line
 
-_AXIS = Group("What is believed of the axis", sort_key=1)
-_LIMITS = Group("What it allows", sort_key=2)
-_SENSORS = Group("What will measure it", sort_key=3)
-_OUTPUT = Group("The effort", sort_key=4)
+_AXIS = Group("Known of the axis", sort_key=1)
+_LIMITS = Group("Limits", sort_key=2)
+_SENSORS = Group("Sensors", sort_key=3)
+_OUTPUT = Group("Effort", sort_key=4)
 
 
 def excite(
@@ -28,33 +28,37 @@ def excite(
         Path | None,
         Parameter(
             group=_AXIS,
-            help="File that stickslip identify --json wrote; what is given beside it comes first.",
+            help="File that stickslip identify --json wrote; other options override its values.",
         ),
     ] = None,
     kind: Annotated[
         Literal["linear", "rotary"] | None,
-        Parameter(group=_AXIS, help="Not said: that of the estimate, or linear."),
+        Parameter(group=_AXIS, help="Kind of axis. [default: that of the estimate, or linear]"),
     ] = None,
     inertia: Annotated[
         float | None,
         Parameter(
             name=("--inertia", "--mass"),
             group=_AXIS,
-            help="Moving inertia in kg m² or mass in kg, of a flexible arm of the driven side.",
+            help="Moving inertia in kg m² or mass in kg; of a flexible arm the driven side.",
         ),
     ] = None,
     coulomb_friction: Annotated[
-        float | None, Parameter(group=_AXIS, help="In N or N m; a rough guess will do.")
+        float | None, Parameter(group=_AXIS, help="In N or N m; a rough value is enough.")
     ] = None,
     viscous_friction: Annotated[
-        float | None, Parameter(group=_AXIS, help="In N s/m or N m s/rad; a rough guess will do.")
+        float | None, Parameter(group=_AXIS, help="In N s/m or N m s/rad; a rough value is enough.")
     ] = None,
     static_friction: Annotated[
         float | None,
-        Parameter(group=_AXIS, help="In N or N m; not said: that of the Coulomb friction."),
+        Parameter(group=_AXIS, help="In N or N m. [default: Coulomb friction]"),
     ] = None,
     offset: Annotated[
-        float | None, Parameter(group=_AXIS, help="Constant effort lost, such as to gravity.")
+        float | None,
+        Parameter(
+            group=_AXIS,
+            help="Constant part of the effort, such as gravity, in N or N m. [default: 0]",
+        ),
     ] = None,
     load_inertia: Annotated[
         float | None,
@@ -74,7 +78,7 @@ def excite(
     ] = None,
     travel_limit: Annotated[
         float | None,
-        Parameter(group=_LIMITS, help="Largest distance from where it begins, in m or rad."),
+        Parameter(group=_LIMITS, help="Largest distance from the start, in m or rad."),
     ] = None,
     position_noise: Annotated[
         float, Parameter(group=_SENSORS, help="Standard deviation of the positions, in m or rad.")
@@ -86,8 +90,8 @@ def excite(
         float | None,
         Parameter(
             group=_SENSORS,
-            help="Standard deviation of measured velocities, in m/s or rad/s; not said: none is "
-            "measured.",
+            help="Standard deviation of measured velocities, in m/s or rad/s. [default: not "
+            "measured]",
         ),
     ] = None,
     duration: Annotated[float, Parameter(group=_OUTPUT, help="In s.")],
@@ -99,7 +103,7 @@ def excite(
         Parameter(
             group=_OUTPUT,
             converter=whole_number,
-            help="Of the inputs that the search begins with.",
+            help="Seed of the inputs that the search starts from.",
         ),
     ] = 1,
     out: Annotated[Path, Parameter(group=_OUTPUT, help="CSV file for the drive: time and effort.")],
@@ -112,12 +116,12 @@ def excite(
         ),
     ] = None,
 ) -> int:
-    """Design an effort to identify an axis with, as telling as its limits allow.
+    """Design an effort that determines the parameters of an axis as well as its limits allow.
 
     The Fisher information about mass, friction and offset is made as large as limits of effort,
-    speed and travel allow (D-optimal), for an axis as it is believed to be, that begins at rest.
-    Prints the intervals to expect at best. The axis must be free to move by the travel limit both
-    ways, and a little more, as it is only believed to be so.
+    speed and travel allow (D-optimal), for an axis with the given parameters that starts at
+    rest. Prints the smallest intervals to expect. The axis must be free to move by the travel limit
+    in both directions, and a little more, as its parameters are not exact.
     """
     files = {"--json": json_file(json), "--out": out}
     check_outputs(files, inputs=[] if estimate is None else [estimate])
@@ -156,4 +160,4 @@ def excite(
     print_result(
         designed.to_dict, partial(print_excitation, designed=designed), json=json, files=written
     )
-    return 1 if designed.untold else 0
+    return 1 if designed.undetermined else 0

@@ -6,7 +6,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.log_arguments import WANTED, KnownAxis, LogReading, SoughtFriction
+from stickslip.cli.arguments import WANTED, KnownAxis, LogReading, SoughtFriction
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.terminal import working
 from stickslip.records import EffortKind, InputError

@@ -41,11 +41,11 @@ def position(
         ),
     ] = None,
 ) -> int:
-    """Position a simulated axis or flexible arm with friction, as a scenario file tells.
+    """Position a simulated axis or flexible arm with friction, as a scenario file states.
 
-    The scenario says which axis is simulated, where it is to go, what its sensors show, and which
-    controller moves it with which first guess. Prints how each move ended. Exit code 0: every move
-    of the last run ended within the tolerance; 1: one did not, and its ending says why.
+    The scenario states the axis, its targets, its sensors, and the controller with its first guess.
+    Prints how each move ended. Exit code 0: every move of the last run ended within the tolerance;
+    1: one did not, for the reason printed.
     """
     from stickslip.jobs import read_scenario
     from stickslip.outputs import check_output

@@ -206,8 +206,8 @@ def print_excitation(console: "Console", designed: Excitation) -> None:
         "that disturbs the axis, widens the intervals."
     )
     _say(console, words, "dim")
-    if designed.untold:
-        names = " and ".join(parameter_label(name, kind).lower() for name in designed.untold)
+    if designed.undetermined:
+        names = " and ".join(parameter_label(name, kind).lower() for name in designed.undetermined)
         _say(
             console,
             f"Not to be trusted: such an input does not tell the {names}, whose interval reaches "

@@ -12,7 +12,7 @@ from stickslip.records.record import Record, Valued
 
 __all__ = ["Excitation", "ExpectedParameter"]
 
-_SCHEMA = 1
+_SCHEMA = 2
 _NORMAL_95 = 1.959963984540054
 
 
@@ -66,7 +66,7 @@ class Excitation(Record):
 
     schema = _SCHEMA
     json_form = (
-        "schema kind expected untold largest_speed largest_travel",
+        "schema kind expected undetermined largest_speed largest_travel",
         "largest_effort duration sampling_time effort units options",
         {"provenance": ("stickslip_version",)},
     )
@@ -96,7 +96,7 @@ class Excitation(Record):
         return self.effort.size * self.sampling_time
 
     @property
-    def untold(self) -> tuple[str, ...]:
+    def undetermined(self) -> tuple[str, ...]:
         """Names of the parameters whose expected interval contains 0.
 
         A parameter that is believed to be 0 is none of them. Nor is an offset that is known better
