@@ -246,3 +246,24 @@ def test_an_effect_is_small_beside_the_effort_and_not_beside_derivatives(
     assert half / np.max(np.abs(rows.target)) < 0.1  # the limit would not hold there
     assert found.parameters["offset"].identified == informative
     assert ("wider than the value" in reasons(found).get("offset", "")) != informative
+
+
+def test_another_law_widens_an_interval_and_withholds_no_value() -> None:
+    time = np.arange(400.0)
+    columns = np.column_stack([np.sign(np.sin(0.3 * time + 0.1)), np.sin(0.05 * time)])
+    noise = 0.01 * np.random.default_rng(7).normal(size=time.size)
+    rows = replace(
+        rows_of(columns @ [1.0, 1.0] + noise, columns),
+        names=("coulomb_friction", "viscous_friction"),
+        motion=summarise_motion([np.sin(0.1 * time)], [0.1 * np.cos(0.1 * time)], 1.0, (0.0, 0.0)),
+    )
+    source = provenance_of(log_of(good_motion), {})
+    shift = np.array([0.5, -0.8])
+    plain, law, other = (
+        solve(each, estimator="least squares", provenance=source)
+        for each in (rows, replace(rows, law_shift=shift), replace(rows, shifts=shift[None]))
+    )
+    np.testing.assert_allclose(law.covariance, plain.covariance + np.outer(shift, shift))
+    low, high = law.parameters["viscous_friction"].ci95 or (0.0, 0.0)
+    assert low < 0.0 < law.value("viscous_friction") < high
+    assert not other.parameters["viscous_friction"].identified

@@ -11,7 +11,14 @@ from numpy.polynomial import Polynomial
 
 from stickslip.estimation import SelectedModelEstimator, predict_effort
 from stickslip.estimation.prepare import prepare
+from stickslip.estimation.selection.model_rows import model_rows
 from stickslip.estimation.selection.plausibility import PlausibilityTuning
+from stickslip.estimation.selection.rival_law import (
+    RivalTuning,
+    rival_law,
+    rival_note,
+    rival_shift,
+)
 from stickslip.estimation.selection.significance import (
     Basis,
     held_out_errors,
@@ -168,7 +175,7 @@ def test_delay_of_the_effort_is_estimated(delay: float) -> None:
 def test_a_law_that_explains_the_log_as_well_is_named() -> None:
     """Its Coulomb friction is that of least squares on the samples, without windows."""
     few = slice(5000)
-    whole = log_of(noise=0.6)
+    whole = log_of(noise=0.6, seed=4)
     log = AxisLog(
         name="stage",
         kind="linear",
@@ -193,6 +200,94 @@ def test_a_law_that_explains_the_log_as_well_is_named() -> None:
 def test_no_law_is_named_where_the_log_distinguishes_them() -> None:
     found = SelectedModelEstimator().fit(log_of())
     assert not any("explains this log as well" in note for note in found.diagnostics.notes)
+
+
+def two_thirds(motion: Motion) -> Float[np.ndarray, " n"]:
+    """Return what friction with the 2/3 power of the speed has beyond viscous friction [N]."""
+    speed = np.abs(motion.velocity)
+    return 4.0 * np.sign(motion.velocity) * (np.cbrt(0.1 * speed**2) - speed)
+
+
+PLAIN_ONLY = SelectedModelEstimator(select=False)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("extra", "weight"), [(lambda m: 0.0 * m.time, 0.0), (two_thirds, 1.0)])
+def test_weight_of_the_other_law_is_one_where_it_holds(extra: Extra, weight: float) -> None:
+    fits = [PLAIN_ONLY.details(log_of(extra, noise=0.4, seed=seed)) for seed in range(12)]
+    rivals = [rival_law(fit.model) for fit in fits if fit.model is not None]
+    errors = [(rival.weight - weight) / rival.std for rival in rivals if rival is not None]
+    assert len(errors) == 12
+    # Student's t with about ten degrees of freedom: the limits are passed in 1 of 500 such tests
+    assert 0.2 < np.mean(np.square(errors)) < 3.5
+
+
+def test_weight_of_the_other_law_is_that_of_a_fit_of_both() -> None:
+    """Of least squares on the samples, without windows."""
+    log = log_of(two_thirds, noise=0.4)
+    model = PLAIN_ONLY.details(log).model
+    assert model is not None
+    rival = rival_law(model)
+    assert rival is not None
+    acts = Motion(time=MIDDLE)
+    sign, speed = np.sign(acts.velocity), np.abs(acts.velocity)
+    columns = [sign * speed ** (2 / 3), acts.acceleration, sign, np.ones(TIME.size), acts.velocity]
+    both, *_ = np.linalg.lstsq(np.column_stack(columns), log.effort, rcond=None)
+    other, *_ = np.linalg.lstsq(np.column_stack(columns[:-1]), log.effort, rcond=None)
+    assert rival.weight == pytest.approx(both[0] / other[0], abs=rival.std)
+
+
+@pytest.mark.parametrize(
+    ("weight", "std", "noted", "wider"),
+    [
+        (0.5, 0.05, True, True),
+        (0.41, 0.1, True, True),
+        (0.39, 0.1, False, False),  # the log prefers the selected law by more than std
+        (0.29, 0.3, True, False),  # nothing speaks for the other law
+        (0.31, 0.3, True, True),
+    ],
+)
+def test_a_rival_widens_where_the_log_does_not_distinguish_it(
+    weight: float, std: float, noted: bool, wider: bool
+) -> None:
+    model = PLAIN_ONLY.details(log_of(two_thirds)).model
+    assert model is not None
+    other = rival_law(model)
+    assert other is not None
+    rival, tuning = replace(other, weight=weight, std=std), RivalTuning()
+    rows, others = model_rows(model, "mass"), model_rows(other.model, "mass")
+    shift = rival_shift(rows, others, rival, tuning)
+    assert bool(rival_note(model, rival, "N", tuning)) == noted
+    assert (shift is not None) == wider
+    if shift is not None:
+        own = dict(zip(rows.names, rows.values(), strict=True))
+        # Equal weights: the viscous friction of the other law, 0, counts by one half of its square
+        assert shift[rows.names.index("viscous_friction")] == pytest.approx(
+            -own["viscous_friction"] / np.sqrt(2.0)
+        )
+
+
+@pytest.mark.slow
+def test_intervals_hold_where_the_log_does_not_show_the_true_law() -> None:
+    """Friction with the 2/3 power of the speed, of which half of the logs show viscous friction."""
+    missed: list[bool] = []
+    for seed in range(16):
+        found = SelectedModelEstimator().fit(log_of(two_thirds, noise=1.0, seed=seed))
+        assert found.selection is not None
+        if not found.status.trusted or found.selection.selected:
+            continue
+        intervals = [found.parameters[name].ci95 for name in ("coulomb_friction", "mass")]
+        intervals.append(found.parameters["viscous_friction"].ci95)
+        truths = (TRUTH["coulomb_friction"], TRUTH["mass"], 0.0)
+        missed.append(
+            any(
+                ci is not None and not ci[0] <= truth <= ci[1]
+                for ci, truth in zip(intervals, truths, strict=True)
+            )
+        )
+    # Without the variance between the laws, all of them miss
+    assert len(missed) >= 6
+    assert np.mean(missed) <= 0.5
 
 
 def test_terms_are_tested_in_a_log_of_two_moves() -> None:

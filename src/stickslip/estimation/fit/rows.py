@@ -130,6 +130,10 @@ class Regression:
     shifts
         By which the parameters may be off beyond their sampling error, as other data or models
         show [SI], shape (k, p); None for nothing. They widen the intervals.
+    law_shift
+        By which the parameters may be off because another law of friction explains the rows as well
+        [SI], shape (p,); None for nothing. It widens the intervals, and withholds no value: what is
+        identifiable is judged within the selected law.
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
         a drifting force (`robust_uncertainty`).
@@ -163,6 +167,7 @@ class Regression:
     resolution: float = RESOLUTION
     effort_delay: int | None = None
     shifts: Float[np.ndarray, "k p"] | None = None
+    law_shift: Float[np.ndarray, " p"] | None = None
     slow_residual: bool = False
     overlap: Overlap | None = None
     simultaneous: bool = False

@@ -154,7 +154,8 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         degrees = float(fit.degrees_of_freedom[k])
-        half, alone = std * t_quantile(degrees, together), std * t_quantile(degrees)
+        half = std * t_quantile(degrees, together)
+        alone = float(np.sqrt(fit.within_law[k])) * t_quantile(degrees)
         reason = withheld(regression, k, value, alone, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
@@ -256,6 +257,7 @@ class _Fit:
     values: Float[np.ndarray, " p"]
     covariance: Float[np.ndarray, "p p"]
     sampling_variance: Float[np.ndarray, " p"]
+    within_law: Float[np.ndarray, " p"]
     classical_std: Float[np.ndarray, " p"]
     residual: Float[np.ndarray, " n"]
     degrees_of_freedom: Float[np.ndarray, " p"]
@@ -298,12 +300,16 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     covariance[columns, columns] += bias**2
     if regression.shifts is not None:
         covariance += regression.shifts.T @ regression.shifts
+    within_law = np.diag(covariance).copy()
+    if regression.law_shift is not None:
+        covariance += np.outer(regression.law_shift, regression.law_shift)
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
     return _Fit(
         values=values,
         covariance=covariance,
         sampling_variance=sampling,
+        within_law=within_law,
         classical_std=classical,
         residual=residual,
         degrees_of_freedom=degrees,

@@ -27,7 +27,12 @@ from stickslip.estimation.selection.plausibility import (
     wrong_delay,
     wrong_inertia,
 )
-from stickslip.estimation.selection.rival_law import RivalTuning, rival_law
+from stickslip.estimation.selection.rival_law import (
+    RivalTuning,
+    rival_law,
+    rival_note,
+    rival_shift,
+)
 from stickslip.estimation.selection.saturation import (
     SaturationTuning,
     saturates,
@@ -341,8 +346,10 @@ class SelectedModelEstimator:
             causes.append(wrong)
             model, terms, motions, found = replace(self, inertia=None).followed(log, driven)
         notes += found
-        rival = rival_law(model, log.log.unit("effort"), self.tuning.rival)
-        notes += [rival] if rival else []
+        rival = rival_law(model)
+        if rival is not None:
+            note = rival_note(model, rival, log.log.unit("effort"), self.tuning.rival)
+            notes += [note] if note else []
         causes.append(unsettled_delay(model, self.tuning.search))
         causes.append(wrong_delay(model, self.effort_delay, self.tuning.plausibility))
         causes.append(ripple_of_degrees(model, log.log.kind))
@@ -363,8 +370,15 @@ class SelectedModelEstimator:
             if shift is not None
         ]
         shifts += self.between_moves(model, rows, estimate)
-        if shifts:
-            estimate, regression = self._solved(log, motions, model, rows, notes, np.array(shifts))
+        law_shift = None
+        if rival is not None and any(term.name == "two-thirds" for term in terms):
+            other = with_shapes(model_rows(rival.model, kind), rival.model, rows.names)
+            law_shift = rival_shift(rows, other, rival, self.tuning.rival)
+        if shifts or law_shift is not None:
+            widened = np.array(shifts) if shifts else None
+            estimate, regression = self._solved(
+                log, motions, model, rows, notes, widened, law_shift
+            )
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
         estimate = replace(
@@ -462,9 +476,12 @@ class SelectedModelEstimator:
         rows: ModelRows,
         notes: Sequence[str],
         shifts: Float[np.ndarray, "k p"] | None = None,
+        law_shift: Float[np.ndarray, " p"] | None = None,
     ) -> tuple[FrictionEstimate, Regression]:
         """Return the estimate with its rows."""
-        regression = rows.regression(log, motions, model, shifts=shifts, notes=notes)
+        regression = rows.regression(
+            log, motions, model, shifts=shifts, law_shift=law_shift, notes=notes
+        )
         provenance = provenance_of(log.log, self.options())
         return solve(regression, estimator=self.name, provenance=provenance), regression
 

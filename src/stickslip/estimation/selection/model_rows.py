@@ -72,6 +72,7 @@ class ModelRows:
         model: Model,
         *,
         shifts: Float[np.ndarray, "k p"] | None,
+        law_shift: Float[np.ndarray, " p"] | None,
         notes: Sequence[str],
     ) -> Regression:
         """Return the rows with what is known about their noise.
@@ -84,6 +85,8 @@ class ModelRows:
             Of these rows.
         shifts
             By which the parameters may be off beyond their sampling error [SI]; None for none.
+        law_shift
+            The same, because another law of friction explains the log as well [SI].
         notes
             For the user.
         """
@@ -99,6 +102,7 @@ class ModelRows:
             samples=len(log.log),
             notes=tuple(notes),
             shifts=shifts,
+            law_shift=law_shift,
             slow_residual=True,
             overlap=model.rows.weight.overlap(),
             simultaneous=any(score.selected for score in model.scores),
