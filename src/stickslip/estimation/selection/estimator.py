@@ -132,7 +132,8 @@ class SelectedModelEstimator:
     Coulomb friction and offset are added one by one as long as they are significant under
     correlated residuals and predict moves left out of the fit better, by more than one standard
     error. The delay of the effort is one of them. Intervals allow for correlated residuals, for
-    terms that are nearly significant, and for differences between frequency bands.
+    terms that are nearly significant, for another law of viscous friction that explains the log as
+    well, and for differences between frequency bands.
 
     Attributes
     ----------
