@@ -629,9 +629,9 @@ def test_held_out_errors_are_those_of_refits() -> None:
     assert held_out_errors(columns, target, group) == pytest.approx(expected, rel=1e-9)
 
 
-def test_the_jackknife_is_that_of_refits() -> None:
+def test_the_jackknife_of_equal_groups_is_that_of_refits() -> None:
     rng = np.random.default_rng(6)
-    columns = rng.standard_normal((60, 3)) * [1.0, 1e3, 1e-3]
+    columns = np.tile(rng.standard_normal((12, 3)) * [1.0, 1e3, 1e-3], (5, 1))
     target = rng.standard_normal(60)
     group = np.repeat(np.arange(5), 12)
     without = np.array(
@@ -640,6 +640,21 @@ def test_the_jackknife_is_that_of_refits() -> None:
     expected = 4.0 / 5.0 * np.sum((without - without.mean(axis=0)) ** 2, axis=0)
     found = jackknife(columns, target, group)
     assert np.sum(found**2, axis=0) == pytest.approx(expected, rel=1e-9)
+
+
+def test_the_jackknife_of_unequal_groups_has_the_variance_under_white_noise() -> None:
+    rng = np.random.default_rng(7)
+    runs = 4000
+    size = np.repeat([0.3, 1.0, 1.0, 3.0], 15)
+    columns = np.column_stack([size * rng.standard_normal(60), rng.standard_normal(60)])
+    group = np.repeat(np.arange(4), 15)
+    found = np.array([jackknife(columns, rng.standard_normal(60), group) for _ in range(runs)])
+    squares = np.sum(found**2, axis=1)
+    expected = np.diag(np.linalg.inv(columns.T @ columns))
+    # The mean over the groups takes less than 1 / (g - 1) of the sum away
+    error = 4.0 * np.std(squares, axis=0) / np.sqrt(runs)
+    assert np.all(np.mean(squares, axis=0) < expected + error)
+    assert np.all(np.mean(squares, axis=0) > 2.0 / 3.0 * expected - error)
 
 
 @pytest.mark.parametrize("correlation", [0.0, 0.95])

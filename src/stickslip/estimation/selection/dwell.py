@@ -46,6 +46,9 @@ class DwellTuning:
     """Of a rest, which the instant of the breakaway is found in."""
     half_width: int = 5
     """Half of the window of the effort around the breakaway [samples]."""
+    largest_step: float = 6.0
+    """Largest step of the effort around the breakaway over the median one [-]: beyond it the effort
+    jumps, and the level within the jump is not known. Noise makes it 3 to 4."""
     fewest: int = 6
     """Breakaways for a test [-]."""
     least_spread: float = 2.0
@@ -104,7 +107,10 @@ def breakaways(
             time, time_std = instant
             direction = _direction(motion, rest.stop)
             near = np.abs(motion.time + late - time) <= tuning.half_width * log.sampling_time
-            if np.count_nonzero(near) < tuning.half_width or not np.all(motion.usable[near]):
+            steps = np.abs(np.diff(motion.effort[near]))
+            if steps.size < tuning.half_width or not np.all(motion.usable[near]):
+                continue
+            if np.max(steps) > tuning.largest_step * np.median(steps):
                 continue
             effort, slope, effort_std = _line(motion.time[near] + late - time, motion.effort[near])
             at_rest = effort_at_rest(estimate, time, float(motion.position[rest.start]), direction)

@@ -169,9 +169,12 @@ def jackknife(
 ) -> Float[np.ndarray, "groups p"]:
     """Return rows J with the jackknife covariance J^T J of the coefficients.
 
-    J has the changes of the coefficients without each group, times sqrt((g - 1)/g) for g groups
-    (B. Efron 1982, "The jackknife, the bootstrap and other resampling plans"). Groups without which
-    the columns are dependent do not count.
+    J has the changes of the coefficients without each group (B. Efron 1982, "The jackknife, the
+    bootstrap and other resampling plans"), scaled so that J^T J has the expectation of the
+    covariance under white residuals, which the plain factor sqrt((g - 1)/g) gives for g groups of
+    equal information only: with the Gramians A of all rows and A_k of a group,
+    ``E (b_(k) - b)^2 = s^2 [(A - A_k)^-1 - A^-1]``. Groups without which the columns are dependent
+    do not count.
 
     Parameters
     ----------
@@ -180,13 +183,16 @@ def jackknife(
     """
     products, values, norms = _left_out(columns, target, group)
     gram = products[:, :-1, :-1]
-    strength = np.linalg.eigvalsh(np.sum(gram, axis=0) - gram)
+    whole = np.sum(gram, axis=0)
+    strength = np.linalg.eigvalsh(whole - gram)
     known = strength[:, 0] > _DEPENDENT**2 * strength[:, -1]
     values = values[known, :, 0] / np.where(norms > 0, norms, 1.0)
-    count = values.shape[0]
-    if count == 0:
+    if values.shape[0] == 0:
         return values
-    return (values - np.mean(values, axis=0)) * float(np.sqrt((count - 1) / count))
+    variance = np.diag(np.linalg.inv(whole))
+    excess = np.diagonal(np.linalg.inv((whole - gram)[known]), axis1=1, axis2=2) - variance
+    expected = np.sum(excess, axis=0) / variance
+    return (values - np.mean(values, axis=0)) / np.sqrt(expected)
 
 
 def _left_out(
