@@ -14,12 +14,12 @@ from stickslip.control import (
     RestDetection,
 )
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import PulseRun, run_pulses
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome
 from stickslip.simulation import Sensors
 from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, save, style
+from studies.pulse_run import PulseRun, run_pulses
 from studies.van_de_wijdeven.part_b.resolution import resolution_pieces, resolution_scores
 
 # Table 1 of the source, part B, with an offset and uneven friction that it does not have

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 import pytest
+from pulse_runs import PulseRun, run_pulses
 
 from stickslip.control import (
     PD,
@@ -16,7 +17,6 @@ from stickslip.control import (
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import PulseRun, run_pulses
 from stickslip.plants import FlexibleArm, SingleMass
 
 SAMPLING_TIME = 0.01

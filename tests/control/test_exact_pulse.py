@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pulse_runs import run_pulses
 from random_axes import (
     ENCODER_STEP,
     POSITION_NOISE,
@@ -19,7 +20,6 @@ from random_axes import (
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control.pulses import exact_learning as at
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import run_pulses
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome, SensorSample

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pulse_runs import run_pulses
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import PlantStepper, Sensors

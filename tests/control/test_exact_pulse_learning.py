@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pulse_runs import run_pulses
 from random_axes import random_axes
 from scipy.optimize import least_squares
 
@@ -13,7 +14,6 @@ from stickslip.control import ExactPulseController, PulseWidthController, RestDe
 from stickslip.control.pulses import exact_learning as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, LearntPulses, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop

@@ -6,12 +6,12 @@ from itertools import pairwise, product
 
 import numpy as np
 import pytest
+from pulse_runs import run_pulses
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control.pulses import exact_learning as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors

@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pulse_runs import run_pulses
 from scipy.optimize import minimize
 
 from stickslip.control import PulseAmplitudeWidthController, RestDetection
 from stickslip.control.pulses.amplitude_width_kernel import in_range, trimmed_effort
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome
 from stickslip.simulation import Sensors, simulate_closed_loop

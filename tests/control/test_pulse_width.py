@@ -5,10 +5,10 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pulse_runs import run_pulses
 
 from stickslip.control import PulseWidthController, RestDetection
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import run_pulses
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome
 from stickslip.simulation import simulate_closed_loop

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import PulseController
-from stickslip.jobs.pulse_run import PulseRun, run_pulses
 from stickslip.records import PositioningOutcome
+from studies.pulse_run import PulseRun, run_pulses
 from studies.van_de_wijdeven.part_b.setting import (
     DURATION,
     RUNS_IN_A_ROW,

@@ -1,7 +1,7 @@
-"""A pulse controller on a simulated axis, with every pulse and every estimate kept."""
+"""A pulse controller on a simulated axis, with every pulse and every estimate recorded."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -9,21 +9,13 @@ from jaxtyping import Float
 from stickslip.control import PulseController
 from stickslip.jobs.recorder import Recorder
 from stickslip.plants import Plant
-from stickslip.records import (
-    PositioningOutcome,
-    PulseRecord,
-    ReadOnlyMapping,
-    positive,
-)
+from stickslip.records import PositioningOutcome, PulseRecord
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
 
 __all__ = ["PulseRun", "run_pulses"]
 
-State = Float[np.ndarray, " s"]
 
-
-@dataclass(frozen=True, kw_only=True)
-class PulseRun:
+class PulseRun(NamedTuple):
     """A finished run of a pulse controller.
 
     Attributes
@@ -31,7 +23,7 @@ class PulseRun:
     run
         Truth, log, and the controller's state after the last sample.
     pulses
-        Every pulse of which it is known what it did, in order.
+        Every pulse of known outcome, in order.
     outcome
         How far positioning has come at the end.
     estimate_times
@@ -40,14 +32,11 @@ class PulseRun:
         By name, at these times and from each on until the next, shape (k,) each [SI].
     """
 
-    run: ClosedLoopRun[State]
+    run: ClosedLoopRun[Float[np.ndarray, " s"]]
     pulses: tuple[PulseRecord, ...]
     outcome: PositioningOutcome
     estimate_times: Float[np.ndarray, " k"]
     estimates: Mapping[str, Float[np.ndarray, " k"]]
-
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "estimates", ReadOnlyMapping(self.estimates))
 
 
 def run_pulses(
@@ -58,31 +47,15 @@ def run_pulses(
     duration: float,
     sensors: Sensors | None = None,
     generator: np.random.Generator | None = None,
-    initial_state: tuple[float, ...] | None = None,
 ) -> PulseRun:
-    """Run a pulse controller on a plant, and keep its pulses and estimates.
-
-    Parameters
-    ----------
-    plant
-        What it moves.
-    controller
-        What moves it.
-    sampling_time
-        Of the loop [s].
-    duration
-        How long, to the nearest sample [s].
-    sensors, generator, initial_state
-        As `stickslip.simulation.simulate_closed_loop` takes them.
+    """Run a pulse controller for a duration, to the nearest sample [s], as `simulate_closed_loop`.
 
     Raises
     ------
     InputError
         As `stickslip.simulation.simulate_closed_loop` does.
     """
-    samples = round(
-        positive("duration", duration, "s") / positive("sampling time", sampling_time, "s")
-    )
+    samples = round(duration / sampling_time)
     recorder = Recorder(controller, (controller.target,), samples)
     run = simulate_closed_loop(
         plant,
@@ -91,12 +64,6 @@ def run_pulses(
         samples=samples,
         sensors=sensors,
         generator=generator,
-        initial_state=initial_state,
     )
-    return PulseRun(
-        run=run,
-        pulses=tuple(recorder.pulses),
-        outcome=controller.outcome(run.controller_state),
-        estimate_times=recorder.times,
-        estimates=recorder.estimates,
-    )
+    outcome = controller.outcome(run.controller_state)
+    return PulseRun(run, tuple(recorder.pulses), outcome, recorder.times, recorder.estimates)

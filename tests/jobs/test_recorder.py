@@ -1,14 +1,14 @@
-"""What is kept of a run of pulses is what its controller found out; the run is no other for it."""
+"""The recorder records what the controller estimates and leaves the run as it is."""
 
 import numpy as np
 import pytest
+from pulse_runs import PulseRun, run_pulses
 
 from stickslip.control import PulseAmplitudeWidthController, RestDetection
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.pulse_run import PulseRun, run_pulses
 from stickslip.plants import SingleMass
-from stickslip.records import InputError, PositioningOutcome
-from stickslip.simulation import Sensors, simulate_closed_loop
+from stickslip.records import PositioningOutcome
+from stickslip.simulation import simulate_closed_loop
 
 T = 0.01
 PLANT = SingleMass(
@@ -76,34 +76,3 @@ def test_a_run_too_short_for_an_outcome_has_no_pulse() -> None:
     assert short.pulses == ()
     assert short.outcome is PositioningOutcome.MOVING
     assert short.estimate_times.tolist() == [0.0]
-
-
-def test_noise_and_start_are_passed_on() -> None:
-    def run(seed: int) -> np.ndarray:
-        return run_pulses(
-            PLANT,
-            CONTROLLER,
-            sampling_time=T,
-            duration=0.1,
-            sensors=Sensors(position_noise=1e-6),
-            generator=np.random.default_rng(seed),
-            initial_state=(0.005, 0.0),
-        ).run.log.measured_position
-
-    assert run(1)[0] == pytest.approx(0.005, abs=1e-5)
-    assert not np.array_equal(run(1), run(2))
-    np.testing.assert_array_equal(run(1), run(1))
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"duration": 0.0}, "duration is 0 s"),
-        ({"duration": float("nan")}, "duration"),
-        ({"sampling_time": -0.01}, "sampling time"),
-        ({"sampling_time": 0.02}, "made for a sampling time of 0.01 s"),
-    ],
-)
-def test_bad_settings_are_refused(settings: dict[str, float], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        run_pulses(PLANT, CONTROLLER, **{"sampling_time": T, "duration": 1.0, **settings})
