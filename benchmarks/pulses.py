@@ -43,7 +43,7 @@ def _controllers() -> dict[str, PulseController]:
         "target": 0.01,
         "tolerance": 2e-5,
         "rest": rest,
-        "patience": None,
+        "max_idle_pulses": None,
     }
     return {
         "exact law": ExactPulseController(

@@ -44,7 +44,7 @@ controllers = {
     )
     for name, compensation in (
         ("not compensated", None),
-        ("learnt on the way", FrictionCompensation(friction=learning)),
+        ("learned on the way", FrictionCompensation(friction=learning)),
         ("known beforehand", FrictionCompensation(friction=law)),
     )
 }

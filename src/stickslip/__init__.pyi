@@ -197,6 +197,7 @@ from .records import (
     InputError as InputError,
 )
 from .records import (
+    LearnedPulses as LearnedPulses,
     LearntPulses as LearntPulses,
 )
 from .records import (

@@ -90,7 +90,7 @@ def controllers() -> dict[str, PulseController]:
         "target": TARGET,
         "tolerance": TOLERANCE,
         "rest": REST,
-        "patience": None,
+        "max_idle_pulses": None,
     }
     return {
         "PWC": PulseWidthController.from_friction(**told),

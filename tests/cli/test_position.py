@@ -47,7 +47,7 @@ ESTIMATE = {
     "status_text": "The parameters are identified.",
     "provenance": {"options": {"inertia": None}},
 }
-LEARNT = {
+LEARNED = {
     "schema": 1,
     "method": "papwc",
     "kind": "linear",
@@ -268,9 +268,9 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         [("[guess]", "[guess]\nestimate = 'scenario.toml'")],
         ["scenario.toml", "not JSON", "stickslip wrote"],
     ),
-    "learnt and guessed": (
-        [("[guess]", "[guess]\nlearnt = 'learnt.json'")],
-        ["[guess]", "learnt", "mass, coulomb_friction"],
+    "learned and guessed": (
+        [("[guess]", "[guess]\nlearned = 'learned.json'")],
+        ["[guess]", "learned", "mass, coulomb_friction"],
     ),
 }
 
@@ -298,8 +298,8 @@ BAD_ESTIMATES: dict[str, tuple[dict[str, object], list[str]]] = {
     ),
 }
 
-BAD_LEARNT: dict[str, tuple[dict[str, object], list[str]]] = {
-    "another method": ({"method": "pwc"}, ["learnt.json, method", "pwc", "papwc"]),
+BAD_LEARNED: dict[str, tuple[dict[str, object], list[str]]] = {
+    "another method": ({"method": "pwc"}, ["learned.json, method", "pwc", "papwc"]),
     "another kind": (
         {
             "kind": "rotary",
@@ -308,11 +308,11 @@ BAD_LEARNT: dict[str, tuple[dict[str, object], list[str]]] = {
                 "gain_2": {"value": 0.0033, "unit": "rad/(N m s^2)"},
             },
         },
-        ["learnt.json, kind", "rotary", "linear"],
+        ["learned.json, kind", "rotary", "linear"],
     ),
-    "another schema": ({"schema": 2}, ["learnt.json, schema", "2"]),
-    "nothing learnt": ({"values": {}}, ["learnt.json", "gain_1", "missing"]),
-    "no covariance": ({"covariance": [[1.0]]}, ["learnt.json, covariance", "(1, 1)"]),
+    "another schema": ({"schema": 2}, ["learned.json, schema", "2"]),
+    "nothing learned": ({"values": {}}, ["learned.json", "gain_1", "missing"]),
+    "no covariance": ({"covariance": [[1.0]]}, ["learned.json, covariance", "(1, 1)"]),
 }
 
 
@@ -355,12 +355,12 @@ def test_a_bad_estimate_is_refused_in_one_line(case: str, run: Run, tmp_path: Pa
     refused(run, written(tmp_path, [(guess, '[guess]\nestimate = "estimate.json"')]), words)
 
 
-@pytest.mark.parametrize("case", BAD_LEARNT)
-def test_a_bad_file_of_what_was_learnt_is_refused(case: str, run: Run, tmp_path: Path) -> None:
-    changes, words = BAD_LEARNT[case]
-    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT | changes))
+@pytest.mark.parametrize("case", BAD_LEARNED)
+def test_a_bad_file_of_what_was_learned_is_refused(case: str, run: Run, tmp_path: Path) -> None:
+    changes, words = BAD_LEARNED[case]
+    (tmp_path / "learned.json").write_text(json.dumps(LEARNED | changes))
     guess = "[guess]\nmass = 150.0\ncoulomb_friction = 80.0"
-    refused(run, written(tmp_path, [(guess, '[guess]\nlearnt = "learnt.json"')]), words)
+    refused(run, written(tmp_path, [(guess, '[guess]\nlearned = "learned.json"')]), words)
 
 
 def test_a_byte_order_mark_is_no_fault(run: Run, tmp_path: Path) -> None:
@@ -430,7 +430,7 @@ def test_a_missing_scenario_is_refused(run: Run, tmp_path: Path) -> None:
     assert "check the path" in line
 
 
-@pytest.mark.parametrize("option", ["--json", "--report", "--learnt"])
+@pytest.mark.parametrize("option", ["--json", "--report", "--learned"])
 @pytest.mark.parametrize(
     ("place", "problem"),
     [
@@ -464,15 +464,17 @@ def test_an_output_that_cannot_be_is_found_before_the_run(
 
 def test_two_outputs_in_one_file_are_refused(run: Run, tmp_path: Path) -> None:
     same = tmp_path / "same"
-    line = run("position", written(tmp_path, []), "--json", same, "--learnt", same).line()
-    assert "--json and --learnt name the same file" in line
+    line = run("position", written(tmp_path, []), "--json", same, "--learned", same).line()
+    assert "--json and --learned name the same file" in line
 
 
-def test_nothing_learnt_cannot_be_saved(run: Run, tmp_path: Path) -> None:
+def test_nothing_learned_cannot_be_saved(run: Run, tmp_path: Path) -> None:
     changes = [('"papwc"', '"pid"\nbandwidth = 2.0'), ("coulomb_friction = 80.0", "")]
-    line = run("position", written(tmp_path, changes), "--learnt", tmp_path / "learnt.json").line()
+    line = run(
+        "position", written(tmp_path, changes), "--learned", tmp_path / "learned.json"
+    ).line()
     assert "learns nothing" in line
-    assert not (tmp_path / "learnt.json").exists()
+    assert not (tmp_path / "learned.json").exists()
 
 
 @pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda path: path.stem)
@@ -512,21 +514,21 @@ def test_an_offset_in_the_frictions_is_said(run: Run, tmp_path: Path) -> None:
     assert said not in run("position", written(tmp_path, [WIDER, offset])).out
 
 
-def test_what_was_learnt_is_gone_on_from(run: Run, tmp_path: Path) -> None:
-    learnt = tmp_path / "learnt.json"
-    first = run("position", written(tmp_path, [WIDER]), "--learnt", learnt, "--json", "-")
+def test_what_was_learned_is_gone_on_from(run: Run, tmp_path: Path) -> None:
+    learned = tmp_path / "learned.json"
+    first = run("position", written(tmp_path, [WIDER]), "--learned", learned, "--json", "-")
     assert first.code == 0, first.err
     guess = "[guess]\nmass = 150.0\ncoulomb_friction = 80.0"
-    scenario = written(tmp_path, [WIDER, (guess, '[guess]\nlearnt = "learnt.json"')])
-    before = json.loads(learnt.read_text())
+    scenario = written(tmp_path, [WIDER, (guess, '[guess]\nlearned = "learned.json"')])
+    before = json.loads(learned.read_text())
     # In place: what it began with is replaced by what it ended with
-    second = run("position", scenario, "--learnt", learnt, "--json", "-")
+    second = run("position", scenario, "--learned", learned, "--json", "-")
     assert second.code == 0, second.err
     begun, ended = (json.loads(each.out)["runs"][0]["estimates"] for each in (second, first))
     for name in ("gain_1", "gain_2"):
         assert begun[name][0] == ended[name][-1] == before["values"][name]["value"]
-    assert json.loads(learnt.read_text()) != before
-    assert "learnt learnt.json" in json.loads(second.out)["believed"].values()
+    assert json.loads(learned.read_text()) != before
+    assert "learned learned.json" in json.loads(second.out)["believed"].values()
 
 
 def test_an_estimate_of_identify_flows_in(run: Run, good_log: Path, tmp_path: Path) -> None:
@@ -574,5 +576,5 @@ def test_a_known_mass_is_taken_from_the_options_of_the_estimate(
 def test_the_help_says_what_it_does(run: Run) -> None:
     outcome = run("position", "--help")
     assert outcome.code == 0
-    for word in ("SCENARIO", "--json", "--report", "--learnt", "Exit code 0", "Examples:"):
+    for word in ("SCENARIO", "--json", "--report", "--learned", "Exit code 0", "Examples:"):
         assert word in outcome.out

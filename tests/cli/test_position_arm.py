@@ -28,7 +28,7 @@ coulomb_friction = 0.08
 GUESS = "coulomb_friction = 0.08"
 CONTROLLER = "[controller]"
 
-LEARNT = {
+LEARNED = {
     "schema": 1,
     "method": "landing",
     "kind": "linear",
@@ -124,8 +124,8 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         ["[controller]", "velocity_gain is missing", "or neither"],
     ),
     "a setting of pulses": (
-        [("[guess]", "patience = 3\n[guess]")],
-        ["[controller]", "patience", "landing", "leave it out"],
+        [("[guess]", "max_idle_pulses = 3\n[guess]")],
+        ["[controller]", "max_idle_pulses", "landing", "leave it out"],
     ),
     "series for a feedback": (
         [('"landing"', '"feedback"\nmost_series = 3')],
@@ -146,23 +146,23 @@ BAD: dict[str, tuple[list[tuple[str, str]], list[str]]] = {
         [(GUESS, f"{GUESS}\nstatic_friction = 0.01")],
         ["0.01 N", "0.08 N", "at least the Coulomb"],
     ),
-    "learnt and guessed": (
-        [(GUESS, f"{GUESS}\nlearnt = 'learnt.json'")],
-        ["[guess]", "learnt is given beside coulomb_friction"],
+    "learned and guessed": (
+        [(GUESS, f"{GUESS}\nlearned = 'learned.json'")],
+        ["[guess]", "learned is given beside coulomb_friction"],
     ),
-    "no such file": ([(GUESS, "learnt = 'none.json'")], ["none.json", "no such file"]),
+    "no such file": ([(GUESS, "learned = 'none.json'")], ["none.json", "no such file"]),
 }
 
-BAD_LEARNT: dict[str, tuple[dict[str, object], list[str]]] = {
+BAD_LEARNED: dict[str, tuple[dict[str, object], list[str]]] = {
     "another method": (
         {"method": "exact"},
-        ["learnt.json, method", "method exact", "needs landing"],
+        ["learned.json, method", "method exact", "needs landing"],
     ),
-    "another kind": ({"kind": "rotary", "values": {}}, ["learnt.json, kind", "rotary", "linear"]),
-    "nothing learnt": ({"values": {}}, ["learnt.json", "coulomb_friction is missing"]),
+    "another kind": ({"kind": "rotary", "values": {}}, ["learned.json, kind", "rotary", "linear"]),
+    "nothing learned": ({"values": {}}, ["learned.json", "coulomb_friction is missing"]),
     "too much friction": (
-        {"values": {**LEARNT["values"], "static_friction": {"value": 1.6, "unit": "N"}}},  # type: ignore[dict-item]
-        ["learnt.json", "effort_limit is 1 N", "1.6 N"],
+        {"values": {**LEARNED["values"], "static_friction": {"value": 1.6, "unit": "N"}}},  # type: ignore[dict-item]
+        ["learned.json", "effort_limit is 1 N", "1.6 N"],
     ),
 }
 
@@ -198,38 +198,38 @@ def test_a_bad_scenario_is_refused_in_one_line(case: str, run: Run, tmp_path: Pa
     refused(run, written(tmp_path, changes), words)
 
 
-@pytest.mark.parametrize("case", BAD_LEARNT)
-def test_a_bad_file_of_what_was_learnt_is_refused(case: str, run: Run, tmp_path: Path) -> None:
-    changes, words = BAD_LEARNT[case]
-    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT | changes))
-    refused(run, written(tmp_path, [(GUESS, 'learnt = "learnt.json"')]), words)
+@pytest.mark.parametrize("case", BAD_LEARNED)
+def test_a_bad_file_of_what_was_learned_is_refused(case: str, run: Run, tmp_path: Path) -> None:
+    changes, words = BAD_LEARNED[case]
+    (tmp_path / "learned.json").write_text(json.dumps(LEARNED | changes))
+    refused(run, written(tmp_path, [(GUESS, 'learned = "learned.json"')]), words)
 
 
-def test_what_was_learnt_of_masses_stands_alone(run: Run, tmp_path: Path) -> None:
+def test_what_was_learned_of_masses_stands_alone(run: Run, tmp_path: Path) -> None:
     parts = (("mass", 1.0, "kg"), ("load_mass", 1.0, "kg"), ("stiffness", 1.0, "N/m"))
-    values = LEARNT["values"] | {  # type: ignore[operator]
+    values = LEARNED["values"] | {  # type: ignore[operator]
         name: {"value": value, "unit": unit} for name, value, unit in parts
     }
     wide = [[1e-4 * (i == j) for j in range(5)] for i in range(5)]
     for covariance, guess, words in (
-        (wide, "learnt = 'learnt.json'\nstiffness = 1.1", ["beside stiffness", "keep learnt"]),
-        (LEARNT["covariance"], "learnt = 'learnt.json'", ["learnt.json, covariance", "5 by 5"]),
+        (wide, "learned = 'learned.json'\nstiffness = 1.1", ["beside stiffness", "keep learned"]),
+        (LEARNED["covariance"], "learned = 'learned.json'", ["learned.json, covariance", "5 by 5"]),
     ):
-        learnt = LEARNT | {"values": values, "covariance": covariance}
-        (tmp_path / "learnt.json").write_text(json.dumps(learnt))
+        learned = LEARNED | {"values": values, "covariance": covariance}
+        (tmp_path / "learned.json").write_text(json.dumps(learned))
         line = run("position", written(tmp_path, [(GUESS, guess)])).line()
         for word in words:
             assert word in line, line
 
 
-def test_a_rigid_axis_refuses_what_an_arm_has_learnt(run: Run, tmp_path: Path) -> None:
-    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT))
+def test_a_rigid_axis_refuses_what_an_arm_has_learned(run: Run, tmp_path: Path) -> None:
+    (tmp_path / "learned.json").write_text(json.dumps(LEARNED))
     changes = [
         ("load_mass = 1.0\nstiffness = 1.0\n", ""),
         ('"landing"', '"exact"'),
-        (GUESS, 'learnt = "learnt.json"'),
+        (GUESS, 'learned = "learned.json"'),
     ]
-    refused(run, written(tmp_path, changes), ["learnt.json, method", "landing", "exact"])
+    refused(run, written(tmp_path, changes), ["learned.json, method", "landing", "exact"])
 
 
 def test_a_rigid_axis_refuses_a_guess_of_a_spring(run: Run, tmp_path: Path) -> None:
@@ -242,8 +242,8 @@ def test_a_rigid_axis_refuses_a_guess_of_a_spring(run: Run, tmp_path: Path) -> N
 
 
 def test_what_a_landing_did_is_printed(run: Run, tmp_path: Path) -> None:
-    learnt = tmp_path / "learnt.json"
-    outcome = run("position", written(tmp_path, []), "--learnt", learnt)
+    learned = tmp_path / "learned.json"
+    outcome = run("position", written(tmp_path, []), "--learned", learned)
     assert outcome.code == 0, outcome.err
     for word in (
         "flexible arm, linear",
@@ -254,10 +254,10 @@ def test_what_a_landing_did_is_printed(run: Run, tmp_path: Path) -> None:
         "mass 1 missed by",
         "Coulomb friction",
         "reached",
-        "learnt.json",
+        "learned.json",
     ):
         assert word in outcome.out, word
-    values = json.loads(learnt.read_text())["values"]
+    values = json.loads(learned.read_text())["values"]
     assert values["coulomb_friction"]["value"] == pytest.approx(0.15, rel=1e-5)
 
 
@@ -285,24 +285,24 @@ def test_an_estimate_of_an_arm_is_a_first_guess(run: Run, tmp_path: Path) -> Non
 
 
 def test_a_feedback_alone_is_not_there(run: Run, tmp_path: Path) -> None:
-    changes = [('"landing"', '"feedback"'), ("36.0", "20.0"), (GUESS, 'learnt = "learnt.json"')]
-    (tmp_path / "learnt.json").write_text(json.dumps(LEARNT))
+    changes = [('"landing"', '"feedback"'), ("36.0", "20.0"), (GUESS, 'learned = "learned.json"')]
+    (tmp_path / "learned.json").write_text(json.dumps(LEARNED))
     outcome = run("position", written(tmp_path, changes), "--json", "-")
     assert outcome.code == 1
     document = json.loads(outcome.out)
     assert document["ending"] in {"stuck", "swinging", "under_way"}
     assert document["runs"][0]["phases"] == []
     assert document["runs"][0]["estimates"]["coulomb_friction"][0] == 0.15
-    assert document["believed"]["coulomb_friction"] == "learnt learnt.json"
+    assert document["believed"]["coulomb_friction"] == "learned learned.json"
     assert "series" not in outcome.err
-    line = run("position", tmp_path / "scenario.toml", "--learnt", tmp_path / "b.json").line()
+    line = run("position", tmp_path / "scenario.toml", "--learned", tmp_path / "b.json").line()
     assert "learns nothing" in line
 
 
-def test_what_was_not_learnt_is_not_saved(run: Run, tmp_path: Path) -> None:
-    learnt = tmp_path / "learnt.json"
-    outcome = run("position", written(tmp_path, [("36.0", "0.4")]), "--learnt", learnt)
+def test_what_was_not_learned_is_not_saved(run: Run, tmp_path: Path) -> None:
+    learned = tmp_path / "learned.json"
+    outcome = run("position", written(tmp_path, [("36.0", "0.4")]), "--learned", learned)
     assert outcome.code == 1
-    assert "has learnt nothing" in outcome.out.replace("\n", " ")
-    assert "Learnt:" not in outcome.out
-    assert not learnt.exists()
+    assert "has learned nothing" in outcome.out.replace("\n", " ")
+    assert "Learned:" not in outcome.out
+    assert not learned.exists()

@@ -81,8 +81,8 @@ def consecutive_runs(
             done.append(
                 run_pulses(sliding_mass, controller, sampling_time=SAMPLING_TIME, duration=2.0)
             )
-            learnt = controller.learnt(done[-1].run.controller_state)
-            controller = controller.resumed(learnt, keep_covariance=keep_covariance)
+            learned = controller.learned(done[-1].run.controller_state)
+            controller = controller.resumed(learned, keep_covariance=keep_covariance)
         return done
 
     return run

@@ -304,7 +304,7 @@ def test_a_rotary_axis():
     )
     assert run.outcome is REACHED
     assert abs(run.run.motion.position[-1] + 0.3) < 1.3e-4
-    assert controller.learnt(run.run.controller_state).kind == "rotary"
+    assert controller.learned(run.run.controller_state).kind == "rotary"
 
 
 def test_random_axes_end_within_the_tolerance_by_few_pulses():
@@ -456,9 +456,9 @@ def test_a_sample_that_cannot_be_used_changes_nothing(position, velocity):
         ({"position_noise": -1e-6}, "position_noise is -1e-06 m, it must not be negative"),
         ({"longest_width": 0.009}, "longest_width is 0.009 s, a pulse lasts at least one sample"),
         ({"longest_width": -1.0}, "longest_width is -1 s, it must be positive"),
-        ({"patience": 0}, "patience is 0 pulses, it must be a whole number of at least 1"),
-        ({"patience": None}, "patience is None pulses"),
-        ({"patience": 2.5}, "patience is 2.5 pulses"),
+        ({"max_idle_pulses": 0}, "max_idle_pulses is 0, it must be a whole number of at least 1"),
+        ({"max_idle_pulses": None}, "max_idle_pulses is None"),
+        ({"max_idle_pulses": 2.5}, "max_idle_pulses is 2.5"),
         ({"kind": "angular"}, "'angular'"),
         ({"rest": 0.1}, "rest is a float"),
         ({"friction": 100.0}, "friction is a float, it must be a CoulombViscousFriction"),

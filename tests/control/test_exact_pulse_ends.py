@@ -41,9 +41,9 @@ REACHED, STOPPED = PositioningOutcome.REACHED, PositioningOutcome.STOPPED
 
 
 def most_pulses(controller, first_error):
-    """Return how many pulses there may be: so many halvings, twice the patience before each."""
+    """Return how many pulses there may be: so many halvings, twice max_idle_pulses before each."""
     halvings = math.ceil(math.log2(max(first_error / controller.tolerance, 2.0)))
-    return 2 * controller.patience * halvings
+    return 2 * controller.max_idle_pulses * halvings
 
 
 def lived(controller, plants, samples, *, step=0.0, noise=0.0, push=None, seed=0):
@@ -101,9 +101,9 @@ def assert_ended(controller, efforts, state, *, first_error=0.01):
 
 @pytest.mark.parametrize("share", [0.05, 0.15, 0.3])
 @pytest.mark.parametrize("tolerance", [2e-5, 1e-6, 1e-9])
-@pytest.mark.parametrize("patience", [2, 10])
-def test_it_ends_even_if_friction_is_another_at_every_pulse(share, tolerance, patience):
-    controller = replace(CONTROLLER, tolerance=tolerance, patience=patience)
+@pytest.mark.parametrize("max_idle_pulses", [2, 10])
+def test_it_ends_even_if_friction_is_another_at_every_pulse(share, tolerance, max_idle_pulses):
+    controller = replace(CONTROLLER, tolerance=tolerance, max_idle_pulses=max_idle_pulses)
     for seed in range(4):
         efforts, _, state = lived(controller, unsteady(share, seed), 4000, seed=seed)
         assert_ended(controller, efforts, state)
@@ -128,7 +128,7 @@ def test_what_cannot_be_moved_is_given_up(coulomb, static):
         controller = replace(CONTROLLER, target=target)
         run = run_pulses(plant, controller, sampling_time=T, duration=5.0)
         assert run.outcome is STOPPED
-        assert len(run.pulses) == controller.patience
+        assert len(run.pulses) == controller.max_idle_pulses
         assert (
             controller.why(run.run.controller_state) == "none of the last pulses has freed the axis"
         )
@@ -215,10 +215,10 @@ def test_another_target_is_taken_up_at_rest_or_after_the_pulse(moment):
 @settings(max_examples=80)
 @given(
     ratios=st.lists(st.floats(-3.0, 3.0), min_size=1, max_size=12),
-    patience=st.integers(1, 10),
+    max_idle_pulses=st.integers(1, 10),
 )
-def test_it_ends_whatever_its_pulses_do(ratios, patience):
-    assert_ended_against(ratios, patience)
+def test_it_ends_whatever_its_pulses_do(ratios, max_idle_pulses):
+    assert_ended_against(ratios, max_idle_pulses)
 
 
 @pytest.mark.parametrize(
@@ -229,9 +229,9 @@ def test_it_ends_though_its_pulses_bring_it_nearer_all_the_time(ratios):
     assert_ended_against(ratios, 10)
 
 
-def assert_ended_against(ratios, patience):
+def assert_ended_against(ratios, max_idle_pulses):
     """Let every pulse change the error by a factor, in turn, and count the pulses."""
-    controller = replace(CONTROLLER, patience=patience)
+    controller = replace(CONTROLLER, max_idle_pulses=max_idle_pulses)
     state, x, k, fired = controller.init(), 0.0, 0, 0
     bound = most_pulses(controller, 0.01)
     while fired <= bound:

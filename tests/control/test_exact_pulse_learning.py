@@ -15,7 +15,7 @@ from stickslip.control.pulses import exact_learning as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
-from stickslip.records import InputError, LearntPulses, PositioningOutcome, SensorSample
+from stickslip.records import InputError, LearnedPulses, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop
 
 T = 0.01
@@ -181,7 +181,7 @@ def test_mass_and_friction_of_either_direction_are_recovered_offset_included():
         )
         assert run.outcome is PositioningOutcome.REACHED
         position = float(run.run.motion.position[-1])
-        controller = controller.resumed(controller.learnt(run.run.controller_state))
+        controller = controller.resumed(controller.learned(run.run.controller_state))
     found = controller.estimates(controller.init())
     truth = {
         "mass": 150.0,
@@ -330,7 +330,7 @@ def test_a_sudden_change_of_friction_is_followed():
         )
         assert run.outcome is PositioningOutcome.REACHED, k
         position = float(run.run.motion.position[-1])
-        controller = controller.resumed(controller.learnt(run.run.controller_state))
+        controller = controller.resumed(controller.learned(run.run.controller_state))
     found = controller.estimates(controller.init())
     assert found["coulomb_friction_positive"] == pytest.approx(0.7 * 90.0 + 15.0, rel=0.01)
     assert found["coulomb_friction_negative"] == pytest.approx(0.7 * 115.0 - 15.0, rel=0.01)
@@ -367,8 +367,8 @@ def test_what_was_learned_survives_to_the_next_run_and_saves_pulses():
             return controller.pulse_count(state), state
 
         pulses, state = count(controller)
-        saved = json.loads(json.dumps(controller.learnt(state).to_dict()))
-        read = LearntPulses.from_dict(saved)
+        saved = json.loads(json.dumps(controller.learned(state).to_dict()))
+        read = LearnedPulses.from_dict(saved)
         resumed = controller.resumed(read)
         assert resumed.estimates(resumed.init()) == pytest.approx(
             controller.estimates(state), rel=1e-12
@@ -385,8 +385,8 @@ def test_what_was_learned_survives_to_the_next_run_and_saves_pulses():
     assert anew >= again
 
 
-def learnt():
-    return CONTROLLER.learnt(CONTROLLER.init())
+def learned():
+    return CONTROLLER.learned(CONTROLLER.init())
 
 
 @pytest.mark.parametrize(
@@ -398,13 +398,13 @@ def learnt():
         ({"covariance": np.eye(2)}, r"shape \(2, 2\), this method's has \(5, 5\)"),
         ({"covariance": -np.eye(5)}, "variance below zero"),
         ({"covariance": np.triu(np.ones((5, 5)))}, "not symmetric"),
-        ({"values": {**learnt().values, "mass": -1.0}}, "mass is -1, it must be positive"),
-        ({"values": {**learnt().values, "coulomb_friction_negative": 0.0}}, "must be positive"),
+        ({"values": {**learned().values, "mass": -1.0}}, "mass is -1, it must be positive"),
+        ({"values": {**learned().values, "coulomb_friction_negative": 0.0}}, "must be positive"),
     ],
 )
 def test_what_cannot_be_resumed_is_refused(wrong, says):
     with pytest.raises(InputError, match=says) as error:
-        CONTROLLER.resumed(replace(learnt(), **wrong))
+        CONTROLLER.resumed(replace(learned(), **wrong))
     assert error.value.remedy
 
 
@@ -418,12 +418,12 @@ def test_another_controller_does_not_resume_it():
         first_gain=1.0,
     )
     with pytest.raises(InputError, match="learned by 'exact'"):
-        other.resumed(learnt())
+        other.resumed(learned())
 
 
 def test_what_was_saved_with_no_uncertainty_at_all_is_still_followed():
-    values = {**learnt().values, "friction_walk": 0.0, "static_friction_positive": 290.0}
-    sure = replace(learnt(), values=values, covariance=np.zeros((5, 5)))
+    values = {**learned().values, "friction_walk": 0.0, "static_friction_positive": 290.0}
+    sure = replace(learned(), values=values, covariance=np.zeros((5, 5)))
     controller = replace(CONTROLLER.resumed(sure), effort_limit=250.0)
     run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
     assert np.isfinite(at.own_fields(run.run.controller_state).values).all()
@@ -434,8 +434,8 @@ def test_what_was_saved_with_no_uncertainty_at_all_is_still_followed():
 @pytest.mark.parametrize("believed", [310.0, 1000.0, 1e4])
 def test_friction_believed_above_the_limit_is_found_to_be_below(believed):
     names = ("coulomb_friction_positive", "static_friction_positive")
-    values = {**learnt().values, **dict.fromkeys(names, believed)}
-    controller = replace(CONTROLLER.resumed(replace(learnt(), values=values)), tolerance=1e-5)
+    values = {**learned().values, **dict.fromkeys(names, believed)}
+    controller = replace(CONTROLLER.resumed(replace(learned(), values=values)), tolerance=1e-5)
     run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
     assert run.outcome is PositioningOutcome.REACHED
     assert len(run.pulses) <= 6

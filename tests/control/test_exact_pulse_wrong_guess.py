@@ -95,9 +95,9 @@ def test_a_contradicted_guess_is_corrected_all_the_way_by_one_pulse():
     heavy = controller(mass=1000.0)
     _, done = moved(heavy)
     assert len(done.pulses) == 2
-    learnt = heavy.estimates(done.run.controller_state)
-    assert learnt["mass"] == pytest.approx(150.0, rel=1e-2)
-    assert learnt["coulomb_friction_positive"] == pytest.approx(100.0, rel=1e-2)
+    learned = heavy.estimates(done.run.controller_state)
+    assert learned["mass"] == pytest.approx(150.0, rel=1e-2)
+    assert learned["coulomb_friction_positive"] == pytest.approx(100.0, rel=1e-2)
 
 
 def test_what_the_pulse_did_not_show_is_known_no_worse():
@@ -147,7 +147,7 @@ def test_where_the_law_does_not_hold_pulses_grow_step_by_step():
     ],
 )
 def test_what_no_axis_teaches_is_refused(name, value):
-    known = controller().learnt(controller().init())
+    known = controller().learned(controller().init())
     damaged = replace(known, values={**known.values, name: value})
     with pytest.raises(InputError, match=f"{name} is {value:g}"):
         controller().resumed(damaged)

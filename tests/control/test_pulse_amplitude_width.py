@@ -131,7 +131,7 @@ def test_the_recursion_is_that_of_an_adaptive_filter(consecutive_runs, variance,
     for k, (u, d) in enumerate(zip(*table(run), strict=True)):
         rls.adapt(d, u)
         assert found[k + 1] == pytest.approx(rls.w, rel=CANCELLED)
-    P = controller.learnt(run.run.controller_state).covariance
+    P = controller.learned(run.run.controller_state).covariance
     assert pytest.approx(rls.R, rel=1e-4, abs=1e-9 * variance) == P
 
 
@@ -155,7 +155,7 @@ def test_from_the_nominal_pulse_only_one_combination_is_learned(consecutive_runs
             REPORT, regressor=regressor, initial_covariance=1e5, friction_margin=None
         )
         (run,) = consecutive_runs(controller, 1)
-        P = controller.learnt(run.run.controller_state).covariance
+        P = controller.learned(run.run.controller_state).covariance
         changes[regressor] = np.linalg.norm(P @ across / 1e5 - across) / np.linalg.norm(across)
     assert changes["nominal"] < 1e-9
     assert changes["applied"] > 1e-4
@@ -270,11 +270,11 @@ def test_on_any_axis_it_keeps_its_limits(
     starts = [round(pulse.time / T) for pulse in run.pulses]
     assert not np.any(run.run.motion.velocity[starts])
     # What is learned can always be taken on
-    learnt = controller.learnt(run.run.controller_state)
-    assert controller.resumed(learnt).first_gain_1 == run.estimates["gain_1"][-1]
+    learned = controller.learned(run.run.controller_state)
+    assert controller.resumed(learned).first_gain_1 == run.estimates["gain_1"][-1]
 
 
-def test_a_pulse_below_breakaway_is_repeated_while_patience_lasts():
+def test_a_pulse_below_breakaway_is_repeated_up_to_max_idle_pulses():
     # A static friction that the pulse for 0.1 mm does not overcome
     plant = SingleMass(
         mass=150.0,
@@ -287,7 +287,9 @@ def test_a_pulse_below_breakaway_is_repeated_while_patience_lasts():
     assert patient.outcome is PositioningOutcome.STOPPED
     assert [pulse.moved for pulse in patient.pulses] == [False] * 3
     assert (gains(patient) == gains(patient)[0]).all()
-    printed = run_pulses(plant, replace(controller, patience=None), sampling_time=T, duration=1.0)
+    printed = run_pulses(
+        plant, replace(controller, max_idle_pulses=None), sampling_time=T, duration=1.0
+    )
     assert printed.outcome is PositioningOutcome.MOVING
     assert len(printed.pulses) == 99  # every sample but that of the pulse still on its way
 
@@ -334,13 +336,13 @@ def test_a_rotary_axis_is_controlled_alike(sliding_mass, consecutive_runs):
 
 
 def test_what_cannot_be_resumed_is_refused():
-    learnt = REPORT.learnt(REPORT.init())
+    learned = REPORT.learned(REPORT.init())
     with pytest.raises(InputError, match="learned by 'pwc', the controller is 'papwc'"):
-        REPORT.resumed(replace(learnt, method="pwc"))
+        REPORT.resumed(replace(learned, method="pwc"))
     with pytest.raises(InputError, match="gain_2"):
-        REPORT.resumed(replace(learnt, values={"gain_1": 4e-5}))
+        REPORT.resumed(replace(learned, values={"gain_1": 4e-5}))
     with pytest.raises(InputError, match="is 400 N; with pulse_effort 300 N it must lie between"):
-        REPORT.resumed(replace(learnt, values={"gain_1": 1e-5, "gain_2": 4e-3}))
+        REPORT.resumed(replace(learned, values={"gain_1": 1e-5, "gain_2": 4e-3}))
 
 
 @pytest.mark.parametrize(
@@ -359,7 +361,7 @@ def test_what_cannot_be_resumed_is_refused():
         ({"friction_margin": 0.5}, r"friction_margin is 0.5, it must lie in \(0, 0.5\)"),
         ({"friction_margin": 0.4}, "80 N; with pulse_effort 300 N"),
         ({"regressor": "best"}, "regressor is 'best'"),
-        ({"patience": 0}, "patience is 0"),
+        ({"max_idle_pulses": 0}, "max_idle_pulses is 0"),
         ({"kind": "rotary", "pulse_effort": 80.0}, "80 N m"),
     ],
 )

@@ -115,7 +115,7 @@ def test_a_new_target_wakes_it_where_it_rests():
         CONTROLLER.retargeted(state, math.inf)
 
 
-def test_a_pulse_that_moved_nothing_is_not_learned_from_and_patience_ends():
+def test_a_pulse_that_moved_nothing_is_not_learned_from_and_it_stops():
     efforts, states = played(CONTROLLER, [0.0] * 30)
     assert efforts == [FULL] * (3 * WIDTH) + [0.0] * (30 - 3 * WIDTH)
     assert CONTROLLER.outcome(states[-1]) is PositioningOutcome.STOPPED
@@ -128,8 +128,8 @@ def test_a_pulse_that_moved_nothing_is_not_learned_from_and_patience_ends():
     assert played(CONTROLLER, [0.003], state=states[-1])[0] == [FULL]
 
 
-def test_without_end_to_its_patience_it_repeats_the_pulse_as_printed():
-    efforts, states = played(replace(CONTROLLER, patience=None), [0.0] * 300)
+def test_without_a_limit_it_repeats_the_pulse_as_printed():
+    efforts, states = played(replace(CONTROLLER, max_idle_pulses=None), [0.0] * 300)
     assert efforts == [FULL] * 300
     assert CONTROLLER.pulse_count(states[-1]) == 99
 
@@ -325,7 +325,7 @@ def test_a_longer_trace_is_kept_more_coarsely():
         np.testing.assert_array_equal(kept, [0.0, *moving][: k + 1 : stride])
 
 
-def test_patience_is_a_whole_number():
+def test_max_idle_pulses_is_a_whole_number():
     assert [whole(value) for value in (1, np.int64(5), 2.5, True, "3")] == [True, True] + 3 * [
         False
     ]

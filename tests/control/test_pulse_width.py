@@ -170,29 +170,29 @@ def test_on_any_axis_it_keeps_its_limits(error, mass, coulomb, excess, guess, ga
 
 def test_what_was_learned_is_resumed(consecutive_runs):
     (run,) = consecutive_runs(REPORT, 1)
-    learnt = REPORT.learnt(run.run.controller_state)
-    resumed = REPORT.resumed(learnt)
+    learned = REPORT.learned(run.run.controller_state)
+    resumed = REPORT.resumed(learned)
     assert resumed.first_gain == run.estimates["pulse_gain"][-1]
     assert resumed.initial_covariance < REPORT.initial_covariance
-    assert REPORT.resumed(learnt, keep_covariance=False) == replace(
+    assert REPORT.resumed(learned, keep_covariance=False) == replace(
         REPORT, first_gain=resumed.first_gain
     )
 
 
 def test_what_cannot_be_resumed_is_refused():
-    learnt = REPORT.learnt(REPORT.init())
+    learned = REPORT.learned(REPORT.init())
     with pytest.raises(InputError, match="pulses of 300 N, the controller's are of 200 N"):
-        replace(REPORT, pulse_effort=200.0).resumed(learnt)
+        replace(REPORT, pulse_effort=200.0).resumed(learned)
     with pytest.raises(InputError, match="learned on a linear axis"):
-        replace(REPORT, kind="rotary").resumed(learnt)
+        replace(REPORT, kind="rotary").resumed(learned)
     with pytest.raises(InputError, match="learned by 'exact'"):
-        REPORT.resumed(replace(learnt, method="exact"))
+        REPORT.resumed(replace(learned, method="exact"))
     with pytest.raises(InputError, match=r"pulse_gain \[m/s\^2\] is missing"):
-        REPORT.resumed(replace(learnt, values={"effort": 300.0}))
+        REPORT.resumed(replace(learned, values={"effort": 300.0}))
     with pytest.raises(InputError, match=r"\(2, 2\), this method's has \(1, 1\)"):
-        REPORT.resumed(replace(learnt, covariance=np.eye(2)))
+        REPORT.resumed(replace(learned, covariance=np.eye(2)))
     with pytest.raises(InputError, match="first_gain is -1 m/s"):
-        REPORT.resumed(replace(learnt, values={"effort": 300.0, "pulse_gain": -1.0}))
+        REPORT.resumed(replace(learned, values={"effort": 300.0, "pulse_gain": -1.0}))
 
 
 @pytest.mark.parametrize(
@@ -210,7 +210,7 @@ def test_what_cannot_be_resumed_is_refused():
         ({"longest_width": math.inf}, "longest_width is inf s"),
         ({"initial_covariance": 0.0}, "initial_covariance is 0"),
         ({"regressor": "best"}, "regressor is 'best'"),
-        ({"patience": 0}, "patience is 0 pulses"),
+        ({"max_idle_pulses": 0}, "max_idle_pulses is 0"),
     ],
 )
 def test_impossible_settings_are_refused(wrong, says, without_shape_checks):

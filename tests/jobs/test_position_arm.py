@@ -21,7 +21,7 @@ AXIS = (
 TASK = "target = 1.0\ntolerance = 1e-5\nduration = 36.0\nsampling_time = 0.02"
 T = 0.02
 
-LEARNT = 1e-5  # what friction is off by after a move without noise, relative; 1e-7 is seen
+LEARNED = 1e-5  # what friction is off by after a move without noise, relative; 1e-7 is seen
 ROUNDING = 1e-9  # of a motion of 1 m simulated twice, by another division into calls [m]
 
 Run = Callable[..., Positioning]
@@ -65,19 +65,19 @@ def test_an_arm_lands_by_default_with_friction_it_did_not_know(landed: Positioni
         assert move.swing <= 1e-5
         assert move.settling_time is not None
     assert landed.truth == {"coulomb_friction": 0.15, "viscous_friction": 0.1}
-    assert each.estimates["coulomb_friction"][0] < LEARNT  # none, as far as a plan can have none
+    assert each.estimates["coulomb_friction"][0] < LEARNED  # none, as far as a plan can have none
     for name, truth in landed.truth.items():
-        assert each.estimates[name][-1] == pytest.approx(truth, rel=LEARNT)
-    assert landed.learnt is not None
-    assert landed.learnt.method == "landing"
+        assert each.estimates[name][-1] == pytest.approx(truth, rel=LEARNED)
+    assert landed.learned is not None
+    assert landed.learned.method == "landing"
 
 
-def test_the_next_run_begins_with_what_was_learnt(run: Run) -> None:
+def test_the_next_run_begins_with_what_was_learned(run: Run) -> None:
     result = run(task=TASK.replace("36.0", "8.0") + "\nruns = 2", guess="coulomb_friction = 0.08")
     first, second = result.runs
     assert first.estimates["coulomb_friction"][0] == 0.08
     for name, truth in result.truth.items():
-        assert second.estimates[name][0] == pytest.approx(first.estimates[name][-1], rel=LEARNT)
+        assert second.estimates[name][0] == pytest.approx(first.estimates[name][-1], rel=LEARNED)
         assert second.estimates[name][0] == pytest.approx(truth, rel=1e-3)
 
 
@@ -136,7 +136,7 @@ def test_feedback_alone_leaves_a_swing(run: Run) -> None:
     each = result.runs[0]
     assert each.arm is not None
     assert each.phases == each.arm.series == ()
-    assert result.learnt is None
+    assert result.learned is None
     assert each.estimates["coulomb_friction"][-1] == pytest.approx(0.15, rel=1e-3)
 
 
@@ -182,8 +182,8 @@ def test_a_rotary_arm_has_inertias(run: Run) -> None:
 
 def test_a_task_too_short_to_learn_says_so(run: Run) -> None:
     result = run(task=TASK.replace("36.0", "0.4"))
-    assert result.learnt is None
-    assert any("has learnt nothing" in note for note in result.notes)
+    assert result.learned is None
+    assert any("has learned nothing" in note for note in result.notes)
 
 
 def test_a_reference_that_does_not_fit_is_refused(run: Run) -> None:

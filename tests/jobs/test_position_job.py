@@ -1,4 +1,4 @@
-"""A positioning task from its scenario: moves, runs, what is learnt, and how it is judged."""
+"""A positioning task from its scenario: moves, runs, what is learned, and how it is judged."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -56,15 +56,15 @@ def test_the_reports_pulse_width_control_hunts_as_printed(run: Run) -> None:
     assert result.name == "a task"
 
 
-def test_runs_go_on_from_what_was_learnt(run: Run) -> None:
+def test_runs_go_on_from_what_was_learned(run: Run) -> None:
     result = run('papwc"\nlongest_width = 0.03\nforgetting = 1.0 #', task=f"{TASK}\nruns = 3")
     assert [each.number for each in result.runs] == [1, 2, 3]
     assert result.ending is Ending.REACHED
     for before, after in pairwise(result.runs):
         for name, values in before.estimates.items():
             assert after.estimates[name][0] == values[-1]
-    assert result.learnt is not None
-    assert result.learnt.values["gain_1"] == result.runs[-1].estimates["gain_1"][-1]
+    assert result.learned is not None
+    assert result.learned.values["gain_1"] == result.runs[-1].estimates["gain_1"][-1]
     for each in result.runs:
         assert each.estimate_time.size == len(each.pulses) + 1
         assert each.time[0] == 0.0
@@ -153,7 +153,7 @@ def test_feedback_controllers_have_no_pulses_and_learn_nothing(
     method: str, settings: str, run: Run
 ) -> None:
     result = run(method, GAINS + settings, guess="")
-    assert result.learnt is None
+    assert result.learned is None
     assert not result.runs[0].pulses
     assert not result.runs[0].estimates
     assert abs(result.last.final_error) < 0.005
@@ -279,12 +279,12 @@ def test_turns_smaller_than_what_counts_are_none() -> None:
 def test_files_are_looked_for_beside_the_scenario(tmp_path: Path) -> None:
     path = tmp_path / "task.toml"
     path.write_text(
-        f"[axis]\n{AXIS}\n[task]\n{TASK}\n[guess]\nlearnt = 'sub/learnt.json'\n"
+        f"[axis]\n{AXIS}\n[task]\n{TASK}\n[guess]\nlearned = 'sub/learned.json'\n"
         '[controller]\neffort_limit = 300.0\nmethod = "papwc"\n'
     )
     read = read_scenario(path)
-    assert read.learnt == tmp_path / "sub" / "learnt.json"
-    assert read.inputs == (read.learnt,)
+    assert read.learned == tmp_path / "sub" / "learned.json"
+    assert read.inputs == (read.learned,)
     assert read.learns
-    with pytest.raises(InputError, match=r"learnt\.json: there is no such file"):
+    with pytest.raises(InputError, match=r"learned\.json: there is no such file"):
         position(read)

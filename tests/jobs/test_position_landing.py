@@ -20,7 +20,7 @@ ARM = (
 ARM_TASK = "target = 1.0\ntolerance = 1e-5\nduration = 44.0\nsampling_time = 0.02"
 WRONG = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1"
 
-LEARNT = 1e-4  # of friction along a way with stops in the middle of samples; 1e-5 is seen
+LEARNED = 1e-4  # of friction along a way with stops in the middle of samples; 1e-5 is seen
 OF_AN_ARM = 1e-4  # of masses and spring after a landing within 1e-5 of the way
 
 Run = Callable[..., Positioning]
@@ -38,12 +38,12 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
         guess: str = GUESS,
         sensors: str = "",
         limit: float = 400.0,
-        learnt: Positioning | None = None,
+        learned: Positioning | None = None,
     ) -> Positioning:
-        if learnt is not None:
-            assert learnt.learnt is not None
-            write_json(learnt.learnt.to_dict(), folder / "learnt.json")
-            guess = f"{guess}\nlearnt = 'learnt.json'"
+        if learned is not None:
+            assert learned.learned is not None
+            write_json(learned.learned.to_dict(), folder / "learned.json")
+            guess = f"{guess}\nlearned = 'learned.json'"
         path = folder / "a_landing.toml"
         path.write_text(
             f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
@@ -80,7 +80,7 @@ def test_its_estimates_go_along_with_how_sure_they_are(landed: Positioning) -> N
     (each,) = landed.runs
     for name in ("coulomb_friction", "viscous_friction"):
         assert each.estimates[name][0] == pytest.approx(0.5 * landed.truth[name])
-        assert each.estimates[name][-1] == pytest.approx(landed.truth[name], rel=LEARNT)
+        assert each.estimates[name][-1] == pytest.approx(landed.truth[name], rel=LEARNED)
         assert each.deviations[name].shape == each.estimate_time.shape
     assert set(landed.truth) >= set(each.estimates) - {"mass"}
     assert set(landed.limits) == {"static_friction_positive", "static_friction_negative"}
@@ -89,23 +89,25 @@ def test_its_estimates_go_along_with_how_sure_they_are(landed: Positioning) -> N
     assert document["runs"][0]["phases"][1]["name"] == "pulses"
 
 
-def test_it_goes_on_from_what_it_or_exact_pulses_have_learnt(landed: Positioning, run: Run) -> None:
-    assert landed.learnt is not None
-    assert landed.learnt.method == "exact"
-    again = run(guess="", learnt=landed)
+def test_it_goes_on_from_what_it_or_exact_pulses_have_learned(
+    landed: Positioning, run: Run
+) -> None:
+    assert landed.learned is not None
+    assert landed.learned.method == "exact"
+    again = run(guess="", learned=landed)
     assert again.ending is Ending.REACHED
-    assert again.believed["mass"] == "learnt learnt.json"
+    assert again.believed["mass"] == "learned learned.json"
     first = again.runs[0].estimates
     assert first["coulomb_friction_positive"][0] == pytest.approx(
-        landed.learnt.values["coulomb_friction_positive"]
+        landed.learned.values["coulomb_friction_positive"]
     )
-    exact = run('method = "exact"', guess="", learnt=landed)
+    exact = run('method = "exact"', guess="", learned=landed)
     assert exact.ending is Ending.REACHED
-    back = run(guess="", learnt=exact)
+    back = run(guess="", learned=exact)
     assert back.ending is Ending.REACHED
 
 
-def test_the_next_run_begins_with_what_was_learnt(run: Run) -> None:
+def test_the_next_run_begins_with_what_was_learned(run: Run) -> None:
     first, second = run(task=f"{TASK}\nruns = 2").runs
     for name in ("coulomb_friction_positive", "mass"):
         assert second.estimates[name][0] == pytest.approx(first.estimates[name][-1])
@@ -173,18 +175,18 @@ def test_guessed_masses_and_spring_are_learned(believed_wrong: Positioning) -> N
         assert each.deviations[name][0] == pytest.approx(0.02 * guessed)
         assert each.estimates[name][-1] == pytest.approx(1.0, rel=OF_AN_ARM)
         assert each.deviations[name][-1] < OF_AN_ARM
-    assert believed_wrong.learnt is not None
-    assert believed_wrong.learnt.covariance.shape == (5, 5)
+    assert believed_wrong.learned is not None
+    assert believed_wrong.learned.covariance.shape == (5, 5)
 
 
 def test_learned_masses_and_spring_are_gone_on_from(believed_wrong: Positioning, run: Run) -> None:
-    result = run(axis=ARM, task=ARM_TASK, guess="", limit=1.0, learnt=believed_wrong)
+    result = run(axis=ARM, task=ARM_TASK, guess="", limit=1.0, learned=believed_wrong)
     assert result.ending is Ending.REACHED
-    assert result.believed["stiffness"] == "learnt learnt.json"
-    assert believed_wrong.learnt is not None
+    assert result.believed["stiffness"] == "learned learned.json"
+    assert believed_wrong.learned is not None
     for name in ("mass", "load_mass", "stiffness", "coulomb_friction"):
         first = float(result.runs[0].estimates[name][0])
-        assert first == pytest.approx(believed_wrong.learnt.values[name])
+        assert first == pytest.approx(believed_wrong.learned.values[name])
     arm, before = result.runs[0].arm, believed_wrong.runs[0].arm
     assert arm is not None
     assert before is not None
@@ -204,14 +206,14 @@ def test_sure_masses_are_not_learned(run: Run) -> None:
 def test_files_of_friction_alone_are_read_as_before(run: Run) -> None:
     task = ARM_TASK.replace("44.0", "10.0")
     friction = run(axis=ARM, task=task, guess="coulomb_friction = 0.1", limit=1.0)
-    assert friction.learnt is not None
-    assert friction.learnt.covariance.shape == (2, 2)
+    assert friction.learned is not None
+    assert friction.learned.covariance.shape == (2, 2)
     guess = "stiffness = 1.01\narm_uncertainty = 0.01"
     result = run(
-        axis=ARM, task=task.replace("10.0", "1.0"), guess=guess, limit=1.0, learnt=friction
+        axis=ARM, task=task.replace("10.0", "1.0"), guess=guess, limit=1.0, learned=friction
     )
     first = result.runs[0].estimates
     assert first["stiffness"][0] == 1.01
     np.testing.assert_allclose(
-        first["coulomb_friction"][0], friction.learnt.values["coulomb_friction"]
+        first["coulomb_friction"][0], friction.learned.values["coulomb_friction"]
     )

@@ -203,7 +203,7 @@ def test_pulses_on_an_axis_that_they_do_not_know(
     assert len(result.last.pulses) > 2
     assert ("counts as resting when 10 positions" in " ".join(result.notes)) == (law != "stribeck")
     assert result.scenario["axis"]["law"] == (law, "")
-    # The truth beside what was learnt is that of steady motion
+    # The truth beside what was learned is that of steady motion
     known = {"gain_2": 1 / 300.0} if method == "papwc" else {"pulse_gain": 300.0 * 200.0 / 3e4}
     for name, value in known.items():
         assert result.truth[name] == pytest.approx(value)

@@ -144,7 +144,7 @@ def positioning(*runs: PositioningRun) -> Positioning:
         believed={"load_mass": "the axis, taken as known", "stiffness": "the scenario"},
         runs=runs or (make_arm(),),
         limits={},
-        learnt=None,
+        learned=None,
         notes=("Known: <all>.",),
         file="arm <1>.toml",
         sha256="ab" * 32,

@@ -118,7 +118,7 @@ def test_moves_have_a_table(tmp_path: Path) -> None:
 def test_a_controller_without_pulses_has_no_section_of_them(tmp_path: Path) -> None:
     run = replace(make_run(1), estimates={}, estimate_time=np.empty(0))
     moves = tuple(replace(move, pulses=()) for move in run.moves)
-    page = page_of(replace(make(replace(run, moves=moves)), learnt=None), tmp_path)
+    page = page_of(replace(make(replace(run, moves=moves)), learned=None), tmp_path)
     assert set(page.plots()) == {"motion-1"}
     links = [given["href"] for tag, given in page.tags if tag == "a"]
     assert links == ["#motion", "#scenario"]

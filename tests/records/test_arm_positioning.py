@@ -95,7 +95,7 @@ def positioning(ending: Ending) -> Positioning:
         believed={"load_mass": "the axis, taken as known"},
         runs=(run,),
         limits={},
-        learnt=None,
+        learned=None,
         file="arm.toml",
         sha256="ab" * 32,
         stickslip_version="1.2.3",

@@ -6,7 +6,7 @@ import pickle
 import numpy as np
 import pytest
 
-from stickslip import AxisSchema, LearntPulses, LogSchema
+from stickslip import AxisSchema, LearnedPulses, LogSchema
 
 OBJECTS = (
     AxisSchema(kind="linear", position="encoder", units={"position": "mm"}),
@@ -24,12 +24,12 @@ def test_schemas_pickle_and_copy(original: AxisSchema) -> None:
         assert again is not original
 
 
-def test_learnt_pulses_pickle_and_copy() -> None:
-    learnt = LearntPulses(
+def test_learned_pulses_pickle_and_copy() -> None:
+    learned = LearnedPulses(
         method="pwc", kind="linear", values={"pulse_gain": 2.5}, covariance=np.array([[1e5]])
     )
     for again in (
-        pickle.loads(pickle.dumps(learnt)),  # noqa: S301 - its own bytes
-        copy.deepcopy(learnt),
+        pickle.loads(pickle.dumps(learned)),  # noqa: S301 - its own bytes
+        copy.deepcopy(learned),
     ):
-        assert again.to_dict() == learnt.to_dict()
+        assert again.to_dict() == learned.to_dict()

@@ -9,7 +9,7 @@ import pytest
 
 from stickslip.records import (
     Ending,
-    LearntPulses,
+    LearnedPulses,
     Positioning,
     PositioningMove,
     PositioningRun,
@@ -69,7 +69,7 @@ def positioning(*runs: PositioningRun) -> Positioning:
         believed={"mass": "the scenario"},
         runs=runs or (run(1),),
         limits={"static_friction_positive": (None, 173.0)},
-        learnt=LearntPulses(
+        learned=LearnedPulses(
             method="pwc",
             kind="linear",
             values={"pulse_gain": 2.0, "effort": 300.0},
@@ -94,12 +94,12 @@ def test_everything_is_in_the_json_form_as_plain_types() -> None:
     document = positioning(run(1), run(2, (Ending.HUNTING,))).to_dict()
     assert plain(document)
     assert json.loads(json.dumps(document)) == document
-    assert document["schema"] == 1
+    assert document["schema"] == 2
     assert document["ending"] == "hunting"
     assert document["units"]["pulse_gain"] == "m/s^2"
     assert document["scenario"]["axis"]["mass"] == {"value": 150.0, "unit": "kg"}
     assert document["limits"] == {"static_friction_positive": [None, 173.0]}
-    assert document["learnt"]["method"] == "pwc"
+    assert document["learned"]["method"] == "pwc"
     assert document["provenance"]["input_sha256"] == "ab" * 32
     first, second = document["runs"]
     assert len(first["time"]) == len(first["error"]) == len(first["effort"]) + 1
@@ -157,8 +157,8 @@ def test_nothing_can_be_changed_afterwards() -> None:
             table["mass"] = 1.0  # type: ignore[index]
 
 
-def test_without_anything_learnt_there_is_null() -> None:
-    assert replace(positioning(), learnt=None).to_dict()["learnt"] is None
+def test_without_anything_learned_there_is_null() -> None:
+    assert replace(positioning(), learned=None).to_dict()["learned"] is None
 
 
 def test_pulses_of_a_run_are_those_of_all_its_moves() -> None:

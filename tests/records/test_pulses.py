@@ -3,10 +3,10 @@ import json
 import numpy as np
 import pytest
 
-from stickslip.records import InputError, LearntPulses, PositioningOutcome, PulseRecord
+from stickslip.records import InputError, LearnedPulses, PositioningOutcome, PulseRecord
 
 COVARIANCE = np.array([[2.0, 0.5], [0.5, 1.0]])
-LEARNT = LearntPulses(
+LEARNED = LearnedPulses(
     method="papwc",
     kind="rotary",
     values={"gain_1": 3e-5, "gain_2": 3e-3},
@@ -15,15 +15,15 @@ LEARNT = LearntPulses(
 
 
 def saved():
-    return json.loads(json.dumps(LEARNT.to_dict()))
+    return json.loads(json.dumps(LEARNED.to_dict()))
 
 
 def test_what_was_learned_survives_a_file_to_the_last_bit():
-    again = LearntPulses.from_dict(saved())
+    again = LearnedPulses.from_dict(saved())
     assert (again.method, again.kind, dict(again.values)) == (
         "papwc",
         "rotary",
-        dict(LEARNT.values),
+        dict(LEARNED.values),
     )
     assert np.array_equal(again.covariance, COVARIANCE)
 
@@ -34,13 +34,13 @@ def test_units_are_written_with_the_values():
 
 def test_what_was_learned_cannot_be_changed():
     covariance = COVARIANCE.copy()
-    learnt = LearntPulses(method="pwc", kind="linear", values={}, covariance=covariance)
+    learned = LearnedPulses(method="pwc", kind="linear", values={}, covariance=covariance)
     covariance[0, 0] = 7.0
-    assert learnt.covariance[0, 0] == 2.0
+    assert learned.covariance[0, 0] == 2.0
     with pytest.raises(ValueError, match="read-only"):
-        learnt.covariance[0, 0] = 7.0
+        learned.covariance[0, 0] = 7.0
     with pytest.raises(TypeError):
-        learnt.values["gain_1"] = 1.0  # type: ignore[index]
+        learned.values["gain_1"] = 1.0  # type: ignore[index]
 
 
 @pytest.mark.parametrize(
@@ -70,7 +70,7 @@ def test_a_file_with_something_wrong_is_refused_and_the_place_is_named(
     key, value, where, says, without_shape_checks
 ):
     with pytest.raises(InputError, match=says) as error:
-        LearntPulses.from_dict({**saved(), key: value})
+        LearnedPulses.from_dict({**saved(), key: value})
     assert error.value.where == where
     assert error.value.remedy
 
@@ -79,12 +79,12 @@ def test_a_file_with_something_wrong_is_refused_and_the_place_is_named(
 def test_a_missing_key_is_named(key):
     rest = {name: value for name, value in saved().items() if name != key}
     with pytest.raises(InputError, match=f"'{key}' is missing"):
-        LearntPulses.from_dict(rest)
+        LearnedPulses.from_dict(rest)
 
 
 def test_a_file_of_something_else_is_refused(without_shape_checks):
     with pytest.raises(InputError, match="a list"):
-        LearntPulses.from_dict([1.0, 2.0])  # type: ignore[arg-type]
+        LearnedPulses.from_dict([1.0, 2.0])  # type: ignore[arg-type]
 
 
 def test_every_outcome_says_what_it_means():

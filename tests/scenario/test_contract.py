@@ -141,9 +141,9 @@ def test_what_was_learned_is_where_the_next_run_begins(
 ) -> None:
     asked = scenario(variants, method)
     controller: Any = asked.build(FOLDER).controller
-    assert asked.controller.learns == (type(controller).learnt is not PositionController.learnt)
+    assert asked.controller.learns == (type(controller).learned is not PositionController.learned)
     if not asked.controller.learns:
-        assert controller.learnt(controller.init()) is None
+        assert controller.learned(controller.init()) is None
         return
     run = simulate_closed_loop(
         asked.axis.build(),
@@ -151,7 +151,7 @@ def test_what_was_learned_is_where_the_next_run_begins(
         sampling_time=asked.task.sampling_time,
         samples=asked.task.samples,
     )
-    learned = controller.learnt(run.controller_state)
+    learned = controller.learned(run.controller_state)
     assert set(asked.controller.learned_names) <= set(learned.values)
     again: Any = asked.build(FOLDER, learned).controller
     began = again.estimates(again.init())
@@ -192,3 +192,17 @@ def test_a_law_takes_its_keys_and_no_others(law: str) -> None:
             values = {**body, "law": law, **{n: v for n, v in own.items() if n != name}}
             with pytest.raises(InputError, match=f"{name} is missing, and law '{law}' needs it"):
                 table_from(AXES, values, name="axis", kind="linear")
+
+
+def test_former_keys_are_read():
+    table = table_from(
+        AXIS_CONTROLLERS, {"method": "exact", "patience": 4, "effort_limit": 1.0},
+        name="controller", kind="linear",
+    )  # fmt: skip
+    assert table.max_idle_pulses == 4
+    guess = table_from(GuessTable, {"learnt": "a.json"}, name="guess", kind="linear")
+    assert guess.learned == "a.json"
+    with pytest.raises(InputError, match="learnt"):
+        table_from(
+            GuessTable, {"learnt": "a.json", "learned": "b.json"}, name="guess", kind="linear"
+        )

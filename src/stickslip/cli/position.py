@@ -14,7 +14,7 @@ __all__ = ["EXAMPLES", "position"]
 EXAMPLES = """Examples:
   stickslip position examples/scenarios/exact.toml --report exact.html
   stickslip position examples/scenarios/arm.toml --report arm.html
-  stickslip position stage.toml --learnt learnt.json --json -"""
+  stickslip position stage.toml --learned learned.json --json -"""
 
 
 def position(
@@ -33,11 +33,12 @@ def position(
     report: Annotated[
         Path | None, Parameter(help="Write the report, one HTML page that works offline.")
     ] = None,
-    learnt: Annotated[
+    learned: Annotated[
         Path | None,
         Parameter(
-            help="Save what the controller has learnt, for learnt = FILE in the [guess] of a "
-            "scenario."
+            name=("--learned", "--learnt"),
+            help="Save what the controller has learned, for learned = FILE in the [guess] of a "
+            "scenario.",
         ),
     ] = None,
 ) -> int:
@@ -51,11 +52,11 @@ def position(
     from stickslip.outputs import check_output
     from stickslip.records import InputError
 
-    files = {"--json": json_file(json), "--report": report, "--learnt": learnt}
+    files = {"--json": json_file(json), "--report": report, "--learned": learned}
     read = read_scenario(scenario)
-    if learnt is not None and not read.learns:
+    if learned is not None and not read.learns:
         raise InputError(
-            "--learnt is given, and the method of the scenario learns nothing",
+            "--learned is given, and the method of the scenario learns nothing",
             where=str(scenario),
             remedy="leave it out, or use a method that learns, such as exact",
         )
@@ -63,25 +64,25 @@ def position(
     for option, path in files.items():
         if path is None:
             continue
-        # What was learnt may take the place of what it began with
-        goes_on = option == "--learnt"
-        inputs = [each for each in read.inputs if not (goes_on and each == read.learnt)]
+        # What was learned may take the place of what it began with
+        goes_on = option == "--learned"
+        inputs = [each for each in read.inputs if not (goes_on and each == read.learned)]
         check_output(path, inputs=[scenario, *inputs], what=option)
     with progress_bar(f"positioning, {scenario.name}") as progress:
         from stickslip import write_report
         from stickslip.jobs import position, write_json
 
         result = position(read, progress=progress)
-        saved = None if result.learnt is None else learnt
-        if saved is not None and result.learnt is not None:
-            write_json(result.learnt.to_dict(), saved)
+        saved = None if result.learned is None else learned
+        if saved is not None and result.learned is not None:
+            write_json(result.learned.to_dict(), saved)
         if (path := json_file(json)) is not None:
             write_json(result.to_dict(), path)
         if report is not None:
             write_report(result, report)
     from stickslip.presentation.terminal import print_positioning
 
-    written = {"JSON": json_file(json), "Report": report, "Learnt": saved}
+    written = {"JSON": json_file(json), "Report": report, "Learned": saved}
     print_result(
         result.to_dict, partial(print_positioning, result=result), json=json, files=written
     )

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["console_on", "one_line", "progress_bar", "reader_may_leave", "say", "working"]
 
 _WIDTH_OF_A_PIPE = 120
-_PATIENCE = 2.0  # seconds without a sign of life that nobody minds
+_QUIET_TIME = 2.0  # seconds before progress is shown
 
 
 def console_on(stream: Literal["output", "error"]) -> "Console":
@@ -98,7 +98,7 @@ def progress_bar(doing: str) -> Generator[Callable[[int, int], None] | None]:
 
         def advance(done: int, every: int) -> None:
             bar.update(task, completed=done, total=every)
-            if not bar.live.is_started and time.monotonic() - begun > _PATIENCE:
+            if not bar.live.is_started and time.monotonic() - begun > _QUIET_TIME:
                 drawn.enter_context(bar)
 
         yield advance

@@ -5,7 +5,7 @@ from typing import Generic, TypeVar
 
 from stickslip.records import (
     LandingPhaseName,
-    LearntPulses,
+    LearnedPulses,
     PositioningOutcome,
     PulseRecord,
     quantity_field,
@@ -64,7 +64,7 @@ class PositionController(Generic[S]):
         """Return standard deviations of estimates, by name [SI]; infinite while unknown."""
         return {}
 
-    def learnt(self, state: S) -> LearntPulses | None:
+    def learned(self, state: S) -> LearnedPulses | None:
         """Return what was learned, for the first guesses of the next run; None if nothing is."""
         return None
 

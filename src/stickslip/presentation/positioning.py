@@ -1,4 +1,4 @@
-"""A positioning task as tables and as a page: how it ended, the motion, and what was learnt."""
+"""A positioning task as tables and as a page: how it ended, the motion, and what was learned."""
 
 from collections.abc import Sequence
 
@@ -117,10 +117,10 @@ def _of_axis(result: Positioning) -> list[Section]:
         parted = " Dotted lines part the runs." if len(result.runs) > 1 else ""
         lead = Text(f"Each estimate {steps}.{parted}", "lead")
         pulses = _run_by_run(drawn, [_pulses(run, result) for run in drawn])
-        learnt = [*_beliefs(result), lead, Grid(estimates)]
+        learned = [*_beliefs(result), lead, Grid(estimates)]
         sections += [
             Section("pulses", "Pulses", [Grid(pulse_plots(result)), *pulses]),
-            Section("learnt", "What was learnt", learnt),
+            Section("learned", "What was learned", learned),
         ]
     return sections
 
@@ -153,7 +153,7 @@ def _of_arm(result: Positioning) -> list[Section]:
     estimates = estimate_plots(result)
     if estimates:
         blocks = [*_beliefs(result), Grid(estimates)]
-        sections.append(Section("learnt", "What was learnt", blocks))
+        sections.append(Section("learned", "What was learned", blocks))
     return sections
 
 

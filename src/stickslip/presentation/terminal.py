@@ -127,7 +127,7 @@ def _doubts(found: EstimatorComparison) -> list[str]:
 
 
 def print_positioning(console: "Console", result: Positioning) -> None:
-    """Print how each move ended, the phases and series of a landing, and what was learnt."""
+    """Print how each move ended, the phases and series of a landing, and what was learned."""
     unit, run = unit_of("position", result.kind), result.runs[-1]
     console.print(f"{result.name}: {result.controller}, {what_moves(result)}", soft_wrap=True)
     console.print()

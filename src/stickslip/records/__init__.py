@@ -50,6 +50,7 @@ from stickslip.records.positioning import (
     PositioningRun,
 )
 from stickslip.records.pulses import (
+    LearnedPulses,
     LearntPulses,
     PositioningOutcome,
     PulseMethod,
@@ -103,6 +104,7 @@ __all__ = [
     "JointLogs",
     "LandingPhase",
     "LandingPhaseName",
+    "LearnedPulses",
     "LearntPulses",
     "LogDeviation",
     "LogSource",

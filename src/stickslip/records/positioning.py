@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Bool, Float
 
-from stickslip.records.pulses import LearntPulses, PulseRecord
+from stickslip.records.pulses import LearnedPulses, PulseRecord
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, ScenarioTables, Worded, valued_tables
 
@@ -200,7 +200,7 @@ def _farther(
     return np.where(np.abs(load_error) > np.abs(error), load_error, error)
 
 
-_SCHEMA = 1
+_SCHEMA = 2
 
 _LEGEND = {
     "error": "target less true position; of a flexible arm, of the mass that is farther from it",
@@ -420,7 +420,7 @@ class Positioning(Record):
     limits
         Of estimates that are beliefs within limits, by name: the limits that pulses have shown
         [SI], None where none has.
-    learnt
+    learned
         What the controller knows after the last run; None if it does not learn.
     notes
         Anything else a user should know, one sentence each.
@@ -431,7 +431,7 @@ class Positioning(Record):
     schema, legend = _SCHEMA, _LEGEND
     json_form = (
         "schema name kind method ending ending_text tolerance units",
-        "legend scenario truth believed limits learnt notes",
+        "legend scenario truth believed limits learned notes",
         {"provenance": ("stickslip_version", "file", "input_sha256=sha256")},
         "runs",
     )
@@ -446,7 +446,7 @@ class Positioning(Record):
     believed: Mapping[str, str]
     runs: tuple[PositioningRun, ...]
     limits: Mapping[str, tuple[float | None, float | None]]
-    learnt: LearntPulses | None
+    learned: LearnedPulses | None
     notes: tuple[str, ...] = ()
     file: str
     sha256: str

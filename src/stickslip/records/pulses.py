@@ -18,7 +18,7 @@ from stickslip.records.quantities import (
 )
 from stickslip.records.record import ReadOnlyMapping, Record, Valued
 
-__all__ = ["LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
+__all__ = ["LearnedPulses", "LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
 
 PulseMethod = Literal["pwc", "papwc", "exact", "landing"]
 
@@ -82,7 +82,7 @@ class PulseRecord(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class LearntPulses(Record):
+class LearnedPulses(Record):
     """What a pulse controller has learned, for its next run.
 
     Attributes
@@ -105,9 +105,9 @@ class LearntPulses(Record):
 
     Examples
     --------
-    >>> learnt = LearntPulses(method="pwc", kind="linear", values={"pulse_gain": 2.5},
+    >>> learned = LearnedPulses(method="pwc", kind="linear", values={"pulse_gain": 2.5},
     ...                       covariance=np.array([[1e5]]))
-    >>> LearntPulses.from_dict(learnt.to_dict()).values["pulse_gain"]
+    >>> LearnedPulses.from_dict(learned.to_dict()).values["pulse_gain"]
     2.5
     """
 
@@ -149,7 +149,7 @@ class LearntPulses(Record):
         }
 
     @classmethod
-    def from_dict(cls, saved: Mapping[str, Any]) -> "LearntPulses":
+    def from_dict(cls, saved: Mapping[str, Any]) -> "LearnedPulses":
         """Return what `to_dict` wrote.
 
         Parameters
@@ -194,6 +194,10 @@ class LearntPulses(Record):
             what = "the covariance is not a matrix of numbers"
             raise _unlike_saved(what, "covariance") from error
         return cls(method=saved["method"], kind=kind, values=values, covariance=covariance)
+
+
+LearntPulses = LearnedPulses
+"""Former name."""
 
 
 def _one_of(name: str, value: Any, known: tuple[str, ...]) -> None:

@@ -10,7 +10,7 @@ from stickslip.input_files import read_json
 from stickslip.records import (
     AxisKind,
     InputError,
-    LearntPulses,
+    LearnedPulses,
     non_negative,
     positive,
     quantity_name,
@@ -31,7 +31,7 @@ __all__ = [
 ]
 
 AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
-FILES = ("estimate", "learnt")
+FILES = ("estimate", "learned")
 _SCENARIO = "the scenario"
 _UNCERTAIN = {
     "mass_uncertainty": ("mass",),
@@ -77,8 +77,8 @@ class GuessTable(Body):
     estimate: str | None = key(
         "file of `stickslip identify --json`; keys beside it take precedence", check=_named
     )
-    learnt: str | None = key(
-        "file of `stickslip position --learnt`, in place of all that it holds", check=_named
+    learned: str | None = key(
+        "file of `stickslip position --learned`, in place of all that it holds", check=_named
     )
 
     def plain(self) -> dict[str, str]:
@@ -112,7 +112,7 @@ class FirstGuesses:
     sources: Mapping[str, str] = field(default_factory=dict)
     missing: Mapping[str, InputError] = field(default_factory=dict)
     spreads: Mapping[str, float] = field(default_factory=dict)
-    learned: LearntPulses | None = None
+    learned: LearnedPulses | None = None
     source: str = ""
 
     def pair(self, name: str) -> tuple[float, float]:
@@ -196,17 +196,17 @@ def guesses_from(guess: GuessTable, kind: AxisKind, folder: Path) -> FirstGuesse
     return FirstGuesses(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
 
 
-def learned_from(path: Path) -> LearntPulses:
+def learned_from(path: Path) -> LearnedPulses:
     """Read what an earlier run has learned."""
     try:
-        return LearntPulses.from_dict(read_json(path))
+        return LearnedPulses.from_dict(read_json(path))
     except InputError as error:
         placed = error if str(path) in error.where else error.at(str(path))
-        raise placed.at("[guess], learnt") from None
+        raise placed.at("[guess], learned") from None
 
 
 def check_learned(
-    learned: LearntPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
+    learned: LearnedPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
 ) -> None:
     """Check that a controller can go on from what was learned."""
     for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
@@ -214,7 +214,7 @@ def check_learned(
             raise InputError(
                 f"what was learned is of {name} {own}, this controller needs {needed}",
                 where=name,
-                remedy=f"give a file of {name} {needed}, or leave learnt out",
+                remedy=f"give a file of {name} {needed}, or leave learned out",
             )
     for name in names:
         if name not in learned.values:

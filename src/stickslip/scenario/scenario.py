@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.control import PositionController
-from stickslip.records import InputError, LearntPulses, ScenarioTables, unit_of
+from stickslip.records import InputError, LearnedPulses, ScenarioTables, unit_of
 from stickslip.scenario.axis import AXES
 from stickslip.scenario.controllers.base import Controller
 from stickslip.scenario.controllers.registry import ARM_CONTROLLERS, AXIS_CONTROLLERS
@@ -109,9 +109,9 @@ class Scenario(Setup):
                     remedy=f"{balance}{other}",
                 )
 
-    def build(self, folder: Path, learned: LearntPulses | None = None) -> BuiltController:
+    def build(self, folder: Path, learned: LearnedPulses | None = None) -> BuiltController:
         """Return the controller, set to the first target."""
-        table, file = self.controller, self.guess.learnt
+        table, file = self.controller, self.guess.learned
         try:
             if learned is None:
                 first = table.begin(self, folder)
@@ -154,16 +154,16 @@ class ScenarioFile(Read[Scenario]):
         return self.scenario.controller.learns
 
     @property
-    def learnt(self) -> Path | None:
+    def learned(self) -> Path | None:
         """The file of what an earlier run has learned."""
-        named = self.scenario.guess.learnt
+        named = self.scenario.guess.learned
         return None if named is None else self.path.parent / named
 
     @property
     def inputs(self) -> tuple[Path, ...]:
         """The files that the scenario names."""
         guess = self.scenario.guess
-        return tuple(self.path.parent / each for each in (guess.estimate, guess.learnt) if each)
+        return tuple(self.path.parent / each for each in (guess.estimate, guess.learned) if each)
 
 
 def read_scenario(path: Path | str) -> ScenarioFile:

@@ -198,9 +198,9 @@ def _papwc(leg: Leg) -> PulseAmplitudeWidthController:
         rest=RestDetection.for_encoder(
             resolution=_REST_STEP, noise=leg.case.position_noise, samples=_REST_SAMPLES
         ),
-        patience=None,
+        max_idle_pulses=None,
     )
-    return controller if leg.learnt is None else controller.resumed(leg.learnt)
+    return controller if leg.learned is None else controller.resumed(leg.learned)
 
 
 RIVALS: Mapping[str, Rival] = MappingProxyType(

@@ -10,7 +10,7 @@ from jaxtyping import Float
 
 from stickslip.control import LandingController, PulseController
 from stickslip.plants import FlexibleArm
-from stickslip.records import LearntPulses, PositioningOutcome, SensorSample, quantity_field
+from stickslip.records import LearnedPulses, PositioningOutcome, SensorSample, quantity_field
 from stickslip.simulation import Controller, PlantStepper, simulate_closed_loop
 from studies.van_de_wijdeven.conjunction.cases import Case
 from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, RandomArm
@@ -45,7 +45,7 @@ class Leg:
         Of which arm, and under which conditions.
     start, target
         From where, to where.
-    learnt
+    learned
         In the moves before, by a controller of pulses; None in the first and by others.
     """
 
@@ -53,7 +53,7 @@ class Leg:
     case: Case
     start: float = quantity_field("position")
     target: float = quantity_field("position")
-    learnt: LearntPulses | None
+    learned: LearnedPulses | None
 
     @property
     def way(self) -> float:
@@ -125,9 +125,9 @@ def rival_moves(arm: RandomArm, case: Case, make: Rival) -> list[MoveOutcome]:
     """
     generator = np.random.default_rng(arm.seed)
     state = (0.0, 0.0, 0.0, 0.0)
-    start, learnt, found = 0.0, None, list[MoveOutcome]()
+    start, learned, found = 0.0, None, list[MoveOutcome]()
     for target in arm.targets:
-        controller = make(Leg(arm=arm, case=case, start=start, target=target, learnt=learnt))
+        controller = make(Leg(arm=arm, case=case, start=start, target=target, learned=learned))
         run = simulate_closed_loop(
             arm.arm,
             controller,
@@ -138,7 +138,7 @@ def rival_moves(arm: RandomArm, case: Case, make: Rival) -> list[MoveOutcome]:
             initial_state=state,
         )
         if isinstance(controller, PulseController):
-            learnt = controller.learnt(run.controller_state)
+            learned = controller.learned(run.controller_state)
         truth = run.motion
         columns = (truth.position, truth.velocity, truth.load_position, truth.load_velocity)
         motion = _Motion(np.column_stack([each for each in columns if each is not None]),

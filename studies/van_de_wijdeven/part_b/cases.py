@@ -89,7 +89,7 @@ def pwc(
         tolerance=TOLERANCE,
         rest=_REST,
         longest_width=longest_width,
-        patience=None,
+        max_idle_pulses=None,
     )
     return replace(controller, regressor=regressor)
 
@@ -126,7 +126,7 @@ def papwc(
         tolerance=tolerance,
         rest=_REST,
         longest_width=longest_width,
-        patience=None,
+        max_idle_pulses=None,
     )
     return replace(controller, initial_covariance=covariance)
 

@@ -59,7 +59,7 @@ class _Adaptive:
             tolerance=_AIM,
             rest=_REST,
             longest_width=self.longest_width,
-            patience=None,
+            max_idle_pulses=None,
         )
         if self.initial_covariance is None:
             return controller

@@ -161,7 +161,7 @@ def _stiction_bounds(evidence: Evidence) -> Claim:
             f"{len(weak)} pulses did not move it, of at most {max(weak, default=0.0):.1f} N",
         ),
         why="The effort must exceed f_s for a whole sample. The algorithm does not notice: having "
-        "learnt nothing, it fires the same vain pulse again.",
+        "learned nothing, it fires the same vain pulse again.",
         numbers={
             "smallest_m": smallest,
             "least_m": least,

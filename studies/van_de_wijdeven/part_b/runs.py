@@ -114,8 +114,8 @@ def series_of(
         before, state = controllers[-1], done[-1].run.controller_state
         if last is not None and last(before.estimates(state)):
             break
-        learnt = before.learnt(state)
-        controllers.append(before.resumed(learnt, keep_covariance=keep_covariance))
+        learned = before.learned(state)
+        controllers.append(before.resumed(learned, keep_covariance=keep_covariance))
         done.append(one_run(controllers[-1]))
     return Series(controllers=tuple(controllers), runs=tuple(done))
 

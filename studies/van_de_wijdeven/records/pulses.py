@@ -99,7 +99,7 @@ class PrintedNumber:
 
 @dataclass(frozen=True, kw_only=True)
 class CarriedRuns:
-    """Consecutive runs of one controller, each beginning with what the one before had learnt.
+    """Consecutive runs of one controller, each beginning with what the one before had learned.
 
     Attributes
     ----------

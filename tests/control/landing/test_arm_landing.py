@@ -147,9 +147,9 @@ def test_a_new_target_on_the_way_and_after_the_end() -> None:
     assert feedback == pytest.approx([0.0, 5.0, 45.0], abs=T)
     before = [phase.name for phase in state.phases if phase.start < 45.0 - T / 2]
     assert before[-1] == "done"
-    learnt = landing.learnt(state)
-    assert learnt.method == "landing"
-    assert learnt.values == landing.estimates(state)
+    learned = landing.learned(state)
+    assert learned.method == "landing"
+    assert learned.values == landing.estimates(state)
 
 
 def legs(
@@ -231,7 +231,7 @@ def test_a_series_is_broken_off_when_samples_are_missed() -> None:
 
 
 def test_it_stops_when_mass_1_does_not_come_to_rest() -> None:
-    landing = controller(patience=1.0)
+    landing = controller(wait_limit=1.0)
     state, effort = landing.init(), 1.0
     for k in range(1000):
         sample = SensorSample(k * T, 0.8 + 1e-3 * (-1.0) ** k, 0.0, 0.8, 0.0)
@@ -310,7 +310,7 @@ def test_a_breakaway_believed_too_low_is_raised() -> None:
         ({"position_noise": -1.0}, "position_noise"),
         ({"velocity_noise": np.nan}, "velocity_noise"),
         ({"most_series": 0}, "most_series"),
-        ({"patience": 0.0}, "patience"),
+        ({"wait_limit": 0.0}, "wait_limit"),
         ({"arm": ARM, "effort_limit": 0.15}, "not above what frees"),
     ],
 )
@@ -324,6 +324,6 @@ def test_what_is_asked_of_a_state_too_early_is_refused() -> None:
     state = landing.init()
     assert landing.outcome(state) is PositioningOutcome.MOVING
     with pytest.raises(InputError, match="nothing has been learned"):
-        landing.learnt(state)
+        landing.learned(state)
     with pytest.raises(InputError, match="target"):
         landing.retargeted(state, np.nan)

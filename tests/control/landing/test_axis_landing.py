@@ -15,7 +15,7 @@ from stickslip.control import (
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
-from stickslip.records import InputError, LearntPulses, PositioningOutcome, SensorSample
+from stickslip.records import InputError, LearnedPulses, PositioningOutcome, SensorSample
 from stickslip.simulation import Sensors, simulate_closed_loop
 
 T = 0.01
@@ -24,7 +24,7 @@ BOUND = 1e-5  # of the way, without noise; 1e-8 is usual
 NOISE = 1e-5  # of the way
 DEVIATIONS = 3.0  # of a sample of the noise: the tolerance with noise
 MOST = 16  # of 18 with noise: of a method that fails one time in 100, 999 of 1000 trials
-LEARNT = 1e-4  # of friction along a way with stops in the middle of samples; 1e-5 is seen
+LEARNED = 1e-4  # of friction along a way with stops in the middle of samples; 1e-5 is seen
 LAW = CoulombViscousFriction.symmetric(
     coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0
 )
@@ -163,8 +163,8 @@ def test_the_estimate_goes_on_and_pulses_begin_with_it() -> None:
     run = fly(landing)
     state = run.controller_state
     found, sure = landing.estimates(state), landing.deviations(state)
-    assert found["coulomb_friction"] == pytest.approx(100.0, rel=LEARNT)
-    assert found["viscous_friction"] == pytest.approx(700.0, rel=LEARNT)
+    assert found["coulomb_friction"] == pytest.approx(100.0, rel=LEARNED)
+    assert found["viscous_friction"] == pytest.approx(700.0, rel=LEARNED)
     assert set(sure) == {"coulomb_friction", "viscous_friction"}
     assert found["coulomb_friction_positive"] == pytest.approx(100.0, rel=0.05)
     first = landing.estimates(landing.init())
@@ -176,10 +176,10 @@ def test_the_estimate_goes_on_and_pulses_begin_with_it() -> None:
 def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
     landing = controller()
     state = fly(landing).controller_state
-    learnt = LearntPulses.from_dict(landing.learnt(state).to_dict())
-    assert learnt.method == "exact"
-    again = controller(guess=1.0).resumed(learnt)
-    assert again.learnt(again.init()).values == pytest.approx(dict(learnt.values))
+    learned = LearnedPulses.from_dict(landing.learned(state).to_dict())
+    assert learned.method == "exact"
+    again = controller(guess=1.0).resumed(learned)
+    assert again.learned(again.init()).values == pytest.approx(dict(learned.values))
     run = fly(again)
     assert again.outcome(run.controller_state) is PositioningOutcome.REACHED
     pulses = ExactPulseController(
@@ -191,8 +191,8 @@ def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
         mass=1.0,
         friction=LAW,
     )
-    assert pulses.resumed(learnt).experience is learnt
-    wrong = replace(learnt, method="landing")
+    assert pulses.resumed(learned).experience is learned
+    wrong = replace(learned, method="landing")
     with pytest.raises(InputError, match="method"):
         controller().resumed(wrong)
 
@@ -200,7 +200,7 @@ def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
 def test_before_it_has_moved_nothing_is_learned() -> None:
     landing = controller(guess=0.0)
     with pytest.raises(InputError, match="nothing has been learned"):
-        landing.learnt(landing.init())
+        landing.learned(landing.init())
 
 
 def test_a_new_target_on_the_way_begins_anew() -> None:
@@ -215,7 +215,7 @@ def test_a_new_target_on_the_way_begins_anew() -> None:
 
 def test_a_mass_that_does_not_come_to_rest_is_left_to_the_pulses() -> None:
     shaking = 1e-3  # m; as an axis that never rests is seen
-    landing = controller(patience=0.5)
+    landing = controller(wait_limit=0.5)
     state = landing.init()
     for k in range(300):
         place = 0.3 + shaking * (-1.0) ** k
@@ -226,7 +226,7 @@ def test_a_mass_that_does_not_come_to_rest_is_left_to_the_pulses() -> None:
 
 
 def test_pulses_do_not_wait_for_ever() -> None:
-    landing = controller(patience=0.5)
+    landing = controller(wait_limit=0.5)
     state, effort = landing.init(), 1.0
     for k in range(900):  # a velocity that is never 0 is no rest
         place = 0.3 + 1e-3 * (-1.0) ** k
@@ -271,7 +271,7 @@ def test_pulses_keep_to_their_longest_width() -> None:
         ({"target": np.nan}, "target"),
         ({"effort_limit": 50.0}, "not above what frees"),
         ({"position_noise": -1.0}, "position_noise"),
-        ({"patience": 0.0}, "patience"),
+        ({"wait_limit": 0.0}, "wait_limit"),
         ({"mass_uncertainty": -0.1}, "mass_uncertainty"),
         ({"longest_width": 1e-4}, "longest_width"),
     ],

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from stickslip.control.landing.belief import LEARNT, ArmBelief, FlightLog, check_learnt
+from stickslip.control.landing.belief import LEARNED, ArmBelief, FlightLog, check_learned
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
-from stickslip.records import InputError, LearntPulses
+from stickslip.records import InputError, LearnedPulses
 from stickslip.simulation import simulate
 
 T = 0.02
@@ -83,7 +83,7 @@ def belief(generator: np.random.Generator | None = None, **settings: Any) -> Arm
 
 
 def found(after: ArmBelief) -> np.ndarray:
-    return np.array([after.values[name] for name in LEARNT])
+    return np.array([after.values[name] for name in LEARNED])
 
 
 @pytest.mark.parametrize("way", [1.0, -1.0])
@@ -176,19 +176,19 @@ def test_a_friction_that_is_not_known_is_said_to_be_so() -> None:
     np.testing.assert_allclose(np.sqrt(np.diag(first.covariance))[:3], UNCERTAINTY)
 
 
-def learnt(**changes: Any) -> LearntPulses:
-    values = {**dict(zip(LEARNT, TRUTH.tolist(), strict=True)), "static_friction": 0.2}
+def learned(**changes: Any) -> LearnedPulses:
+    values = {**dict(zip(LEARNED, TRUTH.tolist(), strict=True)), "static_friction": 0.2}
     usual: dict[str, Any] = {
         "method": "landing",
         "kind": "linear",
         "values": values,
         "covariance": 1e-8 * np.eye(5),
     }
-    return LearntPulses(**(usual | changes))
+    return LearnedPulses(**(usual | changes))
 
 
 def test_what_an_earlier_run_has_learned_is_gone_on_from() -> None:
-    again = ArmBelief.resumed(belief().arm, learnt())
+    again = ArmBelief.resumed(belief().arm, learned())
     np.testing.assert_allclose(found(again), TRUTH, rtol=1e-12)
     assert again.arm.friction.static_friction_positive == 0.2
     spread = np.sqrt(np.diag(again.covariance))
@@ -202,11 +202,11 @@ def test_what_an_earlier_run_has_learned_is_gone_on_from() -> None:
         ({"method": "exact"}, "the method is exact"),
         ({"kind": "rotary"}, "the kind is rotary"),
         ({"values": {"coulomb_friction": 0.1}}, "mass is missing"),
-        ({"values": dict.fromkeys(LEARNT, 0.0)}, "mass is 0 kg"),
+        ({"values": dict.fromkeys(LEARNED, 0.0)}, "mass is 0 kg"),
         ({"covariance": np.eye(2)}, "5 by 5"),
         ({"covariance": -np.eye(5)}, "no variance below zero"),
     ],
 )
 def test_what_is_none_of_an_arm_is_refused(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(InputError, match=words):
-        check_learnt(learnt(**changes), "linear")
+        check_learned(learned(**changes), "linear")

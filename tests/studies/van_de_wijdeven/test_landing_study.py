@@ -150,7 +150,7 @@ def test_a_controller_is_made_from_what_is_believed_alone(name: str) -> None:
         assert made[0].arm.friction == drawn.believed_friction
         return
     made_for = [
-        RIVALS[name](Leg(arm=each, case=told, start=0.0, target=each.targets[0], learnt=None))
+        RIVALS[name](Leg(arm=each, case=told, start=0.0, target=each.targets[0], learned=None))
         for each in (drawn, other)
     ]
     assert np.array_equal(made_for[0].init(), made_for[1].init(), equal_nan=True)
@@ -253,17 +253,17 @@ def test_what_was_tuned_keeps_to_its_limits() -> None:
     noisy = replace(NOISY, name="noisy")
     for case in (EXACT, noisy):
         for each in arms(20):
-            leg = Leg(arm=each, case=case, start=0.0, target=1.0, learnt=None)
+            leg = Leg(arm=each, case=case, start=0.0, target=1.0, learned=None)
             for name in ("zero vibration, friction known", "zero vibration, friction as believed"):
                 pd = RIVALS[name](leg).pd
                 assert sqrt(pd.position_gain / each.arm.mass_1) < FASTEST
     tuning = PIDTuning(frequency=0.5, integral=0.2)
-    made = tuning(Leg(arm=SIMPLE, case=EXACT, start=0.0, target=1.0, learnt=None))
+    made = tuning(Leg(arm=SIMPLE, case=EXACT, start=0.0, target=1.0, learned=None))
     # m s^3 + K_d s^2 + K_p s + K_i, the whole mass
     roots = np.roots([2.0, made.velocity_gain, made.position_gain, made.integral_gain])
     assert np.allclose(sorted(roots.real), [-0.5, -0.5, -0.1], rtol=1e-6)
     known = ZeroVibrationTuning(friction="known", frequency=5.0)
-    leg = Leg(arm=SIMPLE, case=EXACT, start=0.0, target=1.0, learnt=None)
+    leg = Leg(arm=SIMPLE, case=EXACT, start=0.0, target=1.0, learned=None)
     assert known(leg).arm.friction == SIMPLE.arm.friction
 
 

@@ -240,7 +240,7 @@ def test_carried_runs_go_on_with_estimates_and_covariance() -> None:
     first = CASES[0].first()
     ten, two = series_of(first, runs=3), series_of(first, runs=2)
     again = two.controllers[-1].resumed(
-        two.controllers[-1].learnt(two.runs[-1].run.controller_state)
+        two.controllers[-1].learned(two.runs[-1].run.controller_state)
     )
     assert again == ten.controllers[-1]
     anew = series_of(first, runs=2, keep_covariance=False)

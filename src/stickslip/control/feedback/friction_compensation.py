@@ -78,7 +78,7 @@ class FrictionCompensation:
             raise InputError(
                 "friction must be a CoulombViscousFriction or an OnlineFriction, it is a "
                 f"{type(self.friction).__name__}",
-                remedy="give the law, or OnlineFriction.of(estimator, ...) for one that is learnt",
+                remedy="give the law, or OnlineFriction.of(estimator, ...) for one that is learned",
             )
         if self.velocity not in _DIRECTIONS:
             raise InputError(

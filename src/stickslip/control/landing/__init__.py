@@ -1,4 +1,4 @@
-"""Landings: feedback near the target while friction is learnt, then pulses that end at rest."""
+"""Landings: feedback near the target while friction is learned, then pulses that end at rest."""
 
 from stickslip.control.landing.approach import scaled_notch, scaled_pd
 from stickslip.control.landing.arm import LandingController

@@ -11,12 +11,12 @@ from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.notch import Notch
 from stickslip.control.landing.approach import arm_approach, scaled_notch, scaled_pd
 from stickslip.control.landing.arm_learning import ArmLearning
-from stickslip.control.landing.belief import ArmBelief, check_learnt
+from stickslip.control.landing.belief import ArmBelief, check_learned
 from stickslip.control.landing.series import next_series
 from stickslip.control.landing.state import Flight, LandingState, Window
 from stickslip.control.landing.swing import Swing
 from stickslip.planning import PulseSeries
-from stickslip.records import InputError, LearntPulses, SensorSample
+from stickslip.records import InputError, LearnedPulses, SensorSample
 
 __all__ = ["LandingController"]
 
@@ -27,20 +27,20 @@ _FINE = 0.01  # of the way left: a wider band of noise hides motion that matters
 _GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
 _LEFT = 0.2  # of the way is left to the series: more than mass 2 usually swings
 _KEPT = 2.0  # half swings kept in the window
-_PATIENCE = 40.0  # half swings
+_WAIT_RULE = 40.0  # half swings
 _STATIC = 1.3  # static over Coulomb friction, where nothing is known
 
 
 @dataclass(frozen=True, kw_only=True)
 class LandingController(ArmLearning):
-    """Land a flexible arm: both masses at rest on the target, with friction learnt on the way.
+    """Land a flexible arm: both masses at rest on the target, with friction learned on the way.
 
     The supervisor that the concluding remarks of van de Wijdeven (2002) sketch. Its phases, and
     what ends each:
 
     feedback
         PD, notch and compensation of friction by the running estimate, along a smooth reference to
-        short of the target. Ends when mass 1 rests after the reference, or when patience is out.
+        short of the target. Ends when mass 1 rests after the reference, or at the wait limit.
     resting
         No effort. Ends when mass 1 has rested for 0.4 of a half swing of mass 2 (a whole one where
         noise is not far below the way left), and for 80 samples at least (after six half swings,
@@ -83,7 +83,7 @@ class LandingController(ArmLearning):
         Of the feedback phase; None scales that of the surrogate arm.
     most_series
         After so many it stops.
-    patience
+    wait_limit
         How long mass 1 may take to come to rest after the reference or a series; None for 20 swings
         of mass 2.
 
@@ -120,33 +120,33 @@ class LandingController(ArmLearning):
                 remedy="allow some; 2 land an arm whose friction is known",
             )
 
-    def resumed(self, learnt: LearntPulses) -> "LandingController":
+    def resumed(self, learned: LearnedPulses) -> "LandingController":
         """Return the same controller, beginning with what an earlier run has learned of the arm.
 
         The estimator stays as it is, so that one of the learned masses and spring has to be given.
 
         Parameters
         ----------
-        learnt
-            From `learnt` of a controller with an ``arm_uncertainty``, or read from a file.
+        learned
+            From `learned` of a controller with an ``arm_uncertainty``, or read from a file.
 
         Raises
         ------
         InputError
             If it was learned by another method, on another kind of axis, or cannot be.
         """
-        check_learnt(learnt, self.kind)
-        known = ArmBelief.resumed(self.arm, learnt)
-        return replace(self, arm=known.arm, experience=learnt)
+        check_learned(learned, self.kind)
+        known = ArmBelief.resumed(self.arm, learned)
+        return replace(self, arm=known.arm, experience=learned)
 
     @property
     def longest_wait(self) -> float:
-        """The patience, or 20 swings of mass 2 [s]."""
-        return _PATIENCE * self.half_swing if self.patience is None else self.patience
+        """The wait limit, or 20 swings of mass 2 [s]."""
+        return _WAIT_RULE * self.half_swing if self.wait_limit is None else self.wait_limit
 
     def init(self) -> LandingState:
         """Return the state before the first sample."""
-        law, learnt = self.arm.friction, self.experience
+        law, learned = self.arm.friction, self.experience
         known = law.coulomb_friction_positive + law.coulomb_friction_negative
         static = law.static_friction_positive + law.static_friction_negative
         return LandingState(
@@ -155,7 +155,7 @@ class LandingController(ArmLearning):
             estimator_state=self.estimator.init(sampling_time=self.sampling_time),
             window=Window.of(self._window),
             static_ratio=max(static / known, _STATIC) if known > 0.0 else _STATIC,
-            belief=None if learnt is None else ArmBelief.resumed(self.arm, learnt),
+            belief=None if learned is None else ArmBelief.resumed(self.arm, learned),
         )
 
     def _readable(self, sample: SensorSample) -> bool:

@@ -5,13 +5,13 @@ from math import inf, isfinite, pi, sqrt
 
 import numpy as np
 
-from stickslip.control.landing.belief import LEARNT, ArmBelief, FlightLog, check_learnt
+from stickslip.control.landing.belief import LEARNED, ArmBelief, FlightLog, check_learned
 from stickslip.control.landing.state import LandingState
 from stickslip.control.landing.supervisor import FRICTION, Supervisor
 from stickslip.control.landing.swing import Swing
 from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
-from stickslip.records import AxisKind, LearntPulses, non_negative
+from stickslip.records import AxisKind, LearnedPulses, non_negative
 
 __all__ = ["ArmLearning"]
 
@@ -37,7 +37,7 @@ class ArmLearning(Supervisor[LandingState]):
 
     arm: FlexibleArm
     arm_uncertainty: float = 0.0
-    experience: LearntPulses | None = None
+    experience: LearnedPulses | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -45,7 +45,7 @@ class ArmLearning(Supervisor[LandingState]):
         object.__setattr__(self, "arm_uncertainty", uncertainty)
         self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
         if self.experience is not None:
-            check_learnt(self.experience, self.kind)
+            check_learned(self.experience, self.kind)
 
     @property
     def kind(self) -> AxisKind:
@@ -138,7 +138,7 @@ class ArmLearning(Supervisor[LandingState]):
         found: dict[str, float] = dict(zip(FRICTION, (coulomb, viscous, static), strict=True))
         if self._learns(state):
             body = self._belief(state).values
-            found |= {name: body[name] for name in LEARNT[:3]}
+            found |= {name: body[name] for name in LEARNED[:3]}
         return found
 
     def deviations(self, state: LandingState) -> dict[str, float]:
@@ -155,9 +155,9 @@ class ArmLearning(Supervisor[LandingState]):
         own = self._belief(state).deviations
         if state.belief is None:
             own |= {name: inf for name, spread in found.items() if not isfinite(spread)}
-        return {name: own[name] for name in (*found, *LEARNT[:3])}
+        return {name: own[name] for name in (*found, *LEARNED[:3])}
 
-    def learnt(self, state: LandingState) -> LearntPulses:
+    def learned(self, state: LandingState) -> LearnedPulses:
         """Return what was learned, as of the base class.
 
         The covariance is that of the estimator, or, where masses and spring are learned, of the
@@ -174,7 +174,7 @@ class ArmLearning(Supervisor[LandingState]):
             As of the base class.
         """
         covariance = self._known_covariance(state) if state.belief is None else np.empty(0)
-        return LearntPulses(
+        return LearnedPulses(
             method="landing",
             kind=self.kind,
             values=self.estimates(state),

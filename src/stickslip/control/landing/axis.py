@@ -16,7 +16,7 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import (
     AxisKind,
-    LearntPulses,
+    LearnedPulses,
     PositioningOutcome,
     PulseRecord,
     SensorSample,
@@ -25,34 +25,34 @@ from stickslip.records import (
 
 __all__ = ["AxisLandingController"]
 
-_PATIENCE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
-_COASTING = 10.0  # times the patience that it may take to come to rest after a pulse
+_WAIT_RULE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
+_COASTING = 10.0  # times the wait limit that it may take to come to rest after a pulse
 _SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
 _LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 
 
 @dataclass(frozen=True, kw_only=True)
 class AxisLandingController(Supervisor[AxisLandingState]):
-    """Land a single mass: feedback near its target, then pulses, with friction learnt on the way.
+    """Land a single mass: feedback near its target, then pulses, with friction learned on the way.
 
     The same supervisor as `LandingController`'s, for an axis without a load on a spring. Its
     phases, and what ends each:
 
     feedback
         PD and compensation of friction by the running estimate, along a smooth reference to the
-        target. Ends when the mass rests after the reference, or when patience is out.
+        target. Ends when the mass rests after the reference, or at the wait limit.
     pulses
         Of `ExactPulseController`, that begins with the friction estimated in the feedback phase, or
         with what it has learned on the way to an earlier target. It is *done* within the tolerance,
         and *stopped* when no pulse can help, or when the mass has not come to rest in ten times the
-        patience.
+        wait limit.
     done, stopped
         No effort. A new target begins with feedback.
 
     Attributes
     ----------
-    sampling_time, target, tolerance, effort_limit, estimator, velocity_noise, pd, patience
-        As of `Supervisor`; the patience is 100 samples by the rule.
+    sampling_time, target, tolerance, effort_limit, estimator, velocity_noise, pd, wait_limit
+        As of `Supervisor`; the wait limit is 100 samples by the rule.
     position_noise
         Standard deviation of a sampled position, its rounding to encoder steps included; 0 for
         none.
@@ -93,7 +93,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
     rest: RestDetection | None = None
     mass_uncertainty: float = ExactPulseController.mass_uncertainty
     longest_width: float | None = quantity_field("time", default=None)
-    experience: LearntPulses | None = None
+    experience: LearnedPulses | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -108,8 +108,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
     @property
     def longest_wait(self) -> float:
-        """The patience, or 100 samples [s]."""
-        return _PATIENCE * self.sampling_time if self.patience is None else self.patience
+        """The wait limit, or 100 samples [s]."""
+        return _WAIT_RULE * self.sampling_time if self.wait_limit is None else self.wait_limit
 
     @property
     def _rest(self) -> RestDetection:
@@ -164,8 +164,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         if state.pulses is None:
             pulses = self._first_pulses(state)
         else:
-            learnt = state.pulses.learnt(state.pulse_state)
-            pulses = replace(state.pulses, target=state.target).resumed(learnt)
+            learned = state.pulses.learned(state.pulse_state)
+            pulses = replace(state.pulses, target=state.target).resumed(learned)
         state = replace(state, pulses=pulses, pulse_state=pulses.init(), still_since=sample.time)
         return self._enter(state, sample, "pulses", reason)
 
@@ -262,8 +262,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         """
         return None if state.pulses is None else state.pulses.last_pulse(state.pulse_state)
 
-    def learnt(self, state: AxisLandingState) -> LearntPulses:
-        """Return what the pulses have learned, of their own method (`ExactPulseController.learnt`).
+    def learned(self, state: AxisLandingState) -> LearnedPulses:
+        """Return what the pulses have learned, as `ExactPulseController.learned` does.
 
         Before the first pulse it is what they would begin with.
 
@@ -280,21 +280,21 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         if state.pulses is None and self.experience is None:
             self._known_covariance(state)
         pulses, memory = self._pulses(state)
-        return pulses.learnt(memory)
+        return pulses.learned(memory)
 
-    def resumed(self, learnt: LearntPulses) -> "AxisLandingController":
+    def resumed(self, learned: LearnedPulses) -> "AxisLandingController":
         """Return the same controller, whose pulses begin with what an earlier run has learned.
 
         The estimator and the axis that the feedback is made for stay as they are.
 
         Parameters
         ----------
-        learnt
-            From `learnt`, of an `ExactPulseController` too, or read from a file.
+        learned
+            From `learned`, of an `ExactPulseController` too, or read from a file.
 
         Raises
         ------
         InputError
             If it was learned by another method, on another kind of axis, or cannot be.
         """
-        return replace(self, experience=learnt)
+        return replace(self, experience=learned)

@@ -13,16 +13,16 @@ from stickslip.plants import FlexibleArm
 from stickslip.records import (
     AxisKind,
     InputError,
-    LearntPulses,
+    LearnedPulses,
     SensorSample,
     non_negative,
     positive,
     unit_of,
 )
 
-__all__ = ["LEARNT", "ArmBelief", "FlightLog", "check_learnt"]
+__all__ = ["LEARNED", "ArmBelief", "FlightLog", "check_learned"]
 
-LEARNT = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_friction")
+LEARNED = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_friction")
 """What is believed, by name, in the order of the covariance."""
 
 _BODY, _FRICTION, _BEGIN = slice(0, 3), slice(3, 5), slice(5, 7)
@@ -176,25 +176,25 @@ class ArmBelief:
         )
 
     @classmethod
-    def resumed(cls, arm: FlexibleArm, learnt: LearntPulses) -> "ArmBelief":
+    def resumed(cls, arm: FlexibleArm, learned: LearnedPulses) -> "ArmBelief":
         """Return what an earlier run has learned; friction may have changed since.
 
         Parameters
         ----------
         arm
             Its offset and kind count.
-        learnt
+        learned
             By a landing.
         """
-        m1, m2, ks, fc, c = (learnt.values[name] for name in LEARNT)
+        m1, m2, ks, fc, c = (learned.values[name] for name in LEARNED)
         law = CoulombViscousFriction.symmetric(
             coulomb_friction=fc,
             viscous_friction=c,
-            static_friction=learnt.values.get("static_friction", fc),
+            static_friction=learned.values.get("static_friction", fc),
             offset=arm.friction.offset,
         )
         body = replace(arm, mass_1=m1, mass_2=m2, stiffness=ks, friction=law)
-        return cls(arm=body, covariance=learnt.covariance).later()
+        return cls(arm=body, covariance=learned.covariance).later()
 
     def later(self) -> "ArmBelief":
         """Return the belief some time later: friction may have changed."""
@@ -204,10 +204,10 @@ class ArmBelief:
 
     @property
     def values(self) -> dict[str, float]:
-        """By the names of `LEARNT` [SI]."""
+        """By the names of `LEARNED` [SI]."""
         arm, law = self.arm, self.arm.friction
         friction = (law.coulomb_friction_positive, law.viscous_friction_positive)
-        return dict(zip(LEARNT, (arm.mass_1, arm.mass_2, arm.stiffness, *friction), strict=True))
+        return dict(zip(LEARNED, (arm.mass_1, arm.mass_2, arm.stiffness, *friction), strict=True))
 
     @property
     def deviations(self) -> dict[str, float]:
@@ -307,12 +307,12 @@ class ArmBelief:
         return way * states[1:] + np.array([x1, 0.0, x1, 0.0])
 
 
-def check_learnt(learnt: LearntPulses, kind: AxisKind) -> None:
+def check_learned(learned: LearnedPulses, kind: AxisKind) -> None:
     """Refuse what was learned of something else than an arm's masses, spring and friction.
 
     Parameters
     ----------
-    learnt
+    learned
         By an earlier run.
     kind
         Of the axis it is for.
@@ -322,23 +322,23 @@ def check_learnt(learnt: LearntPulses, kind: AxisKind) -> None:
     InputError
         If it is refused.
     """
-    for name, own, other in (("method", "landing", learnt.method), ("kind", kind, learnt.kind)):
+    for name, own, other in (("method", "landing", learned.method), ("kind", kind, learned.kind)):
         if other != own:
             raise InputError(
                 f"the {name} is {other}, of this controller it is {own}",
                 where=name,
                 remedy="resume with what such a controller has learned",
             )
-    for name in LEARNT:
-        if name not in learnt.values:
+    for name in LEARNED:
+        if name not in learned.values:
             raise InputError(
                 f"{name} is missing",
                 where="values",
                 remedy="resume with what was learned of masses and spring too",
             )
         check = non_negative if name == "viscous_friction" else positive
-        check(name, learnt.values[name], unit_of(name, kind))
-    P, size = learnt.covariance, len(LEARNT)
+        check(name, learned.values[name], unit_of(name, kind))
+    P, size = learned.covariance, len(LEARNED)
     if P.shape != (size, size) or not (P.T == P).all() or np.linalg.eigvalsh(P)[0] < -_ROUNDING:
         raise InputError(
             f"the covariance has shape {P.shape}, it must be {size} by {size}, symmetric, and give "

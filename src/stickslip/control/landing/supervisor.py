@@ -17,7 +17,7 @@ from stickslip.records import (
     AxisKind,
     InputError,
     LandingPhaseName,
-    LearntPulses,
+    LearnedPulses,
     PositioningOutcome,
     SensorSample,
     non_negative,
@@ -60,7 +60,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         Standard deviations of one sample; 0 for none.
     pd
         Of the feedback phase; None for gains by a rule.
-    patience
+    wait_limit
         How long the driven mass may take to come to rest; None for a time by a rule.
     """
 
@@ -72,7 +72,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     position_noise: float = quantity_field("position", default=0.0)
     velocity_noise: float = quantity_field("velocity", default=0.0)
     pd: PD | None = None
-    patience: float | None = quantity_field("time", default=None)
+    wait_limit: float | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:
         for name, check in (
@@ -84,8 +84,8 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         ):
             unit = self.__dataclass_fields__[name].metadata["quantity"].unit(self.kind)
             object.__setattr__(self, name, check(name, getattr(self, name), unit))
-        if self.patience is not None:
-            object.__setattr__(self, "patience", positive("patience", self.patience, "s"))
+        if self.wait_limit is not None:
+            object.__setattr__(self, "wait_limit", positive("wait_limit", self.wait_limit, "s"))
         self._check_target(self.target)
 
     @property
@@ -96,14 +96,14 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     @property
     @abstractmethod
     def longest_wait(self) -> float:
-        """The patience, or what a rule says [s]."""
+        """The wait limit, or what a rule says [s]."""
 
     @abstractmethod
     def init(self) -> S:
         """Return the state before the first sample."""
 
     @abstractmethod
-    def learnt(self, state: S) -> LearntPulses:
+    def learned(self, state: S) -> LearnedPulses:
         """Return what was learned, for the first guesses of the next run.
 
         Parameters

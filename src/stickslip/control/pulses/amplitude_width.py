@@ -14,7 +14,7 @@ from stickslip.control.pulses.settings import checked_share
 from stickslip.numerics.named_fields import places
 from stickslip.records import (
     InputError,
-    LearntPulses,
+    LearnedPulses,
     PulseMethod,
     SensorSample,
     quantity_field,
@@ -162,7 +162,11 @@ class PulseAmplitudeWidthController(PublishedPulseController):
         state = self._first_state(at.METHOD, places(at.OWN_DTYPE))
         own = at.own_fields(state)
         own.effort, own.period, own.longest = f_p, self.sampling_time, self._longest
-        own.gain, own.forgetting, own.patience = self.gain, self.forgetting, self._patience
+        own.gain, own.forgetting, own.max_idle_pulses = (
+            self.gain,
+            self.forgetting,
+            self._most_idle_pulses,
+        )
         own.low = -inf if margin is None else margin * f_p
         own.high = inf if margin is None else (1.0 - margin) * f_p
         own.regressor = _REGRESSORS[self.regressor]
@@ -191,7 +195,7 @@ class PulseAmplitudeWidthController(PublishedPulseController):
             "pulse_gain": A_1 * f_p * f_p - A_2 * f_p,
         }
 
-    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+    def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
         """Return the two gains and their covariance.
 
         Parameters
@@ -200,7 +204,7 @@ class PulseAmplitudeWidthController(PublishedPulseController):
             As for `estimates`.
         """
         own = at.own_fields(state)
-        return LearntPulses(
+        return LearnedPulses(
             method=self.method,
             kind=self.kind,
             values={"gain_1": float(own.A_1), "gain_2": float(own.A_2)},
@@ -208,13 +212,13 @@ class PulseAmplitudeWidthController(PublishedPulseController):
         )
 
     def resumed(
-        self, learnt: LearntPulses, *, keep_covariance: bool = True
+        self, learned: LearnedPulses, *, keep_covariance: bool = True
     ) -> "PulseAmplitudeWidthController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters
         ----------
-        learnt, keep_covariance
+        learned, keep_covariance
             As of the base class.
 
         Raises
@@ -223,11 +227,11 @@ class PulseAmplitudeWidthController(PublishedPulseController):
             If it was learned by another method, on another kind of axis, or is no possible
             estimate with this controller's effort.
         """
-        self._check_learnt(learnt, ("gain_1", "gain_2"), 2)
-        (P11, P12), (_, P22) = learnt.covariance.tolist()
+        self._check_learned(learned, ("gain_1", "gain_2"), 2)
+        (P11, P12), (_, P22) = learned.covariance.tolist()
         return replace(
             self,
-            first_gain_1=learnt.values["gain_1"],
-            first_gain_2=learnt.values["gain_2"],
+            first_gain_1=learned.values["gain_1"],
+            first_gain_2=learned.values["gain_2"],
             initial_covariance=(P11, P12, P22) if keep_covariance else self.initial_covariance,
         )

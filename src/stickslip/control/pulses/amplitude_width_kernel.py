@@ -47,7 +47,7 @@ OWN_DTYPE = np.dtype(
         ("low", "f8"),  # range of the estimated Coulomb friction; infinite when it is not kept
         ("high", "f8"),
         ("regressor", "i8"),
-        ("patience", "f8"),
+        ("max_idle_pulses", "f8"),
         ("A_1", "f8"),
         ("A_2", "f8"),
         ("S", "f8", (2, 2)),  # P = S S', so that it stays definite however large P(0) is
@@ -125,7 +125,7 @@ def _plan(s: Any, own: Any) -> None:
     e, f_p, T = s.error, own.effort, own.period
     b = own.A_1 * f_p * f_p - own.A_2 * f_p  # Eq. 16
     f_c = own.A_2 / own.A_1
-    if not (b > 0.0 and f_c < f_p) or s.idle >= own.patience:
+    if not (b > 0.0 and f_c < f_p) or s.idle >= own.max_idle_pulses:
         stop(s)
         return
     sign = 1.0 if e > 0.0 else -1.0

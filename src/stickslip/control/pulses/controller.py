@@ -14,7 +14,7 @@ from stickslip.control.rest_detection import RestDetection
 from stickslip.records import (
     AxisKind,
     InputError,
-    LearntPulses,
+    LearnedPulses,
     PositioningOutcome,
     PulseMethod,
     PulseRecord,
@@ -121,7 +121,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         """
 
     @abstractmethod
-    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+    def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
         """Return what was learned, for `resumed` of the next run.
 
         Parameters
@@ -131,13 +131,13 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         """
 
     @abstractmethod
-    def resumed(self, learnt: LearntPulses, *, keep_covariance: bool = True) -> "PulseController":
+    def resumed(self, learned: LearnedPulses, *, keep_covariance: bool = True) -> "PulseController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters
         ----------
-        learnt
-            From `learnt`, or read from a file.
+        learned
+            From `learned`, or read from a file.
         keep_covariance
             Whether the recursion goes on as if the runs were one; otherwise it begins anew from
             the estimates.
@@ -233,37 +233,37 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         s.rest = s.error = np.nan  # until the first rest
         return vector
 
-    def _check_learnt(self, learnt: LearntPulses, names: tuple[str, ...], size: int) -> None:
+    def _check_learned(self, learned: LearnedPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""
-        given: type = type(learnt)
-        if not issubclass(given, LearntPulses):
+        given: type = type(learned)
+        if not issubclass(given, LearnedPulses):
             raise InputError(
-                f"what was learned is a {given.__name__}, it must be a LearntPulses",
-                remedy="give what learnt returned, or LearntPulses.from_dict of what was saved",
+                f"what was learned is a {given.__name__}, it must be a LearnedPulses",
+                remedy="give what learned returned, or LearnedPulses.from_dict of what was saved",
             )
-        if learnt.method != self.method:
+        if learned.method != self.method:
             raise InputError(
-                f"this was learned by {learnt.method!r}, the controller is {self.method!r}",
+                f"this was learned by {learned.method!r}, the controller is {self.method!r}",
                 where="method",
                 remedy="take that method, or begin with first guesses",
             )
-        if learnt.kind != self.kind:
+        if learned.kind != self.kind:
             raise InputError(
-                f"this was learned on a {learnt.kind} axis, the controller is for a {self.kind} "
+                f"this was learned on a {learned.kind} axis, the controller is for a {self.kind} "
                 "one",
                 where="kind",
                 remedy="resume with what was learned on the same axis, or begin with first guesses",
             )
         for name in names:
-            if name not in learnt.values:
+            if name not in learned.values:
                 raise InputError(
                     f"{name} [{unit_of(name, self.kind)}] is missing",
                     where="values",
                     remedy=f"it needs {', '.join(names)}",
                 )
-        if learnt.covariance.shape != (size, size):
+        if learned.covariance.shape != (size, size):
             raise InputError(
-                f"the covariance has shape {learnt.covariance.shape}, this method's has "
+                f"the covariance has shape {learned.covariance.shape}, this method's has "
                 f"({size}, {size})",
                 where="covariance",
                 remedy="give it as it was saved",

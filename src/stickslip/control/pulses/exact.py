@@ -17,7 +17,7 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
 from stickslip.records import (
     InputError,
-    LearntPulses,
+    LearnedPulses,
     PulseMethod,
     SensorSample,
     non_negative,
@@ -81,9 +81,9 @@ class ExactPulseController(PulseController):
 
     What lies nearer than the smallest step (Eq. 24: the breakaway is above the Coulomb friction) is
     reached by a step beyond it and a predicted step back. When no pulse is likely to improve the
-    error it stops (`why` says for which reason). As the error can be halved only so often, and only
-    so many pulses in a row may fail to (``patience``), it cannot limit-cycle; what else moves the
-    axis begins a new task.
+    error it stops (`why` says for which reason). As the error can be halved only so often, and at
+    most ``max_idle_pulses`` in a row may fail to, it cannot limit-cycle; what else moves the axis
+    begins a new task.
 
     Attributes
     ----------
@@ -102,7 +102,7 @@ class ExactPulseController(PulseController):
         Standard deviation of a sampled position, its rounding to encoder steps included.
     longest_width
         Of a pulse, rounded down to whole samples; None for no limit.
-    patience
+    max_idle_pulses
         So many pulses in a row may fail to halve the error before it stops; up to twice as many
         where it has come nearer before.
     experience
@@ -140,8 +140,8 @@ class ExactPulseController(PulseController):
     asymmetry: float = 0.2
     position_noise: float = quantity_field("position", default=0.0)
     longest_width: float | None = quantity_field("time", default=None)
-    patience: int = 10
-    experience: LearntPulses | None = None
+    max_idle_pulses: int = 10
+    experience: LearnedPulses | None = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -165,9 +165,10 @@ class ExactPulseController(PulseController):
         noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
         object.__setattr__(self, "position_noise", noise)
         longest_samples(self.longest_width, self.sampling_time)
-        if not (whole(self.patience) and self.patience >= 1):
+        most = self.max_idle_pulses
+        if not (whole(most) and most >= 1):
             raise InputError(
-                f"patience is {self.patience!r} pulses, it must be a whole number of at least 1",
+                f"max_idle_pulses is {most!r}, it must be a whole number of at least 1",
                 remedy="give how many pulses in a row may fail to halve the error",
             )
         if self.friction is not None:
@@ -194,9 +195,9 @@ class ExactPulseController(PulseController):
                     remedy="allow more effort",
                 )
 
-    def _check_experience(self, learned: LearntPulses) -> None:
+    def _check_experience(self, learned: LearnedPulses) -> None:
         names = (*_LOGARITHMS, *_STATIC, *_HELD, *_FREED, _WALK)
-        self._check_learnt(learned, names, at.PARAMETERS)
+        self._check_learned(learned, names, at.PARAMETERS)
         for name in _LOGARITHMS:
             value = learned.values[name]
             if not value > 0.0:
@@ -243,7 +244,7 @@ class ExactPulseController(PulseController):
         own.noise = self.position_noise
         rest_noise = self.position_noise / sqrt(self.rest.samples)
         own.rest_noise = max(rest_noise, _FINEST_REST * self.tolerance)
-        own.patience = self.patience
+        own.max_idle_pulses = self.max_idle_pulses
         own.best = own.goal = own.allowed = inf
         known = self._guess() if self.experience is None else self.experience
         values = known.values
@@ -255,7 +256,7 @@ class ExactPulseController(PulseController):
         own.walk = values[_WALK] ** 2
         return state
 
-    def _guess(self) -> LearntPulses:
+    def _guess(self) -> LearnedPulses:
         """Return the first guesses in the form of what is learned."""
         law, mass = self.friction, self.mass
         if law is None or mass is None:
@@ -274,7 +275,7 @@ class ExactPulseController(PulseController):
         P[0, 0] = self.mass_uncertainty**2
         for i in (at.COULOMB, at.VISCOUS):
             P[i : i + 2, i : i + 2] = both + apart * np.eye(2)
-        return LearntPulses(
+        return LearnedPulses(
             method=self.method,
             kind=self.kind,
             values={
@@ -328,7 +329,7 @@ class ExactPulseController(PulseController):
         stopped = head(state).outcome == STOPPED
         return _WHY[int(at.own_fields(state).reason)] if stopped else None
 
-    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+    def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
         """Return what was learned, with the covariance of the logarithms of mass and friction.
 
         Parameters
@@ -337,7 +338,7 @@ class ExactPulseController(PulseController):
             As for `estimates`.
         """
         own = at.own_fields(state)
-        return LearntPulses(
+        return LearnedPulses(
             method=self.method,
             kind=self.kind,
             values={
@@ -350,14 +351,14 @@ class ExactPulseController(PulseController):
         )
 
     def resumed(
-        self, learnt: LearntPulses, *, keep_covariance: bool = True
+        self, learned: LearnedPulses, *, keep_covariance: bool = True
     ) -> "ExactPulseController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters
         ----------
-        learnt
-            From `learnt`, or read from a file.
+        learned
+            From `learned`, or read from a file.
         keep_covariance
             Whether it is as sure of the estimates as it was; otherwise as sure as of a first guess.
 
@@ -366,10 +367,10 @@ class ExactPulseController(PulseController):
         InputError
             If it was learned by another method, on another kind of axis, or cannot be.
         """
-        again = replace(self, experience=learnt)
+        again = replace(self, experience=learned)
         if keep_covariance:
             return again
-        return replace(self, experience=replace(learnt, covariance=self._guess().covariance))
+        return replace(self, experience=replace(learned, covariance=self._guess().covariance))
 
 
 def _resistances(

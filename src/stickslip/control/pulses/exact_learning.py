@@ -50,7 +50,7 @@ OWN_DTYPE = np.dtype(
         ("longest", "f8"),  # most samples in one pulse
         ("noise", "f8"),  # standard deviation of a sampled position
         ("rest_noise", "f8"),  # of the position at rest
-        ("patience", "f8"),  # pulses in a row that may bring nothing
+        ("max_idle_pulses", "f8"),  # pulses in a row that may bring nothing
         # What changes
         ("walk", "f8"),  # variance by which log F+, F-, c+ and c- walk from pulse to pulse
         ("breakaway", "f8", (2,)),  # believed, for each direction

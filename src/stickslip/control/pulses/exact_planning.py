@@ -12,9 +12,9 @@ beyond the target, by as much as a pulse back certainly can.
 No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
 from the sensors' noise, is several times what would help, or the last pulses have not halved the
 error, or have not even freed the mass. Then none is fired. As an error can only be halved so often
-until it is below what the sensors tell apart, and at most twice the patience goes by between, the
-number of pulses is bounded, however the axis answers them: there is no limit cycle. Only what moves
-the axis without a pulse begins a new task.
+until it is below what the sensors tell apart, and at most twice ``max_idle_pulses`` go by between,
+the number of pulses is bounded, however the axis answers them: there is no limit cycle. Only what
+moves the axis without a pulse begins a new task.
 """
 
 import math
@@ -181,8 +181,8 @@ def plan(s: Any, own: Any) -> None:
             f, n = _short(own, side, max(short, _SEEN * s.least_motion))
     direct = f >= own.breakaway[side]
     # Rather where it has come near than where it was only to come back from
-    patience = own.patience * (1.0 if error <= _NEAR * own.best else 2.0 if direct else 1.5)
-    if own.fruitless >= patience:
+    allowed = own.max_idle_pulses * (1.0 if error <= _NEAR * own.best else 2.0 if direct else 1.5)
+    if own.fruitless >= allowed:
         _give_up(s, own, HELD_FAST if s.idle >= own.fruitless else EXHAUSTED)
         return
     if direct:

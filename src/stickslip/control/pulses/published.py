@@ -29,7 +29,7 @@ class PublishedPulseController(PulseController):
         Of a pulse, rounded down to whole samples; None for no limit.
     forgetting
         Forgetting factor of the recursion [-], in (0, 1].
-    patience
+    max_idle_pulses
         After so many pulses in a row that did not move the axis it stops; None to go on, as
         published.
 
@@ -43,7 +43,7 @@ class PublishedPulseController(PulseController):
     gain: float = 1.0
     longest_width: float | None = quantity_field("time", default=None)
     forgetting: float = 1.0
-    patience: int | None = 3
+    max_idle_pulses: int | None = 3
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -51,9 +51,10 @@ class PublishedPulseController(PulseController):
         checked_share("gain", self.gain, 2.0, ends="", usual=1.0)
         checked_share("forgetting", self.forgetting, 1.0, ends="high", usual=1.0)
         longest_samples(self.longest_width, self.sampling_time)
-        if self.patience is not None and not (whole(self.patience) and self.patience >= 1):
+        most = self.max_idle_pulses
+        if most is not None and not (whole(most) and most >= 1):
             raise InputError(
-                f"patience is {self.patience!r} pulses, it must be a whole number of at least 1",
+                f"max_idle_pulses is {most!r}, it must be a whole number of at least 1",
                 remedy="give how many pulses in a row may fail to move the axis, or None for any",
             )
 
@@ -72,7 +73,7 @@ class PublishedPulseController(PulseController):
         kind: AxisKind = "linear",
         gain: float = 1.0,
         longest_width: float | None = None,
-        patience: int | None = 3,
+        max_idle_pulses: int | None = 3,
     ) -> C:
         """Return one whose first guesses follow from mass and friction.
 
@@ -88,7 +89,7 @@ class PublishedPulseController(PulseController):
             Effort it takes to break away, if known; the pulses must exceed it [N or N m].
         pulse_effort, sampling_time, target, tolerance, gain, longest_width
             Of the class [N or N m, s, m or rad, m or rad, -, s].
-        rest, kind, patience
+        rest, kind, max_idle_pulses
             Of the class.
 
         Raises
@@ -107,7 +108,7 @@ class PublishedPulseController(PulseController):
             kind=kind,
             gain=gain,
             longest_width=longest_width,
-            patience=patience,
+            max_idle_pulses=max_idle_pulses,
         )
 
     @classmethod
@@ -123,9 +124,9 @@ class PublishedPulseController(PulseController):
         return longest_samples(self.longest_width, self.sampling_time) * self.sampling_time
 
     @property
-    def _patience(self) -> float:
+    def _most_idle_pulses(self) -> float:
         """Most pulses in a row that may fail to move the axis."""
-        return inf if self.patience is None else float(self.patience)
+        return inf if self.max_idle_pulses is None else float(self.max_idle_pulses)
 
 
 def _check_first_friction(

@@ -26,7 +26,7 @@ from stickslip.control.pulses.settings import checked_share
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import (
     InputError,
-    LearntPulses,
+    LearnedPulses,
     PulseMethod,
     SensorSample,
     positive,
@@ -46,7 +46,7 @@ _OWN = np.dtype(
         ("lambda_1", "f8"),
         ("lambda_2", "f8"),
         ("applied", "i8"),  # 1 to learn from whole samples
-        ("patience", "f8"),
+        ("max_idle_pulses", "f8"),
         ("b", "f8"),
         ("F_inverse", "f8"),
         ("u", "f8"),  # regressor of the pulse on its way
@@ -67,7 +67,7 @@ def _learn(s: Any, own: Any) -> None:
 def _plan(s: Any, own: Any) -> None:
     """Fire the pulse of Eqs. 7, 9 and 10, its width rounded up to whole samples."""
     e, b, T = s.error, own.b, own.period
-    if not b > 0.0 or s.idle >= own.patience:
+    if not b > 0.0 or s.idle >= own.max_idle_pulses:
         stop(s)
         return
     sign = 1.0 if e > 0.0 else -1.0
@@ -181,7 +181,7 @@ class PulseWidthController(PublishedPulseController):
         state = self._first_state(_METHOD, places(_OWN))
         own = _own_fields(state)
         own.effort, own.period, own.longest = self.pulse_effort, self.sampling_time, self._longest
-        own.gain, own.patience = self.gain, self._patience
+        own.gain, own.max_idle_pulses = self.gain, self._most_idle_pulses
         own.lambda_1, own.lambda_2 = self.forgetting, self.new_data_weight
         own.applied = self.regressor == "applied"
         own.b, own.F_inverse = self.first_gain, 1.0 / self.initial_covariance
@@ -197,7 +197,7 @@ class PulseWidthController(PublishedPulseController):
         """
         return {"pulse_gain": float(_own_fields(state).b)}
 
-    def learnt(self, state: Float[np.ndarray, " s"]) -> LearntPulses:
+    def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
         """Return the estimate, and the effort that it is for.
 
         Parameters
@@ -205,7 +205,7 @@ class PulseWidthController(PublishedPulseController):
         state
             As for `estimates`.
         """
-        return LearntPulses(
+        return LearnedPulses(
             method=self.method,
             kind=self.kind,
             values={**self.estimates(state), "effort": self.pulse_effort},
@@ -213,13 +213,13 @@ class PulseWidthController(PublishedPulseController):
         )
 
     def resumed(
-        self, learnt: LearntPulses, *, keep_covariance: bool = True
+        self, learned: LearnedPulses, *, keep_covariance: bool = True
     ) -> "PulseWidthController":
         """Return the same controller, beginning with what an earlier run has learned.
 
         Parameters
         ----------
-        learnt, keep_covariance
+        learned, keep_covariance
             As of the base class.
 
         Raises
@@ -228,18 +228,18 @@ class PulseWidthController(PublishedPulseController):
             If it was learned by another method, on another kind of axis, for another effort, or
             is no possible estimate.
         """
-        self._check_learnt(learnt, ("pulse_gain", "effort"), 1)
-        if learnt.values["effort"] != self.pulse_effort:
+        self._check_learned(learned, ("pulse_gain", "effort"), 1)
+        if learned.values["effort"] != self.pulse_effort:
             unit = self._unit("pulse_effort")
             raise InputError(
-                f"this was learned with pulses of {learnt.values['effort']:g} {unit}, the "
+                f"this was learned with pulses of {learned.values['effort']:g} {unit}, the "
                 f"controller's are of {self.pulse_effort:g} {unit}",
                 where="values.effort",
                 remedy="resume with the same pulse_effort, or learn anew",
             )
-        covariance = float(learnt.covariance[0, 0])
+        covariance = float(learned.covariance[0, 0])
         return replace(
             self,
-            first_gain=learnt.values["pulse_gain"],
+            first_gain=learned.values["pulse_gain"],
             initial_covariance=covariance if keep_covariance else self.initial_covariance,
         )

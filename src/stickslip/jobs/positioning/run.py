@@ -11,7 +11,13 @@ from stickslip.control import PositionController
 from stickslip.jobs.positioning.arm import arm_of, swings
 from stickslip.jobs.positioning.judging import arm_ending, ending, settling_time
 from stickslip.jobs.recorder import Recorder
-from stickslip.records import InputError, LearntPulses, Positioning, PositioningMove, PositioningRun
+from stickslip.records import (
+    InputError,
+    LearnedPulses,
+    Positioning,
+    PositioningMove,
+    PositioningRun,
+)
 from stickslip.scenario import Axis, Scenario, ScenarioFile, read_scenario
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
 
@@ -32,7 +38,7 @@ def position(
 
     Returns
     -------
-    Every run with its moves and pulses, what was learnt, and how it ended.
+    Every run with its moves and pulses, what was learned, and how it ended.
 
     Raises
     ------
@@ -67,7 +73,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
     generator = np.random.default_rng(asked.sensors.seed) if asked.sensors.noisy else None
     samples = len(task.goals) * task.samples
     runs: list[PositioningRun] = []
-    learned: LearntPulses | None = None
+    learned: LearnedPulses | None = None
     for number in range(1, task.runs + 1):
 
         def advance(k: int, done: int = (number - 1) * samples) -> None:
@@ -89,9 +95,9 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         recorder.end_move(run.controller_state)
         runs.append(_judged(number, run, recorder, built.controller, asked))
         try:
-            found = built.controller.learnt(run.controller_state)
+            found = built.controller.learned(run.controller_state)
         except InputError as error:
-            notes += (f"Run {number} has learnt nothing: {error.what}.",)
+            notes += (f"Run {number} has learned nothing: {error.what}.",)
             continue
         learned = found or learned
         if found is not None and number < task.runs:
@@ -99,7 +105,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
                 built = asked.build(folder, found)
             except InputError as error:
                 notes += (
-                    f"What run {number} has learnt cannot be gone on from ({error.what}); the "
+                    f"What run {number} has learned cannot be gone on from ({error.what}); the "
                     "next run begins as this one did.",
                 )
     progress(task.runs * samples, task.runs * samples)
@@ -114,7 +120,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         believed=believed,
         runs=tuple(runs),
         limits=_limits(learned, table.effort_limit),
-        learnt=learned,
+        learned=learned,
         notes=notes,
         file=read.path.name,
         sha256=read.sha256,
@@ -192,7 +198,7 @@ def _judged(
 
 
 def _limits(
-    learned: LearntPulses | None, effort_limit: float
+    learned: LearnedPulses | None, effort_limit: float
 ) -> dict[str, tuple[float | None, float | None]]:
     """Return between which efforts pulses have shown the static friction to lie."""
     values = {} if learned is None else learned.values

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal
 
 from stickslip.control import PD, PositionController
-from stickslip.records import AxisKind, InputError, LearntPulses, non_negative, positive
+from stickslip.records import AxisKind, InputError, LearnedPulses, non_negative, positive
 from stickslip.scenario.controllers.setup import Setup
 from stickslip.scenario.guess import FirstGuesses, check_learned, guesses_from, learned_from
 from stickslip.scenario.table import Table, key, required
@@ -43,7 +43,7 @@ class Controller(Table):
     learned_names: ClassVar[tuple[str, ...]] = ()
     """Values of what was learned that it needs to go on."""
 
-    beside_learned: ClassVar[tuple[str, ...]] = ("learnt",)
+    beside_learned: ClassVar[tuple[str, ...]] = ("learned",)
     """Quantities of ``[guess]`` that may be given beside what was learned."""
 
     method: Method = required("controller")
@@ -78,7 +78,7 @@ class Controller(Table):
                 remedy="allow shorter pulses only, or lengthen the duration",
             )
 
-    def guesses_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> FirstGuesses:
+    def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         """Return what an earlier run has learned as first guesses."""
         check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
         return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
@@ -86,20 +86,20 @@ class Controller(Table):
     def begin(self, setup: Setup, folder: Path) -> FirstGuesses:
         """Return the first guesses of a scenario."""
         guess, kind = setup.guess, setup.kind
-        if guess.learnt is None:
+        if guess.learned is None:
             return guesses_from(guess, kind, folder)
         beside = [name for name, plain in guess.plain().items() if plain not in self.beside_learned]
         if beside:
             raise InputError(
-                f"learnt is given beside {', '.join(beside)}",
+                f"learned is given beside {', '.join(beside)}",
                 where="[guess]",
-                remedy="keep learnt, which holds all that the controller goes on from, or leave "
+                remedy="keep learned, which holds all that the controller goes on from, or leave "
                 "it out",
             )
-        path = folder / guess.learnt
+        path = folder / guess.learned
         learned = learned_from(path)
         try:
-            return self.guesses_of(learned, kind, f"learnt {guess.learnt}")
+            return self.guesses_of(learned, kind, f"learned {guess.learned}")
         except InputError as error:
             raise error.at(str(path)) from None
 

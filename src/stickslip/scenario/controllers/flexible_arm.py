@@ -17,7 +17,7 @@ from stickslip.control import (
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import FlexibleArm
 from stickslip.presentation.words import prefixed
-from stickslip.records import AxisKind, InputError, LearntPulses, positive, unit_of
+from stickslip.records import AxisKind, InputError, LearnedPulses, positive, unit_of
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controllers.base import POSITION_GAIN, VELOCITY_GAIN, Controller
 from stickslip.scenario.controllers.resting import tolerance_over
@@ -39,7 +39,7 @@ class _ArmController(Controller):
 
     guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", *FILES)
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
-    beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learnt")
+    beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learned")
     position_gain: float | None = POSITION_GAIN
     velocity_gain: float | None = VELOCITY_GAIN
 
@@ -65,7 +65,7 @@ class _ArmController(Controller):
                 remedy="measure the velocity",
             )
 
-    def guesses_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> FirstGuesses:
+    def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         """Return what a landing has learned as first guesses, as of the base class."""
         check_learned(learned, method="landing", kind=kind, names=self.learned_names)
         names = (*DIRECTIONAL, *(_PARTS if "mass" in learned.values else ()))
@@ -120,11 +120,16 @@ class _ArmController(Controller):
         guess, kind, learned = setup.guess, setup.kind, first.learned
         beside = [name for name, plain in guess.plain().items() if plain in _PARTS]
         beside += ["arm_uncertainty"] if guess.arm_uncertainty is not None else []
-        if learned is not None and guess.learnt is not None and "mass" in learned.values and beside:
+        if (
+            learned is not None
+            and guess.learned is not None
+            and "mass" in learned.values
+            and beside
+        ):
             raise InputError(
-                f"learnt is given beside {', '.join(beside)}, and holds masses and spring",
+                f"learned is given beside {', '.join(beside)}, and holds masses and spring",
                 where="[guess]",
-                remedy="keep learnt, to go on from it, or leave it out",
+                remedy="keep learned, to go on from it, or leave it out",
             )
         law = first.friction()
         held = max(law.breakaway()) + abs(law.offset)
@@ -133,7 +138,7 @@ class _ArmController(Controller):
             raise InputError(
                 f"effort_limit is {self.effort_limit:g} {unit}, and by the first guess it takes "
                 f"{held:g} {unit} to free mass 1",
-                where="[guess]" if guess.learnt is None else "",
+                where="[guess]" if guess.learned is None else "",
                 remedy="guess less, or allow more effort",
             )
         mass, load, stiffness = (value for value, _ in _parts(setup, first).values())
@@ -177,7 +182,7 @@ class ArmLanding(_ArmController):
         settings: dict[str, Any] = {"arm_uncertainty": _uncertainty(setup)}
         if learned is not None and "mass" in learned.values:
             settings = {"experience": learned}
-        settings |= {"most_series": self.most_series, "patience": self.longest_wait}
+        settings |= {"most_series": self.most_series, "wait_limit": self.longest_wait}
         return self._landing(setup, first, **settings)
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:

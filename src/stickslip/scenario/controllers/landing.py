@@ -8,7 +8,7 @@ from pydantic import model_validator
 from stickslip.control import AxisLandingController
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, InputError, LearntPulses, positive
+from stickslip.records import AxisKind, InputError, LearnedPulses, positive
 from stickslip.scenario.body import DIRECTIONAL
 from stickslip.scenario.controllers.base import (
     LONGEST_WIDTH,
@@ -59,7 +59,7 @@ class AxisLanding(Controller):
                 remedy="measure the velocity, or use method exact",
             )
 
-    def guesses_of(self, learned: LearntPulses, kind: AxisKind, source: str) -> FirstGuesses:
+    def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         """Return what pulses have learned as first guesses, as of the base class."""
         check_learned(learned, method="exact", kind=kind, names=self.learned_names)
         found = learned.values
@@ -96,7 +96,7 @@ class AxisLanding(Controller):
             longest_width=self.longest_width,
             mass_uncertainty=uncertainty,
             pd=self.given_gains(),
-            patience=self.longest_wait,
+            wait_limit=self.longest_wait,
         )
         return replace(controller, experience=first.learned) if first.learned else controller
 

@@ -33,7 +33,7 @@ class _Pulses(Controller):
 
     learns: ClassVar[bool] = True
     longest_width: float | None = LONGEST_WIDTH
-    patience: int = key("pulses without progress after which it stops", default=3)
+    max_idle_pulses: int = key("pulses without progress after which it stops", default=3)
     rest_samples: int | None = REST_SAMPLES
 
     def _common(self, setup: Setup) -> dict[str, Any]:
@@ -45,7 +45,7 @@ class _Pulses(Controller):
             "rest": rest,
             "kind": setup.kind,
             "longest_width": self.longest_width,
-            "patience": self.patience,
+            "max_idle_pulses": self.max_idle_pulses,
         }
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
@@ -58,8 +58,8 @@ class ExactPulses(_Pulses):
 
     title: ClassVar[str] = "pulses planned by the exact law of Coulomb and viscous friction"
     guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, *_UNCERTAINTIES, *FILES)
-    patience: int = key(
-        "pulses without progress after which it stops", default=ExactPulseController.patience
+    max_idle_pulses: int = key(
+        "pulses without progress after which it stops", default=ExactPulseController.max_idle_pulses
     )
 
     def build(self, setup: Setup, first: FirstGuesses) -> ExactPulseController:
