@@ -3,6 +3,7 @@
 from dataclasses import dataclass, replace
 from math import ceil, isfinite
 from statistics import NormalDist
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -25,7 +26,6 @@ _LATE = 80  # samples at rest before a plan: an estimator that smooths has seen 
 _REST = 0.4  # half swings at rest before a plan: a sine is known by then
 _FINE = 0.01  # of the way left: a wider band of noise hides motion that matters
 _GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
-_LEFT = 0.2  # of the way is left to the series: more than mass 2 usually swings
 _KEPT = 2.0  # half swings kept in the window
 _WAIT_RULE = 40.0  # half swings
 _STATIC = 1.3  # static over Coulomb friction, where nothing is known
@@ -111,6 +111,8 @@ class LandingController(ArmLearning):
 
     notch: Notch | None = None
     most_series: int = 6
+    _driven: ClassVar[str] = "mass 1"
+    _left: ClassVar[float] = 0.2  # more than mass 2 usually swings
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -182,14 +184,6 @@ class LandingController(ArmLearning):
             estimator=self.estimator,
             estimator_state=estimator_state,
         )
-
-    @property
-    def _driven(self) -> str:
-        return "mass 1"
-
-    @property
-    def _left(self) -> float:
-        return _LEFT
 
     def _landing(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
         if state.track and len(state.track) <= state.flights[-1].planned.effort.size:

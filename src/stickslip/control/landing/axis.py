@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass, replace
 from math import isfinite
+from typing import ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -94,6 +95,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
     mass_uncertainty: float = ExactPulseController.mass_uncertainty
     longest_width: float | None = quantity_field("time", default=None)
     experience: LearnedPulses | None = None
+    _driven: ClassVar[str] = "the mass"
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -128,10 +130,6 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
     def _readable(self, sample: SensorSample) -> bool:
         return isfinite(sample.measured_position) and isfinite(sample.measured_velocity)
-
-    @property
-    def _driven(self) -> str:
-        return "the mass"
 
     @property
     def _band(self) -> float:

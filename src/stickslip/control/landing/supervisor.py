@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
 from math import isfinite
-from typing import Generic, TypeVar
+from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
 from jaxtyping import Float
@@ -73,6 +73,10 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     velocity_noise: float = quantity_field("velocity", default=0.0)
     pd: PD | None = None
     wait_limit: float | None = quantity_field("time", default=None)
+    _driven: ClassVar[str]
+    """Name of the driven mass."""
+    _left: ClassVar[float] = 0.0
+    """Share of the way that feedback leaves to the pulses."""
 
     def __post_init__(self) -> None:
         for name, check in (
@@ -130,16 +134,6 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         estimator_state
             Of the estimator that runs along [its own units].
         """
-
-    @property
-    @abstractmethod
-    def _driven(self) -> str:
-        """What the driven mass is called."""
-
-    @property
-    def _left(self) -> float:
-        """Which part of the way feedback leaves to the pulses."""
-        return 0.0
 
     @abstractmethod
     def _readable(self, sample: SensorSample) -> bool:

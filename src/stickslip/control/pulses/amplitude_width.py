@@ -1,9 +1,8 @@
 """Adaptive pulse amplitude pulse width control (van de Wijdeven 2002, B, Eqs. 14-22)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, isfinite, sqrt
-from typing import Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -16,7 +15,6 @@ from stickslip.records import (
     InputError,
     LearnedPulses,
     PulseMethod,
-    SensorSample,
     quantity_field,
 )
 
@@ -90,6 +88,8 @@ class PulseAmplitudeWidthController(PublishedPulseController):
     initial_covariance: float | tuple[float, float, float] = 1e-5
     friction_margin: float | None = 0.01
     regressor: Literal["applied", "nominal", "printed"] = "applied"
+    method: ClassVar[PulseMethod] = "papwc"
+    _kernel: ClassVar[Any] = at.papwc_step
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -141,18 +141,6 @@ class PulseAmplitudeWidthController(PublishedPulseController):
             "first_gain_1": 1.0 / (2.0 * mass * coulomb_friction),
             "first_gain_2": 1.0 / (2.0 * mass),
         }
-
-    @property
-    def method(self) -> PulseMethod:
-        """``"papwc"``."""
-        return "papwc"
-
-    @property
-    def step(
-        self,
-    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
-        """As of the base class."""
-        return at.papwc_step
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""

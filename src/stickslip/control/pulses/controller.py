@@ -4,6 +4,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import inf, isfinite
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -69,6 +70,10 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     tolerance: float = quantity_field("position")
     rest: RestDetection
     kind: AxisKind = "linear"
+    method: ClassVar[PulseMethod]
+    """Name of the method, as in what it has learned."""
+    _kernel: ClassVar[Any]
+    """Compiled step."""
 
     def __post_init__(self) -> None:
         if self.kind not in ("linear", "rotary"):
@@ -92,12 +97,6 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         object.__setattr__(self, name, positive(name, getattr(self, name), self._unit(name)))
 
     @property
-    @abstractmethod
-    def method(self) -> PulseMethod:
-        """Name of the method, as in what it has learned."""
-
-    @property
-    @abstractmethod
     def step(
         self,
     ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
@@ -105,6 +104,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
 
         The effort is for the time from this sample to the next.
         """
+        return type(self)._kernel
 
     @abstractmethod
     def init(self) -> Float[np.ndarray, " s"]:

@@ -1,8 +1,8 @@
 """Pulse control by the exact law, which learns the friction of both directions from each pulse."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf, log, sqrt
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -142,6 +142,8 @@ class ExactPulseController(PulseController):
     longest_width: float | None = quantity_field("time", default=None)
     max_idle_pulses: int = 10
     experience: LearnedPulses | None = None
+    method: ClassVar[PulseMethod] = "exact"
+    _kernel: ClassVar[Any] = _step
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -222,18 +224,6 @@ class ExactPulseController(PulseController):
                 where="covariance",
                 remedy="resume with what was saved",
             )
-
-    @property
-    def method(self) -> PulseMethod:
-        """``"exact"``."""
-        return "exact"
-
-    @property
-    def step(
-        self,
-    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
-        """As of the base class."""
-        return _step
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""

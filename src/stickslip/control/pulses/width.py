@@ -1,9 +1,8 @@
 """Adaptive pulse width control of Yang and Tomizuka (van de Wijdeven 2002, B, Eqs. 4-13)."""
 
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import sqrt
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -146,6 +145,8 @@ class PulseWidthController(PublishedPulseController):
     new_data_weight: float = 1.0
     initial_covariance: float = 1e5
     regressor: Literal["nominal", "applied"] = "nominal"
+    method: ClassVar[PulseMethod] = "pwc"
+    _kernel: ClassVar[Any] = _step
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -163,18 +164,6 @@ class PulseWidthController(PublishedPulseController):
     ) -> dict[str, float]:
         f_p, f_c = pulse_effort, coulomb_friction
         return {"first_gain": f_p * (f_p - f_c) / (2.0 * mass * f_c)}
-
-    @property
-    def method(self) -> PulseMethod:
-        """``"pwc"``."""
-        return "pwc"
-
-    @property
-    def step(
-        self,
-    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
-        """As of the base class."""
-        return _step
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
