@@ -75,6 +75,8 @@ def _check(path: Path, inputs: Iterable[Path], what: str) -> None:
 def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     """Open a UTF-8 text file that appears under its name only once it is complete.
 
+    `check_output` runs first.
+
     Parameters
     ----------
     path
@@ -87,6 +89,7 @@ def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     InputError
         If it cannot be written there.
     """
+    check_output(path, what=what)
     replaceable = path.is_file() or not path.exists()
     written = _sibling(path) if replaceable else path
     try:

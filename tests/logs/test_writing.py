@@ -66,7 +66,7 @@ def test_nothing_half_written_is_left(expected, tmp_path, monkeypatch):
 def test_unwritable_places(expected, tmp_path):
     with pytest.raises(InputError, match="cannot be written"):
         write_csv(expected, tmp_path / "nowhere" / "stage.csv")
-    with pytest.raises(InputError, match="cannot be written"):
+    with pytest.raises(InputError, match="names a folder"):
         write_csv(expected, tmp_path)
     assert list(tmp_path.iterdir()) == []
 

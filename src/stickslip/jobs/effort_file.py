@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.outputs import check_output, whole_file
+from stickslip.outputs import whole_file
 from stickslip.records import AxisKind, unit_of
 
 __all__ = ["write_effort"]
@@ -33,7 +33,6 @@ def write_effort(
         If nothing can be written there.
     """
     target = Path(path)
-    check_output(target, what="the CSV file")
     with whole_file(target, what="the CSV file") as stream:
         stream.write(f"time [s],effort [{unit_of('effort', kind)}]\n")
         for k, value in enumerate(effort.tolist()):

@@ -6,7 +6,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from stickslip.outputs import check_output, whole_file
+from stickslip.outputs import whole_file
 
 __all__ = ["json_text", "write_json"]
 
@@ -43,7 +43,6 @@ def write_json(document: Mapping[str, Any], path: Path | str) -> Path:
         If nothing can be written there.
     """
     target = Path(path)
-    check_output(target, what="the JSON file")
     with whole_file(target, what="the JSON file") as stream:
         stream.writelines(_pieces(document, "\n"))
         stream.write("\n")

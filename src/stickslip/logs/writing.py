@@ -1,11 +1,10 @@
 """Logs to files, whole or not at all."""
 
-import os
-import tempfile
 from pathlib import Path
 
 from stickslip.logs.units import quantity_of
-from stickslip.records import AxisLog, InputError
+from stickslip.outputs import whole_file
+from stickslip.records import AxisLog
 
 __all__ = ["write_csv"]
 
@@ -41,7 +40,6 @@ def write_csv(log: AxisLog, path: str | Path) -> None:
     0.1,0.005,1.0
     <BLANKLINE>
     """
-    path = Path(path)
     columns = {
         "time": log.time,
         "position": log.measured_position,
@@ -53,31 +51,5 @@ def write_csv(log: AxisLog, path: str | Path) -> None:
     measured = {name: values for name, values in columns.items() if values is not None}
     header = ",".join(f"{name} [{log.unit(quantity_of(name))}]" for name in measured)
     rows = zip(*(values.tolist() for values in measured.values()), strict=True)
-    try:
-        _write_whole(path, "\n".join([header, *(",".join(map(repr, row)) for row in rows), ""]))
-    except OSError as error:
-        raise InputError(
-            f"the file cannot be written ({error.strerror or error})",
-            where=str(path),
-            remedy="give a path in a folder that exists and can be written to",
-        ) from error
-
-
-def _write_whole(path: Path, text: str) -> None:
-    """Write beside the target, then put it in the target's place in one step."""
-    handle, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name}.", suffix=".part")
-    try:
-        with os.fdopen(handle, "w", encoding="utf-8", newline="\n") as file:
-            file.write(text)
-        Path(name).chmod(0o666 & ~_umask())
-        Path(name).replace(path)
-    except BaseException:
-        Path(name).unlink(missing_ok=True)
-        raise
-
-
-def _umask() -> int:
-    """Return the rights that new files are made without; it can be read only by setting it."""
-    mask = os.umask(0)
-    os.umask(mask)
-    return mask
+    with whole_file(Path(path), what="the log") as file:
+        file.write("\n".join([header, *(",".join(map(repr, row)) for row in rows), ""]))

@@ -10,7 +10,7 @@ from importlib.resources import files
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from stickslip.outputs import check_output, whole_file
+from stickslip.outputs import whole_file
 from stickslip.presentation.figures.drawing import Plot, legend
 from stickslip.presentation.table import Cell, Table
 from stickslip.presentation.words import typeset, value_text
@@ -163,7 +163,6 @@ def write_page(page: Page, path: Path | str) -> Path:
         If nothing can be written there.
     """
     target = Path(path)
-    check_output(target, what="the report")
     with whole_file(target, what="the report") as stream:
         stream.write(rendered(page))
     return target
