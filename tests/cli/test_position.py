@@ -2,9 +2,11 @@
 
 import json
 from collections.abc import Mapping
+from functools import partial
 from pathlib import Path
 
 import pytest
+from scenario_files import refused, scenario_file
 from stage_log import Run
 
 from stickslip.control import ExactPulseController
@@ -316,29 +318,7 @@ BAD_LEARNED: dict[str, tuple[dict[str, object], list[str]]] = {
 }
 
 
-def written(folder: Path, changes: list[tuple[str, str]]) -> Path:
-    text = GOOD
-    for old, new in changes:
-        assert old in text
-        text = text.replace(old, new)
-    path = folder / "scenario.toml"
-    path.write_text(text)
-    return path
-
-
-def refused(run: Run, scenario: Path, words: list[str]) -> None:
-    results = scenario.parent / "results"
-    results.mkdir()
-    before = sorted(scenario.parent.rglob("*"))
-    outcome = run(
-        "position", scenario, "--json", results / "a.json", "--report", results / "a.html"
-    )
-    assert outcome.code == 2, outcome.err
-    line = outcome.line()
-    for word in [*words, scenario.parent.name]:
-        assert word in line, line
-    assert "; " in line, "the remedy follows a semicolon"
-    assert sorted(scenario.parent.rglob("*")) == before
+written = partial(scenario_file, GOOD)
 
 
 @pytest.mark.parametrize("case", BAD)

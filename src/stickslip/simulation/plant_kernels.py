@@ -99,6 +99,14 @@ def _law_run(
     return law_run(model, state, effort, out, deflection, event_time, event_mode)
 
 
+_LAW_ON_ARM = PlantKernels(
+    step=law_step,
+    loop_step=law_step,
+    run=_law_run,
+    batch=law_batch,
+    model=law_model,
+    initial=law_state,
+)
 _KERNELS = {
     (False, True): PlantKernels(
         step=mass_step,
@@ -116,22 +124,8 @@ _KERNELS = {
         model=exact_arm_model,
         initial=exact_arm_state,
     ),
-    (False, False): PlantKernels(
-        step=law_mass_step,
-        loop_step=law_step,
-        run=_law_run,
-        batch=law_batch,
-        model=law_model,
-        initial=law_state,
-    ),
-    (True, False): PlantKernels(
-        step=law_step,
-        loop_step=law_step,
-        run=_law_run,
-        batch=law_batch,
-        model=law_model,
-        initial=law_state,
-    ),
+    (False, False): _LAW_ON_ARM._replace(step=law_mass_step),
+    (True, False): _LAW_ON_ARM,
 }
 """By whether the plant is flexible, and whether its friction is affine."""
 

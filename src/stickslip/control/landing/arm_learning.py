@@ -7,7 +7,7 @@ import numpy as np
 
 from stickslip.control.landing.belief import LEARNED, ArmBelief, FlightLog, check_learned
 from stickslip.control.landing.state import LandingState
-from stickslip.control.landing.supervisor import FRICTION, Supervisor
+from stickslip.control.landing.supervisor import FRICTION, LEAST_FRICTION, Supervisor
 from stickslip.control.landing.swing import Swing
 from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
@@ -16,7 +16,6 @@ from stickslip.records import AxisKind, LearnedPulses, non_negative
 __all__ = ["ArmLearning"]
 
 _STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
-_LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 _BY_NOISE = (10.0, 0.05)  # deviations of a position, of the way: noise explains no larger miss
 _DOUBT = 0.02  # by which masses and spring may be wrong, where nothing was said
 
@@ -121,7 +120,7 @@ class ArmLearning(Supervisor[LandingState]):
         if state.belief is not None:
             law = state.belief.arm.friction
             coulomb, viscous = law.coulomb_friction_positive, law.viscous_friction_positive
-        return max(coulomb, _LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
+        return max(coulomb, LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
 
     def estimates(self, state: LandingState) -> dict[str, float]:
         """Return friction as estimated, with masses and spring if they are learned [SI].

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.landing.approach import axis_approach
 from stickslip.control.landing.state import AxisLandingState, Window
-from stickslip.control.landing.supervisor import Supervisor
+from stickslip.control.landing.supervisor import LEAST_FRICTION, Supervisor
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.rest_detection import RestDetection
 from stickslip.friction import CoulombViscousFriction
@@ -29,7 +29,6 @@ __all__ = ["AxisLandingController"]
 _WAIT_RULE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
 _COASTING = 10.0  # times the wait limit that it may take to come to rest after a pulse
 _SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
-_LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -171,7 +170,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         """Return the controller of pulses that begins with the friction as estimated."""
         believed = self.axis.friction
         coulomb, viscous = self._estimated(state)
-        coulomb = max(coulomb, _LEAST_FRICTION * self.effort_limit, 1.01 * abs(believed.offset))
+        coulomb = max(coulomb, LEAST_FRICTION * self.effort_limit, 1.01 * abs(believed.offset))
         known = believed.coulomb_friction_positive
         static = coulomb * (believed.static_friction_positive / known if known > 0.0 else 1.0)
         highest = 0.99 * self.effort_limit - abs(believed.offset)

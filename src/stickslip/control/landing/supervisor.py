@@ -26,12 +26,13 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["FRICTION", "Supervisor"]
+__all__ = ["FRICTION", "LEAST_FRICTION", "Supervisor"]
 
 FRICTION = ("coulomb_friction", "viscous_friction", "static_friction")
 """Names of what is estimated, in this order."""
 
 _OUTCOMES = {"done": PositioningOutcome.REACHED, "stopped": PositioningOutcome.STOPPED}
+LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
 _SETTLED = 5  # samples at rest after the reference: feedback has done what it can
 
 S = TypeVar("S", bound=SupervisorState)

@@ -147,21 +147,6 @@ class PulseSeries:
         return float(np.abs(self.effort).max())
 
     @property
-    def effort_margin(self) -> float:
-        """What the largest magnitude of effort leaves of the limit [N or N m]."""
-        return self.effort_limit - self.peak_effort
-
-    @property
     def impulse(self) -> float:
         """Time integral of the effort's magnitude [N s or N m s], the smallest possible."""
         return float(np.abs(self.effort).sum()) * self.sampling_time
-
-    @property
-    def final_state(self) -> tuple[float, float, float, float]:
-        """Predicted ``(position, velocity, load_position, load_velocity)`` at the end [SI]."""
-        return (
-            float(self.position[-1]),
-            float(self.velocity[-1]),
-            float(self.load_position[-1]),
-            float(self.load_velocity[-1]),
-        )
