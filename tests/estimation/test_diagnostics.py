@@ -263,7 +263,9 @@ def test_another_law_widens_an_interval_and_withholds_no_value() -> None:
         solve(each, estimator="least squares", provenance=source)
         for each in (rows, replace(rows, law_shift=shift), replace(rows, shifts=shift[None]))
     )
-    np.testing.assert_allclose(law.covariance, plain.covariance + np.outer(shift, shift))
-    low, high = law.parameters["viscous_friction"].ci95 or (0.0, 0.0)
-    assert low < 0.0 < law.value("viscous_friction") < high
+    np.testing.assert_allclose(law.covariance, plain.covariance + 0.5 * np.outer(shift, shift))
+    for name, change in zip(rows.names, shift.tolist(), strict=True):
+        low, high = plain.parameters[name].ci95 or (0.0, 0.0)
+        both = (min(low, low + change), max(high, high + change))
+        assert law.parameters[name].ci95 == pytest.approx(both)
     assert not other.parameters["viscous_friction"].identified

@@ -256,14 +256,14 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
     assert other is not None
     rival, tuning = replace(other, weight=weight, std=std), RivalTuning()
     rows, others = model_rows(model, "mass"), model_rows(other.model, "mass")
-    shift = rival_shift(rows, others, rival, tuning)
+    shift = rival_shift(rows, others, rival)
     assert bool(rival_note(model, rival, "N", tuning)) == noted
     assert (shift is not None) == wider
     if shift is not None:
         own = dict(zip(rows.names, rows.values(), strict=True))
-        # Equal weights: the viscous friction of the other law, 0, counts by one half of its square
+        # The other law has no viscous friction
         assert shift[rows.names.index("viscous_friction")] == pytest.approx(
-            -own["viscous_friction"] / np.sqrt(2.0)
+            -own["viscous_friction"]
         )
 
 

@@ -131,9 +131,9 @@ class Regression:
         By which the parameters may be off beyond their sampling error, as other data or models
         show [SI], shape (k, p); None for nothing. They widen the intervals.
     law_shift
-        By which the parameters may be off because another law of friction explains the rows as well
-        [SI], shape (p,); None for nothing. It widens the intervals, and withholds no value: what is
-        identifiable is judged within the selected law.
+        Difference to the parameters of another law of friction that explains the rows as well [SI],
+        shape (p,); None if there is none. The intervals contain those of both laws. It withholds no
+        value: what is identifiable is judged within the selected law.
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
         a drifting force (`robust_uncertainty`).

@@ -154,8 +154,9 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     for k, name in enumerate(regression.names):
         value, std = float(fit.values[k]), float(np.sqrt(variances[k]))
         degrees = float(fit.degrees_of_freedom[k])
-        half = std * t_quantile(degrees, together)
-        alone = float(np.sqrt(fit.within_law[k])) * t_quantile(degrees)
+        within = float(np.sqrt(fit.within_law[k]))
+        half, alone = within * t_quantile(degrees, together), within * t_quantile(degrees)
+        shift = 0.0 if regression.law_shift is None else float(regression.law_shift[k])
         reason = withheld(regression, k, value, alone, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
@@ -164,7 +165,9 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
             name=name,
             value=value if mask[k] else None,
             std=std if mask[k] else None,
-            ci95=(value - half, value + half) if mask[k] else None,
+            ci95=(value - half + min(shift, 0.0), value + half + max(shift, 0.0))
+            if mask[k]
+            else None,
             unit=unit_of(name, regression.kind),
         )
     relative = float(np.linalg.norm(fit.residual)) / regression.scale
@@ -301,8 +304,8 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     if regression.shifts is not None:
         covariance += regression.shifts.T @ regression.shifts
     within_law = np.diag(covariance).copy()
-    if regression.law_shift is not None:
-        covariance += np.outer(regression.law_shift, regression.law_shift)
+    if regression.law_shift is not None:  # the variance of two laws of equal weight, about one
+        covariance += 0.5 * np.outer(regression.law_shift, regression.law_shift)
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
     return _Fit(

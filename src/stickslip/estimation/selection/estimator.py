@@ -374,7 +374,7 @@ class SelectedModelEstimator:
         law_shift = None
         if rival is not None and any(term.name == "two-thirds" for term in terms):
             other = with_shapes(model_rows(rival.model, kind), rival.model, rows.names)
-            law_shift = rival_shift(rows, other, rival, self.tuning.rival)
+            law_shift = rival_shift(rows, other, rival)
         if shifts or law_shift is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(

@@ -20,8 +20,6 @@ class RivalTuning:
 
     smallest_difference: float = 0.05
     """Of Coulomb friction [-]: a smaller one is not worth a note."""
-    share: float = 0.5
-    """Weight of the rival in the average over both laws [-]: the log prefers neither."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -119,14 +117,12 @@ def rival_note(model: Model, rival: Rival, unit: str, tuning: RivalTuning) -> st
     )
 
 
-def rival_shift(
-    rows: ModelRows, other: ModelRows, rival: Rival, tuning: RivalTuning
-) -> Float[np.ndarray, " p"] | None:
-    """Return the deviation of the parameters in the average over both laws [SI].
+def rival_shift(rows: ModelRows, other: ModelRows, rival: Rival) -> Float[np.ndarray, " p"] | None:
+    """Return the difference to the parameters of the other law [SI].
 
-    Its square is the variance between the models about the selected one (S. T. Buckland, K. P.
-    Burnham and N. H. Augustin 1997, "Model selection: an integral part of inference", Biometrics
-    53(2), 603-618). A parameter that the other law lacks is zero there.
+    Half of its square is the variance between the models about the selected one (S. T. Buckland,
+    K. P. Burnham and N. H. Augustin 1997, "Model selection: an integral part of inference",
+    Biometrics 53(2), 603-618). A parameter that the other law lacks is zero there.
 
     Parameters
     ----------
@@ -134,8 +130,6 @@ def rival_shift(
         Of the selected model and of its rival.
     rival
         As `rival_law` returns it.
-    tuning
-        Weight of the rival.
 
     Returns
     -------
@@ -144,8 +138,7 @@ def rival_shift(
     if not (rival.explains_as_well and rival.explains_more):
         return None
     values = dict(zip(other.names, other.values().tolist(), strict=True))
-    difference = np.array([values.get(name, 0.0) for name in rows.names]) - rows.values()
-    return float(np.sqrt(tuning.share)) * difference
+    return np.array([values.get(name, 0.0) for name in rows.names]) - rows.values()
 
 
 def _other(model: Model) -> Model | None:
