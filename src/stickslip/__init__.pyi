@@ -198,6 +198,8 @@ from .records import (
 )
 from .records import (
     LearnedPulses as LearnedPulses,
+)
+from .records import (
     LearntPulses as LearntPulses,
 )
 from .records import (
