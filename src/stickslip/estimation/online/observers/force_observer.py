@@ -1,7 +1,7 @@
 """What observers of the friction force have in common: samples, rows, first states, and a fit."""
 
 from abc import abstractmethod
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -31,9 +31,7 @@ from stickslip.records import (
     positive,
 )
 
-__all__ = ["ForceObserver", "Run"]
-
-Run = Callable[[State, Float[np.ndarray, "n 5"], Bool[np.ndarray, " n"]], Float[np.ndarray, "n 3"]]
+__all__ = ["ForceObserver"]
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
@@ -91,11 +89,6 @@ class ForceObserver(OnlineMethod):
     @abstractmethod
     def name(self) -> str:
         """Name of the estimator."""
-
-    @property
-    @abstractmethod
-    def _run(self) -> Run:
-        """The compiled run over many samples, in place; returns the values after each."""
 
     @property
     @abstractmethod
@@ -191,12 +184,14 @@ class ForceObserver(OnlineMethod):
             If the log has a gap or another sampling time than the state, or lacks the load of a
             flexible arm.
         """
+        from stickslip.estimation.online.observers.run import METHODS, observer_run
+
         check_fits(log, float(state[SAMPLING_TIME]))
         after = state.copy()
         samples, quiet = self._signals(log)
         waiting = max(int(np.ceil(-self.effort_delay)), 0)  # the motion waits for a late effort
         quiet = np.concatenate([np.zeros(waiting, dtype=bool), quiet])[: len(log)]
-        history = self._run(after, samples, quiet)
+        history = observer_run(METHODS.index(self.name), after, samples, quiet)
         return after, history[:, [place - VALUES for place in self._places]]
 
     def fit(self, log: AxisLog) -> FrictionEstimate:

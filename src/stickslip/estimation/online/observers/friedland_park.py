@@ -24,7 +24,7 @@ theta~' = -g' Gamma r <r, theta~>.
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.method import Kernel, State
@@ -36,11 +36,8 @@ from stickslip.estimation.online.observers.force_balance import (
     SPEED,
     balance,
     follow,
-    set_aside,
     settled,
 )
-from stickslip.estimation.online.observers.force_observer import Run
-from stickslip.estimation.online.recursion import VALUES
 from stickslip.records import positive
 
 __all__ = ["FriedlandParkObserver"]
@@ -72,27 +69,6 @@ def friedland_park_step(
     if balance(s, u, x, v, x2, v2):
         follow(s, s[FORCE], _mean_slope(before, abs(s[LAST_VELOCITY]), s[SHAPE], s[SPEED]))
     return settled(s, u, x, v, x2, v2)
-
-
-@compiled()
-def friedland_park_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
-
-    Quiet samples give no row.
-    """
-    n = samples.shape[0]
-    history = np.empty((n, 3))
-    for k in range(n):
-        set_aside(s, quiet[k])
-        friedland_park_step(
-            s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
-        )
-        set_aside(s, quiet[k])
-        for i in range(3):
-            history[k, i] = s[VALUES + i]
-    return history
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,10 +111,6 @@ class FriedlandParkObserver(AdaptiveObserver):
     def kernel(self) -> Kernel:
         """The compiled step (see `OnlineMethod.kernel`)."""
         return friedland_park_step
-
-    @property
-    def _run(self) -> Run:
-        return friedland_park_run
 
     def _lay_settings(self, s: State) -> None:
         super()._lay_settings(s)

@@ -14,7 +14,7 @@ V = <theta~, P_0^-1 theta~> has V' = -2 e^2; it vanishes under persistent excita
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.method import Kernel, State
@@ -25,11 +25,9 @@ from stickslip.estimation.online.observers.force_balance import (
     SHAPE,
     balance,
     follow,
-    set_aside,
     settled,
 )
-from stickslip.estimation.online.observers.force_observer import Run
-from stickslip.estimation.online.recursion import ROW, SAMPLING_TIME, VALUES
+from stickslip.estimation.online.recursion import ROW, SAMPLING_TIME
 from stickslip.records import positive
 
 __all__ = ["GradientEstimator"]
@@ -49,25 +47,6 @@ def gradient_step(
             s[ROW + i] = s[_FILTERED + 1 + i]
         follow(s, s[_FILTERED], 1.0)
     return settled(s, u, x, v, x2, v2)
-
-
-@compiled()
-def gradient_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
-
-    Quiet samples give no row.
-    """
-    n = samples.shape[0]
-    history = np.empty((n, 3))
-    for k in range(n):
-        set_aside(s, quiet[k])
-        gradient_step(s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4])
-        set_aside(s, quiet[k])
-        for i in range(3):
-            history[k, i] = s[VALUES + i]
-    return history
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -103,10 +82,6 @@ class GradientEstimator(AdaptiveObserver):
     def kernel(self) -> Kernel:
         """The compiled step (see `OnlineMethod.kernel`)."""
         return gradient_step
-
-    @property
-    def _run(self) -> Run:
-        return gradient_run
 
     def _lay_settings(self, s: State) -> None:
         super()._lay_settings(s)

@@ -10,7 +10,7 @@ factor with every row that follows.
 from dataclasses import dataclass, replace
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.fit.rows import Regression
@@ -21,16 +21,14 @@ from stickslip.estimation.online.observers.force_balance import (
     METHOD,
     SHAPE,
     balance,
-    set_aside,
     settled,
 )
-from stickslip.estimation.online.observers.force_observer import ForceObserver, Run
+from stickslip.estimation.online.observers.force_observer import ForceObserver
 from stickslip.estimation.online.recursion import (
     FORGETTING,
     PARAMETERS,
     ROW,
     SAMPLING_TIME,
-    VALUES,
     covariance_in,
     lay_prior,
     update,
@@ -69,24 +67,6 @@ def least_squares_step(
     return settled(s, u, x, v, x2, v2)
 
 
-@compiled()
-def least_squares_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
-) -> Float[np.ndarray, "n p"]:
-    """Take many samples, in place; return the estimates after each. Quiet ones give no row."""
-    n, p = samples.shape[0], int(s[PARAMETERS])
-    history = np.empty((n, p))
-    for k in range(n):
-        set_aside(s, quiet[k])
-        least_squares_step(
-            s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
-        )
-        set_aside(s, quiet[k])
-        for i in range(p):
-            history[k, i] = s[VALUES + i]
-    return history
-
-
 @dataclass(frozen=True, kw_only=True)
 class LeastSquaresObserver(ForceObserver):
     """Coulomb and viscous friction (and the inertia) by recursive least squares with forgetting.
@@ -123,10 +103,6 @@ class LeastSquaresObserver(ForceObserver):
     def kernel(self) -> Kernel:
         """The compiled step (see `OnlineMethod.kernel`)."""
         return least_squares_step
-
-    @property
-    def _run(self) -> Run:
-        return least_squares_run
 
     @property
     def _estimated(self) -> tuple[str, ...]:

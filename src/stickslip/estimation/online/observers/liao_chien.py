@@ -22,7 +22,7 @@ of the tracking error, letter by letter. Where the observer runs along in a cont
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.method import Kernel, State
@@ -35,10 +35,8 @@ from stickslip.estimation.online.observers.force_balance import (
     LAST_VELOCITY,
     METHOD,
     balance,
-    set_aside,
     settled,
 )
-from stickslip.estimation.online.observers.force_observer import Run
 from stickslip.estimation.online.recursion import ROW, SAMPLING_TIME, VALUES
 from stickslip.records import positive
 
@@ -98,27 +96,6 @@ def liao_chien_step(
     return settled(s, u, x, v, x2, v2)
 
 
-@compiled()
-def liao_chien_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
-
-    Quiet samples give no row.
-    """
-    n = samples.shape[0]
-    history = np.empty((n, 3))
-    for k in range(n):
-        set_aside(s, quiet[k])
-        liao_chien_step(
-            s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
-        )
-        set_aside(s, quiet[k])
-        for i in range(3):
-            history[k, i] = s[VALUES + i]
-    return history
-
-
 @dataclass(frozen=True, kw_only=True)
 class LiaoChienObserver(AdaptiveObserver):
     """Coulomb friction by the exponentially stable scheme of Liao and Chien (2000).
@@ -167,10 +144,6 @@ class LiaoChienObserver(AdaptiveObserver):
     def kernel(self) -> Kernel:
         """The compiled step (see `OnlineMethod.kernel`)."""
         return liao_chien_step
-
-    @property
-    def _run(self) -> Run:
-        return liao_chien_run
 
     def _lay_settings(self, s: State) -> None:
         super()._lay_settings(s)

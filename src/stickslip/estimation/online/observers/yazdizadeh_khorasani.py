@@ -15,7 +15,7 @@ had to keep away from. As theirs, the observer is stepped as the flow of its err
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.method import Kernel
@@ -26,11 +26,8 @@ from stickslip.estimation.online.observers.force_balance import (
     SPEED,
     balance,
     follow,
-    set_aside,
     settled,
 )
-from stickslip.estimation.online.observers.force_observer import Run
-from stickslip.estimation.online.recursion import VALUES
 
 __all__ = ["YazdizadehKhorasaniObserver"]
 
@@ -53,27 +50,6 @@ def yazdizadeh_khorasani_step(
     if balance(s, u, x, v, x2, v2):
         follow(s, s[FORCE], _mean_slope(before, abs(s[LAST_VELOCITY]), s[SPEED]))
     return settled(s, u, x, v, x2, v2)
-
-
-@compiled()
-def yazdizadeh_khorasani_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"], quiet: Bool[np.ndarray, " n"]
-) -> Float[np.ndarray, "n 3"]:
-    """Take many samples, in place; return viscous friction, Coulomb friction, offset after each.
-
-    Quiet samples give no row.
-    """
-    n = samples.shape[0]
-    history = np.empty((n, 3))
-    for k in range(n):
-        set_aside(s, quiet[k])
-        yazdizadeh_khorasani_step(
-            s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
-        )
-        set_aside(s, quiet[k])
-        for i in range(3):
-            history[k, i] = s[VALUES + i]
-    return history
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,7 +75,3 @@ class YazdizadehKhorasaniObserver(AdaptiveObserver):
     def kernel(self) -> Kernel:
         """The compiled step (see `OnlineMethod.kernel`)."""
         return yazdizadeh_khorasani_step
-
-    @property
-    def _run(self) -> Run:
-        return yazdizadeh_khorasani_run
