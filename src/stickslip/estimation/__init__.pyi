@@ -94,6 +94,6 @@ from .selection.estimator import (
     SelectedModelEstimator as SelectedModelEstimator,
     SelectionTuning as SelectionTuning,
 )
-from .selection.prediction import (
+from .selection.evaluation.prediction import (
     predict_effort as predict_effort,
 )

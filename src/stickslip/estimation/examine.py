@@ -27,7 +27,11 @@ from stickslip.estimation.regression.resimulation import (
     identified_plant,
     resimulate,
 )
-from stickslip.estimation.selection.figures import energy_stretches, force_rows, velocity_law
+from stickslip.estimation.selection.evaluation.figures import (
+    energy_stretches,
+    force_rows,
+    velocity_law,
+)
 from stickslip.estimation.selection.search import Model
 from stickslip.estimation.signals.kinematics import (
     LowPass,

@@ -9,7 +9,11 @@ import numpy as np
 from stickslip.estimation.figures import effort_residuals, energy_balance, friction_curve
 from stickslip.estimation.joint.estimator import JointEstimator
 from stickslip.estimation.joint.model import JointModel
-from stickslip.estimation.selection.figures import energy_stretches, force_rows, velocity_law
+from stickslip.estimation.selection.evaluation.figures import (
+    energy_stretches,
+    force_rows,
+    velocity_law,
+)
 from stickslip.records import AxisLog, Identification
 
 __all__ = ["examine_jointly"]

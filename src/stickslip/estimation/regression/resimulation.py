@@ -14,7 +14,7 @@ from stickslip.estimation.energy.levels import EnergyLevels
 from stickslip.estimation.figures import LARGEST_PLOT
 from stickslip.estimation.regression.identified_law import identified_law
 from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
-from stickslip.estimation.selection.prediction import prediction_error
+from stickslip.estimation.selection.evaluation.prediction import prediction_error
 from stickslip.friction import StribeckEffect, StribeckFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, Resimulation, quantity_name

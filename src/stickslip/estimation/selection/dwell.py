@@ -19,7 +19,7 @@ from scipy.special import stdtr, stdtrit
 
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.prepare import PreparedLog
-from stickslip.estimation.selection.prediction import effort_at_rest
+from stickslip.estimation.selection.evaluation.prediction import effort_at_rest
 from stickslip.estimation.selection.search import SearchTuning
 from stickslip.estimation.selection.summary import gain_text
 from stickslip.estimation.selection.terms import DWELL

@@ -7,7 +7,12 @@ from jaxtyping import Float
 
 from stickslip.estimation.figures import EnergyStretch, ForceRows, VelocityLaw
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.selection.law import SHAPES, is_velocity_term, law_columns, law_effort
+from stickslip.estimation.selection.evaluation.law import (
+    SHAPES,
+    is_velocity_term,
+    law_columns,
+    law_effort,
+)
 from stickslip.estimation.selection.search import Model
 from stickslip.estimation.selection.terms import DELAY, SATURATION
 from stickslip.estimation.weak_form.motion import SlipMotion

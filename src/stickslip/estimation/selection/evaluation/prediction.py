@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.law import law_effort
+from stickslip.estimation.selection.evaluation.law import law_effort
 from stickslip.estimation.selection.search import SearchTuning, half_width
 from stickslip.estimation.weak_form.motion import (
     MotionTuning,
