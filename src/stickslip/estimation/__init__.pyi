@@ -11,19 +11,9 @@ from .energy.estimator import (
 from .energy.published.estimator import (
     PublishedEnergyEstimator as PublishedEnergyEstimator,
 )
-from .energy.published.noise_compensation import (
+from .energy.published.sensor_noise import (
     SensorNoise as SensorNoise,
-    absolute_bias as absolute_bias,
-    absolute_bias_polynomial as absolute_bias_polynomial,
-    absolute_density as absolute_density,
-    absolute_mean as absolute_mean,
-    absolute_mean_polynomial as absolute_mean_polynomial,
-    double_absolute_mean as double_absolute_mean,
-    double_absolute_mean_polynomial as double_absolute_mean_polynomial,
-    kinetic_energy_bias as kinetic_energy_bias,
-    potential_energy_bias as potential_energy_bias,
     sensor_noise_of as sensor_noise_of,
-    viscous_regressor_bias as viscous_regressor_bias,
 )
 from .examine import (
     examine as examine,

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation import (
+from studies.van_de_wijdeven.part_a.noise_compensation import (
     absolute_bias,
     absolute_bias_polynomial,
     absolute_density,

@@ -6,14 +6,14 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from stickslip.estimation import (
+from stickslip.jobs import surrogate
+from studies.van_de_wijdeven.part_a.effects import NoiseEffects
+from studies.van_de_wijdeven.part_a.evidence import Evidence
+from studies.van_de_wijdeven.part_a.noise_compensation import (
     kinetic_energy_bias,
     potential_energy_bias,
     viscous_regressor_bias,
 )
-from stickslip.jobs import surrogate
-from studies.van_de_wijdeven.part_a.effects import NoiseEffects
-from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.runs import Loop
 from studies.van_de_wijdeven.records import Claim
 

@@ -9,7 +9,6 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.published import recursion as at
-from stickslip.estimation.energy.published.noise_compensation import SensorNoise, sensor_noise_of
 from stickslip.estimation.energy.published.recursion import (
     published_energy_run,
     published_energy_step,
@@ -22,6 +21,7 @@ from stickslip.estimation.energy.published.rows import (
     weighted_rows,
     without_error_terms,
 )
+from stickslip.estimation.energy.published.sensor_noise import SensorNoise, sensor_noise_of
 from stickslip.estimation.energy.samples import check_fits
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, summarise_motion

@@ -12,7 +12,7 @@ from dataclasses import dataclass, fields, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy.published.noise_compensation import sensor_noise_of
+from stickslip.estimation.energy.published.sensor_noise import sensor_noise_of
 from stickslip.estimation.energy.samples import check_fits
 from stickslip.estimation.fit.solve import check_excited, provenance_of
 from stickslip.estimation.online.faults.admission import lay_admission

@@ -10,8 +10,13 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.estimation import (
-    SensorNoise,
+from stickslip.estimation.energy.published.noise_kernels import (
+    BIAS_OF_DOUBLE_MEAN,
+    BIAS_OF_POLYNOMIAL,
+    SIXTH_ORDER,
+)
+from stickslip.records import InputError
+from studies.van_de_wijdeven.part_a.noise_compensation import (
     absolute_bias,
     absolute_bias_polynomial,
     absolute_density,
@@ -19,18 +24,7 @@ from stickslip.estimation import (
     absolute_mean_polynomial,
     double_absolute_mean,
     double_absolute_mean_polynomial,
-    kinetic_energy_bias,
-    potential_energy_bias,
-    sensor_noise_of,
-    viscous_regressor_bias,
 )
-from stickslip.estimation.energy.published.noise_kernels import (
-    BIAS_OF_DOUBLE_MEAN,
-    BIAS_OF_POLYNOMIAL,
-    SIXTH_ORDER,
-)
-from stickslip.estimation.signals.kinematics import LowPass
-from stickslip.records import AxisLog, InputError
 
 DRAWS = 200_000
 STANDARD_ERRORS = 5.0  # missed by chance once in two million comparisons
@@ -61,42 +55,6 @@ def assert_mean_of(samples: np.ndarray, expected: float) -> None:
 @pytest.fixture
 def draws() -> np.ndarray:
     return SIGMA * np.random.default_rng(0).standard_normal((4, DRAWS))
-
-
-def test_energies_grow_by_their_brackets(draws: np.ndarray) -> None:
-    """Eqs. 5.6 and 5.7, and their sum with the sign that compensates."""
-    v1, v2, x1, x2 = 0.3, -0.2, 0.5, 0.1
-    m1, m2, ks = 2.0, 0.7, 3.0
-    noise = SensorNoise(
-        position=0.1 * SIGMA, velocity=SIGMA, load_position=0.3 * SIGMA, load_velocity=0.5 * SIGMA
-    )
-    kinetic = 0.5 * m1 * (v1 + draws[0]) ** 2 + 0.5 * m2 * (v2 + 0.5 * draws[1]) ** 2
-    grown = kinetic_energy_bias(m1, SIGMA) + kinetic_energy_bias(m2, 0.5 * SIGMA)
-    assert_mean_of(kinetic, 0.5 * m1 * v1**2 + 0.5 * m2 * v2**2 + grown)
-    stretch = (x1 + 0.1 * draws[2]) - (x2 + 0.3 * draws[3])
-    stored = potential_energy_bias(ks, 0.1 * SIGMA, 0.3 * SIGMA)
-    assert_mean_of(0.5 * ks * stretch**2, 0.5 * ks * (x1 - x2) ** 2 + stored)
-    bracket = noise.level_bias(m1, m2, ks)
-    assert bracket == pytest.approx(grown + stored, rel=REFIT)
-    true = 0.5 * m1 * v1**2 + 0.5 * m2 * v2**2 + 0.5 * ks * (x1 - x2) ** 2
-    assert_mean_of(-kinetic - 0.5 * ks * stretch**2 + bracket, -true)
-    by_quadrature = normal_expectation(lambda v: 0.5 * m1 * (v1 + v) ** 2, SIGMA, 0.0)
-    assert by_quadrature - 0.5 * m1 * v1**2 == pytest.approx(
-        kinetic_energy_bias(m1, SIGMA), abs=QUADRATURE
-    )
-
-
-def test_the_viscous_regressor_grows_with_every_sample() -> None:
-    """Eq. 5.25 with its k + 1 terms: the sum from sample 0 to sample k."""
-    T, last, runs = 0.01, 3, 100_000
-    true = 0.1 * np.sin(np.arange(last + 1))
-    noise = SIGMA * np.random.default_rng(1).standard_normal((runs, last + 1))
-    sums = T * np.sum((true + noise) ** 2, axis=1)
-    expected = T * float(np.sum(true**2)) + viscous_regressor_bias(SIGMA, T, last + 1)
-    assert_mean_of(sums, expected)
-    # One term less is told apart
-    error = float(sums.std() / np.sqrt(runs))
-    assert abs(float(sums.mean()) - expected + SIGMA**2 * T) > STANDARD_ERRORS * error
 
 
 @pytest.mark.parametrize("mean", [0.0, 2.0])  # the two of Fig. 5.1
@@ -245,54 +203,3 @@ def test_impossible_noise_is_refused() -> None:
         absolute_mean(0.0, -1.0)
     with pytest.raises(InputError, match="noise is 0 m/s or rad/s, it must be positive"):
         absolute_density(0.0, 0.0, 0.0)
-    with pytest.raises(InputError, match="noise of the load velocity is -2"):
-        SensorNoise(position=0.0, velocity=0.0, load_position=0.0, load_velocity=-2.0)
-
-
-def moving_log(sigma_w: float, sigma_v: float, rest: int) -> AxisLog:
-    """Return a log that moves smoothly for 20 s and then rests; the load has half the noise."""
-    noise = np.random.default_rng(5).standard_normal((4, 2000 + rest))
-    time = 0.01 * np.arange(2000 + rest)
-    moving = np.minimum(time, 20.0)
-    x, v = np.sin(moving - 10.0), np.where(time < 20.0, np.cos(moving - 10.0), 0.0)
-    return AxisLog(
-        name="arm",
-        kind="linear",
-        time=time,
-        effort=np.ones(time.size),
-        measured_position=x + sigma_w * noise[0],
-        measured_velocity=v + sigma_v * noise[1],
-        measured_load_position=x + 0.5 * sigma_w * noise[2],
-        measured_load_velocity=v + 0.5 * sigma_v * noise[3],
-    )
-
-
-CUTOFF = 8.0  # Hz, another than the default
-
-
-@pytest.mark.parametrize("rest", [0, 4000])
-def test_noise_is_estimated_from_a_log(rest: int) -> None:
-    found = sensor_noise_of(moving_log(0.005, 0.05, rest))
-    # An 80 % quantile of 2000 correlated differences is good to about 3 %; three of that
-    assert found.position == pytest.approx(0.005, rel=0.1)
-    assert found.velocity == pytest.approx(0.05, rel=0.1)
-    assert found.load_position == pytest.approx(0.0025, rel=0.1)
-    assert found.load_velocity == pytest.approx(0.025, rel=0.1)
-
-
-def test_a_log_without_noise_has_none() -> None:
-    found = sensor_noise_of(moving_log(0.0, 0.0, 0))
-    assert found == SensorNoise(position=0.0, velocity=0.0, load_position=0.0, load_velocity=0.0)
-    log = moving_log(0.005, 0.05, 0)
-    rigid = AxisLog(
-        name="stage",
-        kind="linear",
-        time=log.time,
-        effort=log.effort,
-        measured_position=log.measured_position,
-    )
-    found = sensor_noise_of(rigid, cutoff=CUTOFF)
-    assert (found.load_position, found.load_velocity) == (0.0, 0.0)
-    # Of a velocity that is the filtered position, differentiated
-    gain = LowPass(order=4, cutoff=CUTOFF).noise_gain(0.01, derivatives=1)
-    assert found.velocity == pytest.approx(found.position * gain, rel=1e-12)

@@ -1,0 +1,115 @@
+"""Noise of a log's sensors, and what it takes from the dissipated energy.
+
+A measured velocity is the true one plus white noise of standard deviation sigma (van de Wijdeven
+2002, Eqs. 5.1-5.4).
+"""
+
+from dataclasses import dataclass
+
+from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
+from stickslip.estimation.signals.observation import motion_noise
+from stickslip.estimation.signals.sensor_noise import longest_in_motion
+from stickslip.records import AxisLog, non_negative, positive
+
+__all__ = ["SensorNoise", "sensor_noise_of"]
+
+_FILTER_ORDER = 4  # of one pass, as in the estimators
+
+
+@dataclass(frozen=True, kw_only=True)
+class SensorNoise:
+    """Standard deviations of the white noise of an axis' sensors.
+
+    Attributes
+    ----------
+    position, load_position
+        [m or rad].
+    velocity, load_velocity
+        [m/s or rad/s].
+
+    Raises
+    ------
+    InputError
+        If one is negative.
+    """
+
+    position: float
+    velocity: float
+    load_position: float
+    load_velocity: float
+
+    def __post_init__(self) -> None:
+        for name in ("position", "load_position"):
+            non_negative(f"noise of the {name.replace('_', ' ')}", getattr(self, name), "m or rad")
+        for name in ("velocity", "load_velocity"):
+            non_negative(
+                f"noise of the {name.replace('_', ' ')}", getattr(self, name), "m/s or rad/s"
+            )
+
+    def level_bias(self, inertia: float, load_inertia: float, stiffness: float) -> float:
+        """Return what the noise takes from the measured dissipation in expectation [J] (Eq. 5.26).
+
+        The stored energies come out too large by the bracket of Eq. 5.26, so what is left of the
+        input energy comes out too small by it: it is to be added.
+
+        Parameters
+        ----------
+        inertia, load_inertia
+            [kg or kg m^2]; 0 for the load of a rigid axis.
+        stiffness
+            [N/m or N m/rad]; 0 for a rigid axis.
+        """
+        kinetic = inertia * self.velocity**2 + load_inertia * self.load_velocity**2  # Eq. 5.6
+        potential = stiffness * (self.position**2 + self.load_position**2)  # Eq. 5.7
+        return 0.5 * (kinetic + potential)
+
+
+def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise:
+    """Estimate the noise of a log's sensors from what is too fast to be motion.
+
+    From sixth differences of every channel, and never more than positions and velocities disagree
+    by: see `stickslip.estimation.signals.observation.motion_noise`. Its stretches of rest need no
+    special care, as no motion is in them. The longest stretch without gaps is used. What only
+    rounds is taken as without noise.
+
+    Parameters
+    ----------
+    log
+        With measured velocities; where there are none, those are meant that positions give when
+        they are smoothed and differentiated.
+    cutoff
+        Of the low-pass that smooths them [Hz]; None takes a tenth of the sampling rate and at most
+        100 Hz.
+
+    Raises
+    ------
+    InputError
+        If the cutoff is not positive.
+
+    Examples
+    --------
+    >>> noise = np.random.default_rng(0).normal(size=(2, 5000))
+    >>> time = 0.01 * np.arange(5000)
+    >>> log = AxisLog(name="stage", kind="linear", time=time, effort=np.ones(5000),
+    ...               measured_position=np.sin(time) + 0.005 * noise[0],
+    ...               measured_velocity=np.cos(time) + 0.05 * noise[1])
+    >>> found = sensor_noise_of(log)
+    >>> round(found.position, 4), round(found.velocity, 3)
+    (0.005, 0.05)
+    """
+    longest = longest_in_motion(log.segments())
+    T = log.sampling_time
+    cutoff = default_cutoff(T) if cutoff is None else positive("cutoff", cutoff, "Hz")
+    low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+    own = motion_noise(longest.measured_position, longest.measured_velocity, low_pass, T)
+    if longest.measured_load_position is None:
+        return SensorNoise(
+            position=own.position, velocity=own.used_velocity, load_position=0.0, load_velocity=0.0
+        )
+    load = motion_noise(longest.measured_load_position, longest.measured_load_velocity, low_pass, T)
+    return SensorNoise(
+        position=own.position,
+        velocity=own.used_velocity,
+        load_position=load.position,
+        load_velocity=load.used_velocity,
+    )
