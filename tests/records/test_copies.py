@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip import AxisSchema, LearnedPulses, LogSchema
+from stickslip.records import InputError, MissingExtraError
 
 OBJECTS = (
     AxisSchema(kind="linear", position="encoder", units={"position": "mm"}),
@@ -33,3 +34,21 @@ def test_learned_pulses_pickle_and_copy() -> None:
         copy.deepcopy(learned),
     ):
         assert again.to_dict() == learned.to_dict()
+
+
+@pytest.mark.parametrize(
+    "original",
+    [
+        InputError("mass is -1 kg, it must be positive", where="a.toml", remedy="give the mass"),
+        MissingExtraError("a.parquet is a Parquet file; reading it", extra="parquet"),
+    ],
+    ids=lambda error: type(error).__name__,
+)
+def test_errors_pickle_and_copy(original: Exception) -> None:
+    for copied in (
+        pickle.loads(pickle.dumps(original)),  # noqa: S301 - its own bytes
+        copy.deepcopy(original),
+    ):
+        assert type(copied) is type(original)
+        assert str(copied) == str(original)
+        assert vars(copied) == vars(original)

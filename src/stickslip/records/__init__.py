@@ -1,5 +1,14 @@
 """What passes between the stages: logs, estimates, and the errors on the way."""
 
+from stickslip.errors import (
+    EventBudgetError,
+    InputError,
+    MissingExtraError,
+    StickslipError,
+    finite_vector,
+    non_negative,
+    positive,
+)
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource, SensorSample
 from stickslip.records.comparison import (
     ComparedEstimator,
@@ -8,15 +17,6 @@ from stickslip.records.comparison import (
     EstimatorScore,
     EstimatorStudy,
     ParameterScore,
-)
-from stickslip.records.errors import (
-    EventBudgetError,
-    InputError,
-    MissingExtraError,
-    StickslipError,
-    finite_vector,
-    non_negative,
-    positive,
 )
 from stickslip.records.estimate import (
     PARAMETER_NAMES,

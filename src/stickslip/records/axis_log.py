@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from stickslip.records.errors import InputError, finite_vector
+from stickslip.errors import InputError, finite_vector
 from stickslip.records.quantities import AxisKind, count_of, quantity_field, unit_of
 from stickslip.records.record import Record
 

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records.errors import InputError
+from stickslip.errors import InputError
 from stickslip.records.joint import JointLogs
 from stickslip.records.quantities import QUANTITIES, AxisKind, quantity_name, shared_name
 from stickslip.records.record import Record, Worded

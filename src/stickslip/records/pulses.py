@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records.errors import InputError
+from stickslip.errors import InputError
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,

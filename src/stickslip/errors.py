@@ -1,5 +1,6 @@
 """The errors a user can meet, and the checks of values; each message says how to mend it."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -45,6 +46,10 @@ class InputError(StickslipError, ValueError):
         place = f"{where}: " if where else ""
         super().__init__(f"{place}{what}; {remedy}")
 
+    def __reduce__(self) -> tuple[partial["InputError"], tuple[()]]:
+        """Pickle the arguments, some of which are keyword-only."""
+        return partial(InputError, self.what, where=self.where, remedy=self.remedy), ()
+
     def at(self, where: str) -> "InputError":
         """Return the same error placed at ``where``: a reader knows the file, a record does not."""
         place = f"{where}, {self.where}" if self.where else where
@@ -55,11 +60,16 @@ class MissingExtraError(StickslipError, ImportError):
     """An optional dependency is needed and not installed."""
 
     def __init__(self, purpose: str, *, extra: str) -> None:
+        self.purpose = purpose
         self.extra = extra
         super().__init__(
             f"{purpose} needs an optional dependency; "
             f"install it with: pip install 'stickslip[{extra}]'"
         )
+
+    def __reduce__(self) -> tuple[partial["MissingExtraError"], tuple[()]]:
+        """Pickle the arguments, one of which is keyword-only."""
+        return partial(MissingExtraError, self.purpose, extra=self.extra), ()
 
 
 class EventBudgetError(StickslipError, RuntimeError):
