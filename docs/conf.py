@@ -192,7 +192,7 @@ PUBLIC_NAMES = {
     "Simulate": "simulate simulate_batch simulate_closed_loop Sensors SensorSample read_scenario",
     "Position": """
         position ExactPulseController PulseWidthController PulseAmplitudeWidthController
-        LearnedPulses LearntPulses LandingController AxisLandingController""",
+        LearnedPulses LandingController AxisLandingController""",
     "Feedback": """
         FeedbackController PD Notch FrictionCompensation OnlineFriction PIDController ResetIntegral
         Dither PointToPoint Move RestDetection""",

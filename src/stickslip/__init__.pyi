@@ -200,9 +200,6 @@ from .records import (
     LearnedPulses as LearnedPulses,
 )
 from .records import (
-    LearntPulses as LearntPulses,
-)
-from .records import (
     SensorSample as SensorSample,
 )
 from .records import (

@@ -642,6 +642,16 @@ def test_the_jackknife_of_equal_groups_is_that_of_refits() -> None:
     assert np.sum(found**2, axis=0) == pytest.approx(expected, rel=1e-9)
 
 
+def test_a_column_of_one_group_has_no_differences() -> None:
+    rng = np.random.default_rng(8)
+    columns = np.column_stack([rng.standard_normal(60), np.zeros(60)])
+    columns[:12] = np.column_stack([np.zeros(12), rng.standard_normal(12)])
+    found = jackknife(columns, rng.standard_normal(60), np.repeat(np.arange(5), 12))
+    assert np.all(np.isfinite(found))
+    assert np.all(found[:, 1] == 0.0)
+    assert np.any(found[:, 0] != 0.0)
+
+
 def test_the_jackknife_of_unequal_groups_has_the_variance_under_white_noise() -> None:
     rng = np.random.default_rng(7)
     runs = 4000

@@ -14,6 +14,7 @@ from stickslip.presentation.words import (
     missing_parameters,
     rounded,
     value_texts,
+    value_with_half,
 )
 from stickslip.records import (
     ParameterEstimate,
@@ -86,3 +87,13 @@ def test_values_are_shown_with_the_digits_that_count() -> None:
     assert value_texts(mass) == ("2.00", "1.00 to 3.00")
     assert value_texts(replace(mass, std=None, ci95=None)) == ("2", "none")
     assert value_texts(replace(mass, value=None, std=None, ci95=None)) == ("–", "–")
+
+
+@pytest.mark.parametrize(
+    ("interval", "text"), [((2.0, 4.0), "3.0 ± 1"), ((-0.5, 4.0), "3.00 (-0.50 to 4.00)")]
+)
+def test_an_interval_about_another_middle_has_both_ends(
+    interval: tuple[float, float], text: str
+) -> None:
+    parameter = ParameterEstimate(name="offset", value=3.0, std=0.5, ci95=interval, unit="N")
+    assert value_with_half(parameter).replace("\N{MINUS SIGN}", "-") == text

@@ -192,17 +192,3 @@ def test_a_law_takes_its_keys_and_no_others(law: str) -> None:
             values = {**body, "law": law, **{n: v for n, v in own.items() if n != name}}
             with pytest.raises(InputError, match=f"{name} is missing, and law '{law}' needs it"):
                 table_from(AXES, values, name="axis", kind="linear")
-
-
-def test_former_keys_are_read():
-    table = table_from(
-        AXIS_CONTROLLERS, {"method": "exact", "patience": 4, "effort_limit": 1.0},
-        name="controller", kind="linear",
-    )  # fmt: skip
-    assert table.max_idle_pulses == 4
-    guess = table_from(GuessTable, {"learnt": "a.json"}, name="guess", kind="linear")
-    assert guess.learned == "a.json"
-    with pytest.raises(InputError, match="learnt"):
-        table_from(
-            GuessTable, {"learnt": "a.json", "learned": "b.json"}, name="guess", kind="linear"
-        )

@@ -36,7 +36,6 @@ def position(
     learned: Annotated[
         Path | None,
         Parameter(
-            name=("--learned", "--learnt"),
             help="Save what the controller has learned, for learned = FILE in the [guess] of a "
             "scenario.",
         ),

@@ -105,7 +105,8 @@ def friction_curve(rows: ForceRows, law: VelocityLaw, estimate: FrictionEstimate
     identified = [name for name, p in estimate.parameters.items() if p.identified]
     keep = [identified.index(name) for name in law.names]
     covariance = estimate.covariance[np.ix_(keep, keep)]
-    quantile = max(estimate.parameters[name].quantile for name in law.names)
+    # An interval that contains another law's value is narrower than its standard deviation says
+    quantile = max(_NORMAL_95, *(estimate.parameters[name].quantile for name in law.names))
     parts: list[Float[np.ndarray, "p 4"]] = []
     ends = [float(np.min(rows.velocity)), float(np.max(rows.velocity))]
     for end in (end for end, way in zip(ends, (-1.0, 1.0), strict=True) if end * way > 0):

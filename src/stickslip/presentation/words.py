@@ -124,13 +124,23 @@ def value_texts(parameter: ParameterEstimate) -> tuple[str, str]:
 
 
 def value_with_half(parameter: ParameterEstimate) -> str:
-    """Return a value with half of its 95 % interval; a dash for a missing one."""
+    """Return a value with half of its 95 % interval; a dash for a missing one.
+
+    An interval about another middle is written with both ends.
+    """
     if parameter.value is None:
         return NONE
     if parameter.ci95 is None:
         return f"{parameter.value:.4g}"
-    half = 0.5 * (parameter.ci95[1] - parameter.ci95[0])
+    low, high = parameter.ci95
+    half = 0.5 * (high - low)
+    if abs(0.5 * (low + high) - parameter.value) > _MIDDLE * half:
+        value, interval = value_texts(parameter)
+        return f"{value} ({interval})"
     return f"{rounded(parameter.value, half)} ± {half:.2g}"
+
+
+_MIDDLE = 0.01  # of half of an interval: nearer to its middle a value is in it
 
 
 def or_none(value: float | None, text: Callable[[float], str]) -> str:

@@ -51,7 +51,6 @@ from stickslip.records.positioning import (
 )
 from stickslip.records.pulses import (
     LearnedPulses,
-    LearntPulses,
     PositioningOutcome,
     PulseMethod,
     PulseRecord,
@@ -105,7 +104,6 @@ __all__ = [
     "LandingPhase",
     "LandingPhaseName",
     "LearnedPulses",
-    "LearntPulses",
     "LogDeviation",
     "LogSource",
     "MissingExtraError",

@@ -18,7 +18,7 @@ from stickslip.records.quantities import (
 )
 from stickslip.records.record import ReadOnlyMapping, Record, Valued
 
-__all__ = ["LearnedPulses", "LearntPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
+__all__ = ["LearnedPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
 
 PulseMethod = Literal["pwc", "papwc", "exact", "landing"]
 
@@ -194,10 +194,6 @@ class LearnedPulses(Record):
             what = "the covariance is not a matrix of numbers"
             raise _unlike_saved(what, "covariance") from error
         return cls(method=saved["method"], kind=kind, values=values, covariance=covariance)
-
-
-LearntPulses = LearnedPulses
-"""Former name."""
 
 
 def _one_of(name: str, value: Any, known: tuple[str, ...]) -> None:

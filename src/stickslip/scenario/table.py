@@ -16,7 +16,6 @@ __all__ = ["Key", "Table", "Variants", "key", "required", "table_from", "with_un
 T = TypeVar("T", bound="Table")
 Units = tuple[str, str]
 _GUIDE = "see scenario keys in the reference"
-_FORMER_KEYS = {"learnt": "learned", "patience": "max_idle_pulses"}
 
 
 @dataclass(frozen=True)
@@ -203,7 +202,6 @@ def table_from(of: type[T] | Variants[T], values: Any, *, name: str, kind: AxisK
     """
     if not isinstance(values, Mapping):
         raise not_a_table(name, values)
-    values = {_current(key, values): value for key, value in values.items()}
     try:
         if not isinstance(of, Variants):
             return _validated(of, values, kind)
@@ -211,12 +209,6 @@ def table_from(of: type[T] | Variants[T], values: Any, *, name: str, kind: AxisK
         return _validated(model, {of.key: tag, **values}, kind, variants=of)
     except InputError as error:
         raise error.at(f"[{name}]") if name else error from None
-
-
-def _current(key: str, values: Mapping[str, Any]) -> str:
-    """Return the name of a key today; both names in one table are an error, as an unknown key."""
-    name = _FORMER_KEYS.get(key, key)
-    return key if name in values else name
 
 
 def _validated(

@@ -41,7 +41,13 @@ from stickslip.estimation.selection.search import (
     with_terms,
 )
 from stickslip.estimation.selection.summary import selection_of
-from stickslip.estimation.selection.terms import DELAY, SATURATION, Term, candidate_terms
+from stickslip.estimation.selection.terms import (
+    DELAY,
+    DWELL,
+    SATURATION,
+    Term,
+    candidate_terms,
+)
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.estimation.weak_form.windows import Weight
@@ -191,8 +197,10 @@ class JointEstimator:
             f"the term {name!r} is left out: these logs do not determine it, or give its "
             "coefficient the wrong sign"
             for name in self.single.include
-            if name not in model.names
+            if name not in {*model.names, DWELL}
         ]
+        if DWELL in self.single.include:
+            notes.append(f"the term {DWELL!r} is left out: it is fitted to one log at a time")
         estimate, regression = self._solved(members, model, rows, notes, None)
         common = [
             name

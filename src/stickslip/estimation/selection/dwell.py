@@ -21,7 +21,6 @@ from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.evaluation.prediction import effort_at_rest
 from stickslip.estimation.selection.search import SearchTuning
-from stickslip.estimation.selection.summary import gain_text
 from stickslip.estimation.selection.terms import DWELL
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.records import (
@@ -41,18 +40,27 @@ class DwellTuning:
 
     rest_deviations: float = 5.0
     """Deviation from the position of rest, in standard deviations of the position [-], within which
-    the axis may be at rest."""
-    fewest_samples: int = 50
-    """Of a rest, which the instant of the breakaway is found in."""
+    the axis may be at rest: noise exceeds it in one of two million samples."""
+    before: int = 30
+    """Samples before the axis is seen to move in which the breakaway may lie; as many before these
+    give the place of rest, so that a rest has twice as many. A mass moves by `rest_deviations` in
+    10 samples of 1 ms where friction drops by 20 % of the effort."""
+    after: int = 8
+    """Samples of the motion that time the breakaway: friction and effort change little in them."""
+    trials: int = 4
+    """Instants tried a sample; the uncertainty is larger than their distance."""
     half_width: int = 5
-    """Half of the window of the effort around the breakaway [samples]."""
+    """Half of the window of the effort around the breakaway [samples], within which the effort is
+    a straight line."""
     largest_step: float = 6.0
-    """Largest step of the effort around the breakaway over the median one [-]: beyond it the effort
-    jumps, and the level within the jump is not known. Noise makes it 3 to 4."""
+    """Largest step of the effort around the breakaway over the median one, or over the resolution
+    [-]: beyond it the effort jumps, and the level within the jump is not known. Noise makes it 3 to
+    4."""
     fewest: int = 6
     """Breakaways for a test [-]."""
     least_spread: float = 2.0
-    """Longest over shortest dwell time for a test [-]."""
+    """Second longest over second shortest dwell time for a test [-]: one rest alone shows no
+    growth."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -94,79 +102,87 @@ def breakaways(
         Mass or inertia [kg or kg m^2].
     tuning
         What counts as a rest.
+
+    Returns
+    -------
+    In the order of the log; none with a standard deviation of zero.
     """
-    selection = estimate.selection
-    late = (0.5 - log.effort_lead) * log.sampling_time
-    late += 0.0 if selection is None else selection.effort_delay
-    found: list[Breakaway] = []
+    delay = (0.5 - log.effort_lead) * log.sampling_time
+    delay += 0.0 if estimate.selection is None else estimate.selection.effort_delay
+    resolution = _resolution(motions)
+    every: list[Breakaway] = []
     for motion in motions.stretches:
-        for rest in _rests(motion, tuning.rest_deviations * log.position_noise, tuning):
-            instant = _instant(motion, rest, log, inertia)
+        for rest, direction in _rests(motion, log.position_noise, tuning):
+            instant = _instant(motion, rest, direction, log, inertia, tuning)
             if instant is None:
                 continue
             time, time_std = instant
-            direction = _direction(motion, rest.stop)
-            near = np.abs(motion.time + late - time) <= tuning.half_width * log.sampling_time
+            since = motion.time + delay - time
+            near = np.abs(since) <= tuning.half_width * log.sampling_time
             steps = np.abs(np.diff(motion.effort[near]))
             if steps.size < tuning.half_width or not np.all(motion.usable[near]):
                 continue
-            if np.max(steps) > tuning.largest_step * np.median(steps):
+            if np.max(steps) > tuning.largest_step * max(np.median(steps), resolution):
                 continue
-            effort, slope, effort_std = _line(motion.time[near] + late - time, motion.effort[near])
+            effort, slope, effort_std = _line(since[near], motion.effort[near])
             at_rest = effort_at_rest(estimate, time, float(motion.position[rest.start]), direction)
-            found.append(
-                Breakaway(
-                    dwell=time - float(motion.time[rest.start]),
-                    level=direction * (effort - at_rest),
-                    std=float(np.hypot(effort_std, slope * time_std)),
-                )
-            )
-    return found
+            std = float(np.linalg.norm([effort_std, slope * time_std, resolution / np.sqrt(12.0)]))
+            if std > 0.0:
+                dwell = time - float(motion.time[rest.start])
+                level = direction * (effort - at_rest)
+                every.append(Breakaway(dwell=dwell, level=level, std=std))
+    return every
 
 
-def _rests(motion: SlipMotion, tolerance: float, tuning: DwellTuning) -> Iterator[slice]:
-    """Yield the samples of every rest between two slips."""
-    slips = motion.direction != 0
-    edges = np.flatnonzero(np.diff(slips))
+def _resolution(motions: SlipMotions) -> float:
+    """Return the smallest step of the effort [N or N m], which noise makes next to nothing."""
+    steps = np.concatenate([np.abs(np.diff(m.effort)) for m in motions.stretches])
+    steps = steps[steps > _ROUNDING * np.max(steps, initial=0.0)]
+    return float(np.min(steps, initial=np.inf)) if steps.size else 0.0
+
+
+_ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
+
+
+def _rests(
+    motion: SlipMotion, position_noise: float, tuning: DwellTuning
+) -> Iterator[tuple[slice, float]]:
+    """Yield the samples of every rest between two slips, and the direction of the second."""
+    edges = np.flatnonzero(np.diff(motion.direction != 0))
     for before, after in pairwise(edges.tolist()):
-        if not slips[before]:
+        if motion.direction[before] == 0:
             continue
         position = motion.position[before + 1 : after + 2]
-        inside = np.abs(position - np.median(position)) <= tolerance
-        rest = np.flatnonzero(inside)
+        away = np.abs(position - np.median(position))
+        rest = np.flatnonzero(away <= tuning.rest_deviations * position_noise)
         # A rest is one stretch: an axis that creeps or swings is not at rest
-        if rest.size >= tuning.fewest_samples and rest[-1] - rest[0] + 1 == rest.size:
-            yield slice(before + 1 + int(rest[0]), before + 2 + int(rest[-1]))
-
-
-def _direction(motion: SlipMotion, onset: int) -> float:
-    """Return the direction of the motion after a rest [-]."""
-    later = motion.direction[onset:]
-    return float(later[np.flatnonzero(later)[0]])
-
-
-_AFTER = 8  # samples of the motion after a rest that time the breakaway
-_BEFORE = 30  # samples before it in which it may lie; as many before these give the place of rest
-_TRIALS = 4  # instants a sample
+        if rest.size >= 2 * tuning.before and rest[-1] - rest[0] + 1 == rest.size:
+            samples = slice(before + 1 + int(rest[0]), before + 2 + int(rest[-1]))
+            yield samples, float(motion.direction[after + 1])
 
 
 def _instant(
-    motion: SlipMotion, rest: slice, log: PreparedLog, inertia: float
+    motion: SlipMotion,
+    rest: slice,
+    direction: float,
+    log: PreparedLog,
+    inertia: float,
+    tuning: DwellTuning,
 ) -> tuple[float, float] | None:
     """Return the instant of the breakaway and its standard deviation [s]; None if not resolved.
 
     The position follows x_0 + a t^2 / 2 + (u'/m) t^3 / 6 from the breakaway on, in the direction of
     the motion: a drop of the friction by m a >= 0, and the rise of the effort.
     """
-    first, onset, last = rest.stop - 2 * _BEFORE, rest.stop - 1, rest.stop + _AFTER
-    if first < 0 or last > motion.time.size:
+    first, onset, last = rest.stop - 2 * tuning.before, rest.stop - 1, rest.stop + tuning.after
+    if last > motion.time.size:
         return None
-    T, direction = log.sampling_time, _direction(motion, onset)
-    place = np.mean(motion.position[max(first, rest.start) : onset - _BEFORE])
+    T = log.sampling_time
+    place = np.mean(motion.position[first : onset - tuning.before])
     away = direction * (motion.position[first:last] - place)
-    rising = slice(onset - _AFTER, last)
+    rising = slice(onset - tuning.after, last)
     rise = direction * _line(motion.time[rising], motion.effort[rising])[1]
-    trials = motion.time[onset] + T * np.arange(-_BEFORE, 2, 1.0 / _TRIALS)
+    trials = motion.time[onset] + T * np.arange(-tuning.before, 2, 1.0 / tuning.trials)
     since = np.maximum(motion.time[first:last] - trials[:, None], 0.0)
     left = away - max(rise, 0.0) / (6.0 * inertia) * since**3
     drop = np.maximum(np.sum(left * since**2, axis=1) / np.sum(since**4, axis=1), 0.0)
@@ -176,7 +192,7 @@ def _instant(
     likely = np.flatnonzero(errors <= errors[best] + (2.0 * noise) ** 2)
     if likely[0] == 0 or likely[-1] == trials.size - 1:
         return None
-    return float(trials[best]), float(0.25 * T * (likely[-1] - likely[0] + 1.0) / _TRIALS)
+    return float(trials[best]), 0.25 * T * float(likely[-1] - likely[0] + 1.0) / tuning.trials
 
 
 def _line(
@@ -248,7 +264,7 @@ def _growth(found: Sequence[Breakaway]) -> tuple[_Line, float, float, float]:
     line = replace(line, covariance=line.covariance * excess)
     t = float(line.values[1] / np.sqrt(line.covariance[1, 1]))
     without = _Line.of(columns[:, :1], level, std).left_out
-    gains = (without - line.left_out) / float(np.sum(without))
+    gains = (without - line.left_out) / max(float(np.sum(without)), float(np.finfo(float).tiny))
     spread = float(np.sqrt(level.size) * np.std(gains, ddof=1))
     return line, float(2.0 * stdtr(freedom, -abs(t))), float(np.sum(gains)), spread
 
@@ -262,7 +278,7 @@ def with_dwell(
     *,
     inertia: float | None,
     include: bool,
-) -> FrictionEstimate:
+) -> tuple[FrictionEstimate, TermScore | None]:
     """Add the breakaway friction and its growth to an estimate, if the log shows that it grows.
 
     Parameters
@@ -279,31 +295,30 @@ def with_dwell(
         Known mass or inertia [kg or kg m^2]; None for that of the estimate.
     include
         Whether the term is added without a test.
+
+    Returns
+    -------
+    The estimate, and the score of the term; None, with a note if the term was to be included, if
+    the log has no breakaways to test it with.
     """
     selection = estimate.selection
-    known = all(each.identified for each in estimate.parameters.values())
-    if selection is None or not known or "presliding_friction" in estimate.parameters:
-        return _without_dwell(estimate, include=include)
-    moving = (
-        estimate.value("mass" if log.log.kind == "linear" else "inertia")
-        if inertia is None
-        else inertia
-    )
-    found = breakaways(log, motions, estimate, moving, tuning)
-    dwell = [each.dwell for each in found]
-    if len(found) < tuning.fewest or max(dwell) < tuning.least_spread * min(dwell):
-        return _without_dwell(estimate, include=include)
-    line, p_value, gain, gain_std = _growth(found)
+    if selection is None or not all(each.identified for each in estimate.parameters.values()):
+        return _without_dwell(estimate, "a parameter is not identified", include=include), None
+    if "presliding_friction" in estimate.parameters:
+        return _without_dwell(estimate, "presliding hides the breakaways", include=include), None
+    kind = "mass" if log.log.kind == "linear" else "inertia"
+    moved = estimate.value(kind) if inertia is None else inertia
+    every = breakaways(log, motions, estimate, moved, tuning)
+    dwell = sorted(each.dwell for each in every)
+    if len(every) < tuning.fewest or dwell[-2] < tuning.least_spread * dwell[1]:
+        reason = "the log has too few breakaways after rests of different length"
+        return _without_dwell(estimate, reason, include=include), None
+    line, p_value, gain, gain_std = _growth(every)
     grows = (
         bool(line.values[1] > 0.0)
         and p_value < search.largest_p_value
         and gain > max(search.fewest_deviations * gain_std, search.smallest_gain)
     )
-    at_rest = [
-        effort_at_rest(estimate, selection.reference_time, selection.reference_position, way)
-        for way in (1.0, -1.0)
-    ]
-    values = line.values + np.array([0.5 * (at_rest[0] - at_rest[1]), 0.0])
     score = TermScore(
         term=DWELL,
         text="the breakaway friction grows with the time at rest",
@@ -313,14 +328,15 @@ def with_dwell(
         gain_std=gain_std,
         share=0.0,
     )
-    chosen = sum(each.selected for each in selection.scores)
-    selection = replace(
-        selection, scores=(*selection.scores[:chosen], score, *selection.scores[chosen:])
-    )
     if not score.selected:
-        return replace(estimate, selection=selection)
+        return estimate, score
+    at_rest = [
+        effort_at_rest(estimate, selection.reference_time, selection.reference_position, way)
+        for way in (1.0, -1.0)
+    ]
+    values = line.values + np.array([0.5 * (at_rest[0] - at_rest[1]), 0.0])
     stds = np.sqrt(np.diag(line.covariance))
-    quantile = -float(stdtrit(len(found) - 2, 0.025))
+    quantile = -float(stdtrit(len(every) - 2, 0.025))
     added = {
         name: ParameterEstimate(
             name=name,
@@ -333,26 +349,21 @@ def with_dwell(
             ("breakaway_friction", "breakaway_growth"), values.tolist(), stds.tolist(), strict=True
         )
     }
-    reason = f"{len(found)} rests of {min(dwell):.2g} to {max(dwell):.2g} s determine it"
+    reason = f"{len(every)} rests of {dwell[0]:.2g} to {dwell[-1]:.2g} s determine it"
     verdicts = [Verdict(parameter=name, identifiable=True, reason=reason) for name in added]
     diagnostics = estimate.diagnostics
-    sentence = f"Selected: {score.text} ({gain_text(score)})."
-    return replace(
+    found = replace(
         estimate,
         parameters={**estimate.parameters, **added},
         covariance=block_diag(estimate.covariance, line.covariance),
         diagnostics=replace(diagnostics, verdicts=(*diagnostics.verdicts, *verdicts)),
-        selection=replace(selection, summary=f"{selection.summary} {sentence}"),
     )
+    return found, score
 
 
-def _without_dwell(estimate: FrictionEstimate, *, include: bool) -> FrictionEstimate:
+def _without_dwell(estimate: FrictionEstimate, reason: str, *, include: bool) -> FrictionEstimate:
     """Return the estimate, with a note if the term was to be included."""
     if not include:
         return estimate
-    note = (
-        f"the term {DWELL!r} is left out: the log has too few breakaways after rests of different "
-        "length, or presliding hides them"
-    )
-    notes = (*estimate.diagnostics.notes, note)
+    notes = (*estimate.diagnostics.notes, f"the term {DWELL!r} is left out: {reason}")
     return replace(estimate, diagnostics=replace(estimate.diagnostics, notes=notes))

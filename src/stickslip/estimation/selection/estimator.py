@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from functools import partial
 from numbers import Real
 from typing import Any
 
@@ -382,11 +383,10 @@ class SelectedModelEstimator:
             )
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
-        estimate = replace(
-            estimate, selection=selection_of(model, motions, self.effort_delay, log.effort_kind)
-        )
+        select = partial(selection_of, model, motions, self.effort_delay, log.effort_kind)
+        estimate = replace(estimate, selection=select())
         if DWELL in self.include or (self.select and DWELL not in self.exclude):
-            estimate = with_dwell(
+            estimate, score = with_dwell(
                 log,
                 motions,
                 estimate,
@@ -395,6 +395,7 @@ class SelectedModelEstimator:
                 inertia=model.inertia,
                 include=DWELL in self.include,
             )
+            estimate = replace(estimate, selection=select(further=score))
         estimate = judged(estimate, [cause for cause in causes if cause])
         short = untested(model) if self.select else ""
         if short and estimate.status.usable:

@@ -86,7 +86,8 @@ class ModelRows:
         shifts
             By which the parameters may be off beyond their sampling error [SI]; None for none.
         law_shift
-            The same, because another law of friction explains the log as well [SI].
+            Difference to the parameters of another law that explains the log as well [SI]; None if
+            there is none.
         notes
             For the user.
         """

@@ -76,7 +76,7 @@ def rival_law(model: Model) -> Rival | None:
         return None
     basis, columns = model.basis(), rival.columns()
     partial = basis.partial((columns @ least_squares(columns, rival.target()))[:, None])
-    if partial is None:
+    if partial is None or partial.values[0] == 0.0:
         return None
     vectors = np.column_stack([basis.vectors, partial.vectors])
     residual = basis.residual - partial.vectors @ partial.coordinates

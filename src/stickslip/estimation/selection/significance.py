@@ -190,9 +190,11 @@ def jackknife(
     if values.shape[0] == 0:
         return values
     variance = np.diag(np.linalg.inv(whole))
-    excess = np.diagonal(np.linalg.inv((whole - gram)[known]), axis1=1, axis2=2) - variance
-    expected = np.sum(excess, axis=0) / variance
-    return (values - np.mean(values, axis=0)) / np.sqrt(expected)
+    without = np.diagonal(np.linalg.inv((whole - gram)[known]), axis1=1, axis2=2)
+    expected = np.sum(without - variance, axis=0) / variance
+    # A coefficient that no group changes has no differences
+    scale = np.sqrt(np.where(expected > _COLLINEAR, expected, np.inf))
+    return (values - np.mean(values, axis=0)) / scale
 
 
 def _left_out(

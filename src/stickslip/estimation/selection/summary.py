@@ -7,7 +7,7 @@ from stickslip.estimation.selection.search import Model
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import EffortKind, ModelSelection, TermScore
 
-__all__ = ["EFFORT_KINDS", "gain_text", "selection_of"]
+__all__ = ["EFFORT_KINDS", "selection_of"]
 
 EFFORT_KINDS: Mapping[EffortKind, str] = {
     "held": "held from its time stamp to the next",
@@ -22,6 +22,7 @@ def selection_of(
     motions: SlipMotions,
     known_delay: float | None,
     kind: EffortKind = "held",
+    further: TermScore | None = None,
 ) -> ModelSelection:
     """Return the selection with its summary.
 
@@ -35,15 +36,18 @@ def selection_of(
         Of the effort [s]; None if it was not given.
     kind
         What the logged effort was taken for.
+    further
+        Score of a term that is fitted after the model.
     """
-    chosen = [score for score in model.scores if score.selected]
-    others = [score for score in model.scores if not score.selected]
+    scores = (*model.scores, *(() if further is None else (further,)))
+    chosen = [score for score in scores if score.selected]
+    others = [score for score in scores if not score.selected]
     shapes = {term.name: shape.value for term, shape in model.chosen}
     chosen = [replace(score, shape=shapes.get(score.term, 0.0)) for score in chosen]
     delay = model.rows.delay * model.rows.weight.sampling_time
     sentences = [f"The model has {_parts(model)}."]
     if chosen:
-        selected = "; ".join(f"{score.text} ({gain_text(score)})" for score in chosen)
+        selected = "; ".join(f"{score.text} ({_gain(score)})" for score in chosen)
         sentences.append(f"Selected: {selected}.")
     given = [term.text for term, _ in model.chosen if term.name not in {s.term for s in chosen}]
     if given:
@@ -58,7 +62,7 @@ def selection_of(
         nearest = min(others, key=lambda score: score.p_value)
         sentences.append(
             f"{len(others)} other terms were tested and not selected; the nearest is "
-            f"{nearest.term} ({gain_text(nearest)}, {100 * nearest.share:.2f} % of the effort)."
+            f"{nearest.term} ({_gain(nearest)}, {100 * nearest.share:.2f} % of the effort)."
         )
     return ModelSelection(
         summary=" ".join(sentences),
@@ -85,7 +89,7 @@ def _parts(model: Model) -> str:
     )
 
 
-def gain_text(score: TermScore) -> str:
+def _gain(score: TermScore) -> str:
     """Return in words how much better a model with a term predicts."""
     less = "lower" if score.gain >= 0 else "higher"
     shape = f"shape {score.shape:.4g}, " if score.shape else ""
