@@ -3,6 +3,7 @@
 import os
 import subprocess
 import sys
+import time
 from pathlib import Path
 from typing import Any
 
@@ -133,6 +134,21 @@ def test_without_a_folder_to_write_kernels_are_compiled_in_memory(script: Path) 
     done = run(script, cache="file/cache")
     assert value(done) == "2.0"
     assert "set NUMBA_CACHE_DIR" in done.stderr
+
+
+def test_kernels_that_were_not_used_for_thirty_days_are_removed(script: Path) -> None:
+    """Of this package only; looked for whenever there are new sources."""
+    ages = {"stickslip-older": 30.01, "stickslip-younger": 29.99, "other-older": 31.0}
+    cache = script.parent / "cache"
+    for name, days in ages.items():
+        (cache / name).mkdir(parents=True)
+        (cache / name / "kernel.nbi").write_bytes(b".")
+        used = time.time() - days * 86400.0
+        os.utime(cache / name, (used, used))
+    script.write_text("import added\n")
+    run(script)
+    assert {path.name for path in cache.iterdir()} >= {"stickslip-younger", "other-older"}
+    assert not (cache / "stickslip-older").exists()
 
 
 def test_the_folder_of_an_argument_class_is_watched() -> None:
