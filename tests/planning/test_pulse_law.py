@@ -1,7 +1,9 @@
 """The law of a pulse against Eq. 3 in many digits, the report's numbers and the simulator."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import ceil
+from typing import Literal
 
 import mpmath
 import numpy as np
@@ -145,6 +147,27 @@ def test_what_does_not_break_away_does_not_move() -> None:
     assert TABLE_1.duration(efforts, 0.01).tolist()[:3] == [0.01] * 3
 
 
+@pytest.mark.parametrize(("way", "held"), [(1, 1.75), (-1, 2.25)])
+@pytest.mark.parametrize(("beyond", "moves"), [(0.0, False), (np.spacing(2.0), True)])
+def test_a_pulse_must_exceed_static_friction_and_the_offset(
+    way: Literal[1, -1], held: float, beyond: float, moves: bool
+) -> None:
+    friction = CoulombViscousFriction(
+        coulomb_friction_positive=1.0,
+        coulomb_friction_negative=1.0,
+        static_friction_positive=1.5,
+        static_friction_negative=2.5,
+        viscous_friction_positive=1.0,
+        viscous_friction_negative=1.0,
+        offset=0.25,
+    )
+    plant = SingleMass(mass=1.0, friction=friction)
+    effort = held + beyond
+    assert bool(PulseLaw.of(plant, direction=way).displacement(effort, 1.0) > 0.0) == moves
+    motion = simulate(plant, [way * effort] * 2, sampling_time=1.0)
+    assert bool(way * motion.position[1] > 0.0) == moves
+
+
 def test_arrays_are_broadcast() -> None:
     grid = TABLE_1.displacement(np.array([[200.0], [300.0]]), np.array([0.0, 0.01, 0.02]))
     assert grid.shape == (2, 3)
@@ -191,6 +214,11 @@ def test_an_offset_that_never_lets_go_is_refused() -> None:
     assert PulseLaw.of(plant, direction=1).coulomb_friction == 3.0
     with pytest.raises(InputError, match="drives the mass on"):
         PulseLaw.of(plant, direction=-1)
+    balanced = replace(plant, friction=replace(friction, offset=1.0))
+    with pytest.raises(InputError, match="drives the mass on"):
+        PulseLaw.of(balanced, direction=-1)
+    less = replace(plant, friction=replace(friction, offset=np.nextafter(1.0, 0.0)))
+    assert PulseLaw.of(less, direction=-1).coulomb_friction > 0.0
 
 
 @pytest.mark.parametrize(

@@ -83,7 +83,6 @@ def _gone_on(
     """Return the series that rests once it has stopped; None if there is no second part."""
     each, first = programme.steps_per_pulse, stopped.size
     before = programme.states(stopped)
-    before[-1, 1] = 0.0
     for end in range(last, max(first + _SHORTEST, last - _EARLIER) - 1, -1):
         resting = _resting(move, before[-1], (end - first) * each, programme.motion.step)
         held = _holding(move, resting, each)
