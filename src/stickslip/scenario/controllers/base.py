@@ -2,7 +2,7 @@
 
 from abc import abstractmethod
 from pathlib import Path
-from typing import Any, ClassVar, Literal
+from typing import Any, ClassVar
 
 from stickslip.control import PD, PositionController
 from stickslip.records import AxisKind, InputError, LearnedPulses, non_negative, positive
@@ -11,10 +11,6 @@ from stickslip.scenario.guess import FirstGuesses, check_learned, guesses_from, 
 from stickslip.scenario.table import Table, key, required
 
 __all__ = ["LONGEST_WIDTH", "POSITION_GAIN", "REST_SAMPLES", "VELOCITY_GAIN", "Controller"]
-
-Method = Literal[
-    "landing", "exact", "papwc", "pwc", "pd", "pid", "pid-dither", "pid-reset", "feedback"
-]
 
 _BY_RULE = "by a rule; both gains or neither"
 POSITION_GAIN: Any = key("proportional gain", ("N/m", "N m/rad"), positive, says=_BY_RULE)
@@ -46,7 +42,7 @@ class Controller(Table):
     beside_learned: ClassVar[tuple[str, ...]] = ("learned",)
     """Quantities of ``[guess]`` that may be given beside what was learned."""
 
-    method: Method = required("controller")
+    method: str = required("controller")
     effort_limit: float = required(
         "largest effort; of pwc, that of every pulse", "effort", positive
     )
