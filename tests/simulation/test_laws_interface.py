@@ -176,3 +176,27 @@ def test_refuses_a_law_it_does_not_know():
 
     with pytest.raises(InputError, match="the friction law Other cannot be simulated"):
         simulate(SingleMass(mass=1.0, friction=Other()), np.zeros(1), sampling_time=0.1)
+
+
+def test_refuses_a_plant_it_does_not_know():
+    class Other(SingleMass):
+        """Without kernels of its own."""
+
+    with pytest.raises(InputError, match="no kernels for the plant Other"):
+        simulate(Other(mass=1.0, friction=STRIBECK), np.zeros(1), sampling_time=0.1)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize("static", [0.0, 1e-9])
+@pytest.mark.parametrize("side", ["positive", "negative"])
+def test_refuses_static_friction_that_no_stribeck_velocity_joins_to_coulomb_friction(side, static):
+    sliding = dataclasses.replace(
+        CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.4),
+        **{f"static_friction_{side}": 1.0 + static},
+    )
+    plant = SingleMass(mass=1.0, friction=dataclasses.replace(LUGRE, sliding=sliding))
+    if not static:
+        assert simulate(plant, np.full(9, 2.0), sampling_time=T).position[-1] > 0.0
+        return
+    with pytest.raises(InputError, match="needs a Stribeck velocity"):
+        simulate(plant, np.zeros(1), sampling_time=T)

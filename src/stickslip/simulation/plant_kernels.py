@@ -1,7 +1,7 @@
 """Which compiled kernels propagate a plant: one table for single steps, runs, loops and batches."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import lru_cache
 from typing import Any, NamedTuple
 
@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.friction.registry import LAWS
-from stickslip.plants import Plant
+from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import InputError, positive
 from stickslip.simulation.kernels.arm import arm_run, arm_step
 from stickslip.simulation.kernels.arm_batch import arm_batch
@@ -107,8 +107,8 @@ _LAW_ON_ARM = PlantKernels(
     model=law_model,
     initial=law_state,
 )
-_KERNELS = {
-    (False, True): PlantKernels(
+_KERNELS: Mapping[tuple[type, bool], PlantKernels] = {
+    (SingleMass, True): PlantKernels(
         step=mass_step,
         loop_step=_mass_loop_step,
         run=_mass_run,
@@ -116,7 +116,7 @@ _KERNELS = {
         model=exact_mass_model,
         initial=exact_mass_state,
     ),
-    (True, True): PlantKernels(
+    (FlexibleArm, True): PlantKernels(
         step=arm_step,
         loop_step=arm_step,
         run=_arm_run,
@@ -124,10 +124,10 @@ _KERNELS = {
         model=exact_arm_model,
         initial=exact_arm_state,
     ),
-    (False, False): _LAW_ON_ARM._replace(step=law_mass_step),
-    (True, False): _LAW_ON_ARM,
+    (SingleMass, False): _LAW_ON_ARM._replace(step=law_mass_step),
+    (FlexibleArm, False): _LAW_ON_ARM,
 }
-"""By whether the plant is flexible, and whether its friction is affine."""
+"""By the class of the plant, and whether its friction is affine."""
 
 
 def kernels_of(plant: Plant) -> PlantKernels:
@@ -141,7 +141,7 @@ def kernels_of(plant: Plant) -> PlantKernels:
     Raises
     ------
     InputError
-        If its friction law is not in the registry.
+        If its friction law is not in the registry, or there are no kernels for its class.
     """
     law = plant.friction
     if not isinstance(law, tuple(LAWS.values())):
@@ -149,7 +149,13 @@ def kernels_of(plant: Plant) -> PlantKernels:
             f"the friction law {type(law).__name__} cannot be simulated",
             remedy="use one of those in stickslip.friction",
         )
-    return _KERNELS[plant.flexible, law.affine]
+    kernels = _KERNELS.get((type(plant), law.affine))
+    if kernels is None:
+        raise InputError(
+            f"there are no kernels for the plant {type(plant).__name__}",
+            remedy="use one of those in stickslip.plants",
+        )
+    return kernels
 
 
 @lru_cache(maxsize=256)

@@ -5,8 +5,8 @@ import math
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.friction import StribeckFriction
 from stickslip.plants import Plant
+from stickslip.records import InputError
 from stickslip.simulation.laws import rates as at
 
 __all__ = ["law_model"]
@@ -23,6 +23,11 @@ def law_model(plant: Plant, sampling_time: float, event_budget: int) -> Float[np
         [s].
     event_budget
         Steps and events allowed in one sample.
+
+    Raises
+    ------
+    InputError
+        If static friction exceeds Coulomb friction without a Stribeck effect between them.
     """
     law = plant.friction
     sliding, bristles = law.sliding, law.bristles
@@ -43,9 +48,17 @@ def law_model(plant: Plant, sampling_time: float, event_budget: int) -> Float[np
     model[at.EXPONENT], model[at.ELASTIC] = 1.0, -1.0
     strongest = max(sliding.breakaway())
     feature = math.inf
-    if isinstance(sliding, StribeckFriction):
-        model[at.STRIBECK], model[at.DELTA] = sliding.stribeck_velocity, sliding.effect.exponent
-        feature = sliding.stribeck_velocity
+    effect = sliding.effect
+    if effect is not None:
+        model[at.STRIBECK], model[at.DELTA] = effect.velocity, effect.exponent
+        feature = effect.velocity
+    elif model[at.FS_N] != model[at.FC_N] or model[at.FS_P] != model[at.FC_P]:
+        raise InputError(
+            f"a {type(law).__name__} whose static friction exceeds its Coulomb friction needs a "
+            "Stribeck velocity to be simulated",
+            remedy="give a StribeckFriction as its friction of steady motion, or leave the static "
+            "friction out",
+        )
     if bristles is not None:
         model[at.SIGMA_0], model[at.SIGMA_1] = bristles.stiffness, bristles.damping
         model[at.EXPONENT] = bristles.exponent
