@@ -123,6 +123,28 @@ def test_a_fit_has_known_parameters_units_and_intervals(
     assert estimate.provenance.options["estimator"] == name
 
 
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name == "stribeck-energy" else name
+        for name in NAMES
+    ],
+)
+def test_a_fit_has_the_parameters_of_its_task(name: str) -> None:
+    """The inertia is known, and friction is per direction where the estimator has that."""
+    entry = ESTIMATORS[name]
+    task = EstimationTask(inertia=MASS, per_direction=not entry.symmetric_only)
+    found = set(entry.make(task, "linear").fit(log_for(name)).parameters)
+    assert "mass" not in found
+    sides = ("",) if entry.symmetric_only else ("_positive", "_negative")
+    assert {f"coulomb_friction{side}" for side in sides} <= found
+    if "offset" in entry.settings:
+        without = replace(task, offset=False, per_direction=False)
+        found = set(entry.make(without, "linear").fit(log_for(name)).parameters)
+        assert "offset" not in found
+        assert "coulomb_friction" in found
+
+
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("name", NAMES)
 def test_the_names_of_a_fit_are_those_of_the_kind(name: str, kind: AxisKind) -> None:

@@ -2,6 +2,7 @@
 
 from math import isfinite, nan
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -71,6 +72,7 @@ MODELS: list[type[Table]] = [
     FileInput,
 ]
 FOLDER = Path()
+LEFT = 0.5  # of the distance to the target, after a run of any controller
 
 
 def scenario(variants: Variants[Controller], method: str) -> Scenario:
@@ -110,6 +112,8 @@ def test_a_controller_answers_about_its_state(variants: Variants[Controller], me
         samples=asked.task.samples,
     )
     assert np.max(np.abs(run.log.effort)) <= asked.controller.effort_limit
+    target = asked.task.goals[0]
+    assert abs(target - run.motion.position[-1]) < LEFT * abs(target)
     for state in (controller.init(), run.controller_state):
         outcome = controller.outcome(state)
         assert outcome is None or isinstance(outcome, PositioningOutcome)
@@ -132,7 +136,25 @@ def test_a_sample_without_a_position_changes_nothing(
     if isinstance(before, np.ndarray):
         np.testing.assert_array_equal(after, before)
     else:
-        assert after is before
+        assert after is before or after == before
+
+
+@pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)
+def test_another_target_is_approached(variants: Variants[Controller], method: str) -> None:
+    asked = scenario(variants, method)
+    controller: Any = asked.build(FOLDER).controller
+    if type(controller).retargeted is PositionController.retargeted:
+        assert method == "feedback"  # its reference holds the targets
+        return
+    target = -asked.task.goals[0]
+    state = controller.retargeted(controller.init(), target)
+    run = simulate_closed_loop(
+        asked.axis.build(),
+        SimpleNamespace(init=lambda: state, step=controller.step),
+        sampling_time=asked.task.sampling_time,
+        samples=asked.task.samples,
+    )
+    assert abs(target - run.motion.position[-1]) < LEFT * abs(target)
 
 
 @pytest.mark.parametrize(("variants", "method"), METHODS, ids=IDS)

@@ -41,7 +41,8 @@ WRITERS = {
     "compressed.npz": lambda path, columns: np.savez_compressed(path, **columns),
 }
 
-BINARY = [name for name in WRITERS if FORMATS[Path(name).suffix].name != "text"]
+BY_ROWS = {"text"}  # formats of which the first rows of a file are a file
+WHOLE = [name for name in WRITERS if FORMATS[Path(name).suffix].name not in BY_ROWS]
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -79,11 +80,11 @@ def test_other_content_is_refused_with_the_name_of_the_file(ending, tmp_path):
         path.write_bytes(content)
         with pytest.raises(InputError) as caught:
             read_log(path, LINEAR)
-        assert caught.value.where == path.name
+        assert caught.value.where.startswith(path.name)
         assert caught.value.remedy
 
 
-@pytest.mark.parametrize("name", BINARY)
+@pytest.mark.parametrize("name", WHOLE)
 def test_a_file_cut_short_anywhere_is_refused(name, columns, tmp_path):
     path = tmp_path / name
     WRITERS[name](path, columns)
