@@ -27,7 +27,7 @@ class FrictionTerms:
         Whether the frictions differ between the directions.
     offset
         Whether a constant offset force is sought. Together with two Coulomb values it could not be
-        told apart from their difference.
+        separated from their difference.
     stribeck
         How the step from static to Coulomb friction fades with speed, if static friction is sought;
         of several, each has a step of its own above Coulomb friction, named ``step_0`` and so on.

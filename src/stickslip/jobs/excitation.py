@@ -65,7 +65,7 @@ def excite(
     ------
     InputError
         If the axis is not described, a value is out of its range, or no input within the limits
-        tells the parameters apart.
+        separates the parameters.
     """
     from stickslip.estimation import InputLimits, design_input
 

@@ -1,4 +1,4 @@
-"""How often a motion turned round: what tells a limit cycle from a rest."""
+"""Number of reversals of a motion, which distinguishes a limit cycle from a rest."""
 
 import numpy as np
 from jaxtyping import Float

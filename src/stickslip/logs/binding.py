@@ -137,7 +137,7 @@ def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[s
 
     A column has the unit that its header states. Numbers in an expression may change the unit: from
     columns in SI units, or in units of another quantity, it is to make SI units. From columns in
-    another unit of the same quantity, whether it does cannot be told.
+    another unit of the same quantity, this is not known.
     """
     for name in expression.names:
         unit = table.units.get(name)
@@ -153,7 +153,7 @@ def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[s
             return unit, f"its unit {unit} is that of column {name!r}"
         raise InputError(
             f"{channel} = {expression.text!r} uses column {name!r} in {unit}, and whether it comes "
-            f"out in {unit} or {si} cannot be told",
+            f"out in {unit} or {si} is not known",
             where=table.label,
             remedy=f"say which, as in --unit {channel}={unit} or under units in a schema",
         )
@@ -168,7 +168,7 @@ def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tu
     Raises
     ------
     InputError
-        If nothing tells the kind, or if units and names contradict one another.
+        If nothing states the kind, or if units and names contradict one another.
     """
     reasons: dict[AxisKind, str] = {}
     if stated is not None:
@@ -192,7 +192,7 @@ def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tu
         )
     if not reasons:
         raise InputError(
-            "whether the axis is linear or rotary cannot be told: no units are given",
+            "whether the axis is linear or rotary is not known: no units are given",
             where=label,
             remedy="say --kind linear or --kind rotary on the command line, or kind in a schema or "
             "LogSchema, or put units in the header",

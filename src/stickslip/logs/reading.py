@@ -50,7 +50,7 @@ def read_log(
 
     Returns
     -------
-    The log in SI units. Its ``source.assumptions`` tells everything that was inferred.
+    The log in SI units. Its ``source.assumptions`` states everything that was inferred.
 
     Raises
     ------
@@ -215,7 +215,7 @@ def _axis_log(
 ) -> AxisLog:
     bound = bind(table, schema, where or "schema")
     try:
-        kind, told = axis_kind(bound.values(), schema.kind, table.label)
+        kind, note = axis_kind(bound.values(), schema.kind, table.label)
         channels, notes = _channels(table, bound, kind)
         assumed = tuple(
             (name, unit_of(quantity_of(name), kind)) for name in bound if bound[name].unit is None
@@ -232,7 +232,7 @@ def _axis_log(
         raise error.at(_place_of_time_fault(table, bound, time)) from None
     _check_motion(log, bound, table.label)
     source = source or _source_in_memory(table, time, channels)
-    assumptions = (*table.notes, *notes, *([told] if told else []), *_timing(log, table, bound))
+    assumptions = (*table.notes, *notes, *([note] if note else []), *_timing(log, table, bound))
     return replace(log, source=replace(source, assumptions=assumptions, assumed_units=assumed))
 
 

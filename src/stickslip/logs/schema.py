@@ -28,7 +28,7 @@ class AxisSchema:
     Attributes
     ----------
     kind
-        ``"linear"`` or ``"rotary"``; None: told from the units.
+        ``"linear"`` or ``"rotary"``; None takes it from the units.
     name
         What to call the axis; None: the file's name.
     time

@@ -138,7 +138,7 @@ def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
 def _factor(unit: str, target: str) -> float | None:
     """Return how many targets one unit is, or None if they measure different things.
 
-    An angle is told from a bare number, so a position in percent is not taken for radians.
+    An angle is distinguished from a bare number, so a position in percent is not taken for radians.
     """
     if unit == target:
         return 1.0

@@ -224,22 +224,22 @@ def contradictions(found: EstimatorComparison) -> list[str]:
 
 
 def _known(found: EstimatorComparison) -> str:
-    """Return what the estimators were told of the axis; nothing if they were told nothing."""
+    """Return the parameters given to the estimators; empty if none were."""
     kind = found.log.kind
     body = "mass" if kind == "linear" else "inertia"
-    told: dict[str, float] = {}
+    given: dict[str, float] = {}
     for each in found.applied:
         if each.estimate is None or each.assumed_inertia is not None:
             continue
         for name in ("inertia", "load_inertia", "stiffness"):
             value = each.estimate.provenance.options.get(name)
             if isinstance(value, int | float):
-                told[name.replace("inertia", body)] = value
+                given[name.replace("inertia", body)] = value
     parts = [
         f"{name.replace('_', ' ')} {value:.6g} {printed_unit(name, kind)}"
-        for name, value in told.items()
+        for name, value in given.items()
     ]
-    return f"Told to be known: {', '.join(parts)}." if parts else ""
+    return f"Given: {', '.join(parts)}." if parts else ""
 
 
 def reasons_against(found: EstimatorComparison | EstimatorStudy) -> dict[str, str]:

@@ -68,7 +68,7 @@ class ComparedEstimator(Record):
         Time of a fit over the samples of the log [s]; None if it does not apply.
     unexplained_effort
         Norm of effort less inertia force and friction over norm of the effort [-]; None where it
-        cannot be told.
+        is not known.
     resimulation
         The identified axis under the logged effort; None where it cannot be simulated.
     assumed_inertia

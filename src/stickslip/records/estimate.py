@@ -52,7 +52,7 @@ class Status(Worded):
     NOT_IDENTIFIABLE = (
         "not_identifiable",
         "Not identifiable from this log",
-        "This log cannot tell some parameters apart; record a motion that excites them, or give "
+        "This log does not separate some parameters; record a motion that excites them, or give "
         "the ones you know.",
     )
     INSUFFICIENT_EXCITATION = (
@@ -170,7 +170,7 @@ class Verdict(Record):
         Whether the log determines it.
     reason
         One sentence, such as "the axis moves one way only, so Coulomb friction and the offset force
-        cannot be told apart".
+        cannot be separated".
     """
 
     parameter: str

@@ -213,7 +213,7 @@ _LEGEND = {
     "pulses.levels": "effort and duration of each part of a pulse",
     "estimates": "at the start of a run and after each pulse whose outcome is known; of a landing, "
     "and of a flexible arm, now and then",
-    "deviations": "standard deviations of the estimates, as far as the controller tells them; null "
+    "deviations": "standard deviations of the estimates, where the controller has them; null "
     "while nothing is known",
     "phases": "of a controller that lands; none: another controller",
     "limits": "of static friction: the strongest effort that has not freed the axis (or the "
@@ -369,7 +369,7 @@ class PositioningRun(Record):
         Of a controller that lands, in their order; empty for another.
     deviations
         Standard deviations of estimates, by name, at their times [SI], shape (k,); empty for a
-        controller that tells none.
+        controller without them.
     """
 
     json_form = (

@@ -229,8 +229,8 @@ def in_words(sentence: str) -> str:
 
     Examples
     --------
-    >>> in_words("it cannot be told apart from viscous_friction and coulomb_friction_positive")
-    'it cannot be told apart from viscous friction and Coulomb friction (forward)'
+    >>> in_words("it cannot be separated from viscous_friction and coulomb_friction_positive")
+    'it cannot be separated from viscous friction and Coulomb friction (forward)'
     """
     return _NAMES.sub(_term_of, sentence)
 

@@ -25,7 +25,7 @@ class HeldEstimate:
     missing
         By name, why what was estimated has no value.
     spreads
-        By name, standard deviation over the value, as far as it is told [-].
+        By name, standard deviation over the value, where the file has it [-].
     """
 
     values: Mapping[str, tuple[float, float]]
@@ -67,9 +67,9 @@ def estimate_in(path: Path, kind: AxisKind) -> HeldEstimate:
         else:
             values[key] = (found[0], found[-1])
             stds = [_number(document["parameters"][each].get("std")) for each in asked[0]]
-            told = [std / abs(value) for std, value in zip(stds, found, strict=True) if value]
-            if len(told) == len(found) and all(isfinite(each) for each in told):
-                spreads[key] = max(told)
+            spread = [std / abs(value) for std, value in zip(stds, found, strict=True) if value]
+            if len(spread) == len(found) and all(isfinite(each) for each in spread):
+                spreads[key] = max(spread)
     given = _options(document)
     if "mass" not in values and isinstance(given.get("inertia"), int | float):
         if given.get("load_inertia") is None:

@@ -33,7 +33,7 @@ Vector = NDArray[np.float64]
 class Controller(Protocol[ControllerState]):
     """Anything that steps in time: a sensor sample in, an effort out.
 
-    One that was made for a sampling time tells it as an attribute ``sampling_time`` [s], which is
+    One that was made for a sampling time states it as an attribute ``sampling_time`` [s], which is
     compared with that of the loop.
     """
 

@@ -41,7 +41,7 @@ class MotionSensitivity:
 
     The motion is a continuous function of the parameters, and its derivative is exact, except where
     an event grazes: with static friction above Coulomb friction the motion then jumps, and a
-    derivative says nothing of that (``motion.grazing`` tells where). A single mass is freed by a
+    derivative says nothing of that (``motion.grazing`` shows where). A single mass is freed by a
     new effort at the beginning of a sample only; there, too, the motion jumps when static friction
     passes the effort, and is constant between such jumps: its derivatives by static friction are 0.
 
@@ -169,7 +169,7 @@ def simulate_sensitivity(
 
 
 def _from_distances(out: Float[np.ndarray, "n 4 p"], first: int) -> None:
-    """Turn what is told of d = x1 - x2 into what is told of x2, in the rows and the first state."""
+    """Convert derivatives of d = x1 - x2 into those of x2, in the rows and the first state."""
     out[:, 2] = out[:, 0] - out[:, 2]
     # x1 at first with x2 fixed moves d as well, and d = x1 - x2
     out[:, :, first] += out[:, :, first + 2]

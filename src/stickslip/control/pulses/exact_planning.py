@@ -12,9 +12,9 @@ beyond the target, by as much as a pulse back certainly can.
 No pulse improves: the spread of a pulse back, from what friction changes from pulse to pulse and
 from the sensors' noise, is several times what would help, or the last pulses have not halved the
 error, or have not even freed the mass. Then none is fired. As an error can only be halved so often
-until it is below what the sensors tell apart, and at most twice ``max_idle_pulses`` go by between,
-the number of pulses is bounded, however the axis answers them: there is no limit cycle. Only what
-moves the axis without a pulse begins a new task.
+until it is below the resolution of the sensors, and at most twice ``max_idle_pulses`` go by
+between, the number of pulses is bounded, however the axis answers them: there is no limit cycle.
+Only what moves the axis without a pulse begins a new task.
 """
 
 import math
@@ -90,14 +90,14 @@ def _pulse(own: Any, side: int, d: float) -> tuple[float, float]:
 
 @compiled()
 def _sure(own: Any, side: int) -> float:
-    """Return an effort that frees the mass as far as can be told."""
+    """Return an effort that frees the mass by all that is known."""
     f = own.breakaway[side] + _SURE * (own.moved_at[side] - own.breakaway[side])
     return min(f, own.limit)
 
 
 @compiled()
 def _short(own: Any, side: int, d: float) -> tuple[float, float]:
-    """Return a pulse that frees the mass as far as can be told and takes it by d, or farther."""
+    """Return a pulse that frees the mass by all that is known and takes it by d, or farther."""
     m, F, c = _law(own, side)
     f = _sure(own, side)
     n = whole_samples(width_for(m, F, c, d, f), own.period) if f > F else 1.0

@@ -29,7 +29,7 @@ __all__ = ["CramerRaoBound", "bound_of", "cramer_rao_bound", "default_sought"]
 DITHER = 0.25
 """Noise in encoder steps from which on equal readings in a row are readings of their own."""
 
-_UNTOLD = 1e-13  # of the largest eigenvalue of the information, columns scaled to unit norm
+_UNDETERMINED = 1e-13  # of the largest eigenvalue of the information, columns scaled to unit norm
 _INVOLVED = 1e-6
 
 
@@ -176,11 +176,15 @@ def bound_of(
     scale = np.sqrt(np.diag(information))
     scale[scale == 0.0] = 1.0
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
-    told = values > _UNTOLD * values[-1]
-    inverse = (vectors[:, told] / values[told]) @ vectors[:, told].T / np.outer(scale, scale)
-    unknown = np.any(np.abs(vectors[:, ~told]) > _INVOLVED, axis=1)
+    determined = values > _UNDETERMINED * values[-1]
+    inverse = (
+        (vectors[:, determined] / values[determined])
+        @ vectors[:, determined].T
+        / np.outer(scale, scale)
+    )
+    unknown = np.any(np.abs(vectors[:, ~determined]) > _INVOLVED, axis=1)
     inverse[unknown, unknown] = np.inf
-    marginal = np.linalg.pinv(information[p:, p:], rcond=_UNTOLD, hermitian=True)
+    marginal = np.linalg.pinv(information[p:, p:], rcond=_UNDETERMINED, hermitian=True)
     across = information[:p, p:]
     return CramerRaoBound(
         names=tuple(sought),

@@ -137,7 +137,7 @@ def design_input(
     Raises
     ------
     InputError
-        If the duration is too short, or no input within the limits tells the parameters apart.
+        If the duration is too short, or no input within the limits separates the parameters.
 
     Examples
     --------
@@ -176,9 +176,9 @@ def design_input(
         except EventBudgetError:
             return -_LEAST_DETERMINED
         excess = limits.excess(found)
-        told = _determinant(bound_of(plant, found, sensors, names))
-        value = -told + _PENALTY * excess
-        if excess == 0.0 and told > _LEAST_DETERMINED and (best is None or value < best[0]):
+        determinant = _determinant(bound_of(plant, found, sensors, names))
+        value = -determinant + _PENALTY * excess
+        if excess == 0.0 and determinant > _LEAST_DETERMINED and (best is None or value < best[0]):
             best = value, effort
         return value
 
@@ -237,7 +237,7 @@ def _balance(plant: Plant) -> float:
 
 
 def _refusal(plant: Plant, limits: InputLimits) -> InputError:
-    """Return why there is no input that tells the parameters apart."""
+    """Return why no input separates the parameters."""
     law: Any = plant.friction
     unit = unit_of("effort", plant.kind)
     takes = {
@@ -255,7 +255,7 @@ def _refusal(plant: Plant, limits: InputLimits) -> InputError:
             "believed",
         )
     return InputError(
-        "no input within the limits was found that tells the parameters apart",
+        "no input within the limits was found that separates the parameters",
         remedy="allow more effort, speed or travel, or a longer duration",
     )
 

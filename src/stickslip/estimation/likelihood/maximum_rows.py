@@ -23,8 +23,8 @@ _ROUNDING = 1e-6  # of the range: errors that small have the colour of rounding
 
 _SMALLEST_RATIO = 1e-7
 _LARGEST_SHARE = 2.0
-"""A combination of columns is told by the log if its standard deviation is less than half of what
-the whole motion would make of the strongest one."""
+"""A combination of columns is determined by the log if its standard deviation is less than half of
+what the whole motion would make of the strongest one."""
 
 
 def rows_at(

@@ -90,7 +90,7 @@ class DecayingExtremes:
         """Return ratio q [-] and shift x_f [m or rad], their covariance, and what is left over.
 
         Weighted least squares on the extremes themselves: a regression of each amplitude on the one
-        before would be biased by their noise. What is left of the extremes is told over their
+        before would be biased by their noise. What is left of the extremes is stated over their
         standard deviations [-]; where it is more than these say, it widens the covariance.
         """
         y = self.position

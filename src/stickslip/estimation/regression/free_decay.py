@@ -77,7 +77,7 @@ class FreeDecayEstimator:
         if (self.inertia is None) == (self.stiffness is None):
             raise InputError(
                 "a free decay needs either the inertia or the stiffness of the spring",
-                remedy="give one of them: the period tells the other",
+                remedy="give one of them: the period gives the other",
             )
 
     @property

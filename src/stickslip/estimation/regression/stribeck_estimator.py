@@ -180,7 +180,7 @@ class StribeckEstimator:
             # The status and its advice are about the two that are missing
             notes.append(
                 "the axis may have no Stribeck effect; the other parameters are those of a fit "
-                "without one, whose status tells whether to trust them (leave --stribeck out)"
+                "without one, whose status states whether to trust them (leave --stribeck out)"
             )
         verdicts = tuple(
             replace(verdict, reason=why_not) if none else verdict

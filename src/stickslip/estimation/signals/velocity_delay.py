@@ -132,7 +132,7 @@ def without_wrong_velocity(
     """Return the log without velocities that are late, early or too large, and notes on them.
 
     Drives often log the difference of the last two positions, half a sample late, or a filtered
-    velocity. The position tells better.
+    velocity. The position is the better measure.
 
     Parameters
     ----------

@@ -131,7 +131,7 @@ def _judged(
             stiffness=task.stiffness,
         )
     except StickslipError:
-        # Too short for the filters, or a motion that cannot be simulated: not told
+        # Too short for the filters, or a motion that cannot be simulated
         pass
     return ComparedEstimator(
         name=name,

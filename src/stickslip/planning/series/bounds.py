@@ -1,4 +1,4 @@
-"""What no series of pulses can do, told without a linear programme."""
+"""Bounds of what series of pulses can do, without a linear programme."""
 
 import cmath
 import math

@@ -143,7 +143,7 @@ class Move:
 
     @property
     def hopeless(self) -> bool:
-        """Whether no series of any length can do it, which is told without a programme."""
+        """Whether no series of any length can do it, by bounds without a linear programme."""
         return self.fewest == 0 or not self.frees or self.frees_too_far
 
     def solved(

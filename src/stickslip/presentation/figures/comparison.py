@@ -21,7 +21,7 @@ _ROW = 26  # px an estimator
 _FRAME = 90  # px around them
 _MARGIN = 0.15  # of what is drawn, on either side
 _FAR = 4.0
-"""Widths of the middle half of the values beyond which one is not drawn, but told."""
+"""Widths of the middle half of the values beyond which one is stated and not drawn."""
 
 
 class _Bar(NamedTuple):

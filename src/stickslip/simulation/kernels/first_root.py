@@ -18,7 +18,9 @@ __all__ = ["DEGREE", "WORK_SIZE", "first_root"]
 Vector = NDArray[np.float64]
 
 DEGREE = 18  # the highest degree
-DEPTH = 50  # bisections: 2^-50 of the interval is as far as its points can be told apart
+DEPTH = (
+    50  # bisections: 2^-50 of the interval is the distance at which its points are still distinct
+)
 WORK_SIZE = (3 + DEPTH + 2, DEGREE + 1)  # the first three rows are left to the caller
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
 

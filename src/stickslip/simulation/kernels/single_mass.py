@@ -2,7 +2,7 @@
 
 Van de Wijdeven (2002) B, Eq. 1. While slipping in direction s, m v' = F - c v with the held force
 F = U - s fc (U is the effort less the offset), so that v is monotone within a sample: the sign at
-its end tells whether there was a zero, and the zero is known in closed form. At a zero the mass
+its end shows whether there was a zero, and the zero is known in closed form. At a zero the mass
 rests if |U| <= fs, else it slips the way of U; it cannot come to a second zero within the sample.
 
 All increments are relative to the state, and every expression keeps its relative accuracy as

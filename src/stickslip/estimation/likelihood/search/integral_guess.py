@@ -38,7 +38,7 @@ def integral_guess(log: AxisLog) -> dict[str, float]:
     Returns
     -------
     Values by name, the mass as ``"mass"``; empty if nothing moves, or if no mass or a negative
-    friction would come out. What the log does not tell apart, such as Coulomb friction and offset
+    friction would come out. What the log does not separate, such as Coulomb friction and offset
     while all motion is one way, is shared among them.
     """
     best: dict[str, float] = {}

@@ -196,17 +196,17 @@ def _damped(
     damping: float,
     held: list[int],
 ) -> Float[np.ndarray, " size"]:
-    """Return the step (H + damping diag H) step = gradient; none of what tells nothing."""
+    """Return the step (H + damping diag H) step = gradient; zero without information."""
     scale = np.sqrt(np.diag(hessian))
-    told = scale > 0
-    told[held] = False
+    informed = scale > 0
+    informed[held] = False
     step = np.zeros(gradient.size)
-    if not np.any(told):
+    if not np.any(informed):
         return step
-    of = scale[told]
-    scaled = hessian[np.ix_(told, told)] / np.outer(of, of)
+    of = scale[informed]
+    scaled = hessian[np.ix_(informed, informed)] / np.outer(of, of)
     scaled[np.diag_indices_from(scaled)] += damping
-    step[told] = np.linalg.lstsq(scaled, gradient[told] / of, rcond=1e-14)[0] / of
+    step[informed] = np.linalg.lstsq(scaled, gradient[informed] / of, rcond=1e-14)[0] / of
     return step
 
 

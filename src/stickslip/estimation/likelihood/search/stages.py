@@ -21,7 +21,7 @@ _UNEXPLAINED = 1.2
 """Times that the errors over a whole stretch exceed those over pieces of it where the search may
 have ended elsewhere than at the best."""
 
-_TOLD = 1.5  # the same where a user is told that something adds up
+_NOTEWORTHY = 1.5  # the same for a note
 
 _SPREAD = (0.7, 1.4)  # of friction, in the starts that are then tried
 _TRIED = 12  # steps of a search that is not the last
@@ -107,7 +107,7 @@ def staged_search(
         found = [search(windows, parameters, at, coloured=True) for at in begun]
         maximum = min(found, key=lambda found: found.cost)
     growth = 1.0 if short is None else _growth(white, short)
-    if growth <= _TOLD:
+    if growth <= _NOTEWORTHY:
         return windows, maximum, ()
     return (
         windows,
