@@ -49,6 +49,9 @@ class DwellTuning:
     """Samples of the motion that time the breakaway: friction and effort change little in them."""
     trials: int = 4
     """Instants tried a sample; the uncertainty is larger than their distance."""
+    slow_power: float = 4.0
+    """Power of the time with which the axis moves as friction falls slowly [-]; the difference to
+    friction that falls at once widens the intervals."""
     half_width: int = 5
     """Half of the window of the effort around the breakaway [samples], within which the effort is
     a straight line."""
@@ -89,6 +92,7 @@ def breakaways(
     estimate: FrictionEstimate,
     inertia: float,
     tuning: DwellTuning,
+    power: float = 2.0,
 ) -> list[Breakaway]:
     """Return the breakaways that a log resolves.
 
@@ -102,6 +106,8 @@ def breakaways(
         Mass or inertia [kg or kg m^2].
     tuning
         What counts as a rest.
+    power
+        Of the time, with which the axis moves as friction falls [-]: 2 if it falls at once.
 
     Returns
     -------
@@ -113,7 +119,7 @@ def breakaways(
     every: list[Breakaway] = []
     for motion in motions.stretches:
         for rest, direction in _rests(motion, log.position_noise, tuning):
-            instant = _instant(motion, rest, direction, log, inertia, tuning)
+            instant = _instant(motion, rest, direction, log, inertia, tuning, power)
             if instant is None:
                 continue
             time, time_std = instant
@@ -168,11 +174,14 @@ def _instant(
     log: PreparedLog,
     inertia: float,
     tuning: DwellTuning,
+    power: float,
 ) -> tuple[float, float] | None:
     """Return the instant of the breakaway and its standard deviation [s]; None if not resolved.
 
-    The position follows x_0 + a t^2 / 2 + (u'/m) t^3 / 6 from the breakaway on, in the direction of
-    the motion: a drop of the friction by m a >= 0, and the rise of the effort.
+    The position follows x_0 + (u'/m) t^3 / 6 + b t^p from the breakaway on, in the direction of the
+    motion: the rise of the effort, and friction that falls at once (p = 2) or as the speed grows
+    (p > 2). Where the noise is small enough to show that this does not hold, the breakaway is in
+    the sample before the axis is seen to move.
     """
     first, onset, last = rest.stop - 2 * tuning.before, rest.stop - 1, rest.stop + tuning.after
     if last > motion.time.size:
@@ -181,14 +190,18 @@ def _instant(
     place = np.mean(motion.position[first : onset - tuning.before])
     away = direction * (motion.position[first:last] - place)
     rising = slice(onset - tuning.after, last)
-    rise = direction * _line(motion.time[rising], motion.effort[rising])[1]
+    rise = direction * _line(motion.time[rising] - motion.time[onset], motion.effort[rising])[1]
     trials = motion.time[onset] + T * np.arange(-tuning.before, 2, 1.0 / tuning.trials)
     since = np.maximum(motion.time[first:last] - trials[:, None], 0.0)
     left = away - max(rise, 0.0) / (6.0 * inertia) * since**3
-    drop = np.maximum(np.sum(left * since**2, axis=1) / np.sum(since**4, axis=1), 0.0)
-    errors = np.sum((left - drop[:, None] * since**2) ** 2, axis=1)
+    shape = (since / T) ** power
+    size = np.maximum(np.sum(left * shape, axis=1) / np.sum(shape**2, axis=1), 0.0)
+    errors = np.sum((left - size[:, None] * shape) ** 2, axis=1)
     noise = max(log.position_noise, float(np.finfo(float).tiny))
     best = int(np.argmin(errors))
+    freedom = float(last - first - 2)
+    if errors[best] > noise**2 * (freedom + 4.0 * np.sqrt(2.0 * freedom)):
+        return float(motion.time[onset]), T
     likely = np.flatnonzero(errors <= errors[best] + (2.0 * noise) ** 2)
     if likely[0] == 0 or likely[-1] == trials.size - 1:
         return None
@@ -316,6 +329,7 @@ def with_dwell(
     line, p_value, gain, gain_std = _growth(every)
     grows = (
         bool(line.values[1] > 0.0)
+        and np.mean([each.level for each in every]) > 0.0  # above the friction of slow motion
         and p_value < search.largest_p_value
         and gain > max(search.fewest_deviations * gain_std, search.smallest_gain)
     )
@@ -334,6 +348,9 @@ def with_dwell(
         effort_at_rest(estimate, selection.reference_time, selection.reference_position, way)
         for way in (1.0, -1.0)
     ]
+    slow, *_ = _growth(breakaways(log, motions, estimate, moved, tuning, tuning.slow_power))
+    shift = slow.values - line.values
+    line = replace(line, covariance=line.covariance + np.outer(shift, shift))
     values = line.values + np.array([0.5 * (at_rest[0] - at_rest[1]), 0.0])
     stds = np.sqrt(np.diag(line.covariance))
     quantile = -float(stdtrit(len(every) - 2, 0.025))
