@@ -100,6 +100,10 @@ class AxisLog(Record):
     source: LogSource | None = None
 
     def __post_init__(self) -> None:
+        if self.kind not in ("linear", "rotary"):
+            raise InputError(
+                f"the kind of the axis is {self.kind!r}", remedy="give 'linear' or 'rotary'"
+            )
         time = self._store("time", self.time)
         if time.size < _MINIMUM_SAMPLES:
             raise InputError(

@@ -157,7 +157,8 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         within = float(np.sqrt(fit.within_law[k]))
         half, alone = within * t_quantile(degrees, together), within * t_quantile(degrees)
         shift = 0.0 if regression.law_shift is None else float(regression.law_shift[k])
-        reason = withheld(regression, k, value, alone, partly=found.undetermined != ())
+        judged = half if name in {"mass", "inertia"} else alone
+        reason = withheld(regression, k, value, judged, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
             verdicts[k] = Verdict(parameter=name, identifiable=False, reason=reason)

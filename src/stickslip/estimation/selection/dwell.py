@@ -51,7 +51,7 @@ class DwellTuning:
     """Instants tried a sample; the uncertainty is larger than their distance."""
     slow_power: float = 4.0
     """Power of the time with which the axis moves as friction falls slowly [-]; the difference to
-    friction that falls at once widens the intervals."""
+    friction that falls at once widens the interval of the breakaway friction."""
     half_width: int = 5
     """Half of the window of the effort around the breakaway [samples], within which the effort is
     a straight line."""
@@ -329,7 +329,7 @@ def with_dwell(
     line, p_value, gain, gain_std = _growth(every)
     grows = (
         bool(line.values[1] > 0.0)
-        and np.mean([each.level for each in every]) > 0.0  # above the friction of slow motion
+        and bool(np.mean([each.level for each in every]) > 0.0)  # above the friction of slow motion
         and p_value < search.largest_p_value
         and gain > max(search.fewest_deviations * gain_std, search.smallest_gain)
     )
@@ -349,8 +349,9 @@ def with_dwell(
         for way in (1.0, -1.0)
     ]
     slow, *_ = _growth(breakaways(log, motions, estimate, moved, tuning, tuning.slow_power))
-    shift = slow.values - line.values
-    line = replace(line, covariance=line.covariance + np.outer(shift, shift))
+    # All levels shift alike
+    shift = np.diag([float(slow.values[0] - line.values[0]) ** 2, 0.0])
+    line = replace(line, covariance=line.covariance + shift)
     values = line.values + np.array([0.5 * (at_rest[0] - at_rest[1]), 0.0])
     stds = np.sqrt(np.diag(line.covariance))
     quantile = -float(stdtrit(len(every) - 2, 0.025))

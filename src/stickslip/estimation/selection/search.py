@@ -68,6 +68,9 @@ class SearchTuning:
     smallest_ratio: float = 0.015
     """Smallest over largest singular value of the columns with the term, scaled to unit norm [-]:
     below 0.01 parameters count as not identifiable, and no term is worth that."""
+    reversed_viscous: float = 0.1
+    """Negative viscous friction beside a bend of the curve, over that without it [-], from which
+    the bend is not accepted: viscous friction that is absent is less than that by chance."""
     encoder_share: float = 0.5
     """Share of the residual's variance by noise of the positions from which windows are widened for
     it [-]: half leaves those of any log alone whose effort or axis disturbs as much."""
@@ -268,6 +271,8 @@ EXCLUSIVE = {
 BENDS = ("quadratic", "two-thirds", "stribeck", "low speed")
 """Terms that bend the friction curve, of which one can stand for another."""
 
+_BESIDE_VISCOUS = ("quadratic", "stribeck", "low speed")  # friction with the 2/3 power replaces it
+
 DELAY_TERM = Term(
     name=DELAY,
     text="the effort acts later or earlier than it is logged",
@@ -370,6 +375,7 @@ def search(
         tried = [trial for trial in tried if trial is not None]
         others = tuple(trial.score for trial in tried)
         accepted = [trial for trial in tried if _accepted(trial, tuning)]
+        accepted = [trial for trial in accepted if not _reverses_viscous(model, trial, tuning)]
         added = (_simplest(accepted),) if accepted else _pair(model, tried, tuning)
         if not added:
             return replace(model, scores=(*found, *others))
@@ -612,6 +618,18 @@ def _best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial]
         if explained > largest:
             largest, best = explained, (shape, partial)
     return best
+
+
+def _reverses_viscous(model: Model, trial: _Trial, tuning: SearchTuning) -> bool:
+    """Return whether viscous friction is negative beside a term that bends the friction curve.
+
+    Such a bend stands for another one, as friction with the square of the speed does for the
+    Stribeck effect.
+    """
+    if trial.term.name not in _BESIDE_VISCOUS or not model.viscous:
+        return False
+    least = -tuning.reversed_viscous * abs(model.friction()[1])
+    return _with(model, trial).friction()[1] < least
 
 
 def _accepted(trial: _Trial, tuning: SearchTuning) -> bool:
