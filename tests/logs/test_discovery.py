@@ -160,7 +160,7 @@ def test_a_force_comes_before_a_current(read):
 
 
 def test_no_units_no_kind(read):
-    with pytest.raises(InputError, match="cannot be told: no units are given"):
+    with pytest.raises(InputError, match="is not known: no units are given"):
         read(["t", "x", "f"])
 
 
@@ -182,7 +182,7 @@ def test_stated_columns_leave_the_rest_alone(read):
 
 def test_a_computed_channel_does_not_guess_its_unit(read):
     header = ["t", "motor [deg]", "drive [V]"]
-    with pytest.raises(InputError, match=r"whether it comes out in deg or rad cannot be told"):
+    with pytest.raises(InputError, match=r"whether it comes out in deg or rad is not known"):
         read(header, LogSchema(kind="rotary", position="motor / 2", effort="2 * drive"))
     stated = {"position": "deg"}
     log = read(header, LogSchema(position="motor / 2", effort="2 * drive", units=stated))

@@ -48,14 +48,14 @@ def test_a_page_of_a_log_holds_every_estimator(
     assert not re.search(r"\bnan\b", body)
     for column in ("Effort left: ", "Position explained: ", "A sample: "):
         assert column in body
-    assert "Told to be known" not in body
+    assert "Given: " not in body
 
 
 def test_what_was_known_is_told(comparison: EstimatorComparison, tmp_path: Path) -> None:
     task = EstimationTask(inertia=1.5)
     found = compare_log(comparison.log, task=task, only=("energy", "gradient"))
     text = write_report(found, tmp_path / "page.html").read_text(encoding="utf-8")
-    assert "Told to be known: mass 1.5 kg." in text
+    assert "Given: mass 1.5 kg." in text
 
 
 def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
