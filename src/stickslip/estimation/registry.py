@@ -1,8 +1,6 @@
 """The registry of the estimators: what each is, what it needs, and how it is made.
 
-To add an estimator: obey `stickslip.estimation.base.Estimator` (and `OnlineEstimator` if it can
-take samples one by one), add a factory and an entry here, and run
-``tests/estimation/test_contract.py``. The documentation reads its table from here.
+``docs/contributing.md`` has the steps to add one. The documentation reads its table from here.
 """
 
 from collections.abc import Callable, Mapping

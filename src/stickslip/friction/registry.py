@@ -1,7 +1,6 @@
 """The registry of friction laws.
 
-To add a law: write a frozen class that obeys `stickslip.friction.FrictionLaw`, add it here, give it
-a table in `stickslip.scenario.axis` and an example in ``tests/friction/test_contract.py``.
+``docs/contributing.md`` has the steps to add one.
 """
 
 from collections.abc import Mapping

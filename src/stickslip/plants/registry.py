@@ -1,8 +1,6 @@
 """The protocol and the registry of plants.
 
-To add a plant: write a frozen class that obeys `PlantModel`, add it here and to the union
-`stickslip.plants.Plant`, and its kernels to `stickslip.simulation.plant_kernels`; the contract test
-covers it from then on.
+``docs/contributing.md`` has the steps to add one.
 """
 
 from collections.abc import Mapping

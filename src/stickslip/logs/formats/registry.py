@@ -1,7 +1,6 @@
 """The registry of log formats: one reader a format, chosen by a file's ending.
 
-To add a format: write a module with a function that obeys `Reader`, add an entry here and a writer
-in ``tests/logs/formats/test_contract.py``.
+``docs/contributing.md`` has the steps to add one.
 """
 
 from collections.abc import Mapping

@@ -1,4 +1,7 @@
-"""The registry of controllers of a scenario."""
+"""The registry of controllers of a scenario.
+
+``docs/contributing.md`` has the steps to add one.
+"""
 
 from collections.abc import Mapping
 
