@@ -21,13 +21,11 @@ from stickslip.estimation import (
     EnergyEstimator,
     PublishedEnergyEstimator,
     RecursiveLeastSquares,
-    absolute_bias,
-    kinetic_energy_bias,
-    potential_energy_bias,
 )
 from stickslip.jobs import surrogate
 from stickslip.records import AxisLog
 from stickslip.simulation import simulate
+from studies.van_de_wijdeven.part_a.noise_compensation import absolute_bias
 
 __all__ = ["compare", "compare_recursion", "compare_rest", "compare_samples"]
 
@@ -129,11 +127,7 @@ def _problem(parameters: int) -> _Problem:
     columns = [np.cumsum(T * np.abs(v)) - correction, np.cumsum(T * (v**2 - sigma**2))]
     columns += [np.ones_like(v), correction][: parameters - 2]
     stored = 0.5 * m1 * v**2 + 0.5 * m2 * v2**2 + 0.5 * ks * (x - x2) ** 2
-    bias = (
-        kinetic_energy_bias(m1, sigma)
-        + kinetic_energy_bias(m2, sigma)
-        + potential_energy_bias(ks, sigma_w, sigma_w)
-    )
+    bias = 0.5 * (m1 + m2) * sigma**2 + ks * sigma_w**2  # Eqs. 5.6 and 5.7
     return _Problem(
         log=log,
         rows=np.column_stack(columns),
