@@ -7,14 +7,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from numpy.polynomial import Polynomial
+from scipy.special import erfc
 from statsmodels.regression.recursive_ls import RecursiveLS
 
-from stickslip.estimation import (
-    PublishedEnergyEstimator,
-    absolute_bias,
-    absolute_bias_polynomial,
-    examine,
-)
+from stickslip.estimation import PublishedEnergyEstimator, examine
+from stickslip.estimation.energy.published.noise_kernels import BIAS_OF_POLYNOMIAL
 from stickslip.estimation.energy.published.rows import noise_shares, weighted_rows
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
@@ -128,10 +126,12 @@ def reference(log: AxisLog, estimator: PublishedEnergyEstimator) -> tuple[np.nda
     polynomial = estimator.compensation == "printed"
     bias = np.zeros(v.size)
     if estimator.compensation != "none":
+        a = np.abs(v)
         bias = (
-            absolute_bias_polynomial(v, sigma, of="polynomial")
+            np.where(a <= 3.0 * sigma, sigma * Polynomial(BIAS_OF_POLYNOMIAL)(a / sigma), 0.0)
             if polynomial
-            else absolute_bias(v, sigma)
+            else 2.0 * sigma / np.sqrt(np.pi) * np.exp(-((0.5 * a / sigma) ** 2))
+            - a * erfc(0.5 * a / sigma)
         )
     stored = 0.5 * v**2 + 0.5 * v2**2 + 0.5 * (x - x2) ** 2
     if estimator.compensation != "none":

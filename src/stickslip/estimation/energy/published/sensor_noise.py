@@ -88,6 +88,7 @@ def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise
 
     Examples
     --------
+    >>> import numpy as np
     >>> noise = np.random.default_rng(0).normal(size=(2, 5000))
     >>> time = 0.01 * np.arange(5000)
     >>> log = AxisLog(name="stage", kind="linear", time=time, effort=np.ones(5000),
