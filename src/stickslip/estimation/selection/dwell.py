@@ -344,11 +344,15 @@ def with_dwell(
     )
     if not score.selected:
         return estimate, score
+    slowly = breakaways(log, motions, estimate, moved, tuning, tuning.slow_power)
+    if len(slowly) < tuning.fewest:
+        reason = "too few breakaways are resolved if friction falls slowly"
+        return _without_dwell(estimate, reason, include=include), None
+    slow, *_ = _growth(slowly)
     at_rest = [
         effort_at_rest(estimate, selection.reference_time, selection.reference_position, way)
         for way in (1.0, -1.0)
     ]
-    slow, *_ = _growth(breakaways(log, motions, estimate, moved, tuning, tuning.slow_power))
     # All levels shift alike
     shift = np.diag([float(slow.values[0] - line.values[0]) ** 2, 0.0])
     line = replace(line, covariance=line.covariance + shift)
