@@ -16,11 +16,11 @@ from stickslip.estimation import (
     MaximumLikelihoodEstimator,
 )
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import compare_log
 from stickslip.logs import find_benchmark, read_log
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.simulation import Sensors, simulate
+from stickslip.tasks import compare_log
 
 __all__ = ["compare"]
 

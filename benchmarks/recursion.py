@@ -22,9 +22,9 @@ from stickslip.estimation import (
     PublishedEnergyEstimator,
     RecursiveLeastSquares,
 )
-from stickslip.jobs import surrogate
 from stickslip.records import AxisLog
 from stickslip.simulation import simulate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.noise_compensation import absolute_bias
 
 __all__ = ["compare", "compare_recursion", "compare_rest", "compare_samples"]

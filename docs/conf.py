@@ -10,7 +10,6 @@ from typing import Any, Literal, get_args, get_origin
 import stickslip
 from stickslip import __version__, write_report
 from stickslip.estimation import ESTIMATORS
-from stickslip.jobs import demonstrate, position
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
 from stickslip.scenario import (
     ARM_CONTROLLERS,
@@ -23,6 +22,7 @@ from stickslip.scenario import (
     Table,
     TaskTable,
 )
+from stickslip.tasks import demonstrate, position
 
 project = "stickslip"
 author = "the stickslip developers"

@@ -7,10 +7,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import PulseController
-from stickslip.jobs.recorder import Recorder
 from stickslip.plants import Plant
 from stickslip.records import PositioningOutcome, PulseRecord
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
+from stickslip.tasks.recorder import Recorder
 
 __all__ = ["PulseRun", "run_pulses"]
 

@@ -133,28 +133,28 @@ from .friction import (
 from .friction import (
     StribeckFriction as StribeckFriction,
 )
-from .jobs import (
+from .tasks import (
     compare_log as compare_log,
 )
-from .jobs import (
+from .tasks import (
     compare_scenario as compare_scenario,
 )
-from .jobs import (
+from .tasks import (
     excite as excite,
 )
-from .jobs import (
+from .tasks import (
     identify as identify,
 )
-from .jobs import (
+from .tasks import (
     json_text as json_text,
 )
-from .jobs import (
+from .tasks import (
     position as position,
 )
-from .jobs import (
+from .tasks import (
     read_scenario as read_scenario,
 )
-from .jobs import (
+from .tasks import (
     write_json as write_json,
 )
 from .logs import (

@@ -11,7 +11,7 @@ from os import cpu_count
 import numpy as np
 from rich import print as say
 
-from stickslip.jobs.parallel import in_parallel
+from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.conjunction.cases import EXACT, NOISY
 from studies.van_de_wijdeven.conjunction.contenders import (
     FASTEST,

@@ -12,8 +12,10 @@ from scipy import signal
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, PublishedEnergyEstimator
 from stickslip.estimation.energy.known_inertia.free_motion import free_motion, roaming
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import demonstrate
-from stickslip.jobs.surrogate import (
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.simulation import Sensors, SimulatedMotion, simulate
+from stickslip.tasks import demonstrate
+from stickslip.tasks.surrogate import (
     MASS_1,
     MASS_2,
     POSITION_NOISE,
@@ -25,8 +27,6 @@ from stickslip.jobs.surrogate import (
     surrogate_arm,
     surrogate_sensors,
 )
-from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.simulation import Sensors, SimulatedMotion, simulate
 from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, save, style
 
 

@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from rich.progress import Progress
 
 from stickslip import EstimationTask
-from stickslip.jobs import compare_scenario
 from stickslip.records import EstimatorScore, EstimatorStudy, ParameterScore
 from stickslip.scenario import StudyFile, read_study
+from stickslip.tasks import compare_scenario
 from studies.documentation.style import DOCS, table
 
 RUNS = 400

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
-from stickslip.jobs.json_file import json_text
 from stickslip.outputs import check_output, files_at_once
 from stickslip.records import InputError
+from stickslip.tasks.json_file import json_text
 from studies.van_de_wijdeven.page import picture, reproduction_page
 from studies.van_de_wijdeven.records import Reproduction
 

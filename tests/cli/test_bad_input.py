@@ -282,7 +282,7 @@ def test_a_bad_command_is_refused_in_one_line(
 def test_an_output_that_cannot_be_is_found_before_the_fit(
     option: str, place: str, problem: str, run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stickslip.jobs.identify", _never)
+    monkeypatch.setattr("stickslip.tasks.identify", _never)
     before = good_log.read_bytes()
     outcome = run("identify", good_log, option, good_log.parent / place)
     assert outcome.code == 2

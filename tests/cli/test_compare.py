@@ -238,7 +238,7 @@ def test_an_interruption_ends_with_one_line_and_no_file(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr(f"stickslip.jobs.{job}", interrupt)
+    monkeypatch.setattr(f"stickslip.tasks.{job}", interrupt)
     before = sorted(good_log.parent.iterdir())
     source = scenario if job == "compare_scenario" else good_log
     outcome = run("compare", source, "--json", good_log.with_suffix(".json"))

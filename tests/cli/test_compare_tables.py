@@ -8,9 +8,9 @@ import pytest
 from rich.console import Console
 
 from stickslip import EstimationTask
-from stickslip.jobs import compare_log, compare_scenario
 from stickslip.presentation.terminal import print_comparison
 from stickslip.records import EstimatorComparison, EstimatorStudy, Status
+from stickslip.tasks import compare_log, compare_scenario
 
 SCENARIO = """
 runs = 2

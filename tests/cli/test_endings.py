@@ -98,7 +98,7 @@ def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
 def test_an_interruption_ends_with_one_line_and_no_file(
     run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stickslip.jobs.identify", interrupt)
+    monkeypatch.setattr("stickslip.tasks.identify", interrupt)
     outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
     assert outcome.code == 130
     assert "interrupted" in outcome.line()
@@ -108,7 +108,7 @@ def test_an_interruption_ends_with_one_line_and_no_file(
 def test_a_termination_ends_with_one_line_and_no_file(
     run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("stickslip.jobs.identify", terminate)
+    monkeypatch.setattr("stickslip.tasks.identify", terminate)
     outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
     assert outcome.code == 143
     assert "terminated" in outcome.line()
@@ -142,7 +142,7 @@ def test_a_signal_inside_a_compiled_call_is_no_defect(
                 behind = outer
             raise behind from behind.__cause__
 
-    monkeypatch.setattr("stickslip.jobs.identify", step)
+    monkeypatch.setattr("stickslip.tasks.identify", step)
     outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
     assert outcome.code == code
     assert word in outcome.line()
@@ -156,7 +156,7 @@ def test_a_system_error_of_its_own_is_a_defect(
     def fail(*_: object, **__: object) -> None:
         raise SystemError("in the depths") from behind
 
-    monkeypatch.setattr("stickslip.jobs.identify", fail)
+    monkeypatch.setattr("stickslip.tasks.identify", fail)
     outcome = run("identify", good_log)
     assert outcome.code == 70
     assert "SystemError: in the depths" in outcome.err
@@ -168,7 +168,7 @@ def test_a_defect_does_not_look_like_a_result(
     def fail(*_: object, **__: object) -> None:
         raise ZeroDivisionError("in the depths")
 
-    monkeypatch.setattr("stickslip.jobs.identify", fail)
+    monkeypatch.setattr("stickslip.tasks.identify", fail)
     outcome = run("identify", good_log)
     assert (outcome.code, outcome.out) == (70, "")
     assert "Traceback" in outcome.err

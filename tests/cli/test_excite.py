@@ -170,7 +170,7 @@ def test_an_interruption_ends_with_one_line_and_no_file(
     def interrupt(*_: object, **__: object) -> None:
         raise KeyboardInterrupt
 
-    monkeypatch.setattr("stickslip.jobs.excite", interrupt)
+    monkeypatch.setattr("stickslip.tasks.excite", interrupt)
     outcome = run("excite", *AXIS, *ASKED, *SENSORS, "--out", tmp_path / "input.csv")
     assert outcome.code == 130
     assert "interrupted" in outcome.line()

@@ -10,7 +10,7 @@ from scenario_files import refused, scenario_file
 from stage_log import Run
 
 from stickslip.control import ExactPulseController
-from stickslip.jobs import read_scenario
+from stickslip.tasks import read_scenario
 
 SCENARIOS = sorted((Path(__file__).parents[2] / "examples" / "scenarios").glob("*.toml"))
 UNREACHED = {"pid", "pwc", "pwc_short"}
@@ -431,7 +431,7 @@ def test_an_output_that_cannot_be_is_found_before_the_run(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("the run was begun")
 
-    monkeypatch.setattr("stickslip.jobs.position", never)
+    monkeypatch.setattr("stickslip.tasks.position", never)
     (tmp_path / "estimate.json").write_text(json.dumps(ESTIMATE))
     guess = "[guess]\nmass = 150.0\ncoulomb_friction = 80.0"
     scenario = written(tmp_path, [(guess, '[guess]\nestimate = "estimate.json"')])

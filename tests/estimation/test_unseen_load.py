@@ -14,10 +14,10 @@ from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import identify, surrogate
 from stickslip.plants import FlexibleArm
 from stickslip.records import AxisLog, InputError, Status
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
+from stickslip.tasks import identify, surrogate
 
 T = surrogate.SAMPLING_TIME
 ARM = EnergyEstimator(

@@ -15,11 +15,11 @@ from hypothesis import strategies as st
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import surrogate
 from stickslip.logs import read_log
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
+from stickslip.tasks import surrogate
 
 EXAMPLES = Path(__file__).parents[2] / "examples"
 

@@ -24,11 +24,11 @@ from stickslip.control import (
 from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.energy.known_inertia.online.layout import LAG
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import surrogate
 from stickslip.logs import read_log
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisLog, InputError
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop
+from stickslip.tasks import surrogate
 
 T = 0.001
 MASS, VISCOUS, COULOMB = 3.0, 5.0, 2.0

@@ -14,9 +14,9 @@ from stickslip.control import (
     PointToPoint,
 )
 from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
-from stickslip.jobs import surrogate
 from stickslip.records import AxisLog
 from stickslip.simulation import simulate, simulate_closed_loop
+from stickslip.tasks import surrogate
 
 Loop = Literal["feedforward", "feedback"]
 T = surrogate.SAMPLING_TIME

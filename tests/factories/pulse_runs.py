@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 from numpy.typing import NDArray
 
 from stickslip.control import PulseController
-from stickslip.jobs.recorder import Recorder
 from stickslip.plants import Plant
 from stickslip.records import PositioningOutcome, PulseRecord
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
+from stickslip.tasks.recorder import Recorder
 
 
 class PulseRun(NamedTuple):

@@ -10,13 +10,13 @@ from results import study
 
 from stickslip import EstimationTask, write_report
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import compare_log
 from stickslip.plants import SingleMass
 from stickslip.records import (
     EstimatorComparison,
     EstimatorScore,
 )
 from stickslip.simulation import Sensors, simulate
+from stickslip.tasks import compare_log
 
 
 @pytest.fixture(scope="module")

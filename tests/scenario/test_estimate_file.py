@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from stickslip.friction import StribeckFriction
-from stickslip.jobs import identify, write_json
 from stickslip.plants import SingleMass
 from stickslip.records import Status
 from stickslip.scenario import estimate_in
 from stickslip.simulation import Sensors, simulate
+from stickslip.tasks import identify, write_json
 
 MASS = 1.5
 CLOSE = 0.05  # relative, of ten seconds with little noise

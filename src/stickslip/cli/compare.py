@@ -97,7 +97,7 @@ def compare(
     reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:
         from stickslip import EstimationTask, write_report
-        from stickslip.jobs import compare_log, compare_scenario
+        from stickslip.tasks import compare_log, compare_scenario
 
         task = EstimationTask(
             inertia=known.inertia,

@@ -27,8 +27,8 @@ def demo(
     both masses at rest on a target, under the same noise. Writes the simulated log, the estimate,
     the scenario of the landing, and a page on each into the folder.
     """
-    from stickslip.jobs import demonstrate
     from stickslip.presentation.terminal import print_identification, print_landing
+    from stickslip.tasks import demonstrate
 
     with working("identifying and landing the arm"):
         result = demonstrate(out, seed=seed)

@@ -126,7 +126,7 @@ def excite(
     files = {"--json": json_file(json), "--out": out}
     check_outputs(files, inputs=[] if estimate is None else [estimate])
     with working("designing the effort"):
-        from stickslip.jobs import excite, write_effort, write_json
+        from stickslip.tasks import excite, write_effort, write_json
 
         given = {
             "inertia": inertia,

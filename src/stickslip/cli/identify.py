@@ -133,7 +133,7 @@ def identify(
     what = log.name if not others else f"{len(logs)} logs"
     with working(f"identifying {what}"):
         from stickslip import write_report
-        from stickslip.jobs import identify
+        from stickslip.tasks import identify
 
         found = identify(
             logs,

@@ -88,7 +88,7 @@ def print_result(
     """
     to_stdout = json == "-"
     if to_stdout:
-        from stickslip.jobs import json_text
+        from stickslip.tasks import json_text
 
         with reader_may_leave():
             sys.stdout.write(json_text(document()))
@@ -141,7 +141,7 @@ class ResultFiles:
         page
             Writes its report.
         """
-        from stickslip.jobs import write_json
+        from stickslip.tasks import write_json
 
         if self.report is not None:
             page(self.report)

@@ -47,9 +47,9 @@ def position(
     Prints how each move ended. Exit code 0: every move of the last run ended within the tolerance;
     1: one did not, for the reason printed.
     """
-    from stickslip.jobs import read_scenario
     from stickslip.outputs import check_output
     from stickslip.records import InputError
+    from stickslip.tasks import read_scenario
 
     files = {"--json": json_file(json), "--report": report, "--learned": learned}
     read = read_scenario(scenario)
@@ -69,7 +69,7 @@ def position(
         check_output(path, inputs=[scenario, *inputs], what=option)
     with progress_bar(f"positioning, {scenario.name}") as progress:
         from stickslip import write_report
-        from stickslip.jobs import position, write_json
+        from stickslip.tasks import position, write_json
 
         result = position(read, progress=progress)
         saved = None if result.learned is None else learned

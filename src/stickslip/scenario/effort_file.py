@@ -14,7 +14,7 @@ _UNEVEN = 1e-3  # of a step: time stamps are rounded when they are written
 
 
 def read_effort(path: Path) -> tuple[Float[np.ndarray, " n"], float]:
-    """Read what `stickslip.jobs.write_effort` has written.
+    """Read what `stickslip.tasks.write_effort` has written.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """What the source's concluding remarks say, each statement with a criterion and a verdict."""
 
-from stickslip.jobs import surrogate
 from stickslip.presentation.words import prefixed
 from stickslip.records import PositioningOutcome
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.cases import BOUND
 from studies.van_de_wijdeven.conjunction.landings import (
     FEEDBACK,

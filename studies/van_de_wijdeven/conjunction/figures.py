@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.landings import Landing, LandingEvidence
 from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME
 from studies.van_de_wijdeven.conjunction.series import SeriesEvidence

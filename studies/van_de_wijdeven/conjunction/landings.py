@@ -10,10 +10,10 @@ from jaxtyping import Float
 
 from stickslip.control import Flight, LandingController, LandingState, Phase
 from stickslip.estimation import EnergyEstimator
-from stickslip.jobs import surrogate
 from stickslip.plants import FlexibleArm
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import SimulatedMotion, simulate_closed_loop
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.cases import EXACT, NOISY, Case
 from studies.van_de_wijdeven.conjunction.contenders import RIVALS
 from studies.van_de_wijdeven.conjunction.random_arms import SAMPLING_TIME, RandomArm

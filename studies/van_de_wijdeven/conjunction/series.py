@@ -7,9 +7,9 @@ from math import hypot
 import numpy as np
 
 from stickslip.estimation import EnergyEstimator
-from stickslip.jobs import surrogate
 from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner
 from stickslip.simulation import SimulatedMotion, simulate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.setting import (
     FRICTION,
     MOVE,

@@ -1,8 +1,8 @@
 """The arm that is landed, and the one of the reference points."""
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import surrogate
 from stickslip.plants import FlexibleArm
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.conjunction.cases import BOUND, NOISY
 
 __all__ = [

@@ -6,8 +6,8 @@ from functools import partial
 
 import numpy as np
 
-from stickslip.jobs.parallel import in_parallel
 from stickslip.planning import PulseSeriesPlanner
+from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.conjunction.cases import CASES, EXACT, NOISY, WRONG, Case
 from studies.van_de_wijdeven.conjunction.contenders import LANDING, RIVALS, landing_controller
 from studies.van_de_wijdeven.conjunction.random_arms import (

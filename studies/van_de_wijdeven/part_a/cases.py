@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stickslip.estimation import EnergyEstimator, PublishedEnergyEstimator
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.loops import FORGETTING_FACTOR, INITIAL_VARIANCE
 
 __all__ = [

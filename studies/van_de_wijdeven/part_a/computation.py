@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 
 from stickslip import __version__
-from stickslip.jobs import surrogate
 from stickslip.records import InputError
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.loops import LOOPS_SETTING, setting_values
 from studies.van_de_wijdeven.records import EnergyReproduction
 from studies.van_de_wijdeven.writing import (
@@ -75,7 +75,7 @@ def reproduce_part_a(
 
 def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyReproduction:
     # Imported here, as the compiler behind them takes a second to load.
-    from stickslip.jobs.parallel import in_parallel
+    from stickslip.tasks.parallel import in_parallel
     from studies.van_de_wijdeven.part_a.cases import CASES
     from studies.van_de_wijdeven.part_a.evidence import (
         Evidence,

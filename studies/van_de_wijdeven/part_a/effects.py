@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.runs import Run
 
 __all__ = ["NoiseEffects", "noise_effects"]

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation import PublishedEnergyEstimator
-from stickslip.jobs import surrogate
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.cases import published_estimator
 from studies.van_de_wijdeven.part_a.expectations import AbsoluteValue
 from studies.van_de_wijdeven.part_a.monte_carlo import Study

@@ -5,7 +5,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.runs import Loop
 

@@ -13,7 +13,7 @@ from stickslip.control import (
     PointToPoint,
 )
 from stickslip.estimation import PublishedEnergyEstimator
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 
 __all__ = [
     "FORGETTING_FACTOR",

@@ -8,9 +8,9 @@ from itertools import product
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs import surrogate
-from stickslip.jobs.parallel import in_parallel
 from stickslip.records import AxisLog
+from stickslip.tasks import surrogate
+from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.part_a.cases import VARIANTS, published_estimator, robust_estimator
 from studies.van_de_wijdeven.part_a.effects import NoiseEffects, noise_effects
 from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop, one_run

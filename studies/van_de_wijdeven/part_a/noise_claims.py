@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import stats
 
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.effects import NoiseEffects
 from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.noise_compensation import (

@@ -5,8 +5,8 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs import surrogate
 from stickslip.records import in_words, parameter_label, unit_of
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.runs import Loop, Trace, itse
 from studies.van_de_wijdeven.records import Curve, CurveRole, FiveRuns, Panel, ReproducedFigure
 

@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation import PublishedEnergyEstimator
-from stickslip.jobs import surrogate
 from stickslip.records import AxisLog
 from stickslip.simulation import SimulatedMotion, simulate, simulate_closed_loop
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.cases import Case
 from studies.van_de_wijdeven.part_a.loops import feedback_controller
 

@@ -3,7 +3,7 @@
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.cases import PRINTED_COMPENSATED
 from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.judging import (

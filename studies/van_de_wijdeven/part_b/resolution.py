@@ -10,11 +10,11 @@ from jaxtyping import Float
 
 from stickslip.control import ExactPulseController, RestDetection
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs.parallel import in_parallel
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import PlantStepper
+from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.part_b.setting import (
     COULOMB_FRICTION,
     MASS,

@@ -7,8 +7,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control import PulseController
-from stickslip.jobs.reversals import hunts
 from stickslip.simulation import Controller, Sensors, SimulatedMotion, simulate_closed_loop
+from stickslip.tasks.reversals import hunts
 from studies.van_de_wijdeven.part_b.random_axes import (
     ENCODER_STEP,
     POSITION_NOISE,

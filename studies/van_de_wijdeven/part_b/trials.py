@@ -3,7 +3,7 @@
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 
-from stickslip.jobs.parallel import in_parallel
+from stickslip.tasks.parallel import in_parallel
 from studies.van_de_wijdeven.part_b.random_axes import RandomAxis
 from studies.van_de_wijdeven.part_b.scoring import WATCH, AxisOutcome, Make, outcome_on, score
 from studies.van_de_wijdeven.records import ControllerScore

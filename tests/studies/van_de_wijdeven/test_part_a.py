@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from stickslip.jobs import surrogate
 from stickslip.records import AxisLog, InputError
 from stickslip.simulation import simulate_closed_loop
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven import Reproduced, reproduce_part_a
 from studies.van_de_wijdeven.part_a.cases import CASES, published_estimator
 from studies.van_de_wijdeven.part_a.effects import noise_effects

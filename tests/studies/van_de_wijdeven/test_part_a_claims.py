@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from stickslip.jobs import surrogate
+from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a import loop_claims as loops
 from studies.van_de_wijdeven.part_a import noise_claims as noise
 from studies.van_de_wijdeven.part_a import simulation_claims as simulations

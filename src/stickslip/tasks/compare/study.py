@@ -10,14 +10,6 @@ from jaxtyping import Float
 
 from stickslip import __version__
 from stickslip.estimation.base import EstimationTask
-from stickslip.jobs.compare.candidates import (
-    Fitted,
-    chosen_names,
-    fitted,
-    inertia_of,
-)
-from stickslip.jobs.compare.log import timed
-from stickslip.jobs.parallel import in_parallel
 from stickslip.plants import FlexibleArm, Plant
 from stickslip.records import (
     AxisLog,
@@ -28,6 +20,14 @@ from stickslip.records import (
 )
 from stickslip.scenario import Axis, Read, StudyFile, check_runs, read_study
 from stickslip.simulation import simulate
+from stickslip.tasks.compare.candidates import (
+    Fitted,
+    chosen_names,
+    fitted,
+    inertia_of,
+)
+from stickslip.tasks.compare.log import timed
+from stickslip.tasks.parallel import in_parallel
 
 __all__ = ["compare_scenario", "disturbance", "measured_log"]
 

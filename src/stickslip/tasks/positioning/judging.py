@@ -3,8 +3,8 @@
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.jobs.reversals import hunts
 from stickslip.records import Ending, PositioningOutcome
+from stickslip.tasks.reversals import hunts
 
 __all__ = ["arm_ending", "ending", "settling_time"]
 

@@ -5,14 +5,14 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.jobs import surrogate
-from stickslip.jobs.identification import identify
-from stickslip.jobs.json_file import write_json
-from stickslip.jobs.positioning import position
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.outputs import files_at_once
 from stickslip.presentation import write_report
 from stickslip.records import Identification, InputError, Positioning
+from stickslip.tasks import surrogate
+from stickslip.tasks.identification import identify
+from stickslip.tasks.json_file import write_json
+from stickslip.tasks.positioning import position
 
 __all__ = ["Demonstration", "demonstrate"]
 

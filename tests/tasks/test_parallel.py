@@ -6,7 +6,7 @@ from time import sleep
 
 import pytest
 
-from stickslip.jobs.parallel import in_parallel
+from stickslip.tasks.parallel import in_parallel
 
 
 def test_work_in_parallel_keeps_its_order() -> None:

@@ -7,9 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.jobs.reading import log_at
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.records import AxisLog, InputError
+from stickslip.tasks.reading import log_at
 
 __all__ = ["logs_at"]
 
@@ -30,7 +30,7 @@ def logs_at(
     given
         Logs, or paths of logs.
     schema, axis, columns
-        How to read those that are paths (see `stickslip.jobs.reading.log_at`).
+        How to read those that are paths (see `stickslip.tasks.reading.log_at`).
 
     Raises
     ------

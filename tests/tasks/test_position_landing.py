@@ -7,8 +7,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from stickslip.jobs import position, write_json
 from stickslip.records import Ending, InputError, Positioning
+from stickslip.tasks import position, write_json
 
 AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
 TASK = "targets = [0.3, 0.1]\ntolerance = 1e-5\nduration = 4.0\nsampling_time = 0.01"

@@ -16,8 +16,8 @@ from stickslip.estimation import (
     MaximumLikelihoodEstimator,
     PublishedEnergyEstimator,
 )
-from stickslip.jobs import Demonstration, demonstrate, identify, json_text, write_json
 from stickslip.records import AxisLog, InputError
+from stickslip.tasks import Demonstration, demonstrate, identify, json_text, write_json
 
 MASS, COULOMB, VISCOUS = 3.0, 1.5, 4.0
 CLOSE = 0.03  # relative; the velocity is differentiated from positions

@@ -6,10 +6,10 @@ from pathlib import Path
 
 from stickslip.estimation.base import EstimationTask, Estimator
 from stickslip.estimation.registry import ESTIMATORS, EstimatorEntry, entry_of
-from stickslip.jobs.reading import log_at
-from stickslip.jobs.several_logs import logs_at
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.records import AxisLog, EffortKind, Identification, InputError
+from stickslip.tasks.reading import log_at
+from stickslip.tasks.several_logs import logs_at
 
 __all__ = ["identify"]
 

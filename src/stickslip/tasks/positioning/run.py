@@ -8,9 +8,6 @@ import numpy as np
 
 from stickslip import __version__
 from stickslip.control import PositionController
-from stickslip.jobs.positioning.arm import arm_of, swings
-from stickslip.jobs.positioning.judging import arm_ending, ending, settling_time
-from stickslip.jobs.recorder import Recorder
 from stickslip.records import (
     InputError,
     LearnedPulses,
@@ -20,6 +17,9 @@ from stickslip.records import (
 )
 from stickslip.scenario import Axis, Scenario, ScenarioFile, read_scenario
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
+from stickslip.tasks.positioning.arm import arm_of, swings
+from stickslip.tasks.positioning.judging import arm_ending, ending, settling_time
+from stickslip.tasks.recorder import Recorder
 
 __all__ = ["position"]
 

@@ -6,15 +6,15 @@ from pathlib import Path
 
 from stickslip import __version__
 from stickslip.estimation.base import EstimationTask
-from stickslip.jobs.compare.candidates import (
+from stickslip.logs import AxisSchema, LogSchema
+from stickslip.records import AxisLog, ComparedEstimator, EstimatorComparison, StickslipError
+from stickslip.tasks.compare.candidates import (
     Fitted,
     chosen_names,
     fitted,
     inertia_of,
 )
-from stickslip.jobs.reading import log_at
-from stickslip.logs import AxisSchema, LogSchema
-from stickslip.records import AxisLog, ComparedEstimator, EstimatorComparison, StickslipError
+from stickslip.tasks.reading import log_at
 
 __all__ = ["compare_log", "timed"]
 

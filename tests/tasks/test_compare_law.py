@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from stickslip import EstimationTask
-from stickslip.jobs import compare_scenario
+from stickslip.tasks import compare_scenario
 
 CLOSE = 0.05  # relative, of ten seconds with little noise
 FAR = 0.1  # relative: what a law that lacks the step from static friction takes it for, at least

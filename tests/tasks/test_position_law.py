@@ -15,10 +15,10 @@ from stickslip.friction import (
     LuGreFriction,
     StribeckFriction,
 )
-from stickslip.jobs import position, read_scenario
-from stickslip.jobs.positioning.judging import ending, settling_time
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import Ending, InputError, Positioning
+from stickslip.tasks import position, read_scenario
+from stickslip.tasks.positioning.judging import ending, settling_time
 
 TOLERANCE = 2e-5  # m, of every task here: the report's
 

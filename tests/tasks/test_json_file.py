@@ -7,7 +7,7 @@ from pathlib import Path
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.jobs import json_text, write_json
+from stickslip.tasks import json_text, write_json
 
 NUMBERS = st.none() | st.booleans() | st.integers() | st.floats() | st.text()
 DOCUMENTS = st.dictionaries(

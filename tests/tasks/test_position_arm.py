@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.jobs import position
-from stickslip.jobs.positioning.judging import arm_ending
 from stickslip.plants import FlexibleArm
 from stickslip.records import Ending, InputError, Positioning, PositioningOutcome
 from stickslip.simulation import simulate
+from stickslip.tasks import position
+from stickslip.tasks.positioning.judging import arm_ending
 
 AXIS = (
     "mass = 1.0\nload_mass = 1.0\nstiffness = 1.0\ncoulomb_friction = 0.15\n"
