@@ -21,7 +21,7 @@ from stickslip.estimation.selection.rival_law import (
 )
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
-from stickslip.records import AxisLog, InputError, Status
+from stickslip.records import AxisLog, InputError, LogSource, Status
 
 EXACT = 1e-9
 """Relative; what sums of some hundred terms leave of double precision."""
@@ -376,13 +376,22 @@ def test_known_mass_within_its_tolerance_is_accepted() -> None:
     assert SelectedModelEstimator(inertia=known).fit(log_of()).status is Status.OK
 
 
-def test_millimetres_read_as_metres_are_a_mismatch() -> None:
+STATED = LogSource(files=("stage.csv",), sha256="")
+ASSUMED = replace(STATED, assumed_units=(("position", "m"),))
+
+
+@pytest.mark.parametrize("source", [None, STATED, ASSUMED])
+@pytest.mark.parametrize("factor", [0.8, 1.25])
+def test_units_are_doubted_beyond_a_speed(source: LogSource | None, factor: float) -> None:
     log = log_of()
-    estimate = SelectedModelEstimator().fit(
-        replace(log, measured_position=1e3 * log.measured_position)
-    )
-    assert estimate.status is Status.MODEL_MISMATCH
-    assert "is the position in mm?" in estimate.diagnostics.notes[0]
+    top = float(np.max(np.abs(np.diff(log.measured_position)))) / log.sampling_time
+    bounds = PlausibilityTuning()
+    largest = bounds.largest_speed * (bounds.declared_ratio if source is STATED else 1.0)
+    position = factor * largest / top * log.measured_position
+    estimate = SelectedModelEstimator().fit(replace(log, measured_position=position, source=source))
+    doubted = any("is the position in mm?" in note for note in estimate.diagnostics.notes)
+    assert doubted == (factor > 1.0)
+    assert (estimate.status is Status.MODEL_MISMATCH) == doubted
 
 
 @pytest.mark.parametrize(("unit", "mismatch"), [(np.pi, False), (180.0, True)])

@@ -12,7 +12,7 @@ from stickslip.estimation.selection.search import DELAY_TERM, Model, SearchTunin
 from stickslip.estimation.selection.significance import significance
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
-from stickslip.records import AxisKind, count_of
+from stickslip.records import AxisKind, AxisLog, count_of
 
 __all__ = [
     "PlausibilityTuning",
@@ -37,6 +37,9 @@ class PlausibilityTuning:
     """Speed of a linear axis [m/s]: the fastest linear motors reach it."""
     largest_travel: float = 30.0
     """Range of positions of a linear axis [m]: gantries reach it."""
+    declared_ratio: float = 5.0
+    """Ratio by which speed and travel may be larger in a file that states the unit of the position
+    [-]: sledges and trains. Stages read in the wrong unit are 1000 times as fast."""
     largest_rotary_speed: float = 2500.0
     """Speed of a rotary axis [rad/s], 24 000 rpm: spindles reach it, positioning axes do not."""
     shortest_move: float = 30.0
@@ -109,7 +112,8 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
         return ""
     travel = float(np.ptp(moving))
     if log.log.kind == "linear":
-        if speed > tuning.largest_speed or travel > tuning.largest_travel:
+        ratio = tuning.declared_ratio if _states_unit(log.log) else 1.0
+        if speed > ratio * tuning.largest_speed or travel > ratio * tuning.largest_travel:
             return (
                 f"travel of {travel:.3g} m at up to {speed:.3g} m/s: is the position in mm? "
                 + _CONVERTED["mm"]
@@ -127,6 +131,11 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
             "is the position in degrees? " + _CONVERTED["deg"]
         )
     return ""
+
+
+def _states_unit(log: AxisLog) -> bool:
+    """Return whether the file or its schema states the unit of the position."""
+    return log.source is not None and "position" not in dict(log.source.assumed_units)
 
 
 def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
