@@ -61,6 +61,19 @@ def entry(document: str, name: str) -> str | None:
     return None
 
 
+def comment(thing: type, name: str) -> str | None:
+    """Return the comment of a field in the body of its class (``#: ...``), above it or behind it.
+
+    Sphinx shows it in the reference, as what a docstring says of an attribute.
+    """
+    field = rf"((?:^    #:.*\n)*)^    {name}:(?:[^#\n]|\n(?!    [\w#]))*(#:.*)?"
+    for base in thing.__mro__[:-1]:
+        found = re.search(field, inspect.getsource(base), re.MULTILINE)
+        if found is not None and any(found.groups()):
+            return "".join(filter(None, found.groups()))
+    return None
+
+
 PUBLIC = list(public_objects())
 
 
@@ -76,6 +89,8 @@ def test_public_names_are_documented_with_units(name: str, thing: object) -> Non
         return
     for argument, declared in numeric_arguments(thing):
         text = entry(document, argument)
+        if text is None and isinstance(thing, type):
+            text = comment(thing, argument)
         assert text is not None, f"{name} does not document {argument}"
         assert declared or re.search(r"\[[^\]]+\]", text), f"{name}: {argument} has no [unit]"
 

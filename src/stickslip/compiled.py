@@ -27,8 +27,6 @@ import numba
 import platformdirs
 from numba.core import config, event
 
-__all__ = ["compiled"]
-
 P = ParamSpec("P")
 R = TypeVar("R")
 
@@ -122,10 +120,7 @@ def _cache_folder(root: Path, sources: frozenset[Path]) -> tuple[Path, frozenset
 
 
 def _is_whole(path: Path) -> bool:
-    """Return whether a file ends with the stop code of a pickle.
-
-    True for a file that another process removed meanwhile.
-    """
+    """Return whether a file ends with the stop code of a pickle, or was removed meanwhile."""
     try:
         with path.open("rb") as file:
             file.seek(-1, os.SEEK_END)
@@ -204,22 +199,13 @@ def _cached(function: Callable[..., Any], options: dict[str, Any]) -> Any:
 def compiled(
     *, inline: bool = False, cached: bool = True, brief: bool = False
 ) -> Callable[[Callable[P, R]], Callable[P, R]]:
-    """Compile a kernel to machine code at its first call, and keep it for the next process.
+    """Compile the decorated kernel to machine code at its first call.
 
-    Parameters
-    ----------
-    inline
-        Ask the compiler's back end to inline the kernel where it is called.
-    cached
-        Keep the machine code for the next process. A kernel that takes other kernels as arguments
-        cannot be found in the cache again, and would only add to it.
-    brief
-        Keep the interpreter's lock: for a kernel that takes less than a microsecond and is called
-        from Python sample by sample, where to let go of the lock would be a good part of the time.
-
-    Returns
-    -------
-    The decorator; the decorated kernel keeps its signature.
+    ``inline`` asks the compiler's back end to inline the kernel where it is called. ``cached``
+    keeps the machine code for the next process; a kernel that takes other kernels as arguments
+    cannot be found in the cache again, and would only add to it. ``brief`` keeps the interpreter's
+    lock: for a kernel that takes less than a microsecond and is called from Python sample by
+    sample, where to release the lock would be a good part of the time.
     """
     options: dict[str, Any] = {"nogil": not brief, "error_model": "numpy"}
     if inline:

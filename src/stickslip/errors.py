@@ -6,16 +6,6 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-__all__ = [
-    "EventBudgetError",
-    "InputError",
-    "MissingExtraError",
-    "StickslipError",
-    "finite_vector",
-    "non_negative",
-    "positive",
-]
-
 
 class StickslipError(Exception):
     """Root of every error this package raises on purpose."""
@@ -105,13 +95,7 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
 
 
 def _number(name: str, value: Any, unit: str) -> float:
-    """Return a value as a float, also one that is not finite.
-
-    Raises
-    ------
-    InputError
-        If it is no number; text that looks like one is none.
-    """
+    """Return a value as a float, also one that is not finite; text is no number."""
     try:
         return float("text" if isinstance(value, str | bytes) else value)
     except (TypeError, ValueError):
@@ -121,34 +105,32 @@ def _number(name: str, value: Any, unit: str) -> float:
         ) from None
 
 
-def _told(number: float, unit: str) -> str:
-    return f"{number:g}" if unit in _NO_UNIT else f"{number:g} {unit}"
+def _checked(name: str, value: float, unit: str, *, zero: bool) -> float:
+    """Return a finite number that is positive, or zero where that is allowed."""
+    number = _number(name, value, unit)
+    if not (np.isfinite(number) and (number > 0 or (zero and number == 0))):
+        shown = f"{number:g}" if unit in _NO_UNIT else f"{number:g} {unit}"
+        limit = "must not be negative" if zero else "must be positive"
+        limit = "must be finite" if number == np.inf else limit
+        remedy = "give a positive value" + ", or 0" * zero
+        raise InputError(f"{name} is {shown}, it {limit}", remedy=remedy)
+    return number
 
 
 def positive(name: str, value: float, unit: str) -> float:
-    """Check a quantity that must be positive.
+    """Check a quantity that must be positive; see `non_negative`.
 
     Parameters
     ----------
-    name
-        What it is called in the message.
     value
         Its value [``unit``].
-    unit
-        Its SI unit; ``"-"`` for none.
 
     Raises
     ------
     InputError
         If it is no number, or not finite and above zero.
     """
-    number = _number(name, value, unit)
-    if not (np.isfinite(number) and number > 0):
-        limit = "finite" if number == np.inf else "positive"
-        raise InputError(
-            f"{name} is {_told(number, unit)}, it must be {limit}", remedy="give a positive value"
-        )
-    return number
+    return _checked(name, value, unit, zero=False)
 
 
 def non_negative(name: str, value: float, unit: str) -> float:
@@ -157,7 +139,7 @@ def non_negative(name: str, value: float, unit: str) -> float:
     Parameters
     ----------
     name
-        What it is called in the message.
+        Name of the quantity in the message.
     value
         Its value [``unit``].
     unit
@@ -168,10 +150,4 @@ def non_negative(name: str, value: float, unit: str) -> float:
     InputError
         If it is no number, not finite, or below zero.
     """
-    number = _number(name, value, unit)
-    if not (np.isfinite(number) and number >= 0):
-        limit = "must be finite" if number == np.inf else "must not be negative"
-        raise InputError(
-            f"{name} is {_told(number, unit)}, it {limit}", remedy="give a positive value, or 0"
-        )
-    return number
+    return _checked(name, value, unit, zero=True)

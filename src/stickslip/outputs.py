@@ -1,6 +1,6 @@
 """Files are written whole or not at all, and a place that cannot be written is found beforehand.
 
-A leaf beside the packages: the report, the log writer and the tasks all write files.
+A leaf beside the packages: the report, the log writer and the jobs all write files.
 """
 
 import contextlib
@@ -11,30 +11,15 @@ from collections.abc import Generator, Iterable
 from pathlib import Path
 from typing import TextIO
 
-from stickslip.records import InputError
-
-__all__ = ["check_output", "files_at_once", "whole_file"]
+from stickslip.errors import InputError
 
 
 def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the output") -> None:
     """Check that a file can be written at ``path``, before any work is done for it.
 
     Nothing is left behind: the check makes a file of another name in the same folder and removes
-    it.
-
-    Parameters
-    ----------
-    path
-        Where the file shall go.
-    inputs
-        Files that must not be overwritten, as they are read to make it.
-    what
-        What the file is called in the message, such as ``"--json"``.
-
-    Raises
-    ------
-    InputError
-        If ``path`` is a folder, is one of the inputs, or lies where nothing can be written.
+    it. ``inputs`` are files that must not be overwritten, as the output is made from them; ``what``
+    names the file in the message, such as ``"--json"``.
     """
     try:
         _check(path, inputs, what)
@@ -75,19 +60,7 @@ def _check(path: Path, inputs: Iterable[Path], what: str) -> None:
 def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
     """Open a UTF-8 text file that appears under its name only once it is complete.
 
-    `check_output` runs first.
-
-    Parameters
-    ----------
-    path
-        Where the file shall go; an existing file is replaced.
-    what
-        What the file is called in the message.
-
-    Raises
-    ------
-    InputError
-        If it cannot be written there.
+    `check_output` runs first; an existing file is replaced.
     """
     check_output(path, what=what)
     replaceable = path.is_file() or not path.exists()
@@ -111,18 +84,6 @@ def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
     What is written into the folder yielded is moved to ``folder`` when the block ends; existing
     files of the same names are replaced. If it fails nothing appears, and a folder that was made
     for it is removed.
-
-    Parameters
-    ----------
-    folder
-        Where the files shall go; made if it is missing.
-    what
-        What the files are called in the message.
-
-    Raises
-    ------
-    InputError
-        If ``folder`` is a file or lies below one, or if nothing can be written there.
     """
     for each in (folder, *folder.parents):
         if each.exists() and not each.is_dir():

@@ -6,17 +6,29 @@ The model is
 
 with white w of covariance f(k) Q and white n_c of variance R_c. Measurements are taken one by one,
 which is exact for independent noise and needs no matrix inverse. All functions are compiled;
-`predict`, `update` and `measure` work in place, so that a kernel with more to carry along can call
-them step by step. In the functions for whole logs each measurement is that of one state, and the
-states at the start are known with a covariance: measurements follow the first step.
+`predict`, `update` and `measure` work in place, so that a kernel with a larger state can call them
+step by step. In the functions for whole logs each measurement is that of one state, and the first
+state has a mean and a covariance: measurements follow the first step. ``s`` is the number of
+states; a constant lets the compiler unroll the loops over them.
 """
+
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
 
 from stickslip.compiled import compiled
 
-__all__ = ["cost", "measure", "predict", "smooth", "update", "whiten"]
+
+class LinearModel(NamedTuple):
+    """A model over each of n samples, and its sensors."""
+
+    A: Float[np.ndarray, "s s"]  # transition
+    B: Float[np.ndarray, "s m"]  # of the inputs, held over a sample
+    Q: Float[np.ndarray, "s s"]  # covariance of the process noise of a sample
+    factors: Float[np.ndarray, " n"]  # f, of that covariance
+    sensors: Int[np.ndarray, " c"]  # number of the state that each sensor measures
+    R: Float[np.ndarray, " c"]  # variance of each sensor's noise
 
 
 @compiled(inline=True)
@@ -32,16 +44,8 @@ def predict(
 
     Parameters
     ----------
-    A, Q
-        Transition and covariance of the process noise of the sample [any units].
-    P
-        Covariance of the states [any units].
-    work
-        Overwritten [any units].
-    states
-        Their number; a constant lets the compiler unroll the loops. 0 takes it from P.
-    factor
-        f, of the process noise [-].
+    A, Q, P, work, factor
+        As in the equation, and room for a product [any units]; 0 ``states`` are those of P.
     """
     s = states if states > 0 else P.shape[0]
     for i in range(s):
@@ -69,20 +73,12 @@ def update(
 ) -> float:
     """Condition a covariance on one measurement in place; return the innovation's variance.
 
-    S = h' P h + R, K = P h / S, P <- P - K S K'. The gain K is left in ``gain``.
+    S = h' P h + R, K = P h / S, P <- P - K S K'.
 
     Parameters
     ----------
-    h
-        Row that maps the states to the measurement [any units].
-    R
-        Variance of its noise [any units].
-    P
-        Covariance of the states [any units].
-    gain
-        Overwritten [any units].
-    states
-        As `predict` takes it.
+    h, R, P, gain
+        As in the equations; the gain K is left in ``gain`` [any units].
     """
     s = states if states > 0 else P.shape[0]
     variance = R
@@ -115,10 +111,8 @@ def measure(
 
     Parameters
     ----------
-    state
-        Number of the state that is measured.
-    R, P, gain, states
-        As `update` takes them [any units].
+    R, P, gain
+        As of `update` [any units].
     """
     s = states if states > 0 else P.shape[0]
     variance = P[state, state] + R
@@ -133,12 +127,7 @@ def measure(
 
 @compiled(inline=True)
 def _whiten(
-    A: Float[np.ndarray, "s s"],
-    B: Float[np.ndarray, "s m"],
-    Q: Float[np.ndarray, "s s"],
-    factors: Float[np.ndarray, " n"],
-    sensors: Int[np.ndarray, " c"],
-    R: Float[np.ndarray, " c"],
+    model: LinearModel,
     inputs: Float[np.ndarray, "n m q"],
     measured: Float[np.ndarray, "n c q"],
     first: Float[np.ndarray, "s q"],
@@ -146,6 +135,7 @@ def _whiten(
     s: int,
 ) -> tuple[Float[np.ndarray, "n c q"], float]:
     """`whiten` for s states."""
+    A, B, Q, factors, sensors, R = model
     n, channels, q = measured.shape
     m = B.shape[1]
     z, moved = first.copy(), np.empty((s, q))
@@ -162,9 +152,7 @@ def _whiten(
                 for h in range(m):
                     drive += B[i, h] * inputs[k, h, j]
                 moved[i, j] = total + drive
-        for i in range(s):
-            for j in range(q):
-                z[i, j] = moved[i, j]
+        z, moved = moved, z
         predict(A, Q, P, work, s, factors[k])
         for c in range(channels):
             S = measure(sensors[c], R[c], P, gain, s)
@@ -180,12 +168,7 @@ def _whiten(
 
 @compiled()
 def whiten(
-    A: Float[np.ndarray, "s s"],
-    B: Float[np.ndarray, "s m"],
-    Q: Float[np.ndarray, "s s"],
-    factors: Float[np.ndarray, " n"],
-    sensors: Int[np.ndarray, " c"],
-    R: Float[np.ndarray, " c"],
+    model: LinearModel,
     inputs: Float[np.ndarray, "n m q"],
     measured: Float[np.ndarray, "n c q"],
     first: Float[np.ndarray, "s q"],
@@ -198,32 +181,21 @@ def whiten(
 
     Parameters
     ----------
-    A, B, Q, factors
-        Model over a sample, and factor of the process noise in each [any units].
-    sensors, R
-        Number of the state that each sensor measures, and variance of its noise [any units].
     inputs, measured
-        Inputs of each sample, and measurements at its end, of each signal [any units].
+        Inputs of each sample, and measurements at its end [any units].
     first, spread
-        Mean of the first state of each signal, and its covariance [any units].
+        Mean and covariance of the first state [any units].
     """
-    # With a number of states that the compiler knows, the loops over them are unrolled
-    if A.shape[0] == 2:
-        return _whiten(A, B, Q, factors, sensors, R, inputs, measured, first, spread, 2)
-    if A.shape[0] == 4:
-        return _whiten(A, B, Q, factors, sensors, R, inputs, measured, first, spread, 4)
-    s = A.shape[0]
-    return _whiten(A, B, Q, factors, sensors, R, inputs, measured, first, spread, s)
+    if model.A.shape[0] == 2:
+        return _whiten(model, inputs, measured, first, spread, 2)
+    if model.A.shape[0] == 4:
+        return _whiten(model, inputs, measured, first, spread, 4)
+    return _whiten(model, inputs, measured, first, spread, model.A.shape[0])
 
 
 @compiled(inline=True)
 def _filter(
-    A: Float[np.ndarray, "s s"],
-    B: Float[np.ndarray, "s m"],
-    Q: Float[np.ndarray, "s s"],
-    factors: Float[np.ndarray, " n"],
-    sensors: Int[np.ndarray, " c"],
-    R: Float[np.ndarray, " c"],
+    model: LinearModel,
     inputs: Float[np.ndarray, "n m"],
     measured: Float[np.ndarray, "n c"],
     first: Float[np.ndarray, " s"],
@@ -233,16 +205,14 @@ def _filter(
     s: int,
 ) -> float:
     """Return `cost` for s states; keep the predictions where there is room for them."""
+    A, B, Q, factors, sensors, R = model
     n, channels = measured.shape
     m, kept = B.shape[1], means.shape[0]
     z, moved, gain = first.copy(), np.empty(s), np.empty(s)
     P, work = spread.copy(), np.empty((s, s))
     cost = 0.0
     if kept > 0:
-        for i in range(s):
-            means[0, i] = z[i]
-            for j in range(s):
-                spreads[0, i, j] = P[i, j]
+        means[0], spreads[0] = z, P
     for k in range(n):
         for i in range(s):
             total = 0.0
@@ -251,14 +221,10 @@ def _filter(
             for h in range(s):
                 total += A[i, h] * z[h]
             moved[i] = total
-        for i in range(s):
-            z[i] = moved[i]
+        z, moved = moved, z
         predict(A, Q, P, work, s, factors[k])
         if k + 1 < kept:
-            for i in range(s):
-                means[k + 1, i] = z[i]
-                for j in range(s):
-                    spreads[k + 1, i, j] = P[i, j]
+            means[k + 1], spreads[k + 1] = z, P
         for c in range(channels):
             S = measure(sensors[c], R[c], P, gain, s)
             e = measured[k, c] - z[sensors[c]]
@@ -270,12 +236,7 @@ def _filter(
 
 @compiled()
 def cost(
-    A: Float[np.ndarray, "s s"],
-    B: Float[np.ndarray, "s m"],
-    Q: Float[np.ndarray, "s s"],
-    factors: Float[np.ndarray, " n"],
-    sensors: Int[np.ndarray, " c"],
-    R: Float[np.ndarray, " c"],
+    model: LinearModel,
     inputs: Float[np.ndarray, "n m"],
     measured: Float[np.ndarray, "n c"],
     first: Float[np.ndarray, " s"],
@@ -285,27 +246,21 @@ def cost(
 
     Parameters
     ----------
-    A, B, Q, factors, sensors, R, inputs, measured, first, spread
-        As `smooth` takes them [any units].
+    inputs, measured, first, spread
+        As of `whiten` [any units].
     """
-    s = A.shape[0]
+    s = model.A.shape[0]
     none, nothing = np.empty((0, s)), np.empty((0, s, s))
     if s == 3:
-        return _filter(
-            A, B, Q, factors, sensors, R, inputs, measured, first, spread, none, nothing, 3
-        )
+        return _filter(model, inputs, measured, first, spread, none, nothing, 3)
     if s == 5:
-        return _filter(
-            A, B, Q, factors, sensors, R, inputs, measured, first, spread, none, nothing, 5
-        )
-    return _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, none, nothing, s)
+        return _filter(model, inputs, measured, first, spread, none, nothing, 5)
+    return _filter(model, inputs, measured, first, spread, none, nothing, s)
 
 
 @compiled(inline=True)
 def _smooth(
-    A: Float[np.ndarray, "s s"],
-    sensors: Int[np.ndarray, " c"],
-    R: Float[np.ndarray, " c"],
+    model: LinearModel,
     measured: Float[np.ndarray, "n c"],
     means: Float[np.ndarray, "n+1 s"],
     spreads: Float[np.ndarray, "n+1 s s"],
@@ -313,6 +268,7 @@ def _smooth(
     s: int,
 ) -> Float[np.ndarray, "n+1 s+q"]:
     """Smooth predictions for s states, backward; see `smooth`."""
+    A, _, _, _, sensors, R = model
     n, channels = measured.shape
     out = np.empty((n + 1, s + spreads_of.size))
     lam, g, z = np.zeros(s), np.zeros(s), np.zeros(s)
@@ -376,12 +332,7 @@ def _smooth(
 
 @compiled()
 def smooth(
-    A: Float[np.ndarray, "s s"],
-    B: Float[np.ndarray, "s m"],
-    Q: Float[np.ndarray, "s s"],
-    factors: Float[np.ndarray, " n"],
-    sensors: Int[np.ndarray, " c"],
-    R: Float[np.ndarray, " c"],
+    model: LinearModel,
     inputs: Float[np.ndarray, "n m"],
     measured: Float[np.ndarray, "n c"],
     first: Float[np.ndarray, " s"],
@@ -400,22 +351,18 @@ def smooth(
 
     Parameters
     ----------
-    A, B, Q, factors, sensors, R
-        Model over a sample; see `whiten` [any units].
-    inputs, measured
-        Inputs of each sample, and measurements at its end [any units].
-    first, spread
-        Mean and covariance of the first state [any units].
+    inputs, measured, first, spread
+        As of `whiten` [any units].
     spreads_of
         Numbers of the states whose standard deviations follow.
     """
-    n, s = measured.shape[0], A.shape[0]
+    n, s = measured.shape[0], model.A.shape[0]
     means, spreads = np.empty((n + 1, s)), np.empty((n + 1, s, s))
     if s == 3:
-        _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, means, spreads, 3)
-        return _smooth(A, sensors, R, measured, means, spreads, spreads_of, 3)
+        _filter(model, inputs, measured, first, spread, means, spreads, 3)
+        return _smooth(model, measured, means, spreads, spreads_of, 3)
     if s == 5:
-        _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, means, spreads, 5)
-        return _smooth(A, sensors, R, measured, means, spreads, spreads_of, 5)
-    _filter(A, B, Q, factors, sensors, R, inputs, measured, first, spread, means, spreads, s)
-    return _smooth(A, sensors, R, measured, means, spreads, spreads_of, s)
+        _filter(model, inputs, measured, first, spread, means, spreads, 5)
+        return _smooth(model, measured, means, spreads, spreads_of, 5)
+    _filter(model, inputs, measured, first, spread, means, spreads, s)
+    return _smooth(model, measured, means, spreads, spreads_of, s)

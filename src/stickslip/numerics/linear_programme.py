@@ -1,14 +1,11 @@
 """Linear programmes solved by HiGHS, with every status looked at."""
 
-from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records import StickslipError
-
-__all__ = ["Optimum", "minimise"]
+from stickslip.errors import StickslipError
 
 _SOLVED, _INFEASIBLE = 0, 2
 _FEASIBILITY = 1e-10  # the smallest that HiGHS takes; constraints are scaled to about 1
@@ -20,17 +17,13 @@ _METHODS = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class Optimum:
-    """What solves a linear programme, and the prices of its constraints.
-
-    ``at_most_price`` is not positive: by how much the cost changes with what is allowed.
-    """
+class Optimum(NamedTuple):
+    """Solution of a linear programme, and the prices of its constraints."""
 
     x: Float[np.ndarray, " n"]
     cost: float
     equal_price: Float[np.ndarray, " e"]
-    at_most_price: Float[np.ndarray, " r"]
+    at_most_price: Float[np.ndarray, " r"]  # change of the cost with what is allowed, never above 0
 
 
 def minimise(
@@ -43,42 +36,28 @@ def minimise(
     """Minimise a linear cost; None if no point meets the constraints.
 
     Only a verdict counts, optimal or infeasible. Anything else (a numerical difficulty, which
-    HiGHS reports for some infeasible programmes too) goes on to the next method.
-
-    Raises
-    ------
-    StickslipError
-        If no method comes to a verdict.
+    HiGHS reports for some infeasible programmes too) is followed by the next method. If none comes
+    to a verdict, a StickslipError is raised.
     """
     from scipy import optimize
 
     linprog: Any = optimize.linprog  # whose stubs know bounds as a list of pairs only
 
-    said: list[str] = []
+    failures: list[str] = []
     for method, presolve in _METHODS:
         options = {
             "presolve": presolve,
             "primal_feasibility_tolerance": _FEASIBILITY,
             "dual_feasibility_tolerance": _FEASIBILITY,
         }
-        result = linprog(
-            cost,
-            A_ub=at_most[0],
-            b_ub=at_most[1],
-            A_eq=equal[0],
-            b_eq=equal[1],
-            bounds=bounds,
-            method=method,
-            options=options,
-        )
+        (A_ub, b_ub), (A_eq, b_eq) = at_most, equal
+        result = linprog(cost, A_ub, b_ub, A_eq, b_eq, bounds, method=method, options=options)
         if result.status == _INFEASIBLE:
             return None
         if result.status == _SOLVED:
-            return Optimum(
-                x=result.x,
-                cost=float(result.fun),
-                equal_price=result.eqlin.marginals,
-                at_most_price=result.ineqlin.marginals,
-            )
-        said.append(f"{method}: status {result.status}, {result.message}")
-    raise StickslipError("HiGHS found neither an optimum nor a contradiction: " + "; ".join(said))
+            prices = result.eqlin.marginals, result.ineqlin.marginals
+            return Optimum(result.x, float(result.fun), *prices)
+        failures.append(f"{method}: status {result.status}, {result.message}")
+    raise StickslipError(
+        "HiGHS found neither an optimum nor a contradiction: " + "; ".join(failures)
+    )

@@ -15,8 +15,6 @@ import numpy as np
 from jaxtyping import Float
 from numba.extending import intrinsic, overload
 
-__all__ = ["fields_at", "places"]
-
 _PLACE = 8  # bytes of a number in the vector
 
 
@@ -26,25 +24,13 @@ def places(dtype: np.dtype[Any]) -> int:
 
 
 def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarray, " s"]], Any]:
-    """Return a function that gives the fields of a vector by name, in a kernel and in Python.
+    """Return ``fields(vector) -> record``, in a kernel and in Python: the fields of a vector.
 
-    Parameters
-    ----------
-    dtype
-        Structured, of 8-byte numbers: floats, integers of zero or more (a negative one would read
-        as NaN), and arrays and structures of them.
-    start
-        Place of the first of them in the vector.
-
-    Returns
-    -------
-    ``fields(vector) -> record``: what is written to the record is written to the vector. In a
-    kernel the record must not outlive the vector.
-
-    Raises
-    ------
-    ValueError
-        If the name of a field is an attribute of every record, or a number has not 8 bytes.
+    The dtype is structured, of 8-byte numbers: floats, integers of zero or more (a negative one
+    would read as NaN), and arrays and structures of them; the first of them is at place ``start``.
+    What is written to the record is written to the vector; in a kernel it must not outlive the
+    vector. A field whose name is an attribute of every record, or a number of another size, is a
+    ValueError.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What passes between the stages: logs, estimates, and the errors on the way."""
+"""Data that passes between the stages: logs, estimates, results, and the errors on the way."""
 
 from stickslip.errors import (
     EventBudgetError,
@@ -23,10 +23,16 @@ from stickslip.records.estimate import (
     SCHEMA_VERSION,
     SIGNED_PARAMETERS,
     Diagnostics,
+    EffortKind,
     FrictionEstimate,
+    JointLog,
+    JointLogs,
+    LogDeviation,
+    ModelSelection,
     ParameterEstimate,
     Provenance,
     Status,
+    TermScore,
     Verdict,
 )
 from stickslip.records.excitation import Excitation, ExpectedParameter
@@ -38,7 +44,6 @@ from stickslip.records.identification import (
     Residuals,
     Resimulation,
 )
-from stickslip.records.joint import JointLog, JointLogs, LogDeviation
 from stickslip.records.positioning import (
     ArmRun,
     ArmSeries,
@@ -70,7 +75,6 @@ from stickslip.records.quantities import (
     unit_text,
 )
 from stickslip.records.record import ReadOnlyMapping, ScenarioTables
-from stickslip.records.selection import EffortKind, ModelSelection, TermScore
 
 __all__ = [
     "GAP_RATIO",

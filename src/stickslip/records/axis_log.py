@@ -13,34 +13,28 @@ from stickslip.errors import InputError, finite_vector
 from stickslip.records.quantities import AxisKind, count_of, quantity_field, unit_of
 from stickslip.records.record import Record
 
-__all__ = ["GAP_RATIO", "AxisLog", "LogSource", "SensorSample"]
-
 GAP_RATIO = 3.5
 """A time step longer than this many typical ones is a gap and starts a new segment; up to three are
 jitter or a lost sample or two, of a bus or an operating system."""
 
 _MINIMUM_SAMPLES = 2
+_CHANNELS = (
+    "effort",
+    "measured_position",
+    "measured_velocity",
+    "measured_load_position",
+    "measured_load_velocity",
+)
 
 
 @dataclass(frozen=True, kw_only=True)
 class LogSource:
-    """Where a log came from and what was assumed in reading it.
+    """Where a log came from and what was assumed in reading it."""
 
-    Attributes
-    ----------
-    files
-        Names of the files read.
-    sha256
-        Hash of their bytes, in that order.
-    assumptions
-        One sentence for everything that was inferred and not stated by the user.
-    assumed_units
-        Channels whose unit is stated nowhere, each with the SI unit that it was taken in.
-    """
-
-    files: tuple[str, ...]
-    sha256: str
-    assumptions: tuple[str, ...] = ()
+    files: tuple[str, ...]  #: Names of the files read.
+    sha256: str  #: Hash of their bytes, in that order.
+    assumptions: tuple[str, ...] = ()  #: A sentence for everything inferred and not stated.
+    #: Channels whose unit is stated nowhere, each with the SI unit that it was taken in.
     assumed_units: tuple[tuple[str, str], ...] = ()
 
 
@@ -53,7 +47,7 @@ class AxisLog(Record):
     Attributes
     ----------
     name
-        What the axis is called.
+        Name of the axis.
     kind
         ``"linear"`` or ``"rotary"``; decides the units.
     time
@@ -119,20 +113,11 @@ class AxisLog(Record):
                 f"time {word} at sample {k + 1}: {time[k + 1]:.9g} s follows {time[k]:.9g} s",
                 remedy="sort the rows by time and drop duplicates",
             )
-        for name in (
-            "effort",
-            "measured_position",
-            "measured_velocity",
-            "measured_load_position",
-            "measured_load_velocity",
-        ):
+        for name in _CHANNELS:
             values = getattr(self, name)
-            if values is None:
-                continue
-            array = self._store(name, values)
-            if array.size != time.size:
+            if values is not None and (size := self._store(name, values).size) != time.size:
                 raise InputError(
-                    f"{name} has {array.size} samples and time has {time.size}",
+                    f"{name} has {size} samples and time has {time.size}",
                     remedy="every column of a log needs the same number of samples",
                 )
 
@@ -192,18 +177,10 @@ class AxisLog(Record):
 
     def part(self, start: int, stop: int) -> "AxisLog":
         """Return samples ``start`` to ``stop`` (exclusive) as a log of its own."""
-
-        def cut(values: Float[np.ndarray, " n"] | None) -> Any:
-            return None if values is None else values[start:stop]
-
+        columns = {name: getattr(self, name) for name in ("time", *_CHANNELS)}
         return replace(
             self,
-            time=cut(self.time),
-            effort=cut(self.effort),
-            measured_position=cut(self.measured_position),
-            measured_velocity=cut(self.measured_velocity),
-            measured_load_position=cut(self.measured_load_position),
-            measured_load_velocity=cut(self.measured_load_velocity),
+            **{k: None if values is None else values[start:stop] for k, values in columns.items()},
         )
 
     def unit(self, quantity: str) -> str:
@@ -212,7 +189,7 @@ class AxisLog(Record):
 
 
 class SensorSample(NamedTuple):
-    """What a controller sees at a sample instant: sensor values, in SI units; never the truth.
+    """Sensor values that a controller receives at a sample instant, in SI units; never the truth.
 
     A channel without a sensor is NaN.
     """

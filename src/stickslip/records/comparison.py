@@ -12,15 +12,6 @@ from stickslip.records.identification import Resimulation
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, ScenarioTables, valued_tables
 
-__all__ = [
-    "ComparedEstimator",
-    "Contradiction",
-    "EstimatorComparison",
-    "EstimatorScore",
-    "EstimatorStudy",
-    "ParameterScore",
-]
-
 _SCHEMA = 1
 
 _LOG_LEGEND = {
@@ -54,39 +45,25 @@ _STUDY_LEGEND = {
 
 @dataclass(frozen=True, kw_only=True)
 class ComparedEstimator(Record):
-    """What one estimator makes of a log.
-
-    Attributes
-    ----------
-    name
-        Of the estimator.
-    estimate
-        What it found; None if it does not apply to the log.
-    why_not
-        One sentence: why it does not apply; empty if it does.
-    seconds_per_sample
-        Time of a fit over the samples of the log [s]; None if it does not apply.
-    unexplained_effort
-        Norm of effort less inertia force and friction over norm of the effort [-]; None where it
-        is not known.
-    resimulation
-        The identified axis under the logged effort; None where it cannot be simulated.
-    assumed_inertia
-        Mass or inertia that it was given, though it was not known [kg or kg m^2]: that of the
-        energy estimator; None if it needed none.
-    """
+    """One estimator applied to a log."""
 
     json_form = (
         "name applies why_not seconds_per_sample unexplained_effort",
         "position_fit=resimulation.fit assumed_inertia estimate",
     )
 
-    name: str
-    estimate: FrictionEstimate | None = None
-    why_not: str = ""
+    name: str  #: Of the estimator.
+    estimate: FrictionEstimate | None = None  #: None if it does not apply to the log.
+    why_not: str = ""  #: One sentence: why it does not apply; empty if it does.
+    #: Time of a fit over the samples of the log [s]; None if it does not apply.
     seconds_per_sample: float | None = None
+    #: Norm of effort less inertia force and friction over norm of the effort [-]; None where it is
+    #: not known.
     unexplained_effort: float | None = None
+    #: The identified axis under the logged effort; None where it cannot be simulated.
     resimulation: Resimulation | None = None
+    #: Mass or inertia of the energy estimator, given to it in place of a known one; None if it
+    #: needed none.
     assumed_inertia: float | None = quantity_field("inertia", default=None)
 
     @property
@@ -97,23 +74,15 @@ class ComparedEstimator(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Contradiction(Record):
-    """Trusted estimates of one parameter whose 95 % intervals do not overlap.
-
-    Attributes
-    ----------
-    parameter
-        One of `PARAMETER_NAMES`.
-    intervals
-        95 % intervals (low, high) by estimator [SI], each without overlap with at least one other.
-    alone
-        The estimator whose interval overlaps none of all trusted ones, where all others overlap
-        each other; empty if there is none. Of two estimators neither is alone.
-    """
+    """Trusted estimates of one parameter whose 95 % intervals do not overlap."""
 
     json_form = ("parameter alone intervals",)
 
-    parameter: str
+    parameter: str  #: One of `PARAMETER_NAMES`.
+    #: 95 % intervals (low, high) by estimator [SI], each without overlap with at least one other.
     intervals: Mapping[str, tuple[float, float]]
+    #: The estimator whose interval overlaps none of all trusted ones, where all others overlap each
+    #: other; empty if there is none. Of two estimators neither is alone.
     alone: str = ""
 
     def to_dict(self) -> dict[str, Any]:
@@ -123,17 +92,7 @@ class Contradiction(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorComparison(Record):
-    """Estimators side by side on one log.
-
-    Attributes
-    ----------
-    log
-        The measurement.
-    compared
-        One an estimator.
-    stickslip_version
-        Version of this package.
-    """
+    """Estimators side by side on one log."""
 
     schema, comparison, legend = _SCHEMA, "log", _LOG_LEGEND
     json_form = (
@@ -147,9 +106,9 @@ class EstimatorComparison(Record):
         },
     )
 
-    log: AxisLog
-    compared: tuple[ComparedEstimator, ...]
-    stickslip_version: str
+    log: AxisLog  #: The measurement.
+    compared: tuple[ComparedEstimator, ...]  #: One an estimator.
+    stickslip_version: str  #: Version of this package.
 
     @property
     def source(self) -> LogSource:
@@ -203,81 +162,54 @@ class EstimatorComparison(Record):
 
     def _trusted_intervals(self, name: str) -> dict[str, tuple[float, float]]:
         """Return the 95 % intervals of a parameter by trusted estimator [SI]."""
-        intervals: dict[str, tuple[float, float]] = {}
-        for each in self.compared:
-            if each.estimate is None or not each.estimate.status.trusted:
-                continue
-            parameter = each.estimate.parameters.get(name)
-            if parameter is not None and parameter.ci95 is not None:
-                intervals[each.name] = parameter.ci95
-        return intervals
+        return {
+            each.name: parameter.ci95
+            for each in self.compared
+            if each.estimate is not None
+            and each.estimate.status.trusted
+            and (parameter := each.estimate.parameters.get(name)) is not None
+            and parameter.ci95 is not None
+        }
 
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterScore(Record):
-    """How near to the truth an estimator comes in one parameter, over many runs.
-
-    Attributes
-    ----------
-    name
-        One of `PARAMETER_NAMES`.
-    truth, bias, rmse
-        True value, mean error and root mean square error [SI].
-    runs
-        Runs that gave a value.
-    bound_ratio
-        Root mean square of the error over the Cramer-Rao bound, of each run its own if inputs
-        differ [-]; None where the bound does not apply.
-    coverage
-        Share of the runs whose 95 % interval holds the truth [-]; None without intervals.
-    """
+    """The accuracy of an estimator in one parameter, over many runs."""
 
     json_form = ("truth bias rmse runs bound_ratio coverage",)
 
-    name: str
-    truth: float
-    bias: float
-    rmse: float
-    runs: int
+    name: str  #: One of `PARAMETER_NAMES`.
+    truth: float  #: True value [SI].
+    bias: float  #: Mean error [SI].
+    rmse: float  #: Root mean square error [SI].
+    runs: int  #: Runs that gave a value.
+    #: Root mean square of the error over the Cramer-Rao bound, of each run its own if inputs differ
+    #: [-]; None where the bound does not apply.
     bound_ratio: float | None
+    #: Share of the runs whose 95 % interval holds the truth [-]; None without intervals.
     coverage: float | None
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorScore(Record):
-    """How near to the truth an estimator comes over many runs.
-
-    Attributes
-    ----------
-    name
-        Of the estimator.
-    why_not
-        One sentence: why it applied to no run; empty if it did.
-    trusted
-        Share of the runs whose status is ok [-].
-    seconds_per_sample
-        Time of a fit over the samples of the log [s]; None if it does not apply.
-    assumes_inertia
-        Whether it was given the mass or inertia that the energy estimator found.
-    delay_found
-        Share of the runs in which the delay of the effort was found [-]; None where none was looked
-        for.
-    scores
-        By parameter name.
-    """
+    """The accuracy of an estimator over many runs."""
 
     json_form = (
         "name applies why_not trusted seconds_per_sample assumes_inertia",
         "delay_found parameters=scores",
     )
 
-    name: str
-    why_not: str = ""
-    trusted: float = 0.0
+    name: str  #: Of the estimator.
+    why_not: str = ""  #: One sentence: why it applied to no run; empty if it did.
+    trusted: float = 0.0  #: Share of the runs whose status is ok [-].
+    #: Time of a fit over the samples of the log [s]; None if it does not apply.
     seconds_per_sample: float | None = None
+    #: Whether it was given the mass or inertia that the energy estimator found.
     assumes_inertia: bool = False
+    #: Share of the runs in which the delay of the effort was found [-]; None where none was looked
+    #: for.
     delay_found: float | None = None
-    scores: Mapping[str, ParameterScore] = field(default_factory=dict)
+    scores: Mapping[str, ParameterScore] = field(default_factory=dict)  #: By parameter name.
 
     @property
     def applies(self) -> bool:
@@ -287,29 +219,7 @@ class EstimatorScore(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class EstimatorStudy(Record):
-    """Estimators side by side over many runs of one simulated scenario.
-
-    Attributes
-    ----------
-    name, kind
-        Of the scenario, and of its axis.
-    runs, samples
-        How many runs, and samples of each.
-    scenario
-        What the scenario says, by table and key, with units.
-    truth
-        By parameter name [SI].
-    bound
-        Cramer-Rao bound by parameter name, as a standard deviation [SI], of inputs that differ the
-        root mean square; empty where it does not
-        apply.
-    scores
-        One an estimator.
-    notes
-        Anything else a user should know, one sentence each.
-    file, sha256, stickslip_version
-        The scenario file, its hash, and the version of this package that ran it.
-    """
+    """Estimators side by side over many runs of one simulated scenario."""
 
     schema, comparison, legend = _SCHEMA, "scenario", _STUDY_LEGEND
     json_form = (
@@ -318,18 +228,20 @@ class EstimatorStudy(Record):
         {"provenance": ("stickslip_version", "file", "input_sha256=sha256")},
     )
 
-    name: str
-    kind: AxisKind
-    runs: int
-    samples: int
-    scenario: ScenarioTables
-    truth: Mapping[str, float]
+    name: str  #: Of the scenario.
+    kind: AxisKind  #: Of its axis.
+    runs: int  #: Number of runs.
+    samples: int  #: Samples of each run.
+    scenario: ScenarioTables  #: Contents of the scenario, by table and key, with units.
+    truth: Mapping[str, float]  #: By parameter name [SI].
+    #: Cramer-Rao bound by parameter name, as a standard deviation [SI], of inputs that differ the
+    #: root mean square; empty where it does not apply.
     bound: Mapping[str, float]
-    scores: tuple[EstimatorScore, ...]
-    notes: tuple[str, ...]
-    file: str
-    sha256: str
-    stickslip_version: str
+    scores: tuple[EstimatorScore, ...]  #: One an estimator.
+    notes: tuple[str, ...]  #: Anything else a user should know, one sentence each.
+    file: str  #: The scenario file.
+    sha256: str  #: Its hash.
+    stickslip_version: str  #: Version of this package that ran it.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scenario", valued_tables(self.scenario))
@@ -367,10 +279,9 @@ def _alone(intervals: Mapping[str, tuple[float, float]]) -> str:
         for one, other in combinations(intervals, 2)
         if _apart(intervals[one], intervals[other])
     ]
-    others = len(intervals) - 1
-    against_all = [
-        name for name in intervals if len(pairs) == others and all(name in pair for pair in pairs)
-    ]
+    if len(pairs) != len(intervals) - 1:
+        return ""
+    against_all = [name for name in intervals if all(name in pair for pair in pairs)]
     return against_all[0] if len(against_all) == 1 else ""
 
 

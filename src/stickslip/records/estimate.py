@@ -1,30 +1,16 @@
-"""The result of an estimator: values, intervals, and what they are worth."""
+"""The result of an estimator: values, intervals, their worth, and the model they belong to."""
 
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.errors import InputError
-from stickslip.records.joint import JointLogs
 from stickslip.records.quantities import QUANTITIES, AxisKind, quantity_name, shared_name
 from stickslip.records.record import Record, Worded
-from stickslip.records.selection import ModelSelection
-
-__all__ = [
-    "PARAMETER_NAMES",
-    "SCHEMA_VERSION",
-    "SIGNED_PARAMETERS",
-    "Diagnostics",
-    "FrictionEstimate",
-    "ParameterEstimate",
-    "Provenance",
-    "Status",
-    "Verdict",
-]
 
 SCHEMA_VERSION = 1
 
@@ -43,6 +29,10 @@ SIGNED_PARAMETERS = frozenset(
     or (sign == "any in a direction" and name != quantity_name(name))
 )
 """Parameters whose true value may be negative."""
+
+EffortKind = Literal["held", "sampled", "mean"]
+"""Meaning of a logged effort: held from its time stamp to the next, the value at its time stamp, or
+the mean since the time stamp before (or held since then)."""
 
 
 class Status(Worded):
@@ -104,29 +94,17 @@ class Status(Worded):
 
 @dataclass(frozen=True, kw_only=True)
 class ParameterEstimate(Record):
-    """One parameter with its uncertainty.
-
-    Attributes
-    ----------
-    name
-        One of `PARAMETER_NAMES`; with the name of a log in brackets if several logs were fitted
-        jointly and have their own value, as in ``"offset[morning]"``.
-    value
-        Estimate [SI, named by ``unit``]; None when the log cannot identify it.
-    std, ci95
-        Standard deviation and 95 % interval (low, high) [same unit]; None when the log cannot
-        identify it, or the method gives no interval (an observer, say).
-    unit
-        Name of the SI unit.
-    """
+    """One parameter with its uncertainty."""
 
     json_form = ("value std ci95 unit",)
 
+    #: One of `PARAMETER_NAMES`; with the name of a log in brackets if several logs were fitted
+    #: jointly and have their own value, as in ``"offset[morning]"``.
     name: str
-    value: float | None
-    std: float | None
-    ci95: tuple[float, float] | None
-    unit: str
+    value: float | None  #: Estimate [SI, named by ``unit``]; None if it is not identifiable.
+    std: float | None  #: Standard deviation [same unit]; None without a value or an interval.
+    ci95: tuple[float, float] | None  #: 95 % interval (low, high) [same unit]; None as ``std``.
+    unit: str  #: Name of the SI unit.
 
     def __post_init__(self) -> None:
         if shared_name(self.name) not in PARAMETER_NAMES:
@@ -160,86 +138,139 @@ class ParameterEstimate(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Verdict(Record):
-    """What a log can say about one parameter, and why.
+    """Whether a log determines one parameter, and why."""
 
-    Attributes
-    ----------
-    parameter
-        One of `PARAMETER_NAMES`.
-    identifiable
-        Whether the log determines it.
-    reason
-        One sentence, such as "the axis moves one way only, so Coulomb friction and the offset force
-        cannot be separated".
-    """
-
-    parameter: str
-    identifiable: bool
-    reason: str
+    parameter: str  #: One of `PARAMETER_NAMES`.
+    identifiable: bool  #: Whether the log determines it.
+    reason: str  #: One sentence, such as "the axis moves one way only, so Coulomb friction ...".
 
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnostics(Record):
-    """What the result certifies about itself.
+    """What the result certifies about itself."""
 
-    Attributes
-    ----------
-    relative_residual
-        Norm of the residual over norm of the fitted signal [-].
-    cross_validation_residual
-        The same on data left out of the fit [-], or None if the log is too short to leave any out.
-    condition_number
-        Of the regressor with columns scaled to unit norm [-].
-    residual_autocorrelation
-        First-lag autocorrelation of the residual the intervals are computed from [-].
-    effective_samples
-        Number of independent samples that the correlated residual is worth [-].
-    classical_std
-        Standard deviations under the assumption of white residuals, by parameter [SI] (for
-        comparison with the literature; too small when residuals are correlated).
-    samples
-        Number of samples used.
-    verdicts
-        One a parameter.
-    notes
-        Anything else a user should know, one sentence each.
-    effort_delay
-        Samples that the effort was found to act late; None where none was looked for.
-    """
-
-    relative_residual: float
+    relative_residual: float  #: Norm of the residual over norm of the fitted signal [-].
+    #: The same on data left out of the fit [-]; None if the log is too short to leave any out.
     cross_validation_residual: float | None
-    condition_number: float
+    condition_number: float  #: Of the regressor with columns scaled to unit norm [-].
+    #: First-lag autocorrelation of the residual that the intervals are computed from [-].
     residual_autocorrelation: float
-    effective_samples: float
+    effective_samples: float  #: Independent samples that the correlated residual is worth [-].
+    #: Standard deviations under the assumption of white residuals, by parameter [SI]: for
+    #: comparison with the literature; too small when residuals are correlated.
     classical_std: Mapping[str, float]
-    samples: int
-    verdicts: tuple[Verdict, ...]
-    notes: tuple[str, ...] = ()
-    effort_delay: int | None = None
+    samples: int  #: Number of samples used.
+    verdicts: tuple[Verdict, ...]  #: One a parameter.
+    notes: tuple[str, ...] = ()  #: Anything else a user should know, one sentence each.
+    effort_delay: int | None = None  #: Estimated delay of the effort [samples]; None: not sought.
 
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance(Record):
-    """What produced a result.
+    """What produced a result."""
 
-    Attributes
-    ----------
-    stickslip_version
-        Version of this package.
-    files, input_sha256
-        Names and hash of the input; empty for a log made in memory.
-    options
-        Every option of the estimator, as plain values.
-    assumptions
-        What was inferred while reading the log.
-    """
+    stickslip_version: str  #: Version of this package.
+    files: tuple[str, ...]  #: Names of the input files; empty for a log made in memory.
+    input_sha256: str  #: Hash of the input; empty for a log made in memory.
+    options: Mapping[str, Any]  #: Every option of the estimator, as plain values.
+    assumptions: tuple[str, ...] = ()  #: What was inferred while reading the log.
 
-    stickslip_version: str
-    files: tuple[str, ...]
-    input_sha256: str
-    options: Mapping[str, Any]
-    assumptions: tuple[str, ...] = ()
+
+@dataclass(frozen=True, kw_only=True)
+class TermScore(Record):
+    """What one term would add to the selected model, or what it adds as a part of it."""
+
+    term: str  #: Name of the term, such as ``"stribeck"``.
+    text: str  #: Its meaning for the axis, in words.
+    selected: bool  #: Whether the model contains it.
+    #: Of the hypothesis that its coefficients are zero, under correlated residuals [-].
+    p_value: float
+    gain: float  #: Relative decrease of the squared error on moves left out of the fit [-].
+    gain_std: float  #: Standard error of the gain [-].
+    #: Root mean square of what only this term explains, relative to that of the effort [-].
+    share: float
+    #: Parameter of its shape [SI]: the period of a ripple, the distance of presliding, the Stribeck
+    #: velocity; 0 without one.
+    shape: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class ModelSelection(Record):
+    """Which terms a log supports beyond inertia, viscous friction, Coulomb friction and offset."""
+
+    summary: str  #: One paragraph: what was selected and why.
+    #: One a term: the selected ones in the order of their selection, then the others.
+    scores: tuple[TermScore, ...]
+    effort_delay: float = 0.0  #: Time by which the effort acts later than it is logged [s].
+    reference_time: float = 0.0  #: Time at which drifting parameters have the values given [s].
+    reference_position: float = 0.0  #: Position at which a spring has no effort [m or rad].
+    effort_kind: EffortKind = "held"  #: Meaning of the logged effort.
+
+    @property
+    def selected(self) -> tuple[str, ...]:
+        """Names of the selected terms, in the order of their selection."""
+        return tuple(score.term for score in self.scores if score.selected)
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointLog(Record):
+    """One of several logs that were fitted jointly."""
+
+    name: str  #: By which the parameters of this log are named, as in ``"offset[morning]"``.
+    samples: int  #: Number of its samples [-].
+    duration: float  #: From its first sample to its last [s].
+    sampling_time: float  #: Its sampling time [s].
+    #: Root mean square of the residual of the common model [N or N m]; each log is weighted by its
+    #: inverse.
+    residual: float
+    effort_delay: float = 0.0  #: Time by which its effort acts later than it is logged [s].
+    reference_time: float = 0.0  #: Its middle [s], at which drifting parameters are as given.
+    effort_kind: EffortKind = "held"  #: Meaning of its effort.
+
+
+@dataclass(frozen=True, kw_only=True)
+class LogDeviation(Record):
+    """A parameter that differs between one log and the others."""
+
+    log: str  #: Name of the log.
+    parameter: str  #: Name of the parameter.
+    difference: float  #: Of that log from the others [SI].
+    std: float  #: Standard deviation of the difference [SI].
+    relative: float  #: The difference over the value of the others [-].
+    p_value: float  #: Of no difference, times the number of differences that were tested [-].
+    #: Whether it is large enough to matter; one that does not matter only widens the interval.
+    material: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class JointLogs(Record):
+    """The logs of a joint fit, and the test whether they show the same axis."""
+
+    json_form = ("logs p_value error_rate deviations consistent",)
+
+    logs: tuple[JointLog, ...]  #: In the order given.
+    #: Of the hypothesis that all logs have the same common parameters [-]; None if no parameter can
+    #: be compared.
+    p_value: float | None
+    error_rate: float  #: Share of consistent sets of logs that fail the test, at the most [-].
+    deviations: tuple[LogDeviation, ...] = ()  #: What differs significantly, the clearest first.
+
+    @property
+    def consistent(self) -> bool:
+        """Whether no difference is both significant and large enough to matter."""
+        return not any(each.material for each in self.deviations)
+
+    @property
+    def text(self) -> str:
+        """One sentence on whether the logs are consistent."""
+        if self.p_value is None:
+            return "The logs have no parameter that can be compared."
+        rate = f"p = {self.p_value:.2g}; consistent logs fail this test in {self.error_rate:.0%}"
+        if not self.consistent:
+            return f"The logs are not consistent ({rate})."
+        if self.deviations:
+            return f"The logs differ by amounts that do not matter ({rate})."
+        return f"The logs are consistent: they share all common parameters ({rate})."
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -308,15 +339,10 @@ class FrictionEstimate(Record):
     def of_log(self, log: str) -> "FrictionEstimate":
         """Return the estimate of one log of a joint fit, with the usual names of all parameters.
 
-        Parameters
-        ----------
-        log
-            Name of the log.
-
         Raises
         ------
         InputError
-            If it is none of the logs that were fitted.
+            If no log of that name was fitted.
         """
         every = () if self.joint is None else self.joint.logs
         own = next((each for each in every if each.name == log), None)

@@ -1,4 +1,4 @@
-"""An effort designed to identify an axis with, and what is expected of it."""
+"""An effort designed to identify an axis with, and the accuracy to expect of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,28 +10,26 @@ from jaxtyping import Float
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, Valued
 
-__all__ = ["Excitation", "ExpectedParameter"]
-
 _SCHEMA = 2
 _NORMAL_95 = 1.959963984540054
+_QUANTITIES = {
+    "effort": "effort",
+    "largest_effort": "effort",
+    "largest_speed": "velocity",
+    "largest_travel": "position",
+    "duration": "time",
+    "sampling_time": "sampling_time",
+}
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedParameter(Record):
-    """How well a parameter can be found at best.
-
-    Attributes
-    ----------
-    believed
-        What it is believed to be [SI].
-    std
-        Cramer-Rao bound: standard deviation that no unbiased estimator falls below [SI].
-    """
+    """The accuracy of a parameter at best."""
 
     json_form = ("believed std ci95",)
 
-    believed: float
-    std: float
+    believed: float  #: First guess of it [SI].
+    std: float  #: Cramer-Rao bound: no unbiased estimator has a smaller standard deviation [SI].
 
     @property
     def half_width(self) -> float:
@@ -46,23 +44,7 @@ class ExpectedParameter(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Excitation(Record):
-    """An effort designed to identify an axis with.
-
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-    sampling_time, effort
-        Effort held over each sample, shape (n,).
-    expected
-        By parameter name.
-    largest_speed, largest_travel
-        That the axis reaches if it is as believed.
-    options
-        What was asked for, by name: value [unit beside it] and unit.
-    stickslip_version
-        Version of this package.
-    """
+    """An effort designed to identify an axis with."""
 
     schema = _SCHEMA
     json_form = (
@@ -71,14 +53,14 @@ class Excitation(Record):
         {"provenance": ("stickslip_version",)},
     )
 
-    kind: AxisKind
-    sampling_time: float = quantity_field("sampling_time")
-    effort: Float[np.ndarray, " n"] = quantity_field("effort")
-    expected: Mapping[str, ExpectedParameter]
-    largest_speed: float = quantity_field("velocity")
-    largest_travel: float = quantity_field("position")
-    options: Mapping[str, tuple[float | str, str]]
-    stickslip_version: str
+    kind: AxisKind  #: Decides the units.
+    sampling_time: float = quantity_field("sampling_time")  #: Time that each effort is held.
+    effort: Float[np.ndarray, " n"] = quantity_field("effort")  #: Held over each sample.
+    expected: Mapping[str, ExpectedParameter]  #: By parameter name.
+    largest_speed: float = quantity_field("velocity")  #: That the axis reaches by the first guess.
+    largest_travel: float = quantity_field("position")  #: From its start, by the first guess.
+    options: Mapping[str, tuple[float | str, str]]  #: By name, each a value [its unit] and a unit.
+    stickslip_version: str  #: Version of this package.
 
     def __post_init__(self) -> None:
         options = {name: Valued(*pair) for name, pair in self.options.items()}
@@ -92,7 +74,7 @@ class Excitation(Record):
 
     @property
     def duration(self) -> float:
-        """How long it lasts [s]."""
+        """Length of the whole effort [s]."""
         return self.effort.size * self.sampling_time
 
     @property
@@ -107,31 +89,21 @@ class Excitation(Record):
             for name, each in self.expected.items()
             if name.startswith("coulomb_friction")
         ]
-
-        def enough(name: str, believed: float) -> float:
-            return max(abs(believed), *coulomb) if name == "offset" and coulomb else abs(believed)
-
         return tuple(
             name
             for name, each in self.expected.items()
-            if each.believed != 0.0 and each.half_width >= enough(name, each.believed)
+            if each.believed != 0.0
+            and each.half_width >= abs(each.believed)
+            and (name != "offset" or each.half_width >= max(coulomb, default=0.0))
         )
 
     @property
     def units(self) -> dict[str, str]:
         """SI units of the numbers in the JSON form."""
-        quantities = {
-            "effort": "effort",
-            "largest_effort": "effort",
-            "largest_speed": "velocity",
-            "largest_travel": "position",
-            "duration": "time",
-            "sampling_time": "sampling_time",
-        }
-        return {name: unit_of(quantity, self.kind) for name, quantity in quantities.items()}
+        return {name: unit_of(quantity, self.kind) for name, quantity in _QUANTITIES.items()}
 
     def to_dict(self) -> dict[str, Any]:
-        """Return it as plain JSON types (schema 1), with the unit of each parameter."""
+        """Return it as plain JSON types (schema 2), with the unit of each parameter."""
         document = super().to_dict()
         for name, each in document["expected"].items():
             each["unit"] = unit_of(name, self.kind)

@@ -1,4 +1,4 @@
-"""Everything the report of an identification draws, computed beforehand."""
+"""An identified axis with all that its report draws, computed beforehand."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -10,126 +10,68 @@ from stickslip.records.axis_log import AxisLog
 from stickslip.records.estimate import FrictionEstimate
 from stickslip.records.record import Record
 
-__all__ = [
-    "EnergyBalance",
-    "EstimateEvolution",
-    "FrictionCurve",
-    "Identification",
-    "Residuals",
-    "Resimulation",
-]
+_MOST_NAMES = 4  # of logs, in the name of an identification
 
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionCurve:
-    """Friction force against velocity: what the log shows and what was fitted.
+    """Friction force against velocity: the data cloud and the fitted law."""
 
-    Attributes
-    ----------
-    velocity, friction
-        The data cloud, shape (n,): velocity [m/s or rad/s] and effort minus inertia force
-        [N or N m].
-    fitted_velocity, fitted_friction
-        The fitted law with its offset, shape (p,) [m/s or rad/s, N or N m]; NaN separates the two
-        directions.
-    band_low, band_high
-        95 % band of the law, shape (p,) [N or N m].
-    """
-
-    velocity: Float[np.ndarray, " n"]
-    friction: Float[np.ndarray, " n"]
-    fitted_velocity: Float[np.ndarray, " p"]
-    fitted_friction: Float[np.ndarray, " p"]
-    band_low: Float[np.ndarray, " p"]
-    band_high: Float[np.ndarray, " p"]
+    velocity: Float[np.ndarray, " n"]  #: Of the data cloud [m/s or rad/s].
+    friction: Float[np.ndarray, " n"]  #: Effort less inertia force [N or N m].
+    fitted_velocity: Float[np.ndarray, " p"]  #: [m/s or rad/s]; NaN separates the directions.
+    fitted_friction: Float[np.ndarray, " p"]  #: The fitted law with its offset [N or N m].
+    band_low: Float[np.ndarray, " p"]  #: Lower end of the law's 95 % band [N or N m].
+    band_high: Float[np.ndarray, " p"]  #: Upper end of the law's 95 % band [N or N m].
 
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyBalance:
-    """Energies [J] over time [s] (van de Wijdeven 2002, Eqs. 3.1-3.9), shape (n,) each.
+    """Energies over time (van de Wijdeven 2002, Eqs. 3.1-3.9)."""
 
-    Attributes
-    ----------
-    time
-        Time stamps [s].
-    input, kinetic, potential
-        Input, kinetic and potential energy [J]; potential is zero for a rigid axis.
-    measured_dissipation
-        Input minus kinetic minus potential energy [J].
-    explained_dissipation
-        What the fitted friction and offset dissipate [J].
-    """
-
-    time: Float[np.ndarray, " n"]
-    input: Float[np.ndarray, " n"]
-    kinetic: Float[np.ndarray, " n"]
-    potential: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Time stamps [s].
+    input: Float[np.ndarray, " n"]  #: Input energy [J].
+    kinetic: Float[np.ndarray, " n"]  #: Kinetic energy [J].
+    potential: Float[np.ndarray, " n"]  #: Potential energy [J]; zero for a rigid axis.
+    #: Input less kinetic less potential energy [J].
     measured_dissipation: Float[np.ndarray, " n"]
+    #: Energy that the fitted friction and offset dissipate [J].
     explained_dissipation: Float[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateEvolution(Record):
-    """How the estimates settle as the log goes on.
+    """How the estimates settle as the log goes on."""
 
-    Attributes
-    ----------
-    time
-        Time stamps [s], shape (n,).
-    values, stds
-        By parameter name, each of shape (n,) [SI].
-    """
-
-    time: Float[np.ndarray, " n"]
-    values: Mapping[str, Float[np.ndarray, " n"]]
-    stds: Mapping[str, Float[np.ndarray, " n"]]
+    time: Float[np.ndarray, " n"]  #: Time stamps [s].
+    values: Mapping[str, Float[np.ndarray, " n"]]  #: By parameter name [SI].
+    stds: Mapping[str, Float[np.ndarray, " n"]]  #: Standard deviations by parameter name [SI].
 
 
 @dataclass(frozen=True, kw_only=True)
 class Residuals:
-    """The effort that the identified terms do not explain while the axis moves.
+    """The effort that the identified terms do not explain while the axis moves."""
 
-    Attributes
-    ----------
-    time, residual
-        In the band of the estimator's low-pass or windows, shape (n,) [s, N or N m].
-    share
-        Norm of the residual over norm of the effort in the same band [-].
-    lag, autocorrelation
-        Shape (l,); lag [s] and autocorrelation [-] of the residual.
-    white_bound
-        Half-width of the 95 % band within which a white residual's autocorrelation stays [-].
-    """
-
-    time: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  #: Time stamps [s].
+    #: In the band of the estimator's low-pass or windows [N or N m].
     residual: Float[np.ndarray, " n"]
-    share: float
-    lag: Float[np.ndarray, " l"]
-    autocorrelation: Float[np.ndarray, " l"]
-    white_bound: float
+    share: float  #: Norm of the residual over norm of the effort in the same band [-].
+    lag: Float[np.ndarray, " l"]  #: Lags of the autocorrelation [s].
+    autocorrelation: Float[np.ndarray, " l"]  #: Of the residual [-].
+    white_bound: float  #: Half-width of the 95 % band of a white residual's autocorrelation [-].
 
 
 @dataclass(frozen=True, kw_only=True)
 class Resimulation:
-    """The measured motion beside the motion of the identified model under the logged effort.
+    """The measured motion beside the motion of the identified model under the logged effort."""
 
-    Attributes
-    ----------
-    time, measured_position, simulated_position, measured_velocity, simulated_velocity
-        Shape (n,) [SI]; velocity is the measured one or the difference of positions.
-    horizon
-        Time [s] after which the simulation is started anew from the measurement.
-    fit
-        1 - norm(measured - simulated) / norm(measured - mean) of the position [-].
-    """
-
-    time: Float[np.ndarray, " n"]
-    measured_position: Float[np.ndarray, " n"]
-    simulated_position: Float[np.ndarray, " n"]
-    measured_velocity: Float[np.ndarray, " n"]
-    simulated_velocity: Float[np.ndarray, " n"]
-    horizon: float
-    fit: float
+    time: Float[np.ndarray, " n"]  #: Time stamps [s].
+    measured_position: Float[np.ndarray, " n"]  #: [m or rad]
+    simulated_position: Float[np.ndarray, " n"]  #: [m or rad]
+    measured_velocity: Float[np.ndarray, " n"]  #: As logged, or of the positions [m/s or rad/s].
+    simulated_velocity: Float[np.ndarray, " n"]  #: [m/s or rad/s]
+    horizon: float  #: Time after which the simulation starts anew from the measurement [s].
+    fit: float  #: 1 - norm(measured - simulated) / norm(measured - mean) of the position [-].
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,8 +123,6 @@ class Identification:
         if not self.further:
             return self.log.name
         names = [log.name for log in self.logs]
-        shown = names if len(names) <= _MOST_NAMES else [*names[: _MOST_NAMES - 1], "others"]
-        return f"{', '.join(shown[:-1])} and {shown[-1]}"
-
-
-_MOST_NAMES = 4
+        if len(names) > _MOST_NAMES:
+            names[_MOST_NAMES - 1 :] = ["others"]
+        return f"{', '.join(names[:-1])} and {names[-1]}"

@@ -11,194 +11,7 @@ from stickslip.records.pulses import LearnedPulses, PulseRecord
 from stickslip.records.quantities import AxisKind, quantity_field, unit_of
 from stickslip.records.record import Record, ScenarioTables, Worded, valued_tables
 
-__all__ = [
-    "ArmRun",
-    "ArmSeries",
-    "Ending",
-    "LandingPhase",
-    "LandingPhaseName",
-    "Positioning",
-    "PositioningMove",
-    "PositioningRun",
-]
-
 LandingPhaseName = Literal["feedback", "resting", "series", "pulses", "done", "stopped"]
-
-_WORDS: dict[LandingPhaseName, str] = {
-    "feedback": "Feedback",
-    "resting": "Resting",
-    "series": "Pulse series",
-    "pulses": "Pulses",
-    "done": "Done",
-    "stopped": "Stopped",
-}
-
-
-@dataclass(frozen=True, kw_only=True)
-class LandingPhase(Record):
-    """What a controller that lands was doing for a while, and why it began to.
-
-    Attributes
-    ----------
-    name
-        ``"feedback"``: it moves the axis near its target; ``"resting"``: without effort, until mass
-        1 of an arm rests and the swing of mass 2 is known; ``"series"``: pulses planned together;
-        ``"pulses"``: one after the other, of a rigid axis; ``"done"``; ``"stopped"``.
-    start_time, end_time
-        Within its run [s].
-    reason
-        The condition under which it began.
-    """
-
-    name: LandingPhaseName
-    start_time: float = quantity_field("time")
-    end_time: float = quantity_field("time")
-    reason: str
-
-    @property
-    def word(self) -> str:
-        """What is done in it, in a word or two."""
-        return _WORDS[self.name]
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArmSeries(Record):
-    """A series of pulses: what it was to do with both masses, and what it truly did.
-
-    Attributes
-    ----------
-    move
-        Number of the move that it belongs to.
-    start_time
-        Of its first pulse, within its run [s].
-    sampling_time
-        From one planned state to the next [s].
-    pulses
-        How many it has.
-    target
-        Where both masses were to rest [m or rad]: the target of the move, or a place from where the
-        next series takes them there.
-    coulomb_friction, viscous_friction
-        With which it was planned [N or N m, N s/m or N m s/rad].
-    effort
-        Held from each sample to the next, shape (n,) [N or N m].
-    position, load_position
-        Of mass 1 and of mass 2, as planned, shape (n+1,) [m or rad].
-    start_swing
-        Amplitude with which mass 2 truly swung before it [m or rad].
-    final_position
-        Where mass 1 truly rested after it [m or rad]; None if it has not come to rest.
-    final_swing
-        Amplitude with which mass 2 truly swung about that place; None as before [m or rad].
-    """
-
-    json_form = (
-        "move start_time duration pulses samples=effort.size target",
-        "coulomb_friction viscous_friction start_swing planned_error final_error",
-        "final_load_error final_swing planned_effort=effort",
-        "planned_position=position planned_load_position=load_position",
-    )
-
-    move: int
-    start_time: float = quantity_field("time")
-    sampling_time: float = quantity_field("sampling_time")
-    pulses: int
-    target: float = quantity_field("position")
-    coulomb_friction: float = quantity_field("coulomb_friction")
-    viscous_friction: float = quantity_field("viscous_friction")
-    effort: Float[np.ndarray, " n"] = quantity_field("effort")
-    position: Float[np.ndarray, " n+1"] = quantity_field("position")
-    load_position: Float[np.ndarray, " n+1"] = quantity_field("position")
-    start_swing: float = quantity_field("position")
-    final_position: float | None = quantity_field("position", default=None)
-    final_swing: float | None = quantity_field("position", default=None)
-
-    @property
-    def duration(self) -> float:
-        """From the begin of the first pulse to the end of the last [s]."""
-        return self.effort.size * self.sampling_time
-
-    @property
-    def end_time(self) -> float:
-        """Of its last pulse, within its run [s]."""
-        return self.start_time + self.duration
-
-    @property
-    def time(self) -> Float[np.ndarray, " samples"]:
-        """Instants of the planned states, within the run, shape (n+1,) [s]."""
-        return self.start_time + self.sampling_time * np.arange(self.position.size)
-
-    @property
-    def planned_error(self) -> float:
-        """Target less the planned place of the mass that is planned farther from it [m or rad]."""
-        errors = (
-            self.target - float(self.position[-1]),
-            self.target - float(self.load_position[-1]),
-        )
-        return max(errors, key=abs)
-
-    @property
-    def final_error(self) -> float | None:
-        """Target of the series less where mass 1 truly came to rest [m or rad]."""
-        return None if self.final_position is None else self.target - self.final_position
-
-    @property
-    def final_load_error(self) -> float | None:
-        """How far from the series' target mass 2 truly got at most, in its swing [m or rad]."""
-        if self.final_error is None or self.final_swing is None:
-            return None
-        return abs(self.final_error) + self.final_swing
-
-
-@dataclass(frozen=True, kw_only=True)
-class ArmRun(Record):
-    """Both masses of a run, and its series of pulses.
-
-    Attributes
-    ----------
-    target
-        That is on at each sample, shape (n+1,) [m or rad].
-    position, load_position
-        True, of mass 1 and of mass 2, shape (n+1,) [m or rad].
-    measured_position, measured_load_position
-        As the sensors showed them, shape (n+1,) [m or rad].
-    resting
-        Whether mass 1 truly stuck, shape (n+1,).
-    series
-        In their order.
-    """
-
-    json_form = (
-        "series target position load_position",
-        "measured_position measured_load_position",
-    )
-
-    target: Float[np.ndarray, " samples"] = quantity_field("position")
-    position: Float[np.ndarray, " samples"] = quantity_field("position")
-    load_position: Float[np.ndarray, " samples"] = quantity_field("position")
-    measured_position: Float[np.ndarray, " samples"] = quantity_field("position")
-    measured_load_position: Float[np.ndarray, " samples"] = quantity_field("position")
-    resting: Bool[np.ndarray, " samples"]
-    series: tuple[ArmSeries, ...]
-
-    @property
-    def error(self) -> Float[np.ndarray, " samples"]:
-        """Target less true position of the mass that is farther from it, shape (n+1,)."""
-        return _farther(self.target - self.position, self.target - self.load_position)
-
-    @property
-    def measured_error(self) -> Float[np.ndarray, " samples"]:
-        """As `error`, of the measured positions."""
-        return _farther(
-            self.target - self.measured_position, self.target - self.measured_load_position
-        )
-
-
-def _farther(
-    error: Float[np.ndarray, " n"], load_error: Float[np.ndarray, " n"]
-) -> Float[np.ndarray, " n"]:
-    return np.where(np.abs(load_error) > np.abs(error), load_error, error)
-
 
 _SCHEMA = 2
 
@@ -225,6 +38,138 @@ _LEGEND = {
     "arm.series.final_load_error": "how far from it mass 2 truly got at most, in its swing",
 }
 """What the keys of the JSON document mean, as far as their names do not say it."""
+
+_PHASE_WORDS: dict[LandingPhaseName, str] = {
+    "feedback": "Feedback",
+    "resting": "Resting",
+    "series": "Pulse series",
+    "pulses": "Pulses",
+    "done": "Done",
+    "stopped": "Stopped",
+}
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandingPhase(Record):
+    """A phase of a controller that lands, and why it began.
+
+    ``"feedback"`` moves the axis near its target; ``"resting"`` gives no effort until mass 1 of an
+    arm rests and the swing of mass 2 is known; ``"series"`` are pulses planned together,
+    ``"pulses"`` of a rigid axis one after the other; then ``"done"`` or ``"stopped"``.
+    """
+
+    name: LandingPhaseName  #: One of these.
+    start_time: float = quantity_field("time")  #: Within its run [s].
+    end_time: float = quantity_field("time")  #: Within its run [s].
+    reason: str  #: The condition under which it began.
+
+    @property
+    def word(self) -> str:
+        """Its name in a word or two."""
+        return _PHASE_WORDS[self.name]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmSeries(Record):
+    """A series of pulses: its plan for both masses, and the true outcome."""
+
+    json_form = (
+        "move start_time duration pulses samples=effort.size target",
+        "coulomb_friction viscous_friction start_swing planned_error final_error",
+        "final_load_error final_swing planned_effort=effort",
+        "planned_position=position planned_load_position=load_position",
+    )
+
+    move: int  #: Number of the move that it belongs to.
+    start_time: float = quantity_field("time")  #: Of its first pulse, within its run [s].
+    sampling_time: float = quantity_field("sampling_time")  #: Between two planned states.
+    pulses: int  #: Number of its pulses.
+    #: Planned rest of both masses: the target of the move, or a place from where the next series
+    #: takes them there.
+    target: float = quantity_field("position")
+    coulomb_friction: float = quantity_field("coulomb_friction")  #: With which it was planned.
+    viscous_friction: float = quantity_field("viscous_friction")  #: With which it was planned.
+    effort: Float[np.ndarray, " n"] = quantity_field("effort")  #: Held from sample to sample.
+    position: Float[np.ndarray, " n+1"] = quantity_field("position")  #: Of mass 1, as planned.
+    load_position: Float[np.ndarray, " n+1"] = quantity_field("position")  #: Of mass 2, as planned.
+    start_swing: float = quantity_field("position")  #: True amplitude of mass 2 before it.
+    #: True rest of mass 1 after it; None if it has not come to rest.
+    final_position: float | None = quantity_field("position", default=None)
+    #: True amplitude of mass 2 about that place; None as before.
+    final_swing: float | None = quantity_field("position", default=None)
+
+    @property
+    def duration(self) -> float:
+        """From the begin of the first pulse to the end of the last [s]."""
+        return self.effort.size * self.sampling_time
+
+    @property
+    def end_time(self) -> float:
+        """Of its last pulse, within its run [s]."""
+        return self.start_time + self.duration
+
+    @property
+    def time(self) -> Float[np.ndarray, " samples"]:
+        """Instants of the planned states, within the run, shape (n+1,) [s]."""
+        return self.start_time + self.sampling_time * np.arange(self.position.size)
+
+    @property
+    def planned_error(self) -> float:
+        """Target less the planned place of the mass that is planned farther from it [m or rad]."""
+        return max(
+            self.target - float(self.position[-1]),
+            self.target - float(self.load_position[-1]),
+            key=abs,
+        )
+
+    @property
+    def final_error(self) -> float | None:
+        """Target of the series less where mass 1 truly came to rest [m or rad]."""
+        return None if self.final_position is None else self.target - self.final_position
+
+    @property
+    def final_load_error(self) -> float | None:
+        """Largest true distance of mass 2 from the series' target, in its swing [m or rad]."""
+        if self.final_error is None or self.final_swing is None:
+            return None
+        return abs(self.final_error) + self.final_swing
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmRun(Record):
+    """Both masses of a run at each sample, and its series of pulses."""
+
+    json_form = (
+        "series target position load_position",
+        "measured_position measured_load_position",
+    )
+
+    target: Float[np.ndarray, " samples"] = quantity_field("position")  #: Target at each sample.
+    position: Float[np.ndarray, " samples"] = quantity_field("position")  #: True, of mass 1.
+    load_position: Float[np.ndarray, " samples"] = quantity_field("position")  #: True, of mass 2.
+    measured_position: Float[np.ndarray, " samples"] = quantity_field("position")  #: Of mass 1.
+    #: Of mass 2.
+    measured_load_position: Float[np.ndarray, " samples"] = quantity_field("position")
+    resting: Bool[np.ndarray, " samples"]  #: Whether mass 1 truly stuck.
+    series: tuple[ArmSeries, ...]  #: In their order.
+
+    @property
+    def error(self) -> Float[np.ndarray, " samples"]:
+        """Target less true position of the mass that is farther from it, shape (n+1,)."""
+        return _farther(self.target - self.position, self.target - self.load_position)
+
+    @property
+    def measured_error(self) -> Float[np.ndarray, " samples"]:
+        """As `error`, of the measured positions."""
+        return _farther(
+            self.target - self.measured_position, self.target - self.measured_load_position
+        )
+
+
+def _farther(
+    error: Float[np.ndarray, " n"], load_error: Float[np.ndarray, " n"]
+) -> Float[np.ndarray, " n"]:
+    return np.where(np.abs(load_error) > np.abs(error), load_error, error)
 
 
 class Ending(Worded):
@@ -293,33 +238,7 @@ _ARM_ENDINGS = {
 class PositioningMove(Record):
     """One move of a run, from where the axis was to a target.
 
-    Attributes
-    ----------
-    number
-        Place in its run, from 1.
-    start_time, end_time
-        Within its run [s].
-    start, target
-        Where the axis truly was, and where it should go [m or rad].
-    ending
-        How it ended.
-    reason
-        Why the controller stopped short, if it says so.
-    final_error
-        Target less true position at the end [m or rad]; of a flexible arm, here and in what
-        follows, of the mass that is farther from it.
-    late_errors
-        Smallest and largest target less true position in the last half of the move [m or rad].
-    settling_time
-        From the start of the move until the true error is within the tolerance for good [s]; None
-        if it never is.
-    peak_effort
-        Largest magnitude of the effort [N or N m].
-    pulses
-        Those begun in this move whose outcome is known; empty for a controller without pulses.
-    swing
-        Amplitude with which the second mass of a flexible arm swings at the end [m or rad]; None of
-        a rigid axis.
+    Errors of a flexible arm are those of the mass that is farther from the target.
     """
 
     json_form = (
@@ -328,18 +247,23 @@ class PositioningMove(Record):
         "peak_effort swing pulses",
     )
 
-    number: int
-    start_time: float = quantity_field("time")
-    end_time: float = quantity_field("time")
-    start: float = quantity_field("position")
-    target: float = quantity_field("position")
-    ending: Ending
-    reason: str | None
-    final_error: float = quantity_field("position")
+    number: int  #: Place in its run, from 1.
+    start_time: float = quantity_field("time")  #: Within its run [s].
+    end_time: float = quantity_field("time")  #: Within its run [s].
+    start: float = quantity_field("position")  #: True position at its start.
+    target: float = quantity_field("position")  #: Target position.
+    ending: Ending  #: How it ended.
+    reason: str | None  #: Why the controller stopped short, if it says so.
+    final_error: float = quantity_field("position")  #: Target less true position at the end.
+    #: Smallest and largest target less true position in the last half of the move.
     late_errors: tuple[float, float] = quantity_field("position")
+    #: From the start of the move until the true error is within the tolerance for good; None if it
+    #: never is.
     settling_time: float | None = quantity_field("time")
-    peak_effort: float = quantity_field("effort")
+    peak_effort: float = quantity_field("effort")  #: Largest magnitude of the effort.
+    #: Those begun in this move whose outcome is known; empty for a controller without pulses.
     pulses: tuple[PulseRecord, ...]
+    #: Amplitude of the second mass of a flexible arm at the end; None of a rigid axis.
     swing: float | None = quantity_field("position", default=None)
 
 
@@ -347,29 +271,9 @@ class PositioningMove(Record):
 class PositioningRun(Record):
     """One run of the task: its moves one after the other, from the start position at rest.
 
-    Attributes
-    ----------
-    number
-        From 1.
-    time
-        Sample instants [s], shape (n+1,).
-    error, measured_error
-        Target of the move that is on less the true and the measured position [m or rad], shape
-        (n+1,); of a flexible arm, of the mass that is farther from it.
-    effort
-        Held from each sample to the next [N or N m], shape (n,).
-    estimate_time, estimates
-        What the controller believed, by name: at the start and after each pulse whose outcome is
-        known [s, SI], shape (k,); of a landing, and of a flexible arm, now and then.
-    moves
-        In their order.
-    arm
-        Both masses and the series of a flexible arm; None of a rigid axis.
-    phases
-        Of a controller that lands, in their order; empty for another.
-    deviations
-        Standard deviations of estimates, by name, at their times [SI], shape (k,); empty for a
-        controller without them.
+    Errors of a flexible arm are those of the mass that is farther from the target. The controller's
+    estimates are those at the start and after each pulse whose outcome is known; of a landing, and
+    of a flexible arm, now and then.
     """
 
     json_form = (
@@ -377,16 +281,18 @@ class PositioningRun(Record):
         "time error measured_error effort arm",
     )
 
-    number: int
-    time: Float[np.ndarray, " samples"] = quantity_field("time")
-    error: Float[np.ndarray, " samples"] = quantity_field("position")
+    number: int  #: From 1.
+    time: Float[np.ndarray, " samples"] = quantity_field("time")  #: Sample instants.
+    error: Float[np.ndarray, " samples"] = quantity_field("position")  #: Target less true position.
+    #: Target less measured position.
     measured_error: Float[np.ndarray, " samples"] = quantity_field("position")
-    effort: Float[np.ndarray, " efforts"] = quantity_field("effort")
-    estimate_time: Float[np.ndarray, " k"] = quantity_field("time")
-    estimates: Mapping[str, Float[np.ndarray, " k"]]
-    moves: tuple[PositioningMove, ...]
-    arm: ArmRun | None = None
-    phases: tuple[LandingPhase, ...] = ()
+    effort: Float[np.ndarray, " efforts"] = quantity_field("effort")  #: Held to the next sample.
+    estimate_time: Float[np.ndarray, " k"] = quantity_field("time")  #: Times of the estimates.
+    estimates: Mapping[str, Float[np.ndarray, " k"]]  #: By name [SI].
+    moves: tuple[PositioningMove, ...]  #: In their order.
+    arm: ArmRun | None = None  #: Both masses of a flexible arm; None of a rigid axis.
+    phases: tuple[LandingPhase, ...] = ()  #: Of a controller that lands; empty for another.
+    #: Standard deviations of the estimates, by name [SI]; empty for a controller without them.
     deviations: Mapping[str, Float[np.ndarray, " k"]] = field(default_factory=dict)
 
     @property
@@ -397,36 +303,7 @@ class PositioningRun(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Positioning(Record):
-    """A positioning task and what came of it.
-
-    Attributes
-    ----------
-    name
-        Of the scenario.
-    kind
-        ``"linear"`` or ``"rotary"``; decides the units.
-    method, controller
-        The controller's name in a scenario, and in words.
-    tolerance
-        [m or rad].
-    scenario
-        What the scenario says, by table and key, with units.
-    truth
-        Of the simulated axis, by the names of the controller's estimates [SI].
-    believed
-        Where each first guess came from, by name: the scenario, an estimate, an earlier run.
-    runs
-        At least one, each with at least one move.
-    limits
-        Of estimates that are beliefs within limits, by name: the limits that pulses have shown
-        [SI], None where none has.
-    learned
-        What the controller knows after the last run; None if it does not learn.
-    notes
-        Anything else a user should know, one sentence each.
-    file, sha256, stickslip_version
-        The scenario file, its hash, and the version of this package that ran it.
-    """
+    """A positioning task and its outcome."""
 
     schema, legend = _SCHEMA, _LEGEND
     json_form = (
@@ -436,21 +313,24 @@ class Positioning(Record):
         "runs",
     )
 
-    name: str
-    kind: AxisKind
-    method: str
-    controller: str
-    tolerance: float = quantity_field("position")
-    scenario: ScenarioTables
-    truth: Mapping[str, float]
+    name: str  #: Of the scenario.
+    kind: AxisKind  #: Decides the units.
+    method: str  #: The controller's name in a scenario.
+    controller: str  #: The controller in words.
+    tolerance: float = quantity_field("position")  #: Largest error of a target that is reached.
+    scenario: ScenarioTables  #: Contents of the scenario, by table and key, with units.
+    truth: Mapping[str, float]  #: Of the simulated axis, by the names of the estimates [SI].
+    #: Source of each first guess, by name: the scenario, an estimate, an earlier run.
     believed: Mapping[str, str]
-    runs: tuple[PositioningRun, ...]
+    runs: tuple[PositioningRun, ...]  #: At least one, each with at least one move.
+    #: Limits that pulses have shown, by name, of estimates that are known within limits only [SI];
+    #: None where none has.
     limits: Mapping[str, tuple[float | None, float | None]]
-    learned: LearnedPulses | None
-    notes: tuple[str, ...] = ()
-    file: str
-    sha256: str
-    stickslip_version: str
+    learned: LearnedPulses | None  #: After the last run; None of a controller that does not learn.
+    notes: tuple[str, ...] = ()  #: Anything else a user should know, one sentence each.
+    file: str  #: The scenario file.
+    sha256: str  #: Its hash.
+    stickslip_version: str  #: Version of this package that ran it.
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "scenario", valued_tables(self.scenario))

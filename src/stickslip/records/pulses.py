@@ -1,4 +1,4 @@
-"""What pulse control leaves behind: its pulses, how it ended, and what it learned."""
+"""Pulse control: its pulses, its outcome, and what it has learned."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -18,12 +18,10 @@ from stickslip.records.quantities import (
 )
 from stickslip.records.record import ReadOnlyMapping, Record, Valued
 
-__all__ = ["LearnedPulses", "PositioningOutcome", "PulseMethod", "PulseRecord"]
-
 PulseMethod = Literal["pwc", "papwc", "exact", "landing"]
 
 _SCHEMA = 1
-_LARGEST = 1e15  # SI: a damaged number rather than what some axis taught
+_LARGEST = 1e15  # SI: a damaged number rather than one that some axis has
 
 
 class PositioningOutcome(Enum):
@@ -52,32 +50,20 @@ _OUTCOME_TEXT = {
 
 @dataclass(frozen=True, kw_only=True)
 class PulseRecord(Record):
-    """One pulse, from rest to rest: what it was, what it should do and what it did.
+    """One pulse, from rest to rest, with its predicted and its achieved displacement."""
 
-    Attributes
-    ----------
-    time
-        Of its first sample.
-    levels
-        Its levels in order, each an effort and how long it was held [N or N m, s].
-    error
-        Target minus position, at rest before it.
-    predicted_displacement, achieved_displacement
-        From rest to rest, as the controller expected it and as it measured it.
-    moved
-        Whether it moved the axis at all, as far as the sensors can tell.
-    """
-
-    time: float = quantity_field("time")
+    time: float = quantity_field("time")  #: Of its first sample.
+    #: Its levels in order, each an effort and how long it was held [N or N m, s].
     levels: tuple[tuple[float, float], ...]
-    error: float = quantity_field("position")
+    error: float = quantity_field("position")  #: Target minus position, at rest before it.
+    #: From rest to rest, as the controller expected it.
     predicted_displacement: float = quantity_field("position")
-    achieved_displacement: float = quantity_field("position")
-    moved: bool
+    achieved_displacement: float = quantity_field("position")  #: The same as measured.
+    moved: bool  #: Whether it moved the axis at all, as far as the sensors can resolve.
 
     @property
     def duration(self) -> float:
-        """How long the pulse took, all levels together [s]."""
+        """Duration of the pulse, all levels together [s]."""
         return sum(held for _, held in self.levels)
 
 
@@ -94,7 +80,7 @@ class LearnedPulses(Record):
     values
         By name [SI, the unit that `stickslip.records.unit_of` names].
     covariance
-        What the method's recursion goes on from, shape (n, n) [that of the method]: of least
+        What the method's recursion resumes from, shape (n, n) [that of the method]: of least
         squares the inverse of the sum of the regressors' squares.
 
     Raises
@@ -127,8 +113,7 @@ class LearnedPulses(Record):
             if quantity_name(name) not in QUANTITIES:
                 what = f"{name!r} is not the name of a value that a pulse controller learns"
                 raise InputError(what, where="values", remedy="leave it out")
-            unit = unit_of(name, self.kind)
-            values[name] = _number(value, f"values.{name}", unit)
+            values[name] = _number(value, f"values.{name}", unit_of(name, self.kind))
         object.__setattr__(self, "values", ReadOnlyMapping(values))
         covariance = np.array(self.covariance, dtype=np.float64)
         square = covariance.ndim == 2 and covariance.shape[0] == covariance.shape[1]
@@ -151,11 +136,6 @@ class LearnedPulses(Record):
     @classmethod
     def from_dict(cls, saved: Mapping[str, Any]) -> "LearnedPulses":
         """Return what `to_dict` wrote.
-
-        Parameters
-        ----------
-        saved
-            The JSON form.
 
         Raises
         ------

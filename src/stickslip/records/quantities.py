@@ -8,50 +8,22 @@ import re
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-__all__ = [
-    "QUANTITIES",
-    "AxisKind",
-    "Quantity",
-    "count_of",
-    "in_units_of",
-    "in_words",
-    "parameter_label",
-    "quantity_field",
-    "quantity_name",
-    "shared_name",
-    "unit_of",
-    "unit_text",
-]
-
 AxisKind = Literal["linear", "rotary"]
 Sign = Literal["positive", "any", "any in a direction"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Quantity:
-    """A physical quantity of a motion axis.
+    """A physical quantity of a motion axis."""
 
-    Attributes
-    ----------
-    name
-        The field's standard term, in words.
-    symbol
-        The letter used in equations and figures.
-    linear, rotary
-        The SI unit on a linear and on a rotary axis.
-    sign
-        As a parameter of an estimate: ``"positive"``, ``"any"``, or ``"any in a direction"`` if it
-        contains the offset there; None for what is no parameter.
-    directional
-        Whether it can be a parameter of each direction.
-    """
-
-    name: str
-    symbol: str
-    linear: str
-    rotary: str
+    name: str  #: The field's standard term, in words.
+    symbol: str  #: The letter used in equations and figures.
+    linear: str  #: The SI unit on a linear axis.
+    rotary: str  #: The SI unit on a rotary axis.
+    #: As a parameter of an estimate: ``"positive"``, ``"any"``, or ``"any in a direction"`` if it
+    #: contains the offset there; None for what is no parameter.
     sign: Sign | None = None
-    directional: bool = False
+    directional: bool = False  #: Whether it can be a parameter of each direction.
 
     def unit(self, kind: AxisKind) -> str:
         """Return the SI unit on an axis of the given kind."""
@@ -125,7 +97,7 @@ QUANTITIES: dict[str, Quantity] = dict(
 
 
 def quantity_name(name: str) -> str:
-    """Return the quantity that a parameter is, whichever direction or log it is for.
+    """Return the quantity of a parameter, whichever direction or log it is for.
 
     Examples
     --------

@@ -7,28 +7,12 @@ from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
-__all__ = [
-    "JsonForm",
-    "ReadOnlyMapping",
-    "Record",
-    "ScenarioTables",
-    "Valued",
-    "Worded",
-    "plain",
-    "valued_tables",
-]
-
 Key = TypeVar("Key")
 Value = TypeVar("Value")
 
 
 class ReadOnlyMapping(Mapping[Key, Value]):
-    """Read-only copy of a mapping.
-
-    Parameters
-    ----------
-    values
-        Items to copy, in their order.
+    """Read-only copy of a mapping, its items in their order.
 
     Examples
     --------
@@ -74,11 +58,11 @@ class Valued(NamedTuple):
 
 
 ScenarioTables = Mapping[str, Mapping[str, tuple[Any, str]]]
-"""By table and key, what a scenario says, as a plain value with its unit."""
+"""Contents of a scenario by table and key, each a plain value with its unit."""
 
 
 def valued_tables(tables: ScenarioTables) -> dict[str, dict[str, Valued]]:
-    """Return what a scenario says with each value as `Valued`."""
+    """Return the contents of a scenario with each value as `Valued`."""
     return {
         name: {key: Valued(*pair) for key, pair in table.items()} for name, table in tables.items()
     }
@@ -106,36 +90,25 @@ class Record:
 
 
 def plain(value: Any) -> Any:
-    """Return a record, or what stands in one, as plain JSON types.
+    """Return a record, or a value within one, as plain JSON types.
 
     A record becomes a dictionary of its fields in their order, a sequence or an array a list.
-
-    Parameters
-    ----------
-    value
-        A record, mapping, sequence, array, text, number, truth value or None [SI units of its
-        fields].
-
-    Examples
-    --------
-    >>> from stickslip.records import TermScore
-    >>> score = TermScore(term="spring", text="a spring", selected=True, p_value=0.01, gain=0.2,
-    ...                   gain_std=0.1, share=0.3)
-    >>> plain((score,))[0]["term"]
-    'spring'
     """
-    if isinstance(value, Record):
-        value = value.to_dict()
-    elif isinstance(value, Mapping):
-        value = {name: plain(each) for name, each in value.items()}
-    elif isinstance(value, Valued):
-        value = {"value": plain(value.value), "unit": value.unit}
-    elif isinstance(value, tuple | list):
-        value = [plain(each) for each in value]
-    elif isinstance(value, Enum):
-        value = value.value
-    elif isinstance(value, np.ndarray):
-        value = value.tolist()
+    match value:
+        case Record():
+            value = value.to_dict()
+        case Mapping():
+            value = {name: plain(each) for name, each in value.items()}
+        case Valued():
+            value = {"value": plain(value.value), "unit": value.unit}
+        case tuple() | list():
+            value = [plain(each) for each in value]
+        case Enum():
+            value = value.value
+        case np.ndarray():
+            value = value.tolist()
+        case _:
+            pass
     return value
 
 
@@ -165,10 +138,8 @@ def _read_only(values: Mapping[Any, Any]) -> ReadOnlyMapping[Any, Any]:
 class Worded(Enum):
     """Base of enumerations of outcomes: each member is a value, a heading and a sentence."""
 
-    word: str
-    """A heading of a few words."""
-    text: str
-    """One sentence on what it means and what to do."""
+    word: str  #: Heading of a few words.
+    text: str  #: One sentence on what it means and what to do.
 
     def __new__(cls, value: str, word: str, text: str) -> "Worded":
         """Return a member whose value is the first of the three."""

@@ -6,7 +6,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.records.quantities import quantity_field
+from stickslip.records import quantity_field
 from studies.van_de_wijdeven.records.landing_score import LandingScore
 from studies.van_de_wijdeven.records.reproduction import Reproduction
 

@@ -14,7 +14,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from jaxtyping import Float, Int
+from jaxtyping import Float
 from scipy.linalg import expm
 
 from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
@@ -38,18 +38,13 @@ _GRID = 9
 _DECADE_TOLERANCE = 0.1
 
 _Problem = tuple[
-    Float[np.ndarray, "_ _"],
-    Float[np.ndarray, "_ 1"],
-    Float[np.ndarray, "_ _"],
-    Float[np.ndarray, " _"],
-    Int[np.ndarray, " _"],
-    Float[np.ndarray, " _"],
+    kalman.LinearModel,
     Float[np.ndarray, "_ 1"],
     Float[np.ndarray, "_ _"],
     Float[np.ndarray, " _"],
     Float[np.ndarray, "_ _"],
 ]
-"""Model, sensors, inputs and measurements, as `stickslip.numerics.kalman.cost` takes them."""
+"""Model, inputs, measurements and first state, as `stickslip.numerics.kalman.cost` takes them."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -178,12 +173,14 @@ class FreeAxis:
         start[sensors] = shown.measured[0]
         friction = shown.force_squared / shown.duration + rate * shown.duration
         return (
-            self.transition,
-            self.held[:, None],
-            rate * self.walk,
-            freedom[:-1],
-            sensors,
-            shown.channels[:, 1].copy(),
+            kalman.LinearModel(
+                A=self.transition,
+                B=self.held[:, None],
+                Q=rate * self.walk,
+                factors=freedom[:-1],
+                sensors=sensors,
+                R=shown.channels[:, 1].copy(),
+            ),
             shown.force[:-1, None],
             shown.measured[1:],
             start,

@@ -119,17 +119,14 @@ class HeldAxis:
         start[sensors, 0] = measured[0]
         rough = 12.0 / self.sampling_time**2  # variance of the slope of a white force
         spread = np.outer(self.held, self.held) + np.outer(self.ramped, self.ramped) * rough
-        rows, logs = kalman.whiten(
-            self.transition,
-            np.column_stack([self.held, self.ramped]),
-            spread,
-            disturbance[:-1],
-            sensors,
-            channels[:, 1].copy(),
-            inputs,
-            outputs,
-            start,
-            np.diag(first),
+        model = kalman.LinearModel(
+            A=self.transition,
+            B=np.column_stack([self.held, self.ramped]),
+            Q=spread,
+            factors=disturbance[:-1],
+            sensors=sensors,
+            R=channels[:, 1].copy(),
         )
+        rows, logs = kalman.whiten(model, inputs, outputs, start, np.diag(first))
         rows[:, :, 1:] *= -1.0  # measured less known motion = parameters times responses
         return rows.reshape(-1, p + 1), logs
