@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from stickslip.presentation.figures.drawing import MOST_POINTS, thin, thinned_text
+from stickslip.presentation.drawing import MOST_POINTS, thin, thinned_text
 
 N = 400_001
 TIME = np.arange(N) * 1e-3  # [s]

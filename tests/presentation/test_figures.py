@@ -3,7 +3,7 @@
 import numpy as np
 
 from stickslip.presentation import Plot, figures_of
-from stickslip.presentation.figures import drawing as draw
+from stickslip.presentation import drawing as draw
 from stickslip.records import Identification
 
 

@@ -50,8 +50,16 @@ def minimise(
             "primal_feasibility_tolerance": _FEASIBILITY,
             "dual_feasibility_tolerance": _FEASIBILITY,
         }
-        (A_ub, b_ub), (A_eq, b_eq) = at_most, equal
-        result = linprog(cost, A_ub, b_ub, A_eq, b_eq, bounds, method=method, options=options)
+        result = linprog(
+            cost,
+            A_ub=at_most[0],
+            b_ub=at_most[1],
+            A_eq=equal[0],
+            b_eq=equal[1],
+            bounds=bounds,
+            method=method,
+            options=options,
+        )
         if result.status == _INFEASIBLE:
             return None
         if result.status == _SOLVED:

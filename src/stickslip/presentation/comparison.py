@@ -1,8 +1,12 @@
-"""Estimators side by side, on a log or over the runs of a scenario, as tables and as a page."""
+"""Estimators side by side, on a log or over a scenario, as tables, figures and a page."""
 
 from collections.abc import Sequence
+from typing import NamedTuple
 
-from stickslip.presentation.figures.comparison import estimate_plots, motion_plots, score_plots
+import numpy as np
+
+from stickslip.presentation import drawing as draw
+from stickslip.presentation.drawing import Look, Plot, Trace, axis, layout, line, quantity_axis
 from stickslip.presentation.page import (
     Block,
     Fold,
@@ -28,6 +32,7 @@ from stickslip.presentation.words import (
     value_with_half,
 )
 from stickslip.records import (
+    AxisKind,
     ComparedEstimator,
     EstimatorComparison,
     EstimatorScore,
@@ -37,17 +42,12 @@ from stickslip.records import (
     parameter_label,
 )
 
-__all__ = [
-    "assumed_inertia",
-    "comparison_page",
-    "contradictions",
-    "estimate_table",
-    "reasons_against",
-    "score_tables",
-    "study_page",
-]
-
 _WIDEST_NAME, _WIDEST_NUMBER = 22, 9  # characters, so that tables on a terminal stand in line
+
+_ROW = 26  # px an estimator
+_FRAME = 90  # px around them
+_MARGIN = 0.15  # of the range drawn, on either side
+_FAR = 4.0  # widths of the middle half of the values beyond which one is stated and not drawn
 
 _LEGEND = (
     "Values with half of their 95 % interval. Effort left: norm of effort "
@@ -94,9 +94,8 @@ def comparison_page(found: EstimatorComparison) -> Page:
         + " Some of these contradict each other."
         * bool(found.contradictions)
     )
-    sections += _left_out(found)
-    sections.append(Section("notes", "Notes and provenance", _log_provenance(found)))
-    return _page(found, log.name, f"{log.kind} axis", verdict, sections)
+    notes = Section("notes", "Notes and provenance", _log_provenance(found))
+    return _page(found, log.name, f"{log.kind} axis", verdict, [*sections, notes])
 
 
 def study_page(study: EstimatorStudy) -> Page:
@@ -113,14 +112,16 @@ def study_page(study: EstimatorStudy) -> Page:
         Section(
             "errors", "Side by side", [Text(lead, "lead"), Grid(score_plots(study), shared=False)]
         ),
-        *_left_out(study),
-        Section("notes", "Scenario, notes and provenance", _study_provenance(study)),
     ]
     verdict = (
         f"{count_of(len(study.applied), 'estimator')} of {len(study.scores)} over "
         f"{count_of(study.runs, 'run')} of {study.samples} samples, whose truth is known."
     )
-    return _page(study, study.name, f"Monte Carlo, {study.kind} axis", verdict, sections)
+    provenance = scenario_blocks(study.scenario, study.file, study.sha256)
+    blocks = [Listed(study.notes), *provenance] if study.notes else provenance
+    notes = Section("notes", "Scenario, notes and provenance", blocks)
+    kicker = f"Monte Carlo, {study.kind} axis"
+    return _page(study, study.name, kicker, verdict, [*sections, notes])
 
 
 def _page(
@@ -130,19 +131,22 @@ def _page(
     verdict: str,
     sections: Sequence[Section],
 ) -> Page:
+    """Return the page; the reasons of those that do not apply stand before the last section."""
     word = "Compared" if found.trusted else "None of the estimates can be trusted"
+    reasons = [f"{name}: {why}" for name, why in reasons_against(found).items()]
+    left_out = [Section("left-out", "Does not apply", [Listed(reasons)])] if reasons else []
     return Page(
         title=f"Estimators on {name}",
         kicker=f"estimators compared · {kicker}",
         name=name,
         verdict=Verdict(found.trusted, word, verdict),
-        sections=sections,
+        sections=[*sections[:-1], *left_out, sections[-1]],
         version=found.stickslip_version,
     )
 
 
 def estimate_table(found: EstimatorComparison) -> Table:
-    """Return what each estimator makes of a log, a row each."""
+    """Return the result of each estimator on a log, a row each."""
     kind = found.log.kind
     applied = [(each, each.estimate) for each in found.applied if each.estimate is not None]
     columns = [Column("Estimator", "left")]
@@ -197,17 +201,18 @@ def _estimates(found: EstimatorComparison) -> list[Block]:
 
 
 def assumed_inertia(found: EstimatorComparison | EstimatorStudy) -> str:
-    """Return what a star stands for: an inertia that was given to an estimator."""
+    """Return the meaning of a star: an inertia that was given to an estimator."""
     if isinstance(found, EstimatorStudy):
-        body = "mass" if found.kind == "linear" else "inertia"
-        return f"* with the {body} that the energy estimator found in each run"
+        return f"* with the {_body(found.kind)} that the energy estimator found in each run"
     given = [each.assumed_inertia for each in found.applied if each.assumed_inertia is not None]
     if not given:
         return ""
-    kind = found.log.kind
-    body = "mass" if kind == "linear" else "inertia"
-    unit = printed_unit(body, kind)
+    body, unit = _body(found.log.kind), printed_unit("inertia", found.log.kind)
     return f"* with the {body} of the energy estimator, {given[0]:.6g} {unit}"
+
+
+def _body(kind: AxisKind) -> str:
+    return "mass" if kind == "linear" else "inertia"
 
 
 def contradictions(found: EstimatorComparison) -> list[str]:
@@ -226,7 +231,6 @@ def contradictions(found: EstimatorComparison) -> list[str]:
 def _known(found: EstimatorComparison) -> str:
     """Return the parameters given to the estimators; empty if none were."""
     kind = found.log.kind
-    body = "mass" if kind == "linear" else "inertia"
     given: dict[str, float] = {}
     for each in found.applied:
         if each.estimate is None or each.assumed_inertia is not None:
@@ -234,7 +238,7 @@ def _known(found: EstimatorComparison) -> str:
         for name in ("inertia", "load_inertia", "stiffness"):
             value = each.estimate.provenance.options.get(name)
             if isinstance(value, int | float):
-                given[name.replace("inertia", body)] = value
+                given[name.replace("inertia", _body(kind))] = value
     parts = [
         f"{name.replace('_', ' ')} {value:.6g} {printed_unit(name, kind)}"
         for name, value in given.items()
@@ -250,13 +254,8 @@ def reasons_against(found: EstimatorComparison | EstimatorStudy) -> dict[str, st
     return {each.name: in_words(each.why_not) for each in every if each.why_not}
 
 
-def _left_out(found: EstimatorComparison | EstimatorStudy) -> list[Section]:
-    reasons = [f"{name}: {why}" for name, why in reasons_against(found).items()]
-    return [Section("left-out", "Does not apply", [Listed(reasons)])] if reasons else []
-
-
 def score_tables(study: EstimatorStudy) -> list[Table]:
-    """Return how near to the truth estimators come: a table a parameter, and one of the rest."""
+    """Return the errors of estimators: a table a parameter, and one of status and time."""
     name_column = Column("Estimator", "left", width=_WIDEST_NAME)
     tables: list[Table] = []
     for name in study.parameters:
@@ -264,52 +263,41 @@ def score_tables(study: EstimatorStudy) -> list[Table]:
         size, in_unit = (100.0 / abs(truth), "%") if truth else (1.0, unit)
         bound = study.bound.get(name)
         least = "" if bound is None else f"; Cramér-Rao bound {bound * size:.3g} {in_unit}"
-        tables.append(
-            Table(
-                title=f"{parameter_label(name, study.kind)}: {truth:.6g} {unit}{least}",
-                columns=[
-                    name_column,
-                    *(
-                        Column(
-                            f"{what} [{in_unit}]",
-                            short=f"{short}\n[{in_unit}]",
-                            width=_WIDEST_NUMBER,
-                        )
-                        for what, short in (("Bias", "bias"), ("RMSE", "RMSE"))
-                    ),
-                    Column("RMSE over the bound", short="over the\nbound", width=_WIDEST_NUMBER),
-                    Column("95 % intervals that hold the truth", short="covered"),
-                    Column("Runs"),
-                ],
-                rows=[
-                    [
-                        f"{each.name} *" if each.assumes_inertia else each.name,
-                        f"{score.bias * size:+.3g}",
-                        f"{score.rmse * size:.3g}",
-                        or_none(score.bound_ratio, ratio_text),
-                        or_none(score.coverage, "{:.1%}".format),
-                        str(score.runs),
-                    ]
-                    for each in study.applied
-                    if (score := each.scores.get(name)) is not None
-                ],
-            )
-        )
-    delays = any(each.delay_found is not None for each in study.applied)
-    heads = ("Status ok", "A sample", *(["Delay found"] if delays else []))
-    rest = Table(
-        title="Status and time of a sample",
-        columns=[name_column, *map(Column, heads)],
-        rows=[
+        columns = [
+            name_column,
+            Column(f"Bias [{in_unit}]", short=f"bias\n[{in_unit}]", width=_WIDEST_NUMBER),
+            Column(f"RMSE [{in_unit}]", short=f"RMSE\n[{in_unit}]", width=_WIDEST_NUMBER),
+            Column("RMSE over the bound", short="over the\nbound", width=_WIDEST_NUMBER),
+            Column("95 % intervals that hold the truth", short="covered"),
+            Column("Runs"),
+        ]
+        rows = [
             [
-                each.name,
-                f"{each.trusted:.0%}",
-                _seconds(each.seconds_per_sample),
-                *([or_none(each.delay_found, "{:.1%}".format)] if delays else []),
+                f"{each.name} *" if each.assumes_inertia else each.name,
+                f"{score.bias * size:+.3g}",
+                f"{score.rmse * size:.3g}",
+                or_none(score.bound_ratio, ratio_text),
+                or_none(score.coverage, "{:.1%}".format),
+                str(score.runs),
             ]
             for each in study.applied
-        ],
-    )
+            if (score := each.scores.get(name)) is not None
+        ]
+        title = f"{parameter_label(name, study.kind)}: {truth:.6g} {unit}{least}"
+        tables.append(Table(title=title, columns=columns, rows=rows))
+    delays = any(each.delay_found is not None for each in study.applied)
+    heads = ("Status ok", "A sample", *(["Delay found"] if delays else []))
+    rows = [
+        [
+            each.name,
+            f"{each.trusted:.0%}",
+            _seconds(each.seconds_per_sample),
+            *([or_none(each.delay_found, "{:.1%}".format)] if delays else []),
+        ]
+        for each in study.applied
+    ]
+    columns = [name_column, *map(Column, heads)]
+    rest = Table(title="Status and time of a sample", columns=columns, rows=rows)
     return [*tables, rest] if study.applied else []
 
 
@@ -335,10 +323,143 @@ def _log_provenance(found: EstimatorComparison) -> list[Block]:
     return [*blocks, Heading("Log"), Table.of_facts(facts)]
 
 
-def _study_provenance(study: EstimatorStudy) -> list[Block]:
-    notes = [Listed(study.notes)] if study.notes else []
-    return [*notes, *scenario_blocks(study.scenario, study.file, study.sha256)]
-
-
 def _seconds(value: float | None) -> str:
     return NONE if value is None else prefixed(value, "s")
+
+
+class _Bar(NamedTuple):
+    """A value with its interval."""
+
+    name: str
+    value: float
+    low: float
+    high: float
+    good: bool
+
+
+def estimate_plots(found: EstimatorComparison) -> list[Plot]:
+    """Draw each parameter by estimator, with its 95 % interval."""
+    plots: list[Plot] = []
+    kind = found.log.kind
+    for name in found.parameters:
+        bars = [
+            _Bar(
+                each.name,
+                parameter.value,
+                *(parameter.ci95 or (parameter.value, parameter.value)),
+                each.estimate.status.trusted,
+            )
+            for each in found.applied
+            if each.estimate is not None
+            and (parameter := each.estimate.parameters.get(name)) is not None
+            and parameter.value is not None
+        ]
+        title = f"{draw.symbol(name)} [{printed_unit(name, kind)}]"
+        plots.append(_bars(name, kind, bars, names=("trusted", "not to be trusted"), title=title))
+    return plots
+
+
+def score_plots(study: EstimatorStudy) -> list[Plot]:
+    """Draw the mean error of each parameter, and the standard deviation of a run around it."""
+    plots: list[Plot] = []
+    for name in study.parameters:
+        truth = study.truth.get(name, 0.0)
+        size = 100.0 / abs(truth) if truth else 1.0
+        bars: list[_Bar] = []
+        for each in study.applied:
+            score = each.scores.get(name)
+            if score is None:
+                continue
+            variance = max(score.rmse**2 - score.bias**2, 0.0)
+            bias, reach = score.bias * size, variance**0.5 * size
+            # What several standard errors of the mean do not explain is a bias
+            good = score.bias**2 <= 9.0 * variance / max(score.runs, 1)
+            bars.append(_Bar(each.name, bias, bias - reach, bias + reach, good))
+        unit = "% of the truth" if truth else printed_unit(name, study.kind)
+        names = ("no bias to be seen", "biased by more than three standard errors")
+        title = f"error of {draw.symbol(name)} [{unit}]"
+        plots.append(_bars(name, study.kind, bars, names=names, title=title, truth=0.0))
+    return plots
+
+
+def _bars(
+    name: str,
+    kind: AxisKind,
+    bars: Sequence[_Bar],
+    *,
+    names: tuple[str, str],
+    title: str,
+    truth: float | None = None,
+) -> Plot:
+    """Draw values one below the other; values far off are given as text."""
+    label = parameter_label(name, kind)
+    quarter, middle, three = np.percentile([bar.value for bar in bars], [25, 50, 75])
+    widths = [bar.high - bar.low for bar in bars if bar.high > bar.low]
+    typical = float(np.median(widths)) if widths else 0.0
+    reach = _FAR * max(float(three - quarter), typical, 1e-3 * abs(middle))
+    shown = [bar for bar in bars if abs(bar.value - middle) <= reach]
+    far = [f"{bar.name} at {bar.value:.3g}" for bar in bars if bar not in shown]
+    traces: list[Trace] = []
+    for good, words, colour, sign in (
+        (True, names[0], draw.BLUE, "circle"),
+        (False, names[1], draw.VERMILION, "x"),
+    ):
+        some = [bar for bar in shown if bar.good is good]
+        if some:
+            values, low, high = np.array([(bar.value, bar.low, bar.high) for bar in some]).T
+            look = {"color": colour, "size": 8, "symbol": sign}
+            bars_across = draw.bars_across(values, low, high, colour)
+            at = [bar.name for bar in some]
+            traces.append(draw.markers(values, at, words, look, error_x=bars_across))
+    low = max(min(bar.low for bar in shown), middle - reach)
+    high = min(max(bar.high for bar in shown), middle + reach)
+    shapes: list[dict[str, object]] = []
+    if truth is not None:
+        low, high = min(low, truth), max(high, truth)
+        shapes.append(draw.vertical(truth, dash="dash", width=1.2, colour=draw.GREY))
+    margin = _MARGIN * (high - low) or 0.05 * abs(high) or 1.0
+    order = [bar.name for bar in bars][::-1]
+    said = ", ".join(f"{bar.name} {bar.value:.4g}" for bar in bars)
+    return Plot(
+        anchor=f"estimates-{name.replace('_', '-')}",
+        alternative=f"{label} by estimator: {said}.",
+        caption=f"Out of the picture: {', '.join(far)}." if far else "",
+        traces=traces,
+        layout=layout(
+            x=axis(title, range=[low - margin, high + margin]),
+            y=[axis("", type="category", categoryorder="array", categoryarray=order)],
+            hovermode="closest",
+            shapes=shapes,
+        ),
+        height=_FRAME + _ROW * len(bars),
+        heading=label,
+    )
+
+
+def motion_plots(found: EstimatorComparison) -> list[Plot]:
+    """Draw the simulated less the measured position of each identified axis, at one scale."""
+    errors = [
+        (each, again, again.simulated_position - again.measured_position)
+        for each in found.applied
+        if (again := each.resimulation) is not None
+    ]
+    if not errors:
+        return []
+    typical = [float(np.percentile(np.abs(error), 99.0)) for *_, error in errors]
+    scale = 1.2 * min(max(typical), _FAR * float(np.median(typical))) or 1.0
+    across = quantity_axis("position", found.log.kind, range=[-scale, scale])
+    return [
+        Plot(
+            anchor=f"motion-{each.name}",
+            alternative=(
+                f"Simulated less measured position over time with the law that {each.name} "
+                f"found; it explains {again.fit:.2%} of the position."
+            ),
+            caption=f"explains {again.fit:.2%} of the position",
+            traces=[line(again.time, error, "simulated less measured", Look(draw.BLUE))],
+            layout=layout(x=axis("time [s]"), y=[across]),
+            height=230,
+            heading=each.name,
+        )
+        for each, again, error in errors
+    ]

@@ -1,4 +1,4 @@
-"""The arm as it moved, to be played on its page; drawn by a few lines of script in that page."""
+"""The motion of an arm, to be played on its page by a few lines of script in that page."""
 
 import json
 import math
@@ -7,16 +7,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.presentation.figures import drawing as draw
-from stickslip.presentation.figures.phases import PHASE_COLOURS, shown_until
+from stickslip.presentation import drawing as draw
 from stickslip.presentation.page import Markup, filled
+from stickslip.presentation.positioning_figures import PHASE_COLOURS, shown_until
 from stickslip.presentation.words import prefixed_unit, printed_unit
 from stickslip.records import Positioning, PositioningRun, unit_of
 
-__all__ = ["film"]
-
-_MOST_FRAMES = 1200
-"""Pictures kept: between them the masses move on straight lines."""
+_MOST_FRAMES = 1200  # between them the masses move on straight lines
 
 # The stage [px]
 _STAGE = {"width": 960, "height": 334, "half": 32, "tall": 46, "ground": 205, "wheel": 8}
@@ -26,15 +23,12 @@ _ARROW = 105.0  # of the largest effort
 _GAUGE_LEFT, _GAUGE_RIGHT = 190.0, 930.0
 
 _SPEEDS = (0.1, 0.25, 0.5, 1.0, 2.0, 4.0, 8.0)
-_LASTING = 20.0
-"""How long the whole should take to play [s]."""
-
-_DECADES = (4, 12)
-"""Decades of the gauge, at least and at most."""
+_LASTING = 20.0  # time that the whole should take to play [s]
+_DECADES = (4, 12)  # of the gauge, at least and at most
 
 
 def film(run: PositioningRun, positioning: Positioning) -> Markup:
-    """Return the arm's motion in a run, with what plays it."""
+    """Return the arm's motion in a run, with its player."""
     arm = run.arm
     if arm is None:
         return Markup("")

@@ -1,4 +1,4 @@
-"""Pages: what they are made of, and how they become one file that needs nothing else."""
+"""Pages: their parts, and how they become one file that needs nothing else."""
 
 import base64
 import gzip
@@ -11,33 +11,13 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from stickslip.outputs import whole_file
-from stickslip.presentation.figures.drawing import Plot, legend
+from stickslip.presentation.drawing import Plot, legend
 from stickslip.presentation.table import Cell, Table
 from stickslip.presentation.words import typeset, value_text
 from stickslip.records import ScenarioTables
 
 if TYPE_CHECKING:
     import jinja2
-
-__all__ = [
-    "Block",
-    "Fact",
-    "Fold",
-    "Grid",
-    "Heading",
-    "Listed",
-    "Markup",
-    "Page",
-    "Section",
-    "Text",
-    "Verdict",
-    "filled",
-    "packed_plotly",
-    "plots_on",
-    "rendered",
-    "scenario_blocks",
-    "write_page",
-]
 
 
 class Text(NamedTuple):
@@ -78,7 +58,7 @@ class Grid(NamedTuple):
 
 
 class Fold(NamedTuple):
-    """Blocks that are shown once they are asked for."""
+    """Blocks that are hidden until their summary is clicked."""
 
     kind = "fold"
     summary: str
@@ -101,7 +81,7 @@ class Section(NamedTuple):
     anchor: str
     name: str
     blocks: Sequence[Block]
-    link: str = ""
+    link: str = ""  # its text; empty for the name
 
 
 class Fact(NamedTuple):
@@ -114,7 +94,7 @@ class Fact(NamedTuple):
 
 
 class Verdict(NamedTuple):
-    """How it went, at the top of a page."""
+    """The outcome, at the top of a page."""
 
     good: bool
     word: str
@@ -124,44 +104,20 @@ class Verdict(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True)
 class Page:
-    """A page: its head, its sections and the version that wrote it.
+    """A page: its head, its sections in their order, and the version that wrote it."""
 
-    Attributes
-    ----------
-    title
-        Of the window.
-    kicker
-        What kind of page it is, above its name.
-    name
-        What it is of.
-    lead
-        What stands below the name.
-    verdict, facts
-        How it went, and its figures of merit.
-    sections
-        In their order.
-    version
-        Of this package.
-    """
-
-    title: str
-    kicker: str
+    title: str  # of the window
+    kicker: str  # kind of page, above its name
     name: str
     sections: Sequence[Section]
     version: str
-    lead: Sequence[Block] = ()
+    lead: Sequence[Block] = ()  # below the name
     verdict: Verdict | None = None
     facts: Sequence[Fact] = ()
 
 
 def write_page(page: Page, path: Path | str) -> Path:
-    """Write a page, once it is known that it can be, and return where.
-
-    Raises
-    ------
-    InputError
-        If nothing can be written there.
-    """
+    """Write a page, once it is known that it can be, and return where."""
     target = Path(path)
     with whole_file(target, what="the report") as stream:
         stream.write(rendered(page))
@@ -177,16 +133,13 @@ def rendered(page: Page) -> str:
     )
     data = {anchor: plot.to_plotly() for anchor, plot in plots.items()}
     text = json.dumps(data, allow_nan=False, separators=(",", ":"))
-    return (
-        _environment()
-        .get_template("page.html")
-        .render(
-            page=page,
-            drawn=drawn,
-            plots=_base64(gzip.compress(text.encode(), mtime=0)),
-            plotly=packed_plotly() if drawn else "",
-        )
-    )
+    return filled(
+        "page.html",
+        page=page,
+        drawn=drawn,
+        plots=_base64(gzip.compress(text.encode(), mtime=0)),
+        plotly=packed_plotly() if drawn else "",
+    ).html
 
 
 def plots_on(sections: Iterable[Section]) -> Iterator[Plot]:
@@ -206,7 +159,7 @@ def plots_on(sections: Iterable[Section]) -> Iterator[Plot]:
 
 
 def scenario_blocks(scenario: ScenarioTables, file: str, sha256: str) -> list[Block]:
-    """Return what a scenario says, table by table, and where it came from."""
+    """Return the contents of a scenario, table by table, and where it came from."""
     blocks: list[Block] = []
     for name, keys in scenario.items():
         if keys:
@@ -250,10 +203,6 @@ def _environment() -> "jinja2.Environment":
         lstrip_blocks=True,
         undefined=jinja2.StrictUndefined,
     )
-    filters: dict[str, Any] = {
-        "typeset": typeset,
-        "legend": legend,
-        "resource": _resource,
-    }
+    filters: dict[str, Any] = {"typeset": typeset, "legend": legend, "resource": _resource}
     made.filters.update(filters)
     return made

@@ -1,11 +1,9 @@
-"""A positioning task as tables and as a page: how it ended, the motion, and what was learned."""
+"""A positioning task as tables and as a page: its outcome, the motion, and what was learned."""
 
 from collections.abc import Sequence
 
-from stickslip.presentation.figures.arm import arm_end_plots, arm_motion_plot, series_plots
-from stickslip.presentation.figures.drawing import symbol
-from stickslip.presentation.figures.phases import PHASE_COLOURS
-from stickslip.presentation.figures.positioning import estimate_plots, motion_plot, pulse_plots
+from stickslip.presentation import positioning_figures as figures
+from stickslip.presentation.drawing import symbol
 from stickslip.presentation.film import film
 from stickslip.presentation.page import (
     Block,
@@ -41,23 +39,9 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = [
-    "belief_table",
-    "move_table",
-    "phase_table",
-    "positioning_page",
-    "series_table",
-    "what_moves",
-]
-
-_UNFOLDED = 3
-"""Runs up to which all are open."""
-
-_MOST_RUNS = 8
-"""Runs that are drawn: the first, the last, and some between."""
-
-_ROUNDING = 1e-12
-"""Errors below it come from rounding [m or rad]."""
+_UNFOLDED = 3  # runs up to which all are open
+_MOST_RUNS = 8  # runs that are drawn: the first, the last, and some between
+_ROUNDING = 1e-12  # errors below it come from rounding [m or rad]
 
 _SERIES_TEXT = (
     "What each series was planned to do with both masses from the state it began in, and what it "
@@ -109,17 +93,17 @@ def what_moves(result: Positioning) -> str:
 def _of_axis(result: Positioning) -> list[Section]:
     """Return the sections of a rigid axis."""
     drawn = _drawn(result.runs)
-    motions = [[motion_plot(run, result), *_phases(run)] for run in drawn]
+    motions = [[figures.motion_plot(run, result), *_phases(run)] for run in drawn]
     sections = [Section("motion", "Motion", [*_moves(result), *_run_by_run(drawn, motions)])]
-    estimates = estimate_plots(result)
+    estimates = figures.estimate_plots(result)
     if estimates:
         steps = "over time" if any(run.phases for run in drawn) else "from pulse to pulse"
         parted = " Dotted lines part the runs." if len(result.runs) > 1 else ""
         lead = Text(f"Each estimate {steps}.{parted}", "lead")
         pulses = _run_by_run(drawn, [_pulses(run, result) for run in drawn])
-        learned = [*_beliefs(result), lead, Grid(estimates)]
+        learned = [*_estimates(result), lead, Grid(estimates)]
         sections += [
-            Section("pulses", "Pulses", [Grid(pulse_plots(result)), *pulses]),
+            Section("pulses", "Pulses", [Grid(figures.pulse_plots(result)), *pulses]),
             Section("learned", "What was learned", learned),
         ]
     return sections
@@ -128,31 +112,27 @@ def _of_axis(result: Positioning) -> list[Section]:
 def _of_arm(result: Positioning) -> list[Section]:
     """Return the sections of a flexible arm."""
     drawn = _drawn(result.runs)
-    arms = [(run, run.arm) for run in drawn if run.arm is not None]
-    motions = [
-        [arm_motion_plot(run, arm, result), *_phases(run), Grid(arm_end_plots(run, arm, result))]
-        for run, arm in arms
-    ]
-    moving = [film(result.runs[-1], result)]
+    motions: list[list[Block]] = []
+    series: list[list[Block]] = []
+    for run in drawn:
+        if run.arm is None:
+            continue
+        motion = figures.arm_motion_plot(run, run.arm, result)
+        ends = figures.arm_end_plots(run, run.arm, result)
+        motions.append([motion, *_phases(run), Grid(ends)])
+        listed = series_table(run, run.arm, result)
+        sent = listed if run.arm.series else Text("No series of pulses was sent.")
+        series.append([sent, Grid(figures.series_plots(run, run.arm, result))])
     sections = [
-        Section("moving", "The arm moving", moving),
+        Section("moving", "The arm moving", [film(result.runs[-1], result)]),
         Section("motion", "Motion", [*_moves(result), *_run_by_run(drawn, motions)]),
     ]
     if any(run.phases for run in drawn):
-        series: list[list[Block]] = [
-            [
-                series_table(run, arm, result)
-                if arm.series
-                else Text("No series of pulses was sent."),
-                Grid(series_plots(run, arm, result)),
-            ]
-            for run, arm in arms
-        ]
         blocks = [Text(_SERIES_TEXT, "lead"), *_run_by_run(drawn, series)]
         sections.append(Section("series", "Series of pulses", blocks))
-    estimates = estimate_plots(result)
+    estimates = figures.estimate_plots(result)
     if estimates:
-        blocks = [*_beliefs(result), Grid(estimates)]
+        blocks = [*_estimates(result), Grid(estimates)]
         sections.append(Section("learned", "What was learned", blocks))
     return sections
 
@@ -186,17 +166,11 @@ def _facts(result: Positioning) -> list[Fact]:
     unit, several = unit_of("position", result.kind), len(result.runs) > 1
     what = "target less true position" if run.arm is None else "of the mass that is farther"
     before = shown(first.moves[-1].final_error, unit)
+    meaning = f"of run {run.number}; first run {before}" if several else what
+    tolerance = f"tolerance {shown(result.tolerance, unit)}"
     facts = [
-        Fact(
-            "Final error",
-            shown(last.final_error, unit),
-            f"of run {run.number}; first run {before}" if several else what,
-        ),
-        Fact(
-            "Within tolerance after",
-            typeset(_settled(last)),
-            f"tolerance {shown(result.tolerance, unit)}",
-        ),
+        Fact("Final error", shown(last.final_error, unit), meaning),
+        Fact("Within tolerance after", typeset(_settled(last)), tolerance),
     ]
     if run.arm is not None:
         swing = or_none(last.swing, lambda swing: shown(swing, unit))
@@ -235,6 +209,7 @@ def move_table(result: Positioning) -> Table:
     first = result.runs[0]
     several, arm = len(first.moves) > 1, first.arm is not None
     pulsed = bool(first.estimates) and not arm
+
     columns = [
         Column("Run"),
         *[Column("Move")] * several,
@@ -245,25 +220,24 @@ def move_table(result: Positioning) -> Table:
         *[Column("Peak effort"), Column("Ending", "left")],
     ]
     rows: list[list[str | Cell]] = []
-    for run in result.runs:
-        for move in run.moves:
-            series = [] if run.arm is None else run.arm.series
-            sent = sum(each.move == move.number for each in series)
-            swing = or_none(move.swing, lambda swing: prefixed(swing, position))
-            ending = Cell(move.ending.word.lower(), "good" if move.ending.reached else "bad")
-            rows.append(
-                [
-                    str(run.number),
-                    *[str(move.number)] * several,
-                    prefixed(move.target, position),
-                    prefixed(move.final_error, position),
-                    *[swing, str(sent)] * arm,
-                    _settled(move),
-                    *[str(len(move.pulses))] * pulsed,
-                    prefixed(move.peak_effort, effort),
-                    ending,
-                ]
-            )
+    moves = [(run, move) for run in result.runs for move in run.moves]
+    for run, move in moves:
+        series = [] if run.arm is None else run.arm.series
+        sent = sum(each.move == move.number for each in series)
+        swing = or_none(move.swing, lambda swing: prefixed(swing, position))
+        rows.append(
+            [
+                str(run.number),
+                *[str(move.number)] * several,
+                prefixed(move.target, position),
+                prefixed(move.final_error, position),
+                *[swing, str(sent)] * arm,
+                _settled(move),
+                *[str(len(move.pulses))] * pulsed,
+                prefixed(move.peak_effort, effort),
+                Cell(move.ending.word.lower(), "good" if move.ending.reached else "bad"),
+            ]
+        )
     return Table(columns=columns, rows=rows, what="moves")
 
 
@@ -273,31 +247,28 @@ def _phases(run: PositioningRun) -> list[Block]:
 
 def phase_table(run: PositioningRun) -> Table:
     """Return the phases of a run, each with why it began."""
-    return Table(
-        columns=[
-            Column("Phase", "left", only="page"),
-            Column("What", "left", short="phase"),
-            Column("From"),
-            Column("For"),
-            Column("Why it began", "left"),
-        ],
-        rows=[
-            [
-                str(k),
-                Cell(phase.word, swatch=PHASE_COLOURS[phase.name]),
-                prefixed(phase.start_time, "s"),
-                prefixed(phase.end_time - phase.start_time, "s"),
-                phase.reason,
-            ]
-            for k, phase in enumerate(run.phases, start=1)
-        ],
-        style="phases",
-        what="phases",
-    )
+    rows: list[list[str | Cell]] = [
+        [
+            str(k),
+            Cell(phase.word, swatch=figures.PHASE_COLOURS[phase.name]),
+            prefixed(phase.start_time, "s"),
+            prefixed(phase.end_time - phase.start_time, "s"),
+            phase.reason,
+        ]
+        for k, phase in enumerate(run.phases, start=1)
+    ]
+    columns = [
+        Column("Phase", "left", only="page"),
+        Column("What", "left", short="phase"),
+        Column("From"),
+        Column("For"),
+        Column("Why it began", "left"),
+    ]
+    return Table(columns=columns, rows=rows, style="phases", what="phases")
 
 
 def series_table(run: PositioningRun, arm: ArmRun, result: Positioning) -> Table:
-    """Return the series of a run: what each was to do, and what it truly did."""
+    """Return the series of a run: the plan of each, and its true outcome."""
     unit = unit_of("position", result.kind)
     several = len(run.moves) > 1
 
@@ -307,17 +278,6 @@ def series_table(run: PositioningRun, arm: ArmRun, result: Positioning) -> Table
         tiny = abs(value) < _ROUNDING
         return f"below 1 p{unit}" if tiny else prefixed(value, unit)
 
-    columns = [
-        Column("Series", "left"),
-        *[Column("Move", only="page")] * several,
-        *map(Column, ("At", "From", "To", "Duration")),
-        Column("Pulses"),
-        Column("Swing before", only="page"),
-        Column("Planned to miss by", only="page"),
-        Column("Mass 1 missed by"),
-        Column("Mass 2 at most by", only="page"),
-        Column("Swing left", short="mass 2 swings by"),
-    ]
     rows: list[list[str]] = []
     for k, series in enumerate(arm.series, start=1):
         pulses = str(series.pulses)
@@ -339,6 +299,16 @@ def series_table(run: PositioningRun, arm: ArmRun, result: Positioning) -> Table
                 missed(series.final_swing),
             ]
         )
+    columns = [
+        Column("Series", "left"),
+        *[Column("Move", only="page")] * several,
+        *map(Column, ("At", "From", "To", "Duration", "Pulses")),
+        Column("Swing before", only="page"),
+        Column("Planned to miss by", only="page"),
+        Column("Mass 1 missed by"),
+        Column("Mass 2 at most by", only="page"),
+        Column("Swing left", short="mass 2 swings by"),
+    ]
     return Table(columns=columns, rows=rows, what="series")
 
 
@@ -370,8 +340,8 @@ def _pulses(run: PositioningRun, result: Positioning) -> list[Block]:
     return [Table(columns=columns, rows=rows, what="pulses")]
 
 
-def belief_table(result: Positioning) -> Table:
-    """Return what the controller believed at first and in the end, with the truth."""
+def estimate_table(result: Positioning) -> Table:
+    """Return the controller's estimates at first and in the end, with the truth."""
     last = result.runs[-1].estimates
     rows: list[list[str | Cell]] = []
     for name, values in result.runs[0].estimates.items():
@@ -411,8 +381,8 @@ def _inside(truth: float | None, low: float | None, high: float | None) -> str:
     return "inside" if inside else "outside"
 
 
-def _beliefs(result: Positioning) -> list[Block]:
-    """Return what the controller believed, and where its first guess came from."""
+def _estimates(result: Positioning) -> list[Block]:
+    """Return the controller's estimates, and where its first guess came from."""
     first = result.runs[0].estimates
     counted = (
         "Friction of each direction has the constant offset in it, as the controller counts it."
@@ -428,4 +398,4 @@ def _beliefs(result: Positioning) -> list[Block]:
         (result.limits, _LIMITS_TEXT),
     )
     where = [Heading("Where the first guess came from"), Listed(sources)] if sources else []
-    return [belief_table(result), *(Text(text) for needed, text in texts if needed), *where]
+    return [estimate_table(result), *(Text(text) for needed, text in texts if needed), *where]

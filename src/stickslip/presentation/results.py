@@ -5,17 +5,14 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.presentation.comparison import comparison_page, study_page
-from stickslip.presentation.figures.drawing import Plot
+from stickslip.presentation.drawing import Plot
 from stickslip.presentation.identification import identification_page
 from stickslip.presentation.page import Page, plots_on, write_page
 from stickslip.presentation.positioning import positioning_page
 from stickslip.records import EstimatorComparison, EstimatorStudy, Identification, Positioning
 
-__all__ = ["PAGES", "figures_of", "page_of", "write_report"]
-
 Result = Identification | EstimatorComparison | EstimatorStudy | Positioning
-"""What `identify`, `compare_log`, `compare_scenario` and `position` return."""
-
+"""Results of `identify`, `compare_log`, `compare_scenario` and `position`."""
 
 PAGES: dict[type, Callable[[Any], Page]] = {
     Identification: identification_page,
@@ -38,11 +35,7 @@ def write_report(result: Result, path: Path | str) -> Path:
         Of `stickslip.identify`, `stickslip.compare_log`, `stickslip.compare_scenario` or
         `stickslip.position`; nothing is computed from it but the figures.
     path
-        The HTML file to write; an existing one is replaced.
-
-    Returns
-    -------
-    The path written.
+        The HTML file to write, which is returned; an existing one is replaced.
 
     Raises
     ------
@@ -54,11 +47,6 @@ def write_report(result: Result, path: Path | str) -> Path:
 
 def figures_of(result: Result) -> dict[str, Plot]:
     """Return every figure of a result, as on its page, by the anchor that it has there.
-
-    Parameters
-    ----------
-    result
-        As of `write_report`.
 
     Examples
     --------

@@ -8,9 +8,8 @@ if TYPE_CHECKING:
     import rich.table
     from rich.console import Console
 
-__all__ = ["Cell", "Column", "Table", "Tone", "print_table"]
-
 Row = Sequence["str | Cell"]
+Style = Literal["dense", "parameters", "options", "phases"]
 Tone = Literal["", "good", "bad", "code"]
 
 _ON_TERMINAL = (20, 10)
@@ -21,55 +20,26 @@ _STYLES = {"": "", "good": "green", "bad": "red", "code": ""}
 
 @dataclass(frozen=True)
 class Cell:
-    """A cell that is more than text.
+    """A cell that is more than text."""
 
-    Attributes
-    ----------
-    text
-        What it says.
-    tone
-        Whether it is good or bad news; ``"code"`` for text in a fixed width.
-    note
-        Follows the text on a page.
-    symbol
-        Letter of a quantity, as HTML (`stickslip.presentation.figures.symbol`), on a page.
-    swatch
-        A colour that is shown before the text on a page.
-    """
-
-    text: str
-    tone: Tone = ""
-    note: str = ""
-    symbol: str = ""
-    swatch: str = ""
+    text: str  #: Its words.
+    tone: Tone = ""  #: Whether it is good or bad news; ``"code"`` for text in a fixed width.
+    note: str = ""  #: Text that follows on a page.
+    symbol: str = ""  #: Letter of a quantity, as HTML, on a page.
+    swatch: str = ""  #: Colour that is shown before the text on a page.
 
 
 @dataclass(frozen=True)
 class Column:
-    """A column of a table.
+    """A column of a table."""
 
-    Attributes
-    ----------
-    head
-        Its heading.
-    align
-        Of text left, of numbers right.
-    only
-        ``"page"`` or ``"terminal"`` for a column that the other leaves out.
-    short
-        Heading on a terminal; empty for ``head``.
-    css
-        Class of its cells on a page, as well as that of its alignment.
-    width
-        Least width on a terminal [characters].
-    """
-
-    head: str
-    align: Literal["left", "right", "center"] = "right"
+    head: str  #: Its heading.
+    align: Literal["left", "right", "center"] = "right"  #: Of text left, of numbers right.
+    #: ``"page"`` or ``"terminal"`` for a column that the other leaves out.
     only: Literal["", "page", "terminal"] = ""
-    short: str = ""
-    css: str = ""
-    width: int = 0
+    short: str = ""  #: Heading on a terminal; empty for ``head``.
+    css: str = ""  #: Class of its cells on a page, as well as that of its alignment.
+    width: int = 0  #: Least width on a terminal [characters].
 
     @property
     def terminal_head(self) -> str:
@@ -80,31 +50,15 @@ class Column:
 
 @dataclass(frozen=True, kw_only=True)
 class Table:
-    """A table, for a terminal and for a page.
-
-    Attributes
-    ----------
-    columns
-        Of which the first names the rows.
-    rows
-        Cells, as text or with more to them, as many as columns.
-    style
-        Class of the table on a page.
-    title
-        Above it.
-    caption
-        Above it on a page, in small print.
-    what
-        What a row is, in the plural.
-    """
+    """A table, for a terminal and for a page."""
 
     kind = "table"
-    columns: Sequence[Column]
-    rows: Sequence[Row]
-    style: Literal["dense", "parameters", "options", "phases"] = "dense"
-    title: str = ""
-    caption: str = ""
-    what: str = "rows"
+    columns: Sequence[Column]  #: Of which the first names the rows.
+    rows: Sequence[Row]  #: Cells, as text or with more to them, as many as columns.
+    style: Style = "dense"  #: Its class on a page.
+    title: str = ""  #: Above it.
+    caption: str = ""  #: Above it on a page, in small print.
+    what: str = "rows"  #: What a row is, in the plural.
 
     @staticmethod
     def of_facts(facts: Iterable[tuple[str, str | Cell]]) -> "Table":

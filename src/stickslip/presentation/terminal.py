@@ -4,21 +4,8 @@ import textwrap
 from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING
 
-from stickslip.presentation.comparison import (
-    assumed_inertia,
-    contradictions,
-    estimate_table,
-    reasons_against,
-    score_tables,
-)
+from stickslip.presentation import comparison, positioning
 from stickslip.presentation.identification import parameter_table
-from stickslip.presentation.positioning import (
-    belief_table,
-    move_table,
-    phase_table,
-    series_table,
-    what_moves,
-)
 from stickslip.presentation.table import Column, Table, print_table
 from stickslip.presentation.words import (
     assumed_units,
@@ -43,17 +30,9 @@ from stickslip.records import (
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = [
-    "print_comparison",
-    "print_excitation",
-    "print_identification",
-    "print_landing",
-    "print_positioning",
-]
-
 
 def print_identification(console: "Console", identification: Identification) -> None:
-    """Print what was assumed, the parameters, the verdict with its remedy, and the notes."""
+    """Print assumptions, the parameters, the verdict with its remedy, and the notes."""
     estimate = identification.estimate
     diagnostics, status = estimate.diagnostics, estimate.status
     for log in identification.logs:
@@ -93,10 +72,10 @@ def print_comparison(console: "Console", found: EstimatorComparison | EstimatorS
         _listed(console, "Assumed in reading it:", log.source.assumptions if log.source else ())
         console.print()
         if found.applied:
-            print_table(console, estimate_table(found))
-        _listed(console, "", [assumed_inertia(found), assumed_units([log])], bullet="")
+            print_table(console, comparison.estimate_table(found))
+        _listed(console, "", [comparison.assumed_inertia(found), assumed_units([log])], bullet="")
         _listed(console, "Not to be trusted:", _doubts(found))
-        differences = contradictions(found)
+        differences = comparison.contradictions(found)
         if differences:
             words = "Contradictory results: at least one method is wrong."
             console.print(words, style="bold red")
@@ -105,12 +84,12 @@ def print_comparison(console: "Console", found: EstimatorComparison | EstimatorS
         runs = f"{found.runs} runs of {found.samples} samples"
         console.print(f"{found.name}: {runs}, {found.kind} axis", soft_wrap=True)
         console.print()
-        for table in score_tables(found):
+        for table in comparison.score_tables(found):
             console.print(table.to_rich())
         if any(each.assumes_inertia for each in found.applied):
-            _listed(console, "", [assumed_inertia(found)], bullet="")
+            _listed(console, "", [comparison.assumed_inertia(found)], bullet="")
         _listed(console, "", found.notes)
-    reasons = [f"{name}: {why}" for name, why in reasons_against(found).items()]
+    reasons = [f"{name}: {why}" for name, why in comparison.reasons_against(found).items()]
     _listed(console, "Does not apply:", reasons)
     if not found.trusted:
         _verdict(console, "None of the estimates can be trusted.", good=False)
@@ -127,17 +106,19 @@ def _doubts(found: EstimatorComparison) -> list[str]:
 
 
 def print_positioning(console: "Console", result: Positioning) -> None:
-    """Print how each move ended, the phases and series of a landing, and what was learned."""
+    """Print the end of each move, the phases and series of a landing, and the estimates."""
     unit, run = unit_of("position", result.kind), result.runs[-1]
-    console.print(f"{result.name}: {result.controller}, {what_moves(result)}", soft_wrap=True)
+    console.print(
+        f"{result.name}: {result.controller}, {positioning.what_moves(result)}", soft_wrap=True
+    )
     console.print()
-    console.print(move_table(result).to_rich())
+    console.print(positioning.move_table(result).to_rich())
     if run.phases:
-        console.print(phase_table(run).to_rich())
+        console.print(positioning.phase_table(run).to_rich())
         if run.arm is not None and run.arm.series:
-            console.print(series_table(run, run.arm, result).to_rich())
+            console.print(positioning.series_table(run, run.arm, result).to_rich())
     if result.runs[0].estimates:
-        console.print(belief_table(result).to_rich())
+        console.print(positioning.estimate_table(result).to_rich())
         if result.counts_offset:
             words = "Friction of each direction has the constant offset in it, also the truth's."
             _say(console, words, "dim")
@@ -154,7 +135,7 @@ def print_positioning(console: "Console", result: Positioning) -> None:
 
 
 def print_landing(console: "Console", landing: Positioning) -> None:
-    """Print in a sentence how the arm of the demonstration has landed."""
+    """Print the landing of the demonstration's arm in a sentence."""
     run, move = landing.runs[-1], landing.last
     _say(
         console,
@@ -175,7 +156,7 @@ def print_landing(console: "Console", landing: Positioning) -> None:
 
 
 def print_excitation(console: "Console", designed: Excitation) -> None:
-    """Print what the axis does under a designed effort, and the intervals to expect at best."""
+    """Print the motion under a designed effort, and the intervals to expect at best."""
     kind = designed.kind
     travel, speed = designed.largest_travel, designed.largest_speed
     console.print(

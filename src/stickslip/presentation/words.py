@@ -2,9 +2,8 @@
 
 import math
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass
 from enum import Enum
-from typing import Any
+from typing import Any, NamedTuple
 
 from stickslip.records import (
     AxisKind,
@@ -18,36 +17,15 @@ from stickslip.records import (
     unit_text,
 )
 
-__all__ = [
-    "NONE",
-    "Judged",
-    "Judgement",
-    "assumed_units",
-    "between_text",
-    "judged",
-    "missing_parameters",
-    "or_none",
-    "prefixed",
-    "prefixed_unit",
-    "printed_unit",
-    "ratio_text",
-    "rounded",
-    "share_text",
-    "shown",
-    "typeset",
-    "value_text",
-    "value_texts",
-    "value_with_half",
-]
-
 NONE = "–"
-"""What stands for a missing value."""
+"""Text for a missing value."""
 
 _MOST_DECIMALS = 15
 _PREFIXABLE = ("m", "rad", "s")
 _PREFIXES = ((1.0, ""), (1e3, "m"), (1e6, "µ"), (1e9, "n"))
 _ROUNDED_TO_ONE = 0.9995
 _ROUNDING = 1.0 / _ROUNDED_TO_ONE
+_MIDDLE = 0.01  # of half of an interval: a value nearer to the middle is taken to lie in it
 
 
 class Judgement(Enum):
@@ -59,17 +37,8 @@ class Judgement(Enum):
     UNUSABLE = "not to be used"
 
 
-@dataclass(frozen=True, kw_only=True)
-class Judged:
-    """A judgement with its reason.
-
-    Attributes
-    ----------
-    judgement
-        Whether the value can be used.
-    reason
-        Why not, in words; empty if it can, or if the status of the estimate is the reason.
-    """
+class Judged(NamedTuple):
+    """A judgement with its reason, unless the status of the estimate is the reason."""
 
     judgement: Judgement
     reason: str = ""
@@ -82,13 +51,12 @@ def judged(estimate: FrictionEstimate, name: str) -> Judged:
     verdict = verdicts.get(name)
     negative = parameter.value is not None and parameter.value <= 0
     if estimate.status is Status.UNPHYSICAL and negative and not parameter.signed:
-        return Judged(judgement=Judgement.UNPHYSICAL, reason="it cannot be negative")
+        return Judged(Judgement.UNPHYSICAL, "it cannot be negative")
     if parameter.identified and not estimate.status.usable:
-        return Judged(judgement=Judgement.UNUSABLE)
+        return Judged(Judgement.UNUSABLE)
     if parameter.identified and (verdict is None or verdict.identifiable):
-        return Judged(judgement=Judgement.IDENTIFIED)
-    reason = "" if verdict is None else in_words(verdict.reason)
-    return Judged(judgement=Judgement.NOT_IDENTIFIED, reason=reason)
+        return Judged(Judgement.IDENTIFIED)
+    return Judged(Judgement.NOT_IDENTIFIED, "" if verdict is None else in_words(verdict.reason))
 
 
 def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") -> list[str]:
@@ -140,9 +108,6 @@ def value_with_half(parameter: ParameterEstimate) -> str:
     return f"{rounded(parameter.value, half)} ± {half:.2g}"
 
 
-_MIDDLE = 0.01  # of half of an interval: nearer to its middle a value is in it
-
-
 def or_none(value: float | None, text: Callable[[float], str]) -> str:
     """Return the text of a value; a dash for a missing one."""
     return NONE if value is None else text(value)
@@ -151,8 +116,6 @@ def or_none(value: float | None, text: Callable[[float], str]) -> str:
 def ratio_text(ratio: float) -> str:
     """Return a ratio with three digits, or all before the point.
 
-    Examples
-    --------
     >>> ratio_text(1.0234), ratio_text(1234.5)
     ('1.02', '1234')
     """
@@ -162,8 +125,6 @@ def ratio_text(ratio: float) -> str:
 def share_text(share: float) -> str:
     """Return a share in percent, with two digits however small it is.
 
-    Examples
-    --------
     >>> share_text(0.000024), share_text(0.0)
     ('0.0024 %', '0 %')
     """
@@ -171,10 +132,8 @@ def share_text(share: float) -> str:
 
 
 def between_text(low: float | None, high: float | None) -> str:
-    """Return what is known of a value that lies between two limits, None where there is none.
+    """Return the limits that a value lies between, None where there is none.
 
-    Examples
-    --------
     >>> between_text(130.0, 173.24), between_text(None, 173.24), between_text(None, None)
     ('130 to 173.2', 'below 173.2', 'untested')
     """
@@ -188,8 +147,6 @@ def between_text(low: float | None, high: float | None) -> str:
 def rounded(value: float, uncertainty: float) -> str:
     """Return a value with the digits that two digits of its standard deviation leave meaningful.
 
-    Examples
-    --------
     >>> rounded(95.108877, 0.1085), rounded(203503.4, 1146.0)
     ('95.11', '203500')
     """
@@ -199,8 +156,6 @@ def rounded(value: float, uncertainty: float) -> str:
 def printed_unit(name: str, kind: AxisKind) -> str:
     """Return the unit of a quantity or parameter as it is printed.
 
-    Examples
-    --------
     >>> printed_unit("mass", "rotary")
     'kg m²'
     """
@@ -208,42 +163,24 @@ def printed_unit(name: str, kind: AxisKind) -> str:
 
 
 def prefixed_unit(size: float, unit: str) -> tuple[float, str]:
-    """Return the unit that suits values of a size, and how many of it make the SI unit.
+    """Return the unit that suits values of a size [``unit``], and how many of it make the SI unit.
 
-    Parameters
-    ----------
-    size
-        A typical or the largest magnitude [``unit``].
-    unit
-        Its SI unit; metres, radians and seconds get prefixes, others are left as they are.
+    Metres, radians and seconds get prefixes, other units are left as they are.
 
-    Examples
-    --------
     >>> prefixed_unit(0.012, "m"), prefixed_unit(2.5, "N")
     ((1000.0, 'mm'), (1.0, 'N'))
     """
     if unit not in _PREFIXABLE or not 0 < abs(size) < math.inf:
         return 1.0, unit_text(unit)
-    for factor, prefix in _PREFIXES:
-        # What is rounded up to 1000 of a unit is written as 1 of the next
-        if abs(size) * factor >= _ROUNDED_TO_ONE:
-            return factor, prefix + unit
-    factor, prefix = _PREFIXES[-1]
+    # A value that is rounded up to 1000 of a unit is written as 1 of the next
+    suited = (each for each in _PREFIXES if abs(size) * each[0] >= _ROUNDED_TO_ONE)
+    factor, prefix = next(suited, _PREFIXES[-1])
     return factor, prefix + unit
 
 
 def prefixed(value: float, unit: str) -> str:
-    """Return a value with three digits, in the unit that suits its size.
+    """Return a value [``unit``, SI] with three digits, in the unit that suits its size.
 
-    Parameters
-    ----------
-    value
-        The value [``unit``].
-    unit
-        Its SI unit.
-
-    Examples
-    --------
     >>> prefixed(-1.2345e-5, "m"), prefixed(0.31, "s"), prefixed(95.1, "kg m^2")
     ('-12.3 µm', '310 ms', '95.1 kg m²')
     """
@@ -270,8 +207,6 @@ def shown(value: float, unit: str) -> str:
 def value_text(value: Any, unit: str = "") -> str:
     """Return a value of a scenario or an option of an estimator, with its unit.
 
-    Examples
-    --------
     >>> value_text([0.5, 1.0], "Hz"), value_text(True), value_text(None)
     ('0.5, 1 Hz', 'yes', 'not given')
     """

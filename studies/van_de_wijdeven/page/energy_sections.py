@@ -4,7 +4,7 @@ import html
 import math
 from collections.abc import Mapping, Sequence
 
-from stickslip.presentation.figures.drawing import symbol
+from stickslip.presentation.drawing import symbol
 from stickslip.presentation.page import Section
 from stickslip.records import parameter_label, unit_of, unit_text
 from studies.van_de_wijdeven.page.dense import row, section, wide

@@ -4,7 +4,7 @@ import io
 import re
 from typing import TYPE_CHECKING, Any, Literal
 
-from stickslip.presentation.figures.drawing import BLUE, GREY, INK, ORANGE, PINK, VERMILION
+from stickslip.presentation.drawing import BLUE, GREY, INK, ORANGE, PINK, VERMILION
 from studies.van_de_wijdeven.page.sketches import draw_sketch
 from studies.van_de_wijdeven.records import CurveRole, Panel, ReproducedFigure
 

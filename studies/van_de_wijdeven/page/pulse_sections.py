@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from stickslip.presentation.figures.drawing import symbol
+from stickslip.presentation.drawing import symbol
 from stickslip.presentation.page import Section
 from stickslip.presentation.words import prefixed
 from stickslip.records import QUANTITIES, in_words, unit_text

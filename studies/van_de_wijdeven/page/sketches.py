@@ -2,7 +2,7 @@
 
 from typing import TYPE_CHECKING, Any
 
-from stickslip.presentation.figures.drawing import BLUE, GREY, INK, PALE, VERMILION
+from stickslip.presentation.drawing import BLUE, GREY, INK, PALE, VERMILION
 from studies.van_de_wijdeven.records import Sketch
 
 if TYPE_CHECKING:

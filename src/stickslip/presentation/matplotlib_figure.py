@@ -9,9 +9,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
-    from stickslip.presentation.figures.drawing import Plot, Trace
-
-__all__ = ["drawn"]
+    from stickslip.presentation.drawing import Plot, Trace
 
 _PIXELS = 100.0  # an inch
 _WIDTH = 8.0  # [inch]
@@ -95,13 +93,8 @@ def _shape(shape: dict[str, Any]) -> dict[str, Any]:
     if shape["type"] == "rect":
         return {"color": shape["fillcolor"], "linewidth": 0, "zorder": 0}
     look = shape["line"]
-    dash = _DASHES[look["dash"]]
-    return {
-        "edgecolor": look["color"],
-        "linewidth": look["width"],
-        "linestyle": dash,
-        "fill": False,
-    }
+    line = {"edgecolor": look["color"], "linewidth": look["width"]}
+    return {**line, "linestyle": _DASHES[look["dash"]], "fill": False}
 
 
 def _floats(values: Any) -> Any:

@@ -15,28 +15,6 @@ from stickslip.records import QUANTITIES, AxisKind, quantity_name
 if TYPE_CHECKING:
     import matplotlib.figure
 
-__all__ = [
-    "Look",
-    "Plot",
-    "Trace",
-    "axis",
-    "axis_title",
-    "band",
-    "bars_across",
-    "layout",
-    "legend",
-    "level",
-    "line",
-    "markers",
-    "numbers",
-    "range_of",
-    "steps",
-    "symbol",
-    "thin",
-    "thinned_text",
-    "vertical",
-]
-
 Trace = dict[str, Any]
 
 # The palette of Okabe and Ito: its colours stay apart under every common colour blindness. Lines
@@ -58,45 +36,24 @@ FRAME = "#9ca3af"
 MOST_POINTS = 2000
 """Points a trace is thinned to: more than a screen has columns."""
 
-_KEPT = 4
-"""Points kept of a stretch: its first, its last and its extremes."""
-
-_FINER = 16
-"""Parts of a stretch in which is looked for changes."""
-
+_KEPT = 4  # points of a stretch: its first, its last and its extremes
+_FINER = 16  # parts of a stretch that are searched for changes
 _DIGITS = 7
 
 
 @dataclass(frozen=True, kw_only=True)
 class Plot:
-    """A figure: its traces, its layout, and the words that go with it.
-
-    Attributes
-    ----------
-    anchor
-        Identifier of the figure on its page.
-    alternative
-        What the figure shows, for a reader who cannot see it.
-    traces, layout
-        As plotly.js takes them.
-    height
-        Height on the page [px].
-    caption
-        What to look for.
-    heading
-        A heading of its own, where a section has several figures alike.
-    also_in_legend
-        Traces that are shown in the legend only, such as shades behind the lines.
-    """
+    """A figure: its traces, its layout, and the words that go with it."""
 
     kind = "plot"
-    anchor: str
-    alternative: str
-    traces: list[Trace]
-    layout: dict[str, Any]
-    height: int
-    caption: str = ""
-    heading: str = ""
+    anchor: str  #: Identifier of the figure on its page.
+    alternative: str  #: Description of the figure, for a reader who cannot see it.
+    traces: list[Trace]  #: As plotly.js takes them.
+    layout: dict[str, Any]  #: As plotly.js takes it.
+    height: int  #: Height on the page [px].
+    caption: str = ""  #: What to look for.
+    heading: str = ""  #: A heading of its own, where a section has several figures alike.
+    #: Traces that are shown in the legend only, such as shades behind the lines.
     also_in_legend: Sequence[Trace] = ()
 
     def to_plotly(self) -> dict[str, Any]:
@@ -105,7 +62,7 @@ class Plot:
 
     def to_matplotlib(self) -> "matplotlib.figure.Figure":
         """Return the figure drawn with matplotlib, with its legend and caption."""
-        from stickslip.presentation.figures.matplotlib_figure import drawn
+        from stickslip.presentation.matplotlib_figure import drawn
 
         return drawn(self)
 
@@ -123,11 +80,7 @@ def thin(
     """Choose the samples of a long series to draw, most of them where it changes.
 
     Of each stretch the extremes are kept, and where it begins and ends, so that what rests is drawn
-    at rest.
-
-    Returns
-    -------
-    The indices, or a slice of everything if the series is short enough.
+    at rest. A series that is short enough is a slice of everything.
     """
     n = values.size
     if n <= most:
@@ -147,13 +100,7 @@ def thin(
 
 
 def thinned_text(samples: int) -> str:
-    """Return a sentence that says so if so many samples are too many to be drawn one by one.
-
-    Parameters
-    ----------
-    samples
-        Of the longest series of a drawing.
-    """
+    """Return a sentence if the longest series has too many samples to be drawn one by one."""
     if samples <= MOST_POINTS:
         return ""
     return (
@@ -163,20 +110,15 @@ def thinned_text(samples: int) -> str:
 
 
 def _edges(known: Float[np.ndarray, " n"], stretches: int) -> Int[np.ndarray, " e"]:
-    """Part a long series: half of the stretches are of one length, half are where it changes most.
+    """Part a series, NaN where there is none, into so many stretches at most.
 
-    Parameters
-    ----------
-    known
-        The series, NaN where there is none.
-    stretches
-        How many at most.
+    Half of them are of one length, half are where it changes most.
     """
     n, half = known.size, stretches // 2
     fine = np.linspace(0, n, min(n, _FINER * stretches) + 1).astype(np.int64)
     change = np.fmax.reduceat(known, fine[:-1]) - np.fmin.reduceat(known, fine[:-1])
     change = np.where(np.isnan(change), 0.0, change)
-    # What every stretch has is noise, and no reason to look closer
+    # A change that every stretch has is noise, and no reason to look closer
     excess = np.maximum(change - np.median(change), 0.0)
     even = np.linspace(0, n, stretches - half + 1)
     if not np.any(excess):
@@ -249,14 +191,8 @@ def bars_across(
     colour: str,
 ) -> dict[str, Any]:
     """Return horizontal error bars, as plotly takes them."""
-    return {
-        "type": "data",
-        "symmetric": False,
-        "array": numbers(high - values),
-        "arrayminus": numbers(values - low),
-        "color": colour,
-        "thickness": 1.6,
-    }
+    reach = {"array": numbers(high - values), "arrayminus": numbers(values - low)}
+    return {"type": "data", "symmetric": False, **reach, "color": colour, "thickness": 1.6}
 
 
 def steps(
@@ -266,33 +202,30 @@ def steps(
     look: Look,
     row: int = 1,
 ) -> Trace:
-    """Return what is held from sample to sample, only where it changes if that is seldom."""
+    """Return a signal held from sample to sample, only where it changes if that is seldom."""
     held = np.append(values, values[-1:])
     changes: Int[np.ndarray, " c"] = np.flatnonzero(np.diff(held) != 0.0) + 1
     kept = np.unique(np.concatenate(([0], changes, [held.size - 1])))
     kept = kept[thin(held[kept])]
-    return _trace(
-        name,
-        row,
-        mode="lines",
-        x=numbers(time[kept]),
-        y=numbers(held[kept]),
-        line=look.of_line(shape="hv"),
-    )
+    look_of_line = look.of_line(shape="hv")
+    x, y = numbers(time[kept]), numbers(held[kept])
+    return _trace(name, row, mode="lines", x=x, y=y, line=look_of_line)
 
 
 def vertical(x: float, *, dash: str, width: float = 1.0, colour: str = FRAME) -> dict[str, Any]:
     """Return a vertical line through all panels, as a shape of a layout."""
-    return {
-        "type": "line",
-        "xref": "x",
-        "yref": "paper",
-        "x0": x,
-        "x1": x,
-        "y0": 0,
-        "y1": 1,
-        "line": {"color": colour, "width": width, "dash": dash},
-    }
+    look = {"color": colour, "width": width, "dash": dash}
+    return {"type": "line", **_upright(x, x), "line": look}
+
+
+def shade(x0: float, x1: float, colour: str) -> dict[str, Any]:
+    """Return a shade between two places behind all panels, as a shape of a layout."""
+    look = {"fillcolor": colour, "line": {"width": 0}}
+    return {"type": "rect", "layer": "below", **_upright(x0, x1), **look}
+
+
+def _upright(x0: float, x1: float) -> dict[str, Any]:
+    return {"xref": "x", "yref": "paper", "x0": x0, "x1": x1, "y0": 0, "y1": 1}
 
 
 def band(
@@ -356,9 +289,10 @@ def range_of(
     return {"range": [low - margin, high + margin]}
 
 
-def axis_title(quantity: str, kind: AxisKind) -> str:
-    """Return an axis label: the quantity in words, its symbol and its unit."""
-    return f"{QUANTITIES[quantity].name} {symbol(quantity)} [{printed_unit(quantity, kind)}]"
+def quantity_axis(quantity: str, kind: AxisKind, **settings: Any) -> dict[str, Any]:
+    """Return the axis of a quantity, with its name in words, its symbol and its unit."""
+    unit = printed_unit(quantity, kind)
+    return axis(f"{QUANTITIES[quantity].name} {symbol(quantity)} [{unit}]", **settings)
 
 
 def symbol(name: str) -> str:
