@@ -153,8 +153,16 @@ def test_kernels_that_were_not_used_for_thirty_days_are_removed(script: Path) ->
 
 def test_the_folder_of_an_argument_class_is_watched() -> None:
     """A cached kernel names the module of such a class, and cannot be loaded after it has moved."""
-    from stickslip.control.feedback import pid_kernel
+    from stickslip.control import PIDController
 
+    controller = PIDController(
+        sampling_time=0.01,
+        target=0.0,
+        position_gain=1.0,
+        integral_gain=0.0,
+        velocity_gain=0.0,
+        effort_limit=1.0,
+    )
     folder = Path(sys.modules[SensorSample.__module__].__file__ or "").parent
-    kernel: Any = pid_kernel.pid_step
+    kernel: Any = controller.step
     assert kernel.stickslip_sources > {folder}

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 
 from stickslip.control import PD, FrictionCompensation, OnlineFriction
 from stickslip.control.feedback.friction_compensation import compensating_effort, physical
-from stickslip.control.feedback.pd import pd_effort
+from stickslip.control.feedback.linear_parts import pd_effort
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.records import InputError

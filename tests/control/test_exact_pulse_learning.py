@@ -11,7 +11,7 @@ from random_axes import random_axes
 from scipy.optimize import least_squares
 
 from stickslip.control import ExactPulseController, PulseWidthController, RestDetection
-from stickslip.control.pulses import exact_learning as at
+from stickslip.control.pulses import exact_kernels as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass

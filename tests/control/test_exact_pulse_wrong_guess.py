@@ -9,7 +9,7 @@ import pytest
 from pulse_runs import run_pulses
 
 from stickslip.control import ExactPulseController, RestDetection
-from stickslip.control.pulses import exact_learning as at
+from stickslip.control.pulses import exact_kernels as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass

@@ -5,7 +5,7 @@ from hypothesis import strategies as st
 from scipy import signal
 
 from stickslip.control import Notch
-from stickslip.control.feedback.notch import notch_step
+from stickslip.control.feedback.linear_parts import notch_step
 from stickslip.records import InputError
 
 ROUNDING = 1e-8  # a few 2e-16 over the denominator at the centre, 2 damping (w T)^2 >= 1e-7

@@ -12,7 +12,7 @@ from pulse_runs import run_pulses
 from scipy.optimize import minimize
 
 from stickslip.control import PulseAmplitudeWidthController, RestDetection
-from stickslip.control.pulses.amplitude_width_kernel import in_range, trimmed_effort
+from stickslip.control.pulses.published import in_range, trimmed_effort
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome

@@ -14,8 +14,8 @@ from stickslip.control import (
     PulseWidthController,
     RestDetection,
 )
+from stickslip.control.checks import whole
 from stickslip.control.pulses import kernel as pulse
-from stickslip.control.pulses.settings import whole
 from stickslip.records import InputError, PositioningOutcome, SensorSample
 
 FULL = 300.0
@@ -208,7 +208,7 @@ from stickslip.control import (
     RestDetection,
 )
 from stickslip.control.pulses import kernel as pulse
-from stickslip.control.pulses.settings import whole
+from stickslip.control.checks import whole
 from stickslip.records import SensorSample
 controller = PulseWidthController(sampling_time=0.01, target=0.01, tolerance=1e-3,
     rest=RestDetection(samples=1, spread=0.0, speed=0.0), pulse_effort=300.0,

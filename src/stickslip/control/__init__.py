@@ -2,18 +2,15 @@
 
 from stickslip.control.base import Phase, PositionController
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.feedback.dither import Dither
-from stickslip.control.feedback.friction_compensation import FrictionCompensation
-from stickslip.control.feedback.notch import Notch, NotchCoefficients
-from stickslip.control.feedback.online_friction import (
+from stickslip.control.feedback.friction_compensation import (
+    FrictionCompensation,
     OnlineEstimator,
     OnlineFriction,
     RunningEstimator,
 )
-from stickslip.control.feedback.pd import PD
-from stickslip.control.feedback.pid import PIDController
+from stickslip.control.feedback.linear_parts import PD, Notch, NotchCoefficients
+from stickslip.control.feedback.pid import Dither, PIDController, ResetIntegral
 from stickslip.control.feedback.reference import Move, PointToPoint, Reference
-from stickslip.control.feedback.reset_integral import ResetIntegral
 from stickslip.control.landing import (
     AxisLandingController,
     AxisLandingState,
@@ -25,10 +22,12 @@ from stickslip.control.landing import (
     scaled_notch,
     scaled_pd,
 )
-from stickslip.control.pulses.amplitude_width import PulseAmplitudeWidthController
 from stickslip.control.pulses.controller import PulseController
 from stickslip.control.pulses.exact import ExactPulseController
-from stickslip.control.pulses.width import PulseWidthController
+from stickslip.control.pulses.published import (
+    PulseAmplitudeWidthController,
+    PulseWidthController,
+)
 from stickslip.control.rest_detection import RestDetection
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""What every controller answers about its state, for whoever runs it."""
+"""The interface of all controllers towards what runs them."""
 
 from dataclasses import dataclass
 from typing import Generic, TypeVar
@@ -10,8 +10,6 @@ from stickslip.records import (
     PulseRecord,
     quantity_field,
 )
-
-__all__ = ["Phase", "PositionController"]
 
 S = TypeVar("S")
 
@@ -38,7 +36,7 @@ class Phase:
 
 
 class PositionController(Generic[S]):
-    """A controller that moves an axis to targets; its answers about a state.
+    """A controller that moves an axis to targets; what it answers about a state.
 
     Each answer defaults to that of a controller without pulses, phases and estimates, whose targets
     are in its reference. A state is one from ``init``, a step, or a run's ``controller_state``.

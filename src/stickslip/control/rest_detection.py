@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from math import sqrt
 from statistics import NormalDist
 
-from stickslip.control.pulses.settings import whole
+from stickslip.control.checks import check_fields, whole
 from stickslip.records import InputError, non_negative, positive, quantity_field
-
-__all__ = ["RestDetection"]
 
 _MISSED = 1e-3  # of the windows of an axis at rest; the next window, a sample later, makes it good
 _FALSE = 1e-6  # of the rests: noise taken for motion, from which something wrong would be learned
@@ -65,18 +63,14 @@ class RestDetection:
                     remedy=f"give {least} or more",
                 )
             object.__setattr__(self, name, int(value))
-        object.__setattr__(self, "spread", non_negative("spread", self.spread, "m or rad"))
-        if self.speed is not None:
-            object.__setattr__(self, "speed", non_negative("speed", self.speed, "m/s or rad/s"))
-        if self.least_motion is not None:
-            least_motion = non_negative("least_motion", self.least_motion, "m or rad")
-            object.__setattr__(self, "least_motion", least_motion)
+        units = {"spread": "m or rad", "speed": "m/s or rad/s", "least_motion": "m or rad"}
+        check_fields(self, non_negative, units)
 
     @classmethod
     def for_encoder(
         cls, *, resolution: float, noise: float = 0.0, samples: int, delay: int = 0
     ) -> "RestDetection":
-        """Return what is sound for an encoder alone, without a velocity.
+        """Return the detection for an encoder alone, without a velocity.
 
         At rest the window's range is within ``spread`` but for one window in a thousand, and the
         means of two windows are within ``least_motion`` but for one pair in a million.
@@ -88,15 +82,9 @@ class RestDetection:
         noise
             Standard deviation of white noise before it is rounded to a step [m or rad].
         samples
-            Length of the window; long enough that an axis that moves, moves by more than the
-            spread.
+            Length of the window; so long that an axis in motion moves by more than the spread.
         delay
-            As of the class.
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range.
+            Of the sensors, in whole samples.
 
         Examples
         --------

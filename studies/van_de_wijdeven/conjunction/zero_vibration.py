@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from stickslip.compiled import compiled
 from stickslip.control.feedback.friction_compensation import compensating_effort
-from stickslip.control.feedback.pd import PD, pd_effort
+from stickslip.control.feedback.linear_parts import PD, pd_effort
 from stickslip.control.feedback.reference import PointToPoint, Reference, reference_at
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import InputError, SensorSample, positive, quantity_field

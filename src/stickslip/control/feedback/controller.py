@@ -1,42 +1,148 @@
-"""The feedback controller of van de Wijdeven (2002): PD, notch and friction compensation."""
+"""The feedback controller of van de Wijdeven (2002): PD, notch and friction compensation.
 
+Settings and memory are one vector, so that one piece of machine code serves all controllers,
+whatever their settings: the fields of `_HEAD`, the moves of the reference, and the state of the
+estimator that runs along.
+"""
+
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from math import isclose
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
+from numba.extending import is_jitted
 
+from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
-from stickslip.control.feedback import kernel as at
-from stickslip.control.feedback.friction_compensation import FrictionCompensation
-from stickslip.control.feedback.notch import Notch, NotchCoefficients
-from stickslip.control.feedback.online_friction import OnlineFriction
-from stickslip.control.feedback.pd import PD
-from stickslip.control.feedback.reference import PointToPoint
-from stickslip.records import InputError, non_negative, positive, quantity_field
+from stickslip.control.checks import check_class, check_fields
+from stickslip.control.feedback.friction_compensation import (
+    FrictionCompensation,
+    OnlineFriction,
+    compensating_effort,
+    physical,
+)
+from stickslip.control.feedback.linear_parts import (
+    PD,
+    Notch,
+    NotchCoefficients,
+    notch_step,
+    pd_effort,
+)
+from stickslip.control.feedback.reference import PointToPoint, reference_at
+from stickslip.numerics.named_fields import fields_at, places
+from stickslip.records import InputError, SensorSample, non_negative, positive, quantity_field
 
-__all__ = ["FeedbackController"]
-
+_METHOD = 5  # of a vector of these kernels
 _STRAIGHT_THROUGH = NotchCoefficients(b0=1.0, b1=0.0, b2=0.0, a1=0.0, a2=0.0)
 _SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
-# Name, class, whether None will do, and what to give
-_PARTS = (
-    ("pd", PD, False, "give PD(position_gain=..., velocity_gain=...)"),
-    (
-        "reference",
-        PointToPoint,
-        False,
-        "give PointToPoint(moves=(Move(target=..., duration=...),)), or for another profile a "
-        "controller of your own, with init() and step(state, sample)",
-    ),
-    ("notch", Notch, True, "give Notch(...) or Notch.at_resonance(...), or None for none"),
-    (
-        "compensation",
-        FrictionCompensation,
-        True,
-        "give FrictionCompensation(friction=...), or None for none",
-    ),
+
+_HEAD = np.dtype(
+    [
+        # Settings
+        ("method", "i8"),  # whose vector it is
+        ("length", "i8"),  # of the vector
+        ("position_gain", "f8"),
+        ("velocity_gain", "f8"),
+        ("inertia", "f8"),
+        ("effort_limit", "f8"),
+        ("notch", "f8", (5,)),  # coefficients
+        ("coulomb", "f8", (2,)),  # in positive, in negative direction
+        ("viscous", "f8", (2,)),  # likewise
+        ("offset", "f8"),
+        ("measured", "i8"),  # 1: the measured velocity is compensated for, not the reference's
+        ("dead_band", "f8"),
+        ("coulomb_at", "i8"),  # places of the running estimates in the vector; 0 without any
+        ("viscous_at", "i8"),
+        ("needs_load", "i8"),
+        ("estimator", "i8"),  # where the estimator's state begins, which is the rest of the vector
+        ("moves", "i8"),
+        # What changes
+        ("z", "f8", (2,)),  # memory of the notch
+        ("refused", "i8"),  # samples that the estimator did not take
+    ]
 )
+_head = fields_at(_HEAD)
+_REFERENCE = places(_HEAD)  # place of the first move
+Vector = Float[np.ndarray, " s"]
+Step = Callable[[Vector, SensorSample], tuple[Vector, float]]
+
+
+@compiled()
+def _command(vector: Float[np.ndarray, " s"], t: float, x: float, v: float) -> float:
+    """Return the effort at time t, and advance the notch in place unless the effort is not finite.
+
+    u = H(z) [K_p (r - x) + K_d (r' - v)] + J r'' + f_c sign(w) + c w + f_0, limited; w is the
+    velocity compensated for (van de Wijdeven 2002 A section 6.2).
+
+    Raises
+    ------
+    ValueError
+        If the vector is not one of these kernels.
+    """
+    s = _head(vector)
+    if vector.size < _REFERENCE or s.method != _METHOD or s.length != vector.size:
+        raise ValueError("not a state of a FeedbackController: begin with the one of its init()")
+    r, r_dot, r_ddot = reference_at(vector, _REFERENCE, s.moves, t)
+    e = pd_effort(s.position_gain, s.velocity_gain, r, x, r_dot, v)
+    n = s.notch
+    y, z1, z2 = notch_step(n[0], n[1], n[2], n[3], n[4], s.z[0], s.z[1], e)
+    if s.coulomb_at > 0:
+        f_pos = physical(float(vector[s.coulomb_at]))
+        c_pos = physical(float(vector[s.viscous_at]))
+        f_neg, c_neg = f_pos, c_pos
+    else:
+        f_pos, f_neg = s.coulomb[0], s.coulomb[1]
+        c_pos, c_neg = s.viscous[0], s.viscous[1]
+    w = v if s.measured else r_dot
+    u = y + s.inertia * r_ddot + s.offset
+    u += compensating_effort(f_pos, f_neg, c_pos, c_neg, w, s.dead_band)
+    if not np.isfinite(u):
+        return np.nan
+    s.z[0], s.z[1] = z1, z2
+    limit = s.effort_limit
+    return min(max(u, -limit), limit)
+
+
+@compiled()
+def _step_alone(
+    state: Float[np.ndarray, " s"], sample: SensorSample
+) -> tuple[Float[np.ndarray, " s"], float]:
+    """Take a sample, with no estimator running along."""
+    vector = state.copy()
+    return vector, _command(vector, sample.time, sample.measured_position, sample.measured_velocity)
+
+
+def _step_for(kernel: Any) -> Step:
+    """Return the step that feeds an estimator's kernel; compiled, and only once, when that is."""
+    if kernel is None:
+        return _step_alone
+    return _compiled_step(kernel) if is_jitted(kernel) else _step_with(kernel)
+
+
+@cache
+def _compiled_step(kernel: Any) -> Step:
+    return compiled(cached=False)(_step_with(kernel))
+
+
+def _step_with(kernel: Any) -> Step:
+    def step(state: Vector, sample: SensorSample) -> tuple[Vector, float]:
+        vector = state.copy()
+        x, v = sample.measured_position, sample.measured_velocity
+        u = _command(vector, sample.time, x, v)
+        if np.isfinite(u):
+            s = _head(vector)
+            x2, v2 = sample.measured_load_position, sample.measured_load_velocity
+            if not s.needs_load:
+                x2 = 0.0 if np.isnan(x2) else x2
+                v2 = 0.0 if np.isnan(v2) else v2
+            if not kernel(vector[s.estimator :], u, x, v, x2, v2):
+                s.refused += 1
+        return vector, u
+
+    return step
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -107,19 +213,24 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
     effort_limit: float | None = quantity_field("effort", default=None)
 
     def __post_init__(self) -> None:
-        T = positive("sampling_time", self.sampling_time, "s")
-        object.__setattr__(self, "sampling_time", T)
-        object.__setattr__(self, "inertia", non_negative("inertia", self.inertia, "kg or kg m^2"))
-        if self.effort_limit is not None:
-            limit = positive("effort_limit", self.effort_limit, "N or N m")
-            object.__setattr__(self, "effort_limit", limit)
-        for name, kind, optional, remedy in _PARTS:
-            part = getattr(self, name)
-            if not (isinstance(part, kind) or (optional and part is None)):
-                raise InputError(
-                    f"{name} must be a {kind.__name__}, it is a {type(part).__name__}",
-                    remedy=remedy,
-                )
+        check_fields(self, positive, {"sampling_time": "s"})
+        check_fields(self, non_negative, {"inertia": "kg or kg m^2"})
+        check_fields(self, positive, {"effort_limit": "N or N m"})
+        check_class(self, "pd", PD, "give PD(position_gain=..., velocity_gain=...)")
+        check_class(
+            self,
+            "reference",
+            PointToPoint,
+            "give PointToPoint(moves=(Move(target=..., duration=...),)), or for another profile a "
+            "controller of your own, with init() and step(state, sample)",
+        )
+        if self.notch is not None:
+            remedy = "give Notch(...) or Notch.at_resonance(...), or None for none"
+            check_class(self, "notch", Notch, remedy)
+        if self.compensation is not None:
+            remedy = "give FrictionCompensation(friction=...), or None for none"
+            check_class(self, "compensation", FrictionCompensation, remedy)
+        T = self.sampling_time
         if self.notch is not None:
             self.notch.coefficients(T)
         own = T if self.online is None else self.online.sampling_time
@@ -137,7 +248,7 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         return friction if isinstance(friction, OnlineFriction) else None
 
     @property
-    def step(self) -> at.Step:
+    def step(self) -> Step:
         """The pure step ``step(state, sample) -> (state, effort)`` of a `SensorSample`.
 
         A sample whose position or velocity is not finite gives the effort NaN and leaves the state
@@ -145,16 +256,16 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         this sample to the next.
         """
         online = self.online
-        return at.step_for(None if online is None else online.kernel)
+        return _step_for(None if online is None else online.kernel)
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
         online, table = self.online, self.reference.table
         learned = np.empty(0) if online is None else online.first_state
-        estimator = at.REFERENCE + table.size
+        estimator = _REFERENCE + table.size
         state = np.zeros(estimator + learned.size)
-        s = at.head(state)
-        s.method, s.length = at.METHOD, state.size
+        s = _head(state)
+        s.method, s.length = _METHOD, state.size
         s.position_gain, s.velocity_gain = self.pd.position_gain, self.pd.velocity_gain
         s.inertia = self.inertia
         s.effort_limit = np.inf if self.effort_limit is None else self.effort_limit
@@ -174,47 +285,24 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
                 s.viscous = law.viscous_friction_positive, law.viscous_friction_negative
                 s.offset = law.offset
         s.estimator, s.moves = estimator, len(self.reference.moves)
-        state[at.REFERENCE : estimator] = table
+        state[_REFERENCE:estimator] = table
         state[estimator:] = learned
         return state
 
     def estimator_state(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, " e"]:
-        """Return a copy of the state of the estimator that runs along.
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-
-        Raises
-        ------
-        InputError
-            If no estimator runs along.
-        """
+        """Return a copy of the state of the estimator that runs along, which there must be."""
         self._running()
-        return state[int(at.head(state).estimator) :].copy()
+        return state[int(_head(state).estimator) :].copy()
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
-        """Return friction as estimated by the estimator that runs along [SI]; empty without one.
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-        """
+        """Return friction as estimated by the estimator that runs along [SI]; empty without one."""
         if self.online is None:
             return {}
         coulomb, viscous = self.estimator_state(state)[self.online.values_at].tolist()
         return {"coulomb_friction": coulomb, "viscous_friction": viscous}
 
     def deviations(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
-        """Return standard deviations of these estimates [SI]; empty if they are not known.
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-        """
+        """Return standard deviations of these estimates [SI]; empty if they are not known."""
         online = self.online
         if online is None or online.covariance is None:
             return {}
@@ -223,33 +311,14 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         return dict(zip(self.estimates(state), (spread[k] for k in order), strict=True))
 
     def refused_samples(self, state: Float[np.ndarray, " s"]) -> int:
-        """Return how many samples the estimator could not take: not finite, or without the load.
-
-        Parameters
-        ----------
-        state
-            From a step, or a run's ``controller_state``.
-
-        Raises
-        ------
-        InputError
-            If no estimator runs along.
-        """
+        """Return how many samples the estimator could not take: not finite, or without the load."""
         self._running()
-        return int(at.head(state).refused)
+        return int(_head(state).refused)
 
     def resumed(self, estimator_state: Float[np.ndarray, " e"]) -> "FeedbackController":
         """Return the same controller, its estimator beginning with the given state.
 
-        Parameters
-        ----------
-        estimator_state
-            Of an earlier run, from `estimator_state` [units of the estimator].
-
-        Raises
-        ------
-        InputError
-            If no estimator runs along, or the state has not the size of its first state.
+        The state is that of an earlier run, from `estimator_state` [units of the estimator].
         """
         compensation, online = self._running()
         if estimator_state.shape != online.first_state.shape:

@@ -1,27 +1,253 @@
-"""PID control of a position, as textbooks have it, and two remedies against friction."""
+"""PID control of a position, and two remedies against friction: dither and a reset integral."""
 
+import math
+from collections.abc import Callable
 from dataclasses import dataclass
-from math import atan, cos, isfinite, pi, sqrt, tan
+from math import atan, cos, pi, sqrt, tan
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
-from stickslip.control.feedback import pid_kernel as at
-from stickslip.control.feedback.dither import Dither
-from stickslip.control.feedback.reset_integral import COULOMB, NO_RESET, STRIBECK, ResetIntegral
-from stickslip.numerics.named_fields import places
-from stickslip.records import InputError, non_negative, positive, quantity_field
+from stickslip.control.checks import check_choice, check_class, check_fields, check_finite
+from stickslip.numerics.named_fields import fields_at, places
+from stickslip.records import InputError, SensorSample, non_negative, positive, quantity_field
 
-__all__ = ["PIDController"]
+_METHOD = 4  # of a vector of this kernel
+_LAWS = {"coulomb": 1.0, "stribeck": 2.0}  # of the resets; 0 for none
+_COULOMB, _STRIBECK = _LAWS.values()
 
-_GAINS = {
-    "position_gain": "N/m or N m/rad",
-    "integral_gain": "N/(m s) or N m/(rad s)",
-    "velocity_gain": "N s/m or N m s/rad",
-}
-_LAWS = {"coulomb": COULOMB, "stribeck": STRIBECK}
+_STATE = np.dtype(
+    [
+        # Settings
+        ("method", "i8"),  # whose vector it is
+        ("period", "f8"),  # T
+        ("target", "f8"),
+        ("K_p", "f8"),
+        ("K_i", "f8"),
+        ("K_d", "f8"),
+        ("filter_time", "f8"),  # tau, time constant of the derivative
+        ("measured", "i8"),  # 1 if the velocity is measured, not differentiated
+        ("effort_limit", "f8"),
+        ("dead_band", "f8"),
+        ("dither_amplitude", "f8"),
+        ("dither_cycles", "f8"),  # a sample
+        ("dither_square", "i8"),
+        ("reset_law", "f8"),
+        ("reset_factor", "f8"),
+        ("rest_speed", "f8"),
+        ("rest_samples", "i8"),
+        # What changes
+        ("samples", "i8"),  # taken so far
+        ("x", "f8"),  # position and velocity of the last sample
+        ("v", "f8"),
+        ("integral", "f8"),  # integral action, an effort
+        ("armed", "f8"),  # logic state of the resets
+        ("rested", "i8"),  # samples in a row within the speed of rest
+    ]
+)
+_fields = fields_at(_STATE)
+_SIZE = places(_STATE)
+Step = Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]
+
+
+@compiled(inline=True)
+def _dither(A: float, cycles: float, square: bool) -> float:
+    """Return the effort of a dither after so many cycles: A sign(sin) or A sin of 2 pi cycles."""
+    phase = cycles - np.floor(cycles)
+    if square:
+        return A if phase < 0.5 else -A
+    return A * np.sin(2.0 * np.pi * phase)
+
+
+@compiled(inline=True)
+def _reset(
+    law: float, alpha: float, band: float, armed: float, u_p: float, u_i: float,
+    e: float, e_last: float, moving: bool, stopped: bool,
+) -> tuple[float, float]:  # fmt: skip
+    """Return the integral action and the logic state after the reset that is due, if any.
+
+    With phi = u_p + u_i, the force of proportional and integral action:
+
+    Coulomb law: the mass has stopped and phi points away from the target, phi e < 0, because the
+    integral is still that of the approach: phi+ = -alpha phi.
+
+    Stribeck law, of which the logic state b says which reset is next: b = 1, the error crosses
+    zero while the mass moves: phi+ = -phi, b+ = -1, so that the force brakes; b = -1, the mass
+    stops: u_i+ = 0, b+ = 1.
+    """
+    if law == _COULOMB:
+        if stopped and abs(e) > band and (u_p + u_i) * e < 0.0:
+            u_i = -alpha * (u_p + u_i) - u_p
+    elif law == _STRIBECK:
+        if armed > 0.0:
+            if moving and e * e_last < 0.0:
+                u_i = -(u_p + u_i) - u_p
+                armed = -1.0
+        elif stopped:
+            u_i = 0.0
+            armed = 1.0
+    return u_i, armed
+
+
+@compiled()
+def _step(
+    state: Float[np.ndarray, " s"], sample: SensorSample
+) -> tuple[Float[np.ndarray, " s"], float]:
+    """Take a sample: u = u_p + u_i - K_d v + dither, limited, with u_p = K_p e.
+
+    Tustin's substitution s = (2/T) (z - 1)/(z + 1) turns K_i/s and s/(1 + tau s) into
+    u_i(k) = u_i(k-1) + K_i T/2 [e(k) + e(k-1)] and
+    v(k) = {(2 tau - T) v(k-1) + 2 [x(k) - x(k-1)]}/(2 tau + T).
+    The integral does not grow while the limit holds the effort back and it would grow further
+    beyond it, nor while the error is within the dead band.
+
+    Raises
+    ------
+    ValueError
+        If the vector is not one of this kernel.
+    """
+    if state.size != _SIZE or _fields(state).method != _METHOD:
+        raise ValueError("not a state of a PIDController: begin with the one of its init()")
+    vector = state.copy()
+    s = _fields(vector)
+    x, v = sample.measured_position, sample.measured_velocity
+    T, r = s.period, s.target
+    started = s.samples > 0
+    x_last = s.x if started else x
+    v_last = s.v
+    if not s.measured:
+        tau = s.filter_time
+        v = ((2.0 * tau - T) * v_last + 2.0 * (x - x_last)) / (2.0 * tau + T)
+    if not math.isfinite(x) or not math.isfinite(v):
+        return vector, math.nan
+    e, e_last = r - x, r - x_last
+    u_p, u_i = s.K_p * e, s.integral
+    growth = 0.5 * s.K_i * T * (e + e_last)
+    if not started or abs(e) <= s.dead_band:
+        growth = 0.0
+
+    moving = abs(v) > s.rest_speed
+    s.rested = 0 if moving else s.rested + 1
+    stopped = s.rested >= s.rest_samples or v * v_last < 0.0
+    u_i, s.armed = _reset(
+        s.reset_law, s.reset_factor, s.dead_band, s.armed, u_p, u_i + growth, e, e_last,
+        moving, stopped,
+    )  # fmt: skip
+
+    u = u_p + u_i - s.K_d * v
+    u += _dither(s.dither_amplitude, s.dither_cycles * (s.samples + 0.5), s.dither_square > 0)
+    limit = s.effort_limit
+    if abs(u) > limit:
+        if u * growth > 0.0:
+            u_i -= growth
+        u = math.copysign(limit, u)
+    s.integral = u_i
+    s.x, s.v = x, v
+    s.samples += 1
+    return vector, u
+
+
+@dataclass(frozen=True, kw_only=True)
+class Dither:
+    """An oscillation added to the effort, whatever the error.
+
+    Its value at sample k is that of the wave in the middle of the sample, ``(k + 1/2) T``: the
+    fastest one possible, half the sampling rate, then alternates between ``+-amplitude``.
+
+    Attributes
+    ----------
+    amplitude
+        Peak of the oscillation [N or N m].
+    frequency
+        [Hz]; at most half the sampling rate of the controller it is used in.
+    shape
+        ``"square"`` or ``"sine"``.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> Dither(amplitude=50.0, frequency=25.0, shape="square").frequency
+    25.0
+    """
+
+    amplitude: float = quantity_field("effort")
+    frequency: float
+    shape: Literal["square", "sine"]
+
+    def __post_init__(self) -> None:
+        check_fields(self, positive, {"amplitude": "N or N m", "frequency": "Hz"})
+        check_choice("shape", self.shape, "square", "sine")
+
+
+@dataclass(frozen=True, kw_only=True)
+class ResetIntegral:
+    """Resets of a PID controller's integral action on an axis with friction.
+
+    A mass that has overshot sticks until the integral action, which still pushes the way of the
+    approach, has been emptied and filled again the other way. Let phi be the sum of proportional
+    and integral action.
+
+    ``law="coulomb"``: when the mass has stopped beyond its target and phi points away from it, phi
+    becomes ``-factor * phi`` (Beerens, Bisoffi, Zaccarian, Heemels, Nijmeijer, van de Wouw, "Reset
+    integral control for improved settling of PID-based motion systems with friction", Automatica
+    107, 2019). It shortens the rests; where static friction exceeds Coulomb friction the axis hunts
+    as without it, only faster.
+
+    ``law="stribeck"``: when the error crosses zero, phi changes its sign, which brakes; when the
+    mass has then stopped, the integral action becomes zero (the same authors, "Reset PID design for
+    motion systems with Stribeck friction", IEEE Transactions on Control Systems Technology, 2021).
+
+    Both laws are of continuous time, with the velocity known. Here a crossing is seen at the first
+    sample after it, and a stop when the controller's velocity has changed its sign or stayed within
+    ``rest_speed`` for ``rest_samples`` samples.
+
+    Attributes
+    ----------
+    law
+        ``"coulomb"`` or ``"stribeck"``.
+    rest_speed
+        Largest velocity taken for rest [m/s or rad/s]; above the noise of the controller's
+        velocity.
+    rest_samples
+        So many samples within it are a rest, 1 at least.
+    factor
+        Of the law for Coulomb friction [-], 0 to 1.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> ResetIntegral(law="stribeck", rest_speed=1e-3, rest_samples=2).factor
+    1.0
+    """
+
+    law: Literal["coulomb", "stribeck"]
+    rest_speed: float = quantity_field("velocity")
+    rest_samples: int
+    factor: float = 1.0
+
+    def __post_init__(self) -> None:
+        check_choice("law", self.law, *_LAWS)
+        check_fields(self, positive, {"rest_speed": "m/s or rad/s"})
+        if not self.rest_samples >= 1:
+            raise InputError(
+                f"rest_samples is {self.rest_samples}, it must be at least 1",
+                remedy="give the number of samples at rest after which the mass counts as stopped",
+            )
+        if not 0.0 <= self.factor <= 1.0:
+            raise InputError(
+                f"factor is {self.factor:g} (no unit), it must be 0 to 1", remedy="leave it at 1"
+            )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -92,28 +318,18 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
     reset: ResetIntegral | None = None
 
     def __post_init__(self) -> None:
-        T = positive("sampling_time", self.sampling_time, "s")
-        object.__setattr__(self, "sampling_time", T)
+        check_fields(self, positive, {"sampling_time": "s"})
         object.__setattr__(self, "target", _target(self.target))
-        for name, unit in _GAINS.items():
-            check = positive if name == "position_gain" else non_negative
-            object.__setattr__(self, name, check(name, getattr(self, name), unit))
-        limit = positive("effort_limit", self.effort_limit, "N or N m")
-        object.__setattr__(self, "effort_limit", limit)
-        if self.velocity not in ("differentiated", "measured"):
-            raise InputError(
-                f"velocity is {self.velocity!r}", remedy="give 'differentiated' or 'measured'"
-            )
-        object.__setattr__(self, "filter_time", non_negative("filter_time", self.filter_time, "s"))
-        band = non_negative("dead_band", self.dead_band, "m or rad")
-        object.__setattr__(self, "dead_band", band)
+        check_fields(self, positive, {"position_gain": "N/m or N m/rad"})
+        gains = {"integral_gain": "N/(m s) or N m/(rad s)", "velocity_gain": "N s/m or N m s/rad"}
+        check_fields(self, non_negative, gains)
+        check_fields(self, positive, {"effort_limit": "N or N m"})
+        check_choice("velocity", self.velocity, "differentiated", "measured")
+        check_fields(self, non_negative, {"filter_time": "s", "dead_band": "m or rad"})
         for name, kind in (("dither", Dither), ("reset", ResetIntegral)):
-            part = getattr(self, name)
-            if not (part is None or isinstance(part, kind)):
-                raise InputError(
-                    f"{name} must be a {kind.__name__}, it is a {type(part).__name__}",
-                    remedy=f"give {kind.__name__}(...), or None for none",
-                )
+            if getattr(self, name) is not None:
+                check_class(self, name, kind, f"give {kind.__name__}(...), or None for none")
+        T = self.sampling_time
         derived = self.velocity_gain > 0.0 or self.reset is not None
         if self.velocity == "differentiated" and derived and self.filter_time == 0.0:
             raise InputError(
@@ -164,11 +380,6 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
             [rad].
         integral_ratio
             Crossover frequency over that of the integral, ``W T_i`` [-].
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range, or no lead gives the phase margin at this bandwidth.
         """
         T = positive("sampling_time", sampling_time, "s")
         m = positive("mass", mass, "kg or kg m^2")
@@ -205,19 +416,19 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         )
 
     @property
-    def step(self) -> at.Step:
+    def step(self) -> Step:
         """The pure step ``step(state, sample) -> (state, effort)`` of a `SensorSample`.
 
         A sample whose position, or velocity if it is to be measured, is not finite gives the effort
         NaN and leaves the state as it was; a vector that is not its state is a ValueError.
         """
-        return at.pid_step
+        return _step
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        state = np.zeros(places(at.STATE))
-        s = at.fields(state)
-        s.method, s.period, s.target = at.METHOD, self.sampling_time, self.target
+        state = np.zeros(places(_STATE))
+        s = _fields(state)
+        s.method, s.period, s.target = _METHOD, self.sampling_time, self.target
         s.K_p, s.K_i, s.K_d = self.position_gain, self.integral_gain, self.velocity_gain
         s.filter_time = self.filter_time
         s.measured = self.velocity == "measured"
@@ -226,7 +437,6 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
             s.dither_amplitude = self.dither.amplitude
             s.dither_cycles = self.dither.frequency * self.sampling_time
             s.dither_square = self.dither.shape == "square"
-        s.reset_law = NO_RESET
         if self.reset is not None:
             s.reset_law = _LAWS[self.reset.law]
             s.reset_factor = self.reset.factor
@@ -235,50 +445,20 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         return state
 
     def integral_action(self, state: Float[np.ndarray, " s"]) -> float:
-        """Return the integral's part of the effort [N or N m].
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-        """
-        return float(at.fields(state).integral)
+        """Return the integral's part of the effort [N or N m]."""
+        return float(_fields(state).integral)
 
     def integrates(self, tolerance: float) -> bool:
-        """Return whether the effort grows while the axis rests outside a tolerance.
-
-        Parameters
-        ----------
-        tolerance
-            [m or rad].
-        """
+        """Return whether the effort grows while the axis rests outside a tolerance [m or rad]."""
         return self.integral_gain > 0.0 and self.dead_band <= tolerance
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
-        """Return the state that goes on to another target, with its integral as it is.
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-        target
-            [m or rad].
-
-        Raises
-        ------
-        InputError
-            If the target is not finite.
-        """
+        """Return the state with another target [m or rad], its integral as it is."""
         vector = state.copy()
-        s = at.fields(vector)
+        s = _fields(vector)
         s.target, s.armed = _target(target), 1.0
         return vector
 
 
 def _target(target: float) -> float:
-    if not isfinite(target):
-        raise InputError(
-            f"target is {target:g} m or rad, it must be finite",
-            remedy="give the place where the axis is to be",
-        )
-    return float(target)
+    return check_finite("target", target, "m or rad", "give the place where the axis is to be")

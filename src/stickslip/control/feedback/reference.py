@@ -9,9 +9,8 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from stickslip.compiled import compiled
+from stickslip.control.checks import check_fields, check_finite
 from stickslip.records import InputError, non_negative, positive, quantity_field
-
-__all__ = ["COLUMNS", "Move", "PointToPoint", "Reference", "reference_at"]
 
 COLUMNS = 4  # of a move in the table: when it begins, how long it takes, from where, how far
 
@@ -80,14 +79,11 @@ class Move:
     dwell: float = quantity_field("time", default=0.0)
 
     def __post_init__(self) -> None:
-        if not np.isfinite(self.target):
-            raise InputError(
-                f"target is {self.target:g} m or rad, it must be finite",
-                remedy="give the place where the move ends",
-            )
-        object.__setattr__(self, "target", float(self.target))
-        object.__setattr__(self, "duration", positive("duration", self.duration, "s"))
-        object.__setattr__(self, "dwell", non_negative("dwell", self.dwell, "s"))
+        remedy = "give the place where the move ends"
+        target = check_finite("target", self.target, "m or rad", remedy)
+        object.__setattr__(self, "target", target)
+        check_fields(self, positive, {"duration": "s"})
+        check_fields(self, non_negative, {"dwell": "s"})
 
 
 class Reference(NamedTuple):
@@ -142,13 +138,10 @@ class PointToPoint:
         moves = tuple(self.moves)
         if not moves:
             raise InputError("there is no move", remedy="give one at least")
-        if not np.isfinite(self.start):
-            raise InputError(
-                f"start is {self.start:g} m or rad, it must be finite",
-                remedy="give the place where the first move begins",
-            )
+        remedy = "give the place where the first move begins"
+        start = check_finite("start", self.start, "m or rad", remedy)
         object.__setattr__(self, "moves", moves)
-        object.__setattr__(self, "start", float(self.start))
+        object.__setattr__(self, "start", start)
         table = np.empty((len(moves), COLUMNS))
         begin, place = 0.0, self.start
         for row, move in zip(table, moves, strict=True):
@@ -164,13 +157,7 @@ class PointToPoint:
         return sum(move.duration + move.dwell for move in self.moves)
 
     def at(self, times: ArrayLike) -> Reference:
-        """Return the reference at each time.
-
-        Parameters
-        ----------
-        times
-            From the begin of the first move [s], shape (n,); it is at rest before.
-        """
+        """Return the reference at times from the begin of the first move [s], shape (n,)."""
         t = np.atleast_1d(np.asarray(times, dtype=np.float64))
         r, v, a = _references(self.table, len(self.moves), t)
         return Reference(position=r, velocity=v, acceleration=a)

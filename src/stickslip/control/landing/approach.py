@@ -6,10 +6,12 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.feedback.friction_compensation import FrictionCompensation
-from stickslip.control.feedback.notch import Notch
-from stickslip.control.feedback.online_friction import OnlineFriction, RunningEstimator
-from stickslip.control.feedback.pd import PD
+from stickslip.control.feedback.friction_compensation import (
+    FrictionCompensation,
+    OnlineFriction,
+    RunningEstimator,
+)
+from stickslip.control.feedback.linear_parts import PD, Notch
 from stickslip.control.feedback.reference import Move, PointToPoint
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass

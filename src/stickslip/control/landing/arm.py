@@ -9,7 +9,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.feedback.notch import Notch
+from stickslip.control.feedback.linear_parts import Notch
 from stickslip.control.landing.approach import arm_approach, scaled_notch, scaled_pd
 from stickslip.control.landing.arm_learning import ArmLearning
 from stickslip.control.landing.belief import ArmBelief, check_learned

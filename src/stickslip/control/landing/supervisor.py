@@ -10,8 +10,8 @@ from jaxtyping import Float
 
 from stickslip.control.base import Phase, PositionController
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.feedback.online_friction import RunningEstimator
-from stickslip.control.feedback.pd import PD
+from stickslip.control.feedback.friction_compensation import RunningEstimator
+from stickslip.control.feedback.linear_parts import PD
 from stickslip.control.landing.state import SupervisorState
 from stickslip.records import (
     AxisKind,

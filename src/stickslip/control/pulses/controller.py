@@ -1,15 +1,16 @@
-"""Base class of the pulse controllers."""
+"""Base class of the pulse controllers, and checks of their settings."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import inf, isfinite
-from typing import Any, ClassVar
+from math import floor, inf, isfinite
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.base import PositionController
+from stickslip.control.checks import check_fields, whole
 from stickslip.control.pulses import kernel as at
 from stickslip.control.rest_detection import RestDetection
 from stickslip.records import (
@@ -25,8 +26,7 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["PulseController"]
-
+_METHODS = {"pwc": at.PWC, "papwc": at.PAPWC, "exact": at.EXACT}
 _OUTCOMES = {
     at.MOVING: PositioningOutcome.MOVING,
     at.REACHED: PositioningOutcome.REACHED,
@@ -73,15 +73,12 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     method: ClassVar[PulseMethod]
     """Name of the method, as in what it has learned."""
     _kernel: ClassVar[Any]
-    """Compiled step."""
 
     def __post_init__(self) -> None:
         if self.kind not in ("linear", "rotary"):
             raise InputError(f"the kind is {self.kind!r}", remedy="give 'linear' or 'rotary'")
-        for name in ("sampling_time", "tolerance"):
-            self._check_positive(name)
-        _finite_target(self.target, self.kind)
-        object.__setattr__(self, "target", float(self.target))
+        self._check(positive, "sampling_time", "tolerance")
+        object.__setattr__(self, "target", _finite_target(self.target, self.kind))
         rest: type = type(self.rest)
         if not issubclass(rest, RestDetection):
             raise InputError(
@@ -93,8 +90,8 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         """Return the unit of one of the fields."""
         return self.__dataclass_fields__[name].metadata["quantity"].unit(self.kind)
 
-    def _check_positive(self, name: str) -> None:
-        object.__setattr__(self, name, positive(name, getattr(self, name), self._unit(name)))
+    def _check(self, check: Callable[[str, float, str], float], *names: str) -> None:
+        check_fields(self, check, {name: self._unit(name) for name in names})
 
     @property
     def step(
@@ -112,23 +109,11 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
 
     @abstractmethod
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
-        """Return what is estimated, by name.
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-        """
+        """Return what is estimated, by name."""
 
     @abstractmethod
     def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
-        """Return what was learned, for `resumed` of the next run.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        """
+        """Return what was learned, for `resumed` of the next run."""
 
     @abstractmethod
     def resumed(self, learned: LearnedPulses, *, keep_covariance: bool = True) -> "PulseController":
@@ -149,34 +134,16 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         """
 
     def pulse_count(self, state: Float[np.ndarray, " s"]) -> int:
-        """Return of how many pulses it is known what they did; one on its way is not counted.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        """
+        """Return the number of pulses whose outcome is known; a current one is not counted."""
         s = at.head(state)
         return int(s.pulses - s.pending)
 
     def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
-        """Return how far positioning has come.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        """
+        """Return how far positioning has come."""
         return _OUTCOMES[int(at.head(state).outcome)]
 
     def last_pulse(self, state: Float[np.ndarray, " s"]) -> PulseRecord | None:
-        """Return the last pulse of which it is known what it did, or None.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        """
+        """Return the last pulse whose outcome is known, or None."""
         pulse = at.head(state).last
         count = int(pulse.level_count)
         if count == 0:
@@ -194,20 +161,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         )
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
-        """Return the state with another target; a pulse on its way is finished first.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        target
-            The new one [m or rad].
-
-        Raises
-        ------
-        InputError
-            If it is not finite.
-        """
+        """Return the state with another target [m or rad]; a current pulse is finished first."""
         _finite_target(target, self.kind)
         vector = state.copy()
         s = at.head(vector)
@@ -216,15 +170,12 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
             s.phase = at.WAITING
         return vector
 
-    def _first_state(self, method: int, own: int) -> Float[np.ndarray, " s"]:
-        """Return the state before the first sample, with so many numbers of the method's own.
-
-        ``method`` is the number by which the method's kernel knows it.
-        """
+    def _first_state(self, own: int) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample, with so many zeros of the method's own."""
         rest = self.rest
         vector = np.zeros(at.OWN + own + rest.samples)
         s = at.head(vector)
-        s.method, s.length = method, vector.size
+        s.method, s.length = _METHODS[self.method], vector.size
         s.target, s.tolerance = self.target, self.tolerance
         s.window, s.spread = rest.samples, rest.spread
         s.speed = inf if rest.speed is None else rest.speed
@@ -232,6 +183,13 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         s.delay = rest.delay
         s.rest = s.error = np.nan  # until the first rest
         return vector
+
+    def _learned(
+        self, values: Mapping[str, float], covariance: Float[np.ndarray, "p p"]
+    ) -> LearnedPulses:
+        return LearnedPulses(
+            method=self.method, kind=self.kind, values=values, covariance=covariance
+        )
 
     def _check_learned(self, learned: LearnedPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""
@@ -270,9 +228,48 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
             )
 
 
-def _finite_target(target: float, kind: AxisKind) -> None:
+def _finite_target(target: float, kind: AxisKind) -> float:
     if not isfinite(target):
         raise InputError(
             f"target is {target} {unit_of('position', kind)}, it must be finite",
             remedy="give where the axis is to rest",
         )
+    return float(target)
+
+
+def checked_share(
+    name: str, value: float, highest: float, *, ends: Literal["", "low", "high"], usual: float
+) -> None:
+    """Check a number without unit that must lie between 0 and ``highest``, an end included."""
+    low = value >= 0.0 if ends == "low" else value > 0.0
+    high = value <= highest if ends == "high" else value < highest
+    if not (low and high):
+        left = "[" if ends == "low" else "("
+        right = "]" if ends == "high" else ")"
+        raise InputError(
+            f"{name} is {value:g}, it must lie in {left}0, {highest:g}{right}",
+            remedy=f"give {usual:g} when in doubt",
+        )
+
+
+def check_idle_pulses(value: int, may_fail_to: str) -> None:
+    """Check how many pulses in a row may fail to do something."""
+    if not (whole(value) and value >= 1):
+        raise InputError(
+            f"max_idle_pulses is {value!r}, it must be a whole number of at least 1",
+            remedy=f"give how many pulses in a row may fail to {may_fail_to}",
+        )
+
+
+def longest_samples(width: float | None, sampling_time: float) -> float:
+    """Return how many whole samples a pulse may last at most."""
+    if width is None:
+        return inf
+    samples = floor(positive("longest_width", width, "s") / sampling_time + at.ROUNDING)
+    if samples < 1:
+        raise InputError(
+            f"longest_width is {width:g} s, a pulse lasts at least one sample of "
+            f"{sampling_time:g} s",
+            remedy="allow a longer pulse or sample faster",
+        )
+    return float(samples)

@@ -8,11 +8,10 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.pulses import exact_learning as at
-from stickslip.control.pulses.controller import PulseController
-from stickslip.control.pulses.exact_planning import EXHAUSTED, HELD_FAST, NO_BETTER, plan
-from stickslip.control.pulses.kernel import MOVING, STOPPED, emit, head, readable, watch
-from stickslip.control.pulses.settings import longest_samples, whole
+from stickslip.control.checks import check_fields
+from stickslip.control.pulses import exact_kernels as at
+from stickslip.control.pulses.controller import PulseController, check_idle_pulses, longest_samples
+from stickslip.control.pulses.kernel import EXACT, MOVING, STOPPED, emit, head, readable, watch
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
 from stickslip.records import (
@@ -21,13 +20,10 @@ from stickslip.records import (
     PulseMethod,
     SensorSample,
     non_negative,
+    positive,
     quantity_field,
     unit_of,
 )
-
-__all__ = ["ExactPulseController"]
-
-_METHOD = 3  # in the vector
 
 _LOGARITHMS = (
     "mass",
@@ -47,9 +43,10 @@ _ROUNDING = 1e-9  # of the largest variance
 _FINEST_REST = 1e-12  # of the tolerance, where sensors have no noise
 
 _WHY = {
-    NO_BETTER: "the spread of a pulse is many times what is left, so that none is likely to help",
-    EXHAUSTED: "the last pulses have not halved the error",
-    HELD_FAST: "none of the last pulses has freed the axis",
+    at.NO_BETTER: "the spread of a pulse is many times what is left, so that none is likely to "
+    "help",
+    at.EXHAUSTED: "the last pulses have not halved the error",
+    at.HELD_FAST: "none of the last pulses has freed the axis",
 }
 
 
@@ -57,16 +54,15 @@ _WHY = {
 def _step(
     state: Float[np.ndarray, " s"], sample: SensorSample
 ) -> tuple[Float[np.ndarray, " s"], float]:
-    """Take a sample."""
     vector = state.copy()
-    if not readable(vector, _METHOD, sample):
+    if not readable(vector, EXACT, sample):
         return vector, np.nan
     s, own = head(vector), at.own_fields(vector)
     if watch(vector, sample):
         if s.fresh:
             at.learn(s, own)
         if s.outcome == MOVING:
-            plan(s, own)
+            at.plan(s, own)
     return vector, emit(s)
 
 
@@ -147,32 +143,24 @@ class ExactPulseController(PulseController):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        self._check_positive("effort_limit")
-        if self.mass is not None:
-            self._check_positive("mass")
-        elif self.experience is None:
+        self._check(positive, "effort_limit", "mass")
+        if self.mass is None and self.experience is None:
             raise InputError(
                 "mass is missing, and no experience is given",
                 remedy="give a first guess, or what an earlier run has learned",
             )
         law: type = type(self.friction)
-        known = self.experience is not None and self.friction is None
-        if not (known or issubclass(law, CoulombViscousFriction)):
+        resumes = self.experience is not None and self.friction is None
+        if not (resumes or issubclass(law, CoulombViscousFriction)):
             raise InputError(
                 f"friction is a {law.__name__}, it must be a CoulombViscousFriction",
                 remedy="give CoulombViscousFriction(...) or CoulombViscousFriction.symmetric(...)",
             )
-        for name in ("mass_uncertainty", "friction_uncertainty", "asymmetry"):
-            object.__setattr__(self, name, non_negative(name, getattr(self, name), "(no unit)"))
-        noise = non_negative("position_noise", self.position_noise, self._unit("position_noise"))
-        object.__setattr__(self, "position_noise", noise)
+        ratios = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
+        check_fields(self, non_negative, dict.fromkeys(ratios, "(no unit)"))
+        self._check(non_negative, "position_noise")
         longest_samples(self.longest_width, self.sampling_time)
-        most = self.max_idle_pulses
-        if not (whole(most) and most >= 1):
-            raise InputError(
-                f"max_idle_pulses is {most!r}, it must be a whole number of at least 1",
-                remedy="give how many pulses in a row may fail to halve the error",
-            )
+        check_idle_pulses(self.max_idle_pulses, "halve the error")
         if self.friction is not None:
             self._check_friction(self.friction)
         if self.experience is not None:
@@ -200,20 +188,17 @@ class ExactPulseController(PulseController):
     def _check_experience(self, learned: LearnedPulses) -> None:
         names = (*_LOGARITHMS, *_STATIC, *_HELD, *_FREED, _WALK)
         self._check_learned(learned, names, at.PARAMETERS)
-        for name in _LOGARITHMS:
-            value = learned.values[name]
-            if not value > 0.0:
-                raise InputError(
-                    f"{name} is {value:g}, it must be positive",
-                    where="values",
-                    remedy="resume with what was saved",
-                )
-        for name in (*_STATIC, *_HELD, *_FREED, _WALK):
+        for name in names:
             value, unit = learned.values[name], unit_of(name, self.kind)
-            if value < 0.0 or (name in _FREED and value == 0.0):
+            if name in _LOGARITHMS:
+                valid, shown, limit = value > 0.0, f"{value:g}", "positive"
+            else:
+                valid = value > 0.0 if name in _FREED else value >= 0.0
+                shown = f"{value:g} {unit}"
                 limit = "positive" if name in _FREED else "zero or more"
+            if not valid:
                 raise InputError(
-                    f"{name} is {value:g} {unit}, it must be {limit}",
+                    f"{name} is {shown}, it must be {limit}",
                     where="values",
                     remedy="resume with what was saved",
                 )
@@ -227,7 +212,7 @@ class ExactPulseController(PulseController):
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
-        state = self._first_state(_METHOD, places(at.OWN_DTYPE))
+        state = self._first_state(places(at.OWN_DTYPE))
         own = at.own_fields(state)
         own.period, own.limit = self.sampling_time, self.effort_limit
         own.longest = longest_samples(self.longest_width, self.sampling_time)
@@ -235,7 +220,7 @@ class ExactPulseController(PulseController):
         rest_noise = self.position_noise / sqrt(self.rest.samples)
         own.rest_noise = max(rest_noise, _FINEST_REST * self.tolerance)
         own.max_idle_pulses = self.max_idle_pulses
-        own.best = own.goal = own.allowed = inf
+        own.best = own.half_error = own.allowed = inf
         known = self._guess() if self.experience is None else self.experience
         values = known.values
         own.values = [log(values[name]) for name in _LOGARITHMS]
@@ -256,88 +241,54 @@ class ExactPulseController(PulseController):
             )
         least = _NO_VISCOUS * mass / self.sampling_time
         coulomb, static = zip(*_resistances(law), strict=True)
-        viscous = (
-            max(law.viscous_friction_positive, least),
-            max(law.viscous_friction_negative, least),
-        )
+        viscous = [
+            max(c, least) for c in (law.viscous_friction_positive, law.viscous_friction_negative)
+        ]
         both, apart = self.friction_uncertainty**2, self.asymmetry**2
         P = np.zeros((at.PARAMETERS, at.PARAMETERS))
         P[0, 0] = self.mass_uncertainty**2
         for i in (at.COULOMB, at.VISCOUS):
             P[i : i + 2, i : i + 2] = both + apart * np.eye(2)
-        return LearnedPulses(
-            method=self.method,
-            kind=self.kind,
-            values={
+        return self._learned(
+            {
                 **dict(zip(_LOGARITHMS, (mass, *coulomb, *viscous), strict=True)),
                 **dict(zip(_STATIC, static, strict=True)),
                 **dict.fromkeys(_HELD, 0.0),
                 **dict.fromkeys(_FREED, self.effort_limit),
                 _WALK: _FIRST_WALK,
             },
-            covariance=P,
+            P,
         )
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
-        """Return the state with another target, as of the base class.
-
-        Parameters
-        ----------
-        state, target
-            As of the base class [-, m or rad].
-
-        Raises
-        ------
-        InputError
-            If the target is not finite.
-        """
+        """Return the state with another target [m or rad]; a current pulse is finished first."""
         vector = super().retargeted(state, target)
         own = at.own_fields(vector)
-        own.best = own.goal = inf
+        own.best = own.half_error = inf
         return vector
 
     def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
-        """Return mass and friction of either direction, offsets included [SI].
-
-        Parameters
-        ----------
-        state
-            From `init`, a step, or a run's ``controller_state``.
-        """
+        """Return mass and friction of either direction, offsets included [SI]."""
         own = at.own_fields(state)
         values, static = np.exp(own.values).tolist(), own.breakaway.tolist()
         return dict(zip((*_LOGARITHMS, *_STATIC), (*values, *static), strict=True))
 
     def why(self, state: Float[np.ndarray, " s"]) -> str | None:
-        """Return why the controller has stopped short of the target; None if it has not.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        """
+        """Return why the controller has stopped short of the target; None if it has not."""
         stopped = head(state).outcome == STOPPED
         return _WHY[int(at.own_fields(state).reason)] if stopped else None
 
     def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
-        """Return what was learned, with the covariance of the logarithms of mass and friction.
-
-        Parameters
-        ----------
-        state
-            As for `estimates`.
-        """
+        """Return what was learned, with the covariance of the logarithms of mass and friction."""
         own = at.own_fields(state)
-        return LearnedPulses(
-            method=self.method,
-            kind=self.kind,
-            values={
+        return self._learned(
+            {
                 **self.estimates(state),
                 **dict(zip(_HELD, own.held.tolist(), strict=True)),
                 **dict(zip(_FREED, own.moved_at.tolist(), strict=True)),
                 _WALK: sqrt(float(own.walk)),
             },
-            covariance=own.covariance.copy(),
+            own.covariance.copy(),
         )
 
     def resumed(
@@ -345,17 +296,7 @@ class ExactPulseController(PulseController):
     ) -> "ExactPulseController":
         """Return the same controller, beginning with what an earlier run has learned.
 
-        Parameters
-        ----------
-        learned
-            From `learned`, or read from a file.
-        keep_covariance
-            Whether it is as sure of the estimates as it was; otherwise as sure as of a first guess.
-
-        Raises
-        ------
-        InputError
-            If it was learned by another method, on another kind of axis, or cannot be.
+        As `PulseController.resumed`; without the covariance it is as uncertain as of a first guess.
         """
         again = replace(self, experience=learned)
         if keep_covariance:

@@ -36,27 +36,7 @@ from stickslip.compiled import compiled
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import SensorSample
 
-__all__ = [
-    "HEAD",
-    "MOVING",
-    "OWN",
-    "PULSING",
-    "REACHED",
-    "RESTING",
-    "ROUNDING",
-    "STOPPED",
-    "TRACE_SIZE",
-    "WAITING",
-    "add_level",
-    "emit",
-    "fire",
-    "head",
-    "readable",
-    "stop",
-    "watch",
-    "whole_samples",
-]
-
+PWC, PAPWC, EXACT = 1, 2, 3  # methods
 WAITING, PULSING, RESTING = 0, 1, 2  # phases
 MOVING, REACHED, STOPPED = 0, 1, 2  # outcomes
 _MOST_LEVELS = 4  # of one pulse

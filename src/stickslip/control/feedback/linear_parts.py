@@ -1,4 +1,4 @@
-"""A notch: a second-order filter that takes out one frequency."""
+"""The linear parts of a feedback loop: proportional and derivative action, and a notch."""
 
 from dataclasses import dataclass
 from typing import NamedTuple
@@ -6,9 +6,47 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.compiled import compiled
+from stickslip.control.checks import check_fields
 from stickslip.records import InputError, non_negative, positive
 
-__all__ = ["Notch", "NotchCoefficients", "notch_step"]
+
+@compiled(inline=True)
+def pd_effort(K_p: float, K_d: float, r: float, x: float, r_dot: float, x_dot: float) -> float:
+    """Return u = K_p (r - x) + K_d (r' - x') (van de Wijdeven 2002 A section 6.2)."""
+    return K_p * (r - x) + K_d * (r_dot - x_dot)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PD:
+    """Proportional and derivative action on the errors of position and velocity.
+
+    Both act on the driven mass: ``u = position_gain (r - x) + velocity_gain (r' - x')``. The
+    velocity is the one that the sensors show, so nothing is differentiated here.
+
+    Attributes
+    ----------
+    position_gain
+        [N/m or N m/rad], positive.
+    velocity_gain
+        [N s/m or N m s/rad], not negative.
+
+    Raises
+    ------
+    InputError
+        If a gain is not finite or out of its range.
+
+    Examples
+    --------
+    >>> PD(position_gain=2.0, velocity_gain=3.0).velocity_gain
+    3.0
+    """
+
+    position_gain: float
+    velocity_gain: float
+
+    def __post_init__(self) -> None:
+        check_fields(self, positive, {"position_gain": "N/m or N m/rad"})
+        check_fields(self, non_negative, {"velocity_gain": "N s/m or N m s/rad"})
 
 
 @compiled(inline=True)
@@ -77,15 +115,13 @@ class Notch:
     damping: float
 
     def __post_init__(self) -> None:
-        for name, unit in (("angular_frequency", "rad/s"), ("damping", "(no unit)")):
-            object.__setattr__(self, name, positive(name, getattr(self, name), unit))
-        depth = non_negative("depth", self.depth, "(no unit)")
-        if depth >= 1:
+        check_fields(self, positive, {"angular_frequency": "rad/s", "damping": "(no unit)"})
+        check_fields(self, non_negative, {"depth": "(no unit)"})
+        if self.depth >= 1:
             raise InputError(
-                f"depth is {depth:g} (no unit), it must be below 1",
+                f"depth is {self.depth:g} (no unit), it must be below 1",
                 remedy="give the gain wanted at the centre, or leave the notch out",
             )
-        object.__setattr__(self, "depth", depth)
 
     @classmethod
     def at_resonance(
@@ -101,11 +137,6 @@ class Notch:
             Of the spring [N/m or N m/rad].
         depth, damping
             As of the class [-].
-
-        Raises
-        ------
-        InputError
-            If a value is out of its range.
         """
         m1 = positive("mass_1", mass_1, "kg or kg m^2")
         m2 = positive("mass_2", mass_2, "kg or kg m^2")
@@ -114,19 +145,9 @@ class Notch:
         return cls(angular_frequency=resonance, depth=depth, damping=damping)
 
     def coefficients(self, sampling_time: float) -> NotchCoefficients:
-        """Return the sampled filter.
+        """Return the filter sampled with a sampling time [s], which must suit its frequency.
 
         With ``K = w / tan(w T / 2)``, ``s = K (1 - 1/z) / (1 + 1/z)`` is put into ``H(s)``.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-
-        Raises
-        ------
-        InputError
-            If the sampling time is not positive or too long for the notch's frequency.
         """
         T = positive("sampling time", sampling_time, "s")
         w = self.angular_frequency
