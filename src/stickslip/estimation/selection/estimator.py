@@ -90,6 +90,10 @@ class IntervalTuning:
     determine the parameters."""
     moves_p_value: float = 0.01
     """p-value of the differences between moves [-], below which they widen the intervals."""
+    unknown_delay: float = 0.3
+    """Standard deviation of a delay of the effort that the log does not determine [samples]."""
+    certain_delay: float = 0.1
+    """Standard deviation of the delay [samples] below which the log determines it."""
     fewest_moves: float = 0.7
     """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
     one between moves and not between windows."""
@@ -121,6 +125,10 @@ class SelectionTuning:
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
 _TINY = np.finfo(float).tiny
+_UNKNOWN_DELAY = (
+    "this log does not show whether the effort acts within a sample of its time stamp, which "
+    "widens the intervals; give the delay if it is known, or log the effort as often as it changes"
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -358,6 +366,13 @@ class SelectedModelEstimator:
         causes.append("" if self.select else self._left_out(log, motions))
         rows = with_shapes(model_rows(model, kind), model)
         estimate, regression = self._solved(log, motions, model, rows, notes)
+        unknown_delay = None
+        if self.effort_delay is None:
+            unknown_delay = self.of_unknown_delay(model, rows)
+        if unknown_delay is not None:
+            stds = np.array([estimate.parameters[name].std or np.inf for name in rows.names])
+            if np.any(np.abs(unknown_delay) > stds):
+                notes.append(_UNKNOWN_DELAY)
         shifts = [
             shift
             for shift in (
@@ -368,6 +383,7 @@ class SelectedModelEstimator:
                     lambda wide: with_shapes(model_rows(wide, kind), wide, rows.names),
                 ),
                 self.of_other_terms(model, rows, terms),
+                unknown_delay,
             )
             if shift is not None
         ]
@@ -569,6 +585,36 @@ class SelectedModelEstimator:
             return []
         return list(differences)
 
+    def of_unknown_delay(self, model: Model, rows: ModelRows) -> Float[np.ndarray, " p"] | None:
+        """Return the change of the parameters by a delay that the log does not determine.
+
+        The delay has the prior N(0, s^2) with s the standard deviation of a uniform distribution
+        over a sample: an effort that a faster controller changes between the samples acts up to a
+        sample earlier than it is logged. The log adds the estimate d with standard deviation
+        sigma, and the root mean square of the posterior is the delay that counts. None if sigma is
+        small and the search could select a delay.
+
+        Parameters
+        ----------
+        model, rows
+            As fitted.
+        """
+        tuning = self.tuning.intervals
+        if DELAY in model.names or not testable(model):
+            return None
+        slope = model.effort_slope
+        delayed = rows.with_column("effort_delay", slope)
+        delay, std, ratio = 0.0, np.inf, smallest_ratio(delayed.columns)
+        if ratio > _TINY:
+            values, stds = delayed.fitted()
+            delay, std = float(values[-1]), float(stds[-1])
+        if std < tuning.certain_delay and ratio > self.tuning.search.smallest_ratio:
+            return None
+        prior = tuning.unknown_delay
+        weight = 1.0 / (1.0 + (std / prior) ** 2)
+        size = float(np.hypot(prior * np.sqrt(1.0 - weight), weight * delay))
+        return size * least_squares(rows.columns, slope)
+
     def of_other_terms(
         self, model: Model, rows: ModelRows, terms: Sequence[Term]
     ) -> Float[np.ndarray, " p"] | None:
@@ -599,7 +645,7 @@ class SelectedModelEstimator:
             )
             for shape in shapes:
                 more = np.column_stack([rows.columns, model.term_columns(term, shape)])
-                if smallest_ratio(more) < self.tuning.search.smallest_ratio:
+                if smallest_ratio(more) < self.tuning.intervals.smallest_ratio:
                     continue
                 shift = least_squares(more, rows.target)[: own.size] - own
                 size = float(np.linalg.norm(shift * norms))
