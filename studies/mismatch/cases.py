@@ -183,6 +183,13 @@ _ALL = (
     ),
     _case("unmodelled", "rate_stribeck", "sampled at 50 Hz, Stribeck", "stribeck", "rate_50"),
     _case(
+        "unmodelled",
+        "steps_rate",
+        "steps of the reference, sampled at 250 Hz",
+        "steps",
+        "rate_250",
+    ),
+    _case(
         "unmodelled", "saturated_delay", "drive saturates, 1 sample late", "saturated", "delay_1"
     ),
     _case("unmodelled", "resonance_delay", "resonance, 1 sample late", "resonance", "delay_1"),

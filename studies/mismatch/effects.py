@@ -381,6 +381,7 @@ EFFECTS: dict[str, Effect] = {
     "clipped": Effect(distort=_clipped),
     "spikes": Effect(distort=_spikes),
     "quantized": Effect(distort=_quantized),
+    "rate_250": _decimated(250.0),
     "rate_50": _decimated(50.0),
     "rate_20": _decimated(20.0),
     "units": Effect(distort=_units),

@@ -1,10 +1,12 @@
 """A delay of the effort that a log does not determine widens the intervals."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from jaxtyping import Float
 
-from stickslip.estimation import SelectedModelEstimator
+from stickslip.estimation import JointEstimator, SelectedModelEstimator
 from stickslip.records import AxisLog, FrictionEstimate, Status
 
 T = 1e-3
@@ -75,3 +77,9 @@ def test_steps_of_different_poles_show_the_delay() -> None:
     assert not unsure(estimate)
     assert abs(estimate.value("effort_delay") - 0.4 * T) < half(estimate, "effort_delay")
     assert abs(estimate.value("mass") - MASS) < half(estimate, "mass")
+
+
+def test_several_logs_of_the_same_steps_contain_the_truth() -> None:
+    logs = [replace(settled(POLES, 0.4), name=name) for name in ("first", "second")]
+    estimate = JointEstimator().fit(logs)
+    assert half(estimate, "mass") > abs(estimate.value("mass") - MASS) > 0.05

@@ -219,6 +219,9 @@ class JointEstimator:
                     lambda wide: joint_rows(cast("JointModel", wide), kind, rows.names),
                 ),
                 single.of_other_terms(model, rows, terms),
+                None
+                if DELAY in model.names or any(model.delay_known)
+                else single.of_unknown_delay(model, rows),
                 *consistency.shifts,
             )
             if shift is not None

@@ -94,6 +94,11 @@ class IntervalTuning:
     """Standard deviation of a delay of the effort that the log does not determine [samples]."""
     certain_delay: float = 0.1
     """Standard deviation of the delay [samples] below which the log determines it."""
+    similar_share: float = 0.2
+    """Share of the slope of the effort that no combination of the other columns explains [-], below
+    which the estimate of the delay depends on what the model lacks."""
+    similar_factor: float = 3.0
+    """Factor of the standard deviation of the delay there [-]."""
     fewest_moves: float = 0.7
     """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
     one between moves and not between windows."""
@@ -125,6 +130,7 @@ class SelectionTuning:
 
 _LARGEST_DELAY = 1.0  # s: a larger one is a fault of the columns
 _TINY = np.finfo(float).tiny
+_EXACT = 1e-9  # share below which a column is a combination of others
 _UNKNOWN_DELAY = (
     "this log does not show whether the effort acts within a sample of its time stamp, which "
     "widens the intervals; give the delay if it is known, or log the effort as often as it changes"
@@ -594,26 +600,37 @@ class SelectedModelEstimator:
         sigma, and the root mean square of the posterior is the delay that counts. None if sigma is
         small and the search could select a delay.
 
+        Where the slope of the effort is next to a combination of the other columns, sigma is taken
+        several times as large: d then depends on what the model lacks.
+
         Parameters
         ----------
         model, rows
             As fitted.
         """
         tuning = self.tuning.intervals
-        if DELAY in model.names or not testable(model):
+        if not testable(model):
             return None
-        slope = model.effort_slope
-        delayed = rows.with_column("effort_delay", slope)
-        delay, std, ratio = 0.0, np.inf, smallest_ratio(delayed.columns)
-        if ratio > _TINY:
+        selected = DELAY in model.names
+        T = model.rows.weight.sampling_time if selected else 1.0  # s, or samples
+        delayed = rows if selected else rows.with_column("effort_delay", model.effort_slope)
+        place = delayed.names.index("effort_delay")
+        slope, others = delayed.columns[:, place], np.delete(delayed.columns, place, axis=1)
+        change = least_squares(others, slope)
+        own = float(np.linalg.norm(slope - others @ change) / max(np.linalg.norm(slope), _TINY))
+        delay, std = 0.0, np.inf
+        if own > _EXACT:
             values, stds = delayed.fitted()
-            delay, std = float(values[-1]), float(stds[-1])
-        if std < tuning.certain_delay and ratio > self.tuning.search.smallest_ratio:
+            delay, std = float(values[place]) / T, float(stds[place]) / T
+        similar = own < tuning.similar_share
+        if not similar and (selected or std < tuning.certain_delay):
             return None
-        prior = tuning.unknown_delay
-        weight = 1.0 / (1.0 + (std / prior) ** 2)
-        size = float(np.hypot(prior * np.sqrt(1.0 - weight), weight * delay))
-        return size * least_squares(rows.columns, slope)
+        factor = tuning.similar_factor if similar else 1.0
+        weight = 1.0 / (1.0 + (factor * std / tuning.unknown_delay) ** 2)
+        size = tuning.unknown_delay * np.sqrt(1.0 - weight)
+        size = size if selected else np.hypot(size, weight * delay)
+        shift = size * T * change
+        return np.insert(shift, place, -size * T) if selected else shift
 
     def of_other_terms(
         self, model: Model, rows: ModelRows, terms: Sequence[Term]
