@@ -13,7 +13,7 @@ from multiprocessing import Pool
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.likelihood.process_noise import (
+from stickslip.estimation import (
     NoiseLevels,
     ProcessNoiseLikelihoodEstimator,
     process_noise_bound,

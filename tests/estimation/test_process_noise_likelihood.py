@@ -7,17 +7,19 @@ import pytest
 from scipy.linalg import expm
 from scipy.stats import multivariate_normal
 
-from stickslip.estimation import SelectedModelEstimator, examine
-from stickslip.estimation.likelihood.process_noise import (
+from stickslip.estimation import (
     NoiseLevels,
     ProcessNoiseLikelihoodEstimator,
-    Tuning,
+    SelectedModelEstimator,
+    examine,
     process_noise_bound,
 )
+from stickslip.estimation.likelihood.axis_parameters import SoughtParameters
 from stickslip.estimation.likelihood.process_noise.problem import (
     LogPart,
     Problem,
     SlipSegment,
+    Tuning,
     averages_of,
     first_guess,
     parts_of,
@@ -25,11 +27,11 @@ from stickslip.estimation.likelihood.process_noise.problem import (
 )
 from stickslip.estimation.likelihood.process_noise.search import (
     ROUGHNESS,
+    Maximum,
     evaluate,
-    inverted,
     maximise,
 )
-from stickslip.estimation.likelihood.process_noise.slip_filter import AxisModel, ParameterLayout
+from stickslip.estimation.likelihood.process_noise.slip_filter import SlipModel, slip_model
 from stickslip.estimation.likelihood.process_noise.uncertainty import (
     compare_with_windows,
     covariance_of,
@@ -46,66 +48,66 @@ DENSE_TOLERANCE = 1e-6  # relative; a diffuse start of 1e4 units costs eight dig
 DIFFERENCE_TOLERANCE = 2e-5  # relative; central differences of a step of 1e-5
 
 
-def segment(
-    samples: int,
-    *,
-    with_velocity: bool = True,
-    seed: int = 1,
-    loads: np.ndarray | None = None,
-) -> SlipSegment:
-    """Return a short record with a gap between two directions, of arbitrary measurements."""
+def segment(samples: int, *, seed: int = 1, both: bool = True) -> SlipSegment:
+    """Return a record of arbitrary measurements, with a load and a gap before the second half.
+
+    The second half slips the other way, or not surely.
+    """
     generator = np.random.default_rng(seed)
     n = samples
     direction = np.ones(n, dtype=np.int64)
     direction[n // 2 - 2 : n // 2 + 1] = 0
-    direction[n // 2 + 1 :] = -1
+    direction[n // 2 + 1 :] = -1 if both else 0
     signals = generator.standard_normal((5, n))
     return SlipSegment(
         time=T * np.arange(n),
         effort=3.0 * signals[0],
         feedback=0.3 * signals[1],
         position=0.05 * np.cumsum(signals[2]),
-        velocity=0.2 * signals[3] if with_velocity else None,
+        velocity=0.2 * signals[3],
+        usable=np.ones(n, dtype=bool),
         direction=direction,
         jumps=np.zeros(n, dtype=bool),
         smooth_velocity=signals[3],
         smooth_acceleration=signals[4],
         smooth_effort=signals[0],
-        loads=np.zeros((n, 0)) if loads is None else loads,
+        loads=np.zeros((n, 0)),
     )
 
 
 def problem(*segments: SlipSegment, sought: tuple[str, ...] = NAMES) -> Problem:
-    measured = segments[0].velocity is not None
-    levels = LEVELS if measured else LEVELS[:-1]
     return Problem(
         segments=list(segments),
-        layout=ParameterLayout(sought=sought, known={}),
+        sought=SoughtParameters(names=sought, known={}),
         mass_name="mass",
         sampling_time=T,
         averaged=1,
         speed=20.0,
         effort_rate=200.0,
-        prior=levels,
-        prior_spread=np.ones(levels.size),
+        prior=LEVELS,
+        prior_spread=np.ones(LEVELS.size),
+    )
+
+
+def model_of(values: np.ndarray, *, ramped: bool = False) -> SlipModel:
+    sought = SoughtParameters(names=NAMES, known={})
+    r = float(np.exp(-T / np.exp(LEVELS[5])))
+    return slip_model(
+        sought, values, mass_name="mass", sampling_time=T, correlation=r, ramped=ramped
     )
 
 
 def dense_moments(
-    part: SlipSegment, first: int, values: np.ndarray, load: float = 0.0
+    part: SlipSegment, values: np.ndarray, load: float
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return measurements, mean and covariance of one stretch, from the continuous equations.
+    """Return measurements, mean and covariance of the first stretch, slipping forwards.
 
-    A load is ``load`` times the first column of loads. The states are (x, v, d, u, u') of the
-    stretch from its first sample on, from the matrix exponential of the continuous axis with a
-    held force.
+    From the continuous equations: the states are (x, v, d, u, u') by the matrix exponential of the
+    axis with a held force. The load is a coefficient of the column of loads.
     """
     m, c, fc, f0, delay = values
     level = np.exp(LEVELS)
-    sign = float(part.direction[first])
-    n = 0
-    while first + n < part.direction.size and part.direction[first + n] == sign:
-        n += 1
+    n = int(np.argmin(part.direction))
     rate = np.array([[0.0, 1.0, 0.0], [0.0, -c / m, 1.0 / m], [0.0, 0.0, 0.0]])
     over = expm(rate * T)
     b = np.append(over[:2, 2], np.zeros(3))
@@ -117,19 +119,17 @@ def dense_moments(
     Q[2, 2] += level[4] * (1.0 - r * r)
     Q[4, 4] += level[2] * T
     mean, cov = np.zeros(5 * n), np.zeros((5 * n, 5 * n))
-    mean[0], mean[3] = part.position[first], (part.effort - part.feedback)[first]
+    effort = part.effort - part.feedback
+    mean[0], mean[3] = part.position[0], effort[0]
     cov[:5, :5] = np.diag([level[0], 20.0**2, level[4], level[1], 200.0**2])
     for k in range(1, n):
         new, last, old = slice(5 * k, 5 * k + 5), slice(5 * k - 5, 5 * k), slice(0, 5 * k)
-        known = part.feedback[first + k - 1] - sign * fc - f0
-        if load:
-            known -= load * part.loads[first + k - 1, 0]
+        known = part.feedback[k - 1] - fc - f0 - load * part.loads[k - 1, 0]
         mean[new] = A @ mean[last] + b * known
         cov[new, old] = A @ cov[last, old]
         cov[old, new] = cov[new, old].T
         cov[new, new] = A @ cov[last, last] @ A.T + Q
     H, y, noise = [], [], []
-    effort = part.effort - part.feedback
     for k in range(n):
         rows = ((0, [1.0, 0, 0, 0, 0]), (1, [0, 0, 0, 1.0, delay]), (2, [0, 1.0, 0, 0, 0]))
         for c_, row in rows:
@@ -138,64 +138,37 @@ def dense_moments(
             wide = np.zeros(5 * n)
             wide[5 * k : 5 * k + 5] = row
             H.append(wide)
-            y.append((part.position, effort, part.velocity)[c_][first + k])
+            y.append((part.position, effort, part.velocity)[c_][k])
             noise.append((level[0], level[1], level[6])[c_])
     H = np.array(H)
     return np.array(y), H @ mean, H @ cov @ H.T + np.diag(noise)
 
 
-def test_likelihood_is_that_of_the_dense_covariance() -> None:
-    part = segment(24)
-    direction = part.direction.copy()
-    direction[part.direction < 0] = 0
-    one = replace(part, direction=direction)
-    y, mean, cov = dense_moments(one, 0, VALUES)
-    expected = -2.0 * multivariate_normal(mean, cov, allow_singular=True).logpdf(y)
-    expected -= y.size * np.log(2.0 * np.pi)
-    found = evaluate(problem(one), VALUES, LEVELS)
-    assert found.logs + found.gram[0, 0] == pytest.approx(expected, rel=DENSE_TOLERANCE)
-
-
-def test_gramian_of_the_linear_parameters_is_the_dense_information() -> None:
-    part = segment(24)
-    one = replace(part, direction=np.maximum(part.direction, 0))
-    base = dense_moments(one, 0, VALUES)
-    columns = []
-    for j, step in ((2, 1.0), (3, 1.0)):
-        moved = VALUES.copy()
-        moved[j] += step
-        columns.append((dense_moments(one, 0, moved)[1] - base[1]) / step)
-    X = np.array(columns).T
-    information = X.T @ np.linalg.solve(base[2], X)
-    found = evaluate(problem(one), VALUES, LEVELS).gram[3:5, 3:5]
-    np.testing.assert_allclose(found, information, rtol=DENSE_TOLERANCE)
-
-
-def test_load_acts_as_in_the_dense_covariance() -> None:
-    column = np.random.default_rng(7).standard_normal((24, 1))
-    part = segment(24, loads=column)
-    one = replace(part, direction=np.maximum(part.direction, 0))
-    coefficient = 0.7
-    y, mean, cov = dense_moments(one, 0, VALUES, coefficient)
-    x = dense_moments(one, 0, VALUES, 1.0)[1] - dense_moments(one, 0, VALUES)[1]
+@pytest.mark.parametrize("coefficient", [0.0, 0.7])
+def test_likelihood_and_information_are_those_of_the_dense_covariance(coefficient: float) -> None:
+    load = np.random.default_rng(7).standard_normal((24, 1))
+    part = replace(segment(24, both=False), loads=load)
+    y, mean, cov = dense_moments(part, VALUES, coefficient)
     found = evaluate(
-        problem(one, sought=(*NAMES, "spring_stiffness")), np.append(VALUES, coefficient), LEVELS
+        problem(part, sought=(*NAMES, "spring_stiffness")), np.append(VALUES, coefficient), LEVELS
     )
     expected = -2.0 * multivariate_normal(mean, cov, allow_singular=True).logpdf(y)
     expected -= y.size * np.log(2.0 * np.pi)
     assert found.logs + found.gram[0, 0] == pytest.approx(expected, rel=DENSE_TOLERANCE)
-    assert found.gram[-1, -1] == pytest.approx(x @ np.linalg.solve(cov, x), rel=DENSE_TOLERANCE)
-    score = x @ np.linalg.solve(cov, y - mean)
-    assert found.gram[0, -1] == pytest.approx(score, rel=1e-4)  # of a diffuse start
+    # The linear parameters: Coulomb friction, offset and the load
+    units = np.eye(VALUES.size)
+    columns = [dense_moments(part, VALUES + units[j], coefficient)[1] - mean for j in (2, 3)]
+    columns.append(dense_moments(part, VALUES, coefficient + 1.0)[1] - mean)
+    X, at = np.array(columns).T, [3, 4, 6]
+    information = X.T @ np.linalg.solve(cov, X)
+    np.testing.assert_allclose(found.gram[np.ix_(at, at)], information, rtol=DENSE_TOLERANCE)
+    score = X.T @ np.linalg.solve(cov, y - mean)
+    np.testing.assert_allclose(found.gram[0, at], score, rtol=1e-4)  # of a diffuse start
 
 
 def test_covariance_holds_the_shift_by_another_roughness() -> None:
     log, _ = closed_loop(7, effort_noise=0.3, disturbance=0.2)
-    whole = problem_of(
-        parts_of(log), "linear", log.sampling_time, sought=NAMES[:4], known={}, tuning=Tuning()
-    )
-    assert whole is not None
-    maximum = maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
+    whole, maximum = fitted(log)
     assert maximum.converged
     at_maximum = evaluate(whole, maximum.values, maximum.levels)
     plain, _ = covariance_of(whole, at_maximum, 0.0)
@@ -205,8 +178,7 @@ def test_covariance_holds_the_shift_by_another_roughness() -> None:
         levels, values = maximum.levels.copy(), maximum.values
         levels[ROUGHNESS] += h
         for _ in range(8):
-            found = evaluate(whole, values, levels, changes="none")
-            values = values + inverted(found.gram[1:, 1:]) @ found.gram[1:, 0]
+            values = values + evaluate(whole, values, levels, changes="none").parameter_step()
         ends.append(values)
     shift = 2.0 * (ends[1] - ends[0]) / 0.02
     gained = np.sqrt(np.diag(wide - plain))
@@ -241,12 +213,10 @@ def innovations_at_fixed_gain(
     part: SlipSegment, gains: list[np.ndarray], values: np.ndarray
 ) -> np.ndarray:
     """Return the innovations of a stretch from its first sample on, with given gains."""
-    layout = ParameterLayout(sought=NAMES, known={})
-    r = float(np.exp(-T / np.exp(LEVELS[5])))
-    model = AxisModel.of(layout, values, mass_name="mass", sampling_time=T, correlation=r)
+    model = model_of(values)
     H = np.zeros((3, 5))
     H[0, 0], H[1, 3], H[1, 4], H[2, 1] = 1.0, 1.0, model.fraction, 1.0
-    y = part.measured_with(0)
+    y = part.record(0, np.zeros(0)).measured
     z = np.array([y[0, 0], 0.0, 0.0, y[0, 1], 0.0])
     errors = np.zeros((len(gains), 3))
     for k, gain in enumerate(gains):
@@ -255,19 +225,15 @@ def innovations_at_fixed_gain(
                 continue
             errors[k, c] = y[k, c] - H[c] @ z
             z = z + gain[c] * errors[k, c]
-        z = model.transition[0] @ z + model.constant[0, 0]
-        z = z + model.force_response[0, 0] * part.feedback[k]
+        z = model.A[0] @ z + model.G[0, 0] + model.B[0, 0] * part.feedback[k]
     return errors
 
 
 def test_derivatives_by_parameters_are_those_of_differences_at_fixed_gain() -> None:
     n = 30
     part = replace(segment(n), direction=np.ones(n, dtype=np.int64))
-    level = np.exp(LEVELS)
-    layout = ParameterLayout(sought=NAMES, known={})
-    r = float(np.exp(-T / level[5]))
-    model = AxisModel.of(layout, VALUES, mass_name="mass", sampling_time=T, correlation=r)
-    A, b = model.transition[0], model.force_response[0, 0]
+    level, model = np.exp(LEVELS), model_of(VALUES)
+    A, b, r = model.A[0], model.B[0, 0], model.A[0, 2, 2]
     Q = level[3] * np.outer(b, b) + np.diag([0, 0, level[4] * (1 - r * r), 0, level[2] * T])
     H = np.zeros((3, 5))
     H[0, 0], H[1, 3], H[1, 4], H[2, 1] = 1.0, 1.0, VALUES[4], 1.0
@@ -298,39 +264,43 @@ def test_derivatives_by_parameters_are_those_of_differences_at_fixed_gain() -> N
         )
 
 
-def test_model_is_the_exact_discretisation() -> None:
-    layout = ParameterLayout(sought=NAMES, known={})
-    model = AxisModel.of(layout, VALUES, mass_name="mass", sampling_time=T, correlation=0.9)
-    m, c = VALUES[:2]
-    rate = np.array([[0.0, 1.0, 0.0], [0.0, -c / m, 1.0 / m], [0.0, 0.0, 0.0]])
-    over = expm(rate * T)
-    np.testing.assert_allclose(model.transition[0, :2, :2], over[:2, :2], rtol=1e-13)
-    np.testing.assert_allclose(model.force_response[0, 0, :2], over[:2, 2], rtol=1e-13)
-    assert model.shift == 0
-    assert model.fraction == VALUES[4]
-
-
-def test_model_of_an_effort_that_goes_on_at_its_rate_is_exact() -> None:
-    layout = ParameterLayout(sought=NAMES, known={})
-
-    def model(values: np.ndarray) -> AxisModel:
-        return AxisModel.of(
-            layout, values, mass_name="mass", sampling_time=T, correlation=0.9, ramped=True
-        )
-
+@pytest.mark.parametrize("ramped", [False, True], ids=["held", "ramped"])
+def test_model_is_the_exact_discretisation(ramped: bool) -> None:
     m, c = VALUES[:2]
     rate = np.zeros((4, 4))  # x, v, u, u'
-    rate[0, 1], rate[1, 1], rate[1, 2], rate[2, 3] = 1.0, -c / m, 1.0 / m, 1.0
+    rate[0, 1], rate[1, 1], rate[1, 2] = 1.0, -c / m, 1.0 / m
+    rate[2, 3] = float(ramped)
     over = expm(rate * T)
-    found = model(VALUES).transition[0][np.ix_((0, 1, 3, 4), (0, 1, 3, 4))]
+    model = model_of(VALUES, ramped=ramped)
+    np.testing.assert_allclose(model.B[0, 0, :2], over[:2, 2], rtol=1e-13)
+    over[2, 3] = T
+    found = model.A[0][np.ix_((0, 1, 3, 4), (0, 1, 3, 4))]
     np.testing.assert_allclose(found, over, rtol=1e-12, atol=1e-18)
+    assert (model.shift, model.fraction) == (0, VALUES[4])
     for j in (0, 1):
         h = 1e-5 * np.eye(VALUES.size)[j]
-        difference = (model(VALUES + h).transition - model(VALUES - h).transition) / 2e-5
-        change = model(VALUES).transition_change[:, j]
+        up, down = (model_of(VALUES + s * h, ramped=ramped).A for s in (1, -1))
+        change = model.A_p[:, j]
         np.testing.assert_allclose(
-            change, difference, atol=DIFFERENCE_TOLERANCE * np.abs(change).max()
+            change, (up - down) / 2e-5, atol=DIFFERENCE_TOLERANCE * np.abs(change).max()
         )
+
+
+def fitted(
+    log: AxisLog, *, names: tuple[str, ...] = NAMES[:4], averaged: int = 1
+) -> tuple[Problem, Maximum]:
+    """Return the problem of a log with its maximum, without a selection of terms."""
+    whole = problem_of(
+        parts_of(log),
+        "linear",
+        log.sampling_time,
+        sought=names,
+        known={},
+        tuning=Tuning(),
+        averaged=averaged,
+    )
+    assert whole is not None
+    return whole, maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
 
 
 def closed_loop(
@@ -421,11 +391,9 @@ def test_mass_is_not_attenuated_in_closed_loop(noise: float, disturbance: float)
 
 def test_delay_of_the_effort_is_estimated_with_its_fraction() -> None:
     log, _ = closed_loop(3, effort_noise=0.05)
-    n = len(log)
     early = np.concatenate((log.effort[3:], np.full(3, log.effort[-1])))
     half = 0.5 * (early + np.concatenate((early[1:], early[-1:])))
     estimate = ProcessNoiseLikelihoodEstimator(largest_delay=6).fit(replace(log, effort=half))
-    assert n == len(log)
     assert estimate.diagnostics.effort_delay in {3, 4}
     assert any("the effort acts 3." in note for note in estimate.diagnostics.notes)
     assert estimate.value("mass") == pytest.approx(2.0, rel=0.01)
@@ -433,21 +401,10 @@ def test_delay_of_the_effort_is_estimated_with_its_fraction() -> None:
 
 def test_means_of_samples_hold_the_same_parameters_and_no_delay() -> None:
     log, _ = closed_loop(13, effort_noise=0.3)
-    whole = problem_of(
-        parts_of(log),
-        "linear",
-        log.sampling_time,
-        sought=NAMES,
-        known={},
-        tuning=Tuning(),
-        averaged=4,
-    )
-    assert whole is not None
+    whole, maximum = fitted(log, names=NAMES, averaged=4)
     assert whole.sampling_time == pytest.approx(4.0 * log.sampling_time)
-    maximum = maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
-    truth = np.array(list(TRUTH.values()))
     # Moves of a smooth controller between nodes: means of 4 are known to bias by a part of this
-    np.testing.assert_allclose(maximum.values[:4], truth, rtol=0.05)
+    np.testing.assert_allclose(maximum.values[:4], list(TRUTH.values()), rtol=0.05)
     assert maximum.values[0] == pytest.approx(2.0, rel=0.01)
     assert abs(maximum.values[4]) < 0.25 * log.sampling_time  # without their lag it is half of one
 
@@ -481,16 +438,7 @@ def test_friction_at_low_speed_that_the_model_lacks_widens_the_intervals() -> No
         speed = np.gradient(log.measured_position, log.time)
         scale = Tuning().low_speed_share * np.max(np.abs(speed))
         force = rise * np.sign(speed) * np.exp(-np.abs(speed) / scale)
-        whole = problem_of(
-            parts_of(replace(log, effort=log.effort + force)),
-            "linear",
-            log.sampling_time,
-            sought=NAMES[:4],
-            known={},
-            tuning=Tuning(),
-        )
-        assert whole is not None
-        maximum = maximise(whole, first_guess(whole, (0,)), Tuning(), most=40)
+        whole, maximum = fitted(replace(log, effort=log.effort + force))
         shift = shift_by_low_speed(whole, maximum, Tuning())
         assert (shift is not None) is widened
         if shift is not None:
@@ -581,11 +529,10 @@ def test_too_little_motion_is_a_status() -> None:
     assert estimate.status is Status.INSUFFICIENT_EXCITATION
 
 
-def test_settings_are_checked() -> None:
+@pytest.mark.parametrize("settings", [{"largest_delay": -1}, {"inertia": -1.0}])
+def test_settings_are_checked(settings: dict[str, float]) -> None:
     with pytest.raises(InputError):
-        ProcessNoiseLikelihoodEstimator(largest_delay=-1)
-    with pytest.raises(InputError):
-        ProcessNoiseLikelihoodEstimator(inertia=-1.0)
+        ProcessNoiseLikelihoodEstimator(**settings)
 
 
 def test_whiteness_probability_is_uniform_for_white_noise_and_small_for_red() -> None:

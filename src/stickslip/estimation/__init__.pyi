@@ -61,23 +61,19 @@ from .registry import (
     ESTIMATORS as ESTIMATORS,
     EstimatorEntry as EstimatorEntry,
 )
-from .regression.decaying_extremes import (
-    DecayingExtremes as DecayingExtremes,
-)
 from .regression.free_decay import (
+    DecayingExtremes as DecayingExtremes,
     FreeDecayEstimator as FreeDecayEstimator,
 )
-from .regression.idim_instrumental import (
+from .regression.idim import (
     IdimInstrumentalVariables as IdimInstrumentalVariables,
-)
-from .regression.idim_least_squares import (
     IdimLeastSquares as IdimLeastSquares,
 )
 from .regression.resimulation import (
     replay as replay,
     unexplained_effort as unexplained_effort,
 )
-from .regression.stribeck_estimator import (
+from .regression.stribeck import (
     StribeckEstimator as StribeckEstimator,
 )
 from .selection.estimator import (

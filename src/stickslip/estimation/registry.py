@@ -13,7 +13,7 @@ from stickslip.records import AxisKind, InputError
 
 if TYPE_CHECKING:
     from stickslip.estimation.energy.estimator import EnergyEstimator
-    from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+    from stickslip.estimation.regression.idim import IdimLeastSquares
 
 __all__ = ["ESTIMATORS", "EstimatorEntry", "entry_of"]
 
@@ -205,7 +205,7 @@ def _energy(task: EstimationTask) -> "EnergyEstimator":
 
 
 def _stribeck_energy(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+    from stickslip.estimation.regression.stribeck import StribeckEstimator
 
     return StribeckEstimator(method=_energy(task))
 
@@ -258,7 +258,7 @@ def _process_noise_likelihood(task: EstimationTask) -> Estimator:
 
 
 def _idim_least_squares(task: EstimationTask) -> "IdimLeastSquares":
-    from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+    from stickslip.estimation.regression.idim import IdimLeastSquares
 
     return IdimLeastSquares(
         inertia=task.inertia,
@@ -269,13 +269,13 @@ def _idim_least_squares(task: EstimationTask) -> "IdimLeastSquares":
 
 
 def _stribeck_idim(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.regression.stribeck_estimator import StribeckEstimator
+    from stickslip.estimation.regression.stribeck import StribeckEstimator
 
     return StribeckEstimator(method=_idim_least_squares(task))
 
 
 def _idim_instrumental(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.regression.idim_instrumental import IdimInstrumentalVariables
+    from stickslip.estimation.regression.idim import IdimInstrumentalVariables
 
     return IdimInstrumentalVariables(
         inertia=task.inertia,

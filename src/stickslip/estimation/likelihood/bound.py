@@ -12,8 +12,9 @@ from stickslip.estimation.likelihood.axis_parameters import (
     AxisParameters,
     load_name,
     mass_name,
+    without_side,
 )
-from stickslip.estimation.likelihood.noise_model import run_means, run_starts
+from stickslip.estimation.likelihood.windows import run_means, run_starts
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant, SingleMass
 from stickslip.records import InputError, ReadOnlyMapping, unit_of
@@ -24,13 +25,11 @@ from stickslip.simulation import (
     simulate_sensitivity,
 )
 
-__all__ = ["CramerRaoBound", "bound_of", "cramer_rao_bound", "default_sought"]
-
-DITHER = 0.25
+_DITHER = 0.25
 """Noise in encoder steps from which on equal readings in a row are readings of their own."""
 
 _UNDETERMINED = 1e-13  # of the largest eigenvalue of the information, columns scaled to unit norm
-_INVOLVED = 1e-6
+_INVOLVED = 1e-6  # component of an undetermined combination that takes part in it
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -66,10 +65,7 @@ class CramerRaoBound:
 
 
 def default_sought(plant: Plant) -> tuple[str, ...]:
-    """Return what is usually sought of a plant: masses, spring, friction and offset.
-
-    Friction is sought for each direction if the plant's differs.
-    """
+    """Return masses, spring, friction (for each direction if it differs) and offset by name."""
     law = plant.friction
     per_direction = any(
         getattr(law, f"{name}_positive") != getattr(law, f"{name}_negative")
@@ -140,35 +136,20 @@ def cramer_rao_bound(
 def bound_of(
     plant: Plant, found: MotionSensitivity, sensors: Sensors, sought: Sequence[str]
 ) -> CramerRaoBound:
-    """Return the bound from the sensitivities of a motion; see `cramer_rao_bound`.
-
-    Parameters
-    ----------
-    plant
-        The truth.
-    found
-        Its motion.
-    sensors
-        What measures.
-    sought
-        Names of the parameters.
-    """
+    """Return the bound from the sensitivities of a motion; see `cramer_rao_bound`."""
     parameters = AxisParameters(
         kind=plant.kind,
         names=tuple(sought),
         known=_known(plant, sought),
         flexible=not isinstance(plant, SingleMass),
     )
-    own = sensitivity_names(plant)
-    states = [name.startswith("initial") for name in own]
-    free = np.flatnonzero(states)
-    if found.motion.velocity[0] == 0.0:
-        free = free[[own[k] != "initial_velocity" for k in free]]
-    kept = [k for k, state in enumerate(states) if not state]
-    chain = np.zeros((len(own), len(sought) + free.size))
-    chain[kept, : len(sought)] = parameters.chain([own[k] for k in kept])
-    chain[free, len(sought) + np.arange(free.size)] = 1.0
-    p = len(sought)
+    own, p = sensitivity_names(plant), len(sought)
+    kept = [k for k, name in enumerate(own) if not name.startswith("initial")]
+    resting = {"initial_velocity"} if found.motion.velocity[0] == 0.0 else set[str]()
+    free = [k for k, name in enumerate(own) if k not in kept and name not in resting]
+    chain = np.zeros((len(own), p + len(free)))
+    chain[kept, :p] = parameters.chain([own[k] for k in kept])
+    chain[free, p + np.arange(len(free))] = 1.0
     information = np.zeros((chain.shape[1], chain.shape[1]))
     for rows in _rows(found, sensors):
         changes = rows @ chain
@@ -177,11 +158,8 @@ def bound_of(
     scale[scale == 0.0] = 1.0
     values, vectors = np.linalg.eigh(information / np.outer(scale, scale))
     determined = values > _UNDETERMINED * values[-1]
-    inverse = (
-        (vectors[:, determined] / values[determined])
-        @ vectors[:, determined].T
-        / np.outer(scale, scale)
-    )
+    inverse = (vectors[:, determined] / values[determined]) @ vectors[:, determined].T
+    inverse = inverse / np.outer(scale, scale)
     unknown = np.any(np.abs(vectors[:, ~determined]) > _INVOLVED, axis=1)
     inverse[unknown, unknown] = np.inf
     marginal = np.linalg.pinv(information[p:, p:], rcond=_UNDETERMINED, hermitian=True)
@@ -206,15 +184,9 @@ def _known(plant: Plant, sought: Sequence[str]) -> dict[str, float]:
     law: Any = plant.friction
     for name in law.__dataclass_fields__:
         coulomb = name.replace("static", "coulomb")
-        tied = name != coulomb and getattr(law, name) == getattr(law, coulomb)
-        if not tied:
+        if name == coulomb or getattr(law, name) != getattr(law, coulomb):
             known[name] = getattr(law, name)
-    both = [name.removesuffix("_positive").removesuffix("_negative") for name in known]
-    return {
-        name: value
-        for (name, value), of_both in zip(known.items(), both, strict=True)
-        if name not in sought and of_both not in sought
-    }
+    return {n: v for n, v in known.items() if n not in sought and without_side(n) not in sought}
 
 
 def _rows(found: MotionSensitivity, sensors: Sensors) -> list[Float[np.ndarray, "_ p"]]:
@@ -238,7 +210,7 @@ def _rows(found: MotionSensitivity, sensors: Sensors) -> list[Float[np.ndarray, 
         positions.append((motion.position if load is None else load, found.load_position))
         velocities.append(found.load_velocity)
     step = sensors.encoder_step
-    merged = sensors.position_noise < DITHER * step
+    merged = sensors.position_noise < _DITHER * step
     rows: list[Float[np.ndarray, "_ p"]] = []
     for position, change in positions:
         starts = run_starts(np.floor(position / step + 0.5)) if merged else np.arange(len(position))

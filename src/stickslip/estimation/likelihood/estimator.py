@@ -1,43 +1,42 @@
 """Maximum likelihood (output error) on the exact simulator."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, replace
 from typing import Literal
 
+import numpy as np
+from jaxtyping import Float
+
 from stickslip.estimation.fit.fitted import Fit
-from stickslip.estimation.fit.rows import Regression
+from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
-from stickslip.estimation.likelihood.axis_parameters import (
-    AxisParameters,
-    load_name,
-    mass_name,
+from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name, mass_name
+from stickslip.estimation.likelihood.first_guess import first_guess
+from stickslip.estimation.likelihood.search import (
+    Maximum,
+    StaticRange,
+    staged_search,
+    with_static_friction,
 )
-from stickslip.estimation.likelihood.maximum_rows import rows_at
-from stickslip.estimation.likelihood.noise_model import ChannelNoise
-from stickslip.estimation.likelihood.search.first_guess import first_guess
-from stickslip.estimation.likelihood.search.maximum import Maximum
-from stickslip.estimation.likelihood.search.stages import staged_search
-from stickslip.estimation.likelihood.search.static_profile import StaticRange, with_static_friction
-from stickslip.estimation.likelihood.windows import Window
+from stickslip.estimation.likelihood.windows import ChannelNoise, Window, whitened
 from stickslip.estimation.prepare import repaired
-from stickslip.estimation.settings import check_given, first_guesses
+from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
-from stickslip.estimation.signals.sensor_noise import chosen_cutoff
+from stickslip.estimation.signals.sensor_noise import chosen_cutoff, position_noise
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant
-from stickslip.records import (
-    AxisKind,
-    AxisLog,
-    FrictionEstimate,
-    InputError,
-    count_of,
-    positive,
-)
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, count_of, positive
 
-__all__ = ["LikelihoodMaximum", "MaximumLikelihoodEstimator"]
-
-_LEAST_ROWS = 50
+_LEAST_SAMPLES = 50
+_LARGEST_CORRELATION = 0.2
+"""Of successive errors after whitening, beyond which they are not those of the sensors alone: a
+force that the model lacks adds up in them, and biases the parameters."""
+_ROUNDING = 1e-6  # of the range: errors that small have the colour of rounding
+_SMALLEST_RATIO = 1e-7
+_LARGEST_SHARE = 2.0
+"""A combination of columns is determined by the log if its standard deviation is less than half of
+what the whole motion would make of the strongest one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -81,7 +80,7 @@ class _Found:
     windows: list[Window]
     maximum: Maximum
     delay: int
-    static: StaticRange | None
+    static: StaticRange | None = None
     notes: tuple[str, ...]
     clipped: bool
 
@@ -163,16 +162,9 @@ class MaximumLikelihoodEstimator:
     initial_values: Mapping[str, float] | None = None
 
     def __post_init__(self) -> None:
-        check_given(
-            self,
-            positive,
-            {
-                "inertia": "kg or kg m^2",
-                "load_inertia": "kg or kg m^2",
-                "stiffness": "N/m or N m/rad",
-                "horizon": "s",
-            },
-        )
+        units = {"inertia": "kg or kg m^2", "load_inertia": "kg or kg m^2"}
+        units |= {"stiffness": "N/m or N m/rad", "horizon": "s"}
+        check_given(self, positive, units)
         if self.noise not in ("white", "coloured"):
             raise InputError(f"noise is {self.noise!r}", remedy="give 'white' or 'coloured'")
         if self.largest_delay < 0:
@@ -188,17 +180,11 @@ class MaximumLikelihoodEstimator:
                 "a load inertia or stiffness is given for an axis that is not flexible",
                 remedy="leave them out, or flexible=False",
             )
-        guesses = first_guesses(
-            self.initial_values, (*self.parameter_names("linear"), *self.parameter_names("rotary"))
-        )
+        names = (*self.parameter_names("linear"), *self.parameter_names("rotary"))
+        guesses = first_guesses(self.initial_values, names)
         object.__setattr__(self, "initial_values", guesses)
-        if self.flexible:
-            self._check_arm_guesses(guesses)
-
-    def _check_arm_guesses(self, guesses: Mapping[str, float]) -> None:
         for one, other in (("mass", "inertia"), ("load_mass", "load_inertia"), ("stiffness",) * 2):
-            sought = one in self.parameter_names("linear")
-            if sought and one not in guesses and other not in guesses:
+            if self.flexible and one in names and one not in guesses and other not in guesses:
                 raise InputError(
                     f"the {other.replace('_', ' ')} of a flexible arm is sought without a first "
                     "guess",
@@ -216,20 +202,19 @@ class MaximumLikelihoodEstimator:
         return FrictionTerms.asked(per_direction=self.per_direction, offset=self.offset)
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
-        """Return the names of what is estimated, in the order of the covariance.
-
-        Parameters
-        ----------
-        kind
-            ``"linear"`` or ``"rotary"``.
-        """
-        structure = [] if self.inertia is not None else [mass_name(kind)]
-        if self.flexible:
-            structure += [] if self.load_inertia is not None else [load_name(kind)]
-            structure += [] if self.stiffness is not None else ["stiffness"]
+        """Return the names of what is estimated, in the order of the covariance."""
+        known = self._known(kind)
+        structure = [name for name, value in known.items() if value is None]
         sides = ("_positive", "_negative") if self.per_direction else ("",)
         static = [f"static_friction{side}" for side in sides] if self.static_friction else []
         return (*structure, *self.terms.names, *static)
+
+    def _known(self, kind: AxisKind) -> dict[str, float | None]:
+        """Return masses and stiffness by name; None where they are estimated."""
+        known = {mass_name(kind): self.inertia}
+        if self.flexible:
+            known |= {load_name(kind): self.load_inertia, "stiffness": self.stiffness}
+        return known
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
@@ -242,32 +227,23 @@ class MaximumLikelihoodEstimator:
         return self.details(log).estimate
 
     def maximum(self, log: AxisLog) -> LikelihoodMaximum:
-        """Return all that is likeliest: parameters, delay, noise and first states.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
-        """
+        """Return all that is likeliest: parameters, delay, noise and first states."""
         found = self._found(log)
-        plant = found.parameters.plant(found.maximum.values)
-        values = dict(zip(found.parameters.names, found.maximum.values.tolist(), strict=True))
+        maximum, parameters = found.maximum, found.parameters
+        values = dict(zip(parameters.names, maximum.values.tolist(), strict=True))
+        channels = [channel.name for channel in found.windows[0].channels]
+        motions = [
+            window.simulated(parameters, maximum.values, state)
+            for window, state in zip(found.windows, maximum.states, strict=True)
+        ]
         return LikelihoodMaximum(
-            plant=plant,
+            plant=parameters.plant(maximum.values),
             values=values if found.static is None else values | found.static.values,
             delay=found.delay,
-            noise={
-                channel.name: noise
-                for channel, noise in zip(
-                    found.windows[0].channels, found.maximum.noise, strict=True
-                )
-            },
-            initial_states=tuple(tuple(state.tolist()) for state in found.maximum.states),
-            log_likelihood=-found.maximum.cost,
-            grazing=any(
-                w.simulated(found.parameters, found.maximum.values, s).any_grazing
-                for w, s in zip(found.windows, found.maximum.states, strict=True)
-            ),
+            noise=dict(zip(channels, maximum.noise, strict=True)),
+            initial_states=tuple(tuple(state.tolist()) for state in maximum.states),
+            log_likelihood=-maximum.cost,
+            grazing=any(motion.any_grazing for motion in motions),
         )
 
     def regression(self, log: AxisLog) -> Regression:
@@ -275,27 +251,15 @@ class MaximumLikelihoodEstimator:
 
         Their least-squares solution is the likeliest parameters; their Gramian is the Fisher
         information.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
         """
         return self._rows(self._found(log))
 
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
-        """
+        """Return the estimate with its rows, for a report."""
         found = self._found(log)
         rows = self._rows(found)
-        options = {field.name: getattr(self, field.name) for field in fields(self)}
-        options |= {"estimator": self.name, "initial_values": dict(self.initial_values or {})}
-        estimate = solve(rows, estimator=self.name, provenance=provenance_of(log, options))
+        provenance = provenance_of(log, options_of(self))
+        estimate = solve(rows, estimator=self.name, provenance=provenance)
         return Fit(
             estimate=estimate if found.static is None else found.static.added_to(estimate),
             rows=rows,
@@ -305,19 +269,9 @@ class MaximumLikelihoodEstimator:
         )
 
     def _rows(self, found: _Found) -> Regression:
-        rows = rows_at(
-            found.windows,
-            found.parameters,
-            found.maximum,
-            kind=found.log.kind,
-            samples=len(found.log),
-            notes=found.notes,
-        )
-        return replace(
-            rows,
-            effort_delay=found.delay if self.largest_delay else None,
-            biased=rows.biased or found.clipped,
-        )
+        rows = _rows_at(found)
+        delay = found.delay if self.largest_delay else None
+        return replace(rows, effort_delay=delay, biased=rows.biased or found.clipped)
 
     def _found(self, log: AxisLog) -> _Found:
         """Search the likeliest parameters, and the likeliest delay."""
@@ -325,9 +279,8 @@ class MaximumLikelihoodEstimator:
         log = whole = repaired(log)
         low_pass = LowPass(order=4, cutoff=default_cutoff(log.sampling_time))
         log, wrong = without_wrong_velocity(log, low_pass, load=bool(self.flexible))
-        least = max(_LEAST_ROWS, self.largest_delay + 2)
-        longest = max(len(part) for part in log.segments())
-        if longest < least:
+        least = max(_LEAST_SAMPLES, self.largest_delay + 2)
+        if max(len(part) for part in log.segments()) < least:
             raise InputError(
                 f"the log has no stretch of {least} samples without a gap ({len(log)} samples in "
                 f"all, one every {log.sampling_time:.4g} s)",
@@ -335,68 +288,60 @@ class MaximumLikelihoodEstimator:
                 remedy="record a longer log",
             )
         load = bool(self.flexible) and log.measured_load_position is not None
-        cutoff, _ = chosen_cutoff(log, low_pass, _LEAST_ROWS, load=load)
+        cutoff, _ = chosen_cutoff(log, low_pass, _LEAST_SAMPLES, load=load)
         low_pass = replace(low_pass, cutoff=cutoff)
+        coloured, names = self.noise == "coloured", self.parameter_names(log.kind)
         rigid_static = self.static_friction and not self.flexible
-        names = [
-            name
-            for name in self.parameter_names(log.kind)
-            if not rigid_static or "static" not in name
-        ]
-        own = (mass_name(log.kind), load_name(log.kind), "stiffness")
-        given = zip(own, (self.inertia, self.load_inertia, self.stiffness), strict=True)
+        if rigid_static:
+            names = tuple(name for name in names if "static" not in name)
+        given = self._known(log.kind).items()
         parameters = AxisParameters(
             kind=log.kind,
-            names=tuple(names),
+            names=names,
             known={name: value for name, value in given if value is not None},
             flexible=bool(self.flexible),
         )
         guess = first_guess(log, parameters, self.initial_values or {}, cutoff=cutoff)
         best: _Found | None = None
         for delay in range(self.largest_delay + 1):
-            start = guess if best is None else best.maximum.values
             windows, maximum, note = staged_search(
                 log,
                 low_pass,
                 parameters,
-                start,
+                guess if best is None else best.maximum.values,
                 delay=delay,
                 skipped=self.largest_delay,
                 horizon=self.horizon,
-                coloured=self.noise == "coloured",
+                coloured=coloured,
             )
             if best is None or maximum.cost < best.maximum.cost:
-                notes = (*whole.notes, *wrong, *note)
                 best = _Found(
                     log=log,
                     parameters=parameters,
                     windows=windows,
                     maximum=maximum,
                     delay=delay,
-                    static=None,
-                    notes=notes,
+                    notes=(*whole.notes, *wrong, *note),
                     clipped=whole.clipped,
                 )
         if best is None:
-            message = "no delay was tried"
-            raise ArithmeticError(message)
+            raise ArithmeticError("no delay was tried")
         if rigid_static:
             known, maximum, static = with_static_friction(
                 best.windows,
                 parameters,
                 best.maximum,
                 per_direction=self.per_direction,
-                coloured=self.noise == "coloured",
+                coloured=coloured,
             )
             best = replace(best, parameters=known, maximum=maximum, static=static)
-        return replace(best, notes=(*best.notes, *self._told(best)))
+        return replace(best, notes=(*best.notes, *self._search_notes(best)))
 
-    def _told(self, found: _Found) -> tuple[str, ...]:
+    def _search_notes(self, found: _Found) -> tuple[str, ...]:
         """Return what a user should know of the search, one sentence each."""
-        log = found.log
         parts: list[str] = []
         for channel, noise in zip(found.windows[0].channels, found.maximum.noise, strict=True):
-            unit = log.unit(channel.name.removeprefix("load_"))
+            unit = found.log.unit(channel.name.removeprefix("load_"))
             colour = f" (correlation {noise.correlation:.2g})" if noise.correlation else ""
             parts.append(f"{channel.name.replace('_', ' ')} {noise.std:.3g} {unit}{colour}")
         notes = [f"likeliest noise of the sensors: {', '.join(parts)}"]
@@ -412,3 +357,77 @@ class MaximumLikelihoodEstimator:
         if not found.maximum.converged:
             notes.append("the search has not converged: the motion may depend on it by jumps")
         return tuple(notes)
+
+
+def _rows_at(found: _Found) -> Regression:
+    """Return errors and their derivatives at the likeliest parameters, whitened, in time's order.
+
+    What the first states explain is projected out, so that the Gramian of the rows is the Fisher
+    information of the parameters with the states unknown (Schur complement). All rows are in the
+    unit of the position.
+    """
+    windows, parameters, maximum = found.windows, found.parameters, found.maximum
+    notes, p = found.notes, maximum.values.size
+    scale = maximum.noise[0].std  # the position's
+    blocks: list[Float[np.ndarray, "n columns"]] = []
+    velocities: list[Float[np.ndarray, " n"]] = []
+    effect = 0.0
+    sums = np.zeros((len(maximum.noise), 2))
+    for window, state in zip(windows, maximum.states, strict=True):
+        errors, changes = window.linearised(parameters, maximum.values, state)
+        parts: list[Float[np.ndarray, "n columns"]] = []
+        for c, (error, change, of, time) in enumerate(
+            zip(errors, changes, maximum.noise, window.row_times(), strict=True)
+        ):
+            rows = whitened(np.column_stack([error, change]), of.correlation) * (scale / of.std)
+            parts.append(np.column_stack([time, rows]))
+            if np.sqrt(np.mean(error**2)) > _ROUNDING * np.ptp(window.channels[c].readings):
+                sums[c] += rows[1:, 0] @ rows[:-1, 0], rows[:, 0] @ rows[:, 0]
+        stacked = np.concatenate(parts)
+        local = stacked[:, 2 + p :]
+        local = local[:, np.any(local != 0.0, axis=0)]
+        basis = np.linalg.qr(local)[0] if local.shape[1] else local
+        kept = stacked[:, 1 : 2 + p] - basis @ (basis.T @ stacked[:, 1 : 2 + p])
+        blocks.append(np.column_stack([stacked[:, 0], kept]))
+        motion = window.simulated(parameters, maximum.values, state)
+        velocities.append(motion.velocity)
+        moved = window.channels[0].errors(np.full(window.time.size, np.mean(motion.position)))
+        effect += float(np.sum(whitened(moved, maximum.noise[0].correlation) ** 2))
+    correlation = float(np.max(np.abs(sums[:, 0]) / np.where(sums[:, 1] > 0, sums[:, 1], np.inf)))
+    biased = correlation > _LARGEST_CORRELATION
+    if biased:
+        notes = (
+            *notes,
+            f"successive errors are still correlated ({correlation:.2g}) when a first-order "
+            "autoregression is taken out: a disturbing force, or another law of friction, moves "
+            "the axis besides what is modelled, or the effort acts later than is looked for "
+            "(largest_delay, or --largest-delay of stickslip compare)",
+        )
+    rows = np.concatenate(blocks)
+    rows = rows[np.argsort(rows[:, 0], kind="stable")]
+    target = rows[:, 1] + rows[:, 2:] @ maximum.values
+    noise = float(np.sqrt(np.mean(rows[:, 1] ** 2)))
+    size = float(np.linalg.norm(target))
+    ratio = _LARGEST_SHARE * noise / size if size > 0 else 1.0
+    positions = [window.channels[0].readings for window in windows]
+    return Regression(
+        kind=found.log.kind,
+        names=parameters.names,
+        time=rows[:, 0],
+        target=target,
+        regressors=rows[:, 2:],
+        regressor_noise=np.zeros(p),
+        quantity="position",
+        motion=summarise_motion(
+            positions,
+            velocities,
+            windows[0].sampling_time,
+            (max(position_noise(x) for x in positions), 0.0),
+        ),
+        samples=len(found.log),
+        notes=notes,
+        effect=float(np.sqrt(effect)),
+        smallest_singular_ratio=max(ratio, _SMALLEST_RATIO),
+        resolution=0.0,
+        biased=biased,
+    )

@@ -8,18 +8,12 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import minimize
 
-from stickslip.estimation.likelihood.bound import (
-    CramerRaoBound,
-    bound_of,
-    default_sought,
-)
+from stickslip.estimation.likelihood.bound import CramerRaoBound, bound_of, default_sought
 from stickslip.plants import Plant
 from stickslip.records import EventBudgetError, InputError, positive, unit_of
 from stickslip.simulation import MotionSensitivity, Sensors, simulate_sensitivity
 
-__all__ = ["DesignedInput", "InputLimits", "design_input"]
-
-TONES = 6
+_TONES = 6
 """Sines that the input is made of; their sum is clipped at the limit of the effort, so that the
 family reaches from soft multisines to switching between both limits."""
 
@@ -167,7 +161,7 @@ def design_input(
 
     def cost(design: Float[np.ndarray, " m"], frequencies: Float[np.ndarray, " tones"]) -> float:
         nonlocal best
-        sine, cosine = np.clip(design.reshape(2, TONES), -_LOUDEST, _LOUDEST)
+        sine, cosine = np.clip(design.reshape(2, _TONES), -_LOUDEST, _LOUDEST)
         angles = 2.0 * np.pi * np.outer(frequencies, time)
         total = centre + sine @ np.sin(angles) + cosine @ np.cos(angles)
         effort = limits.effort * np.clip(total, -1.0, 1.0)
@@ -185,7 +179,7 @@ def design_input(
     starts: list[tuple[float, Float[np.ndarray, " m"], Float[np.ndarray, " tones"]]] = []
     for frequencies, tried in _families(slowest, fastest):
         designs = [
-            size * generator.standard_normal(2 * TONES) for size in np.geomspace(0.02, 1.0, tried)
+            size * generator.standard_normal(2 * _TONES) for size in np.geomspace(0.02, 1.0, tried)
         ]
         costs = [cost(design, frequencies) for design in designs]
         least = int(np.argmin(costs))
@@ -218,12 +212,12 @@ def _families(slowest: float, fastest: float) -> list[tuple[Float[np.ndarray, " 
     Odd multiples of one frequency move a symmetric axis as far one way as the other, so that it
     stays where it is however often they repeat.
     """
-    families = [(np.geomspace(slowest, fastest, TONES), _TRIED)]
-    base = fastest / (2 * TONES - 1)
+    families = [(np.geomspace(slowest, fastest, _TONES), _TRIED)]
+    base = fastest / (2 * _TONES - 1)
     while base > slowest:
-        spread = np.geomspace(1.0, fastest / base, TONES)
+        spread = np.geomspace(1.0, fastest / base, _TONES)
         odd = 2.0 * np.round((spread - 1.0) / 2.0) + 1.0
-        odd = np.maximum(odd, 2.0 * np.arange(TONES) + 1.0)
+        odd = np.maximum(odd, 2.0 * np.arange(_TONES) + 1.0)
         families.append((base * odd, _TRIED_ODD))
         base *= 0.5
     return families

@@ -1,5 +1,15 @@
-"""Stretches of a log that are simulated each from a first state of its own."""
+"""Stretches of a log that are simulated each from its own first state, and their errors.
 
+The errors of a channel are Gaussian with an unknown variance, white or a first-order
+autoregression. For given errors the likeliest variance and coefficient are known in closed form or
+almost, so that the likelihood is one of the motion alone (concentrated).
+
+A run of equal readings is one reading: an axis that rests on one count of its encoder, or creeps
+over it, shows the same rounding error again and again. Errors are therefore averaged over each run,
+and the run counts once.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -8,30 +18,100 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from stickslip.estimation.likelihood.axis_parameters import AxisParameters
-from stickslip.estimation.likelihood.noise_model import run_means, run_starts
 from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.estimation.signals.observation import motion_noise, observe
 from stickslip.records import AxisLog
 from stickslip.simulation import SimulatedMotion, simulate, simulate_sensitivity
 
-__all__ = ["CHANNELS", "Channel", "Window", "windows_of"]
-
 CHANNELS = ("position", "velocity", "load_position", "load_velocity")
+
+LARGEST_CORRELATION = 0.9999
+_GOLDEN_STEPS = 40  # of the search of the coefficient: (0.618)^40 = 4e-9
+_GOLDEN = 0.6180339887498949
+_FIRST_GRID = 33  # coefficients
+
+
+@dataclass(frozen=True, kw_only=True)
+class ChannelNoise:
+    """Noise of one channel."""
+
+    std: float  # standard deviation of what is new in each error [unit of the channel]
+    correlation: float  # from one error to the next; 0 for white noise
+    rows: int  # readings that count
+    cost: float  # negative logarithm of the likelihood, up to a constant
+
+
+def run_starts(readings: Float[np.ndarray, " n"]) -> Int[np.ndarray, " runs"]:
+    """Return where each run of equal readings begins."""
+    return np.concatenate(([0], np.flatnonzero(np.diff(readings)) + 1))
+
+
+def run_means(
+    rows: Float[np.ndarray, "n ..."], starts: Int[np.ndarray, " runs"]
+) -> Float[np.ndarray, "runs ..."]:
+    """Return the mean of the rows of each run."""
+    n = rows.shape[0]
+    if starts.size == n:
+        return rows
+    lengths = np.diff(starts, append=n)
+    sums = np.add.reduceat(rows, starts, axis=0)
+    return sums / lengths.reshape(-1, *(1,) * (rows.ndim - 1))
+
+
+def whitened(rows: Float[np.ndarray, "n ..."], correlation: float) -> Float[np.ndarray, "n ..."]:
+    """Return rows less what those before predict: e_k - rho e_(k-1), and sqrt(1 - rho^2) e_0."""
+    if correlation == 0.0:
+        return rows
+    white = rows.copy()
+    white[1:] -= correlation * rows[:-1]
+    white[0] *= np.sqrt(1.0 - correlation**2)
+    return white
+
+
+def likeliest_noise(
+    errors: Sequence[Float[np.ndarray, " _"]], *, coloured: bool, least: float
+) -> ChannelNoise:
+    """Return the noise that makes the errors of a channel likeliest, one array a stretch.
+
+    With e white, -log p = N/2 log(SSE/N); of an autoregression in W stretches,
+    SSE = sum (1 - rho^2) e_0^2 + sum (e_k - rho e_(k-1))^2 and -W/2 log(1 - rho^2) is added
+    (Box and Jenkins, Time Series Analysis, A7.4). Below the ``least`` standard deviation an error
+    is rounding.
+    """
+    rows = sum(e.size for e in errors)
+    total = sum(float(e @ e) for e in errors)
+    across = sum(float(e[1:] @ e[:-1]) for e in errors)
+    inner = sum(float(e[1:-1] @ e[1:-1]) for e in errors)
+
+    def squares(rho: float) -> float:
+        # sum over a stretch of (1 - rho^2) e_0^2 + (e_k - rho e_(k-1))^2
+        return max(total - 2.0 * rho * across + rho**2 * inner, 0.0) + rows * least**2
+
+    def cost(rho: float) -> float:
+        edge = 0.5 * len(errors) * float(np.log1p(-(rho**2)))
+        return 0.5 * rows * float(np.log(squares(rho) / rows)) - edge
+
+    rho = 0.0
+    if coloured and total > 0.0:
+        grid = np.tanh(np.linspace(-4.0, 4.0, _FIRST_GRID)) / np.tanh(4.0) * LARGEST_CORRELATION
+        best = int(np.argmin([cost(float(value)) for value in grid]))
+        low, high = float(grid[max(best - 1, 0)]), float(grid[min(best + 1, grid.size - 1)])
+        for _ in range(_GOLDEN_STEPS):
+            left, right = high - _GOLDEN * (high - low), low + _GOLDEN * (high - low)
+            if cost(left) < cost(right):
+                high = right
+            else:
+                low = left
+        rho = 0.5 * (low + high)
+    std = float(np.sqrt(squares(rho) / rows))
+    return ChannelNoise(std=std, correlation=rho, rows=rows, cost=cost(rho))
 
 
 @dataclass(frozen=True, kw_only=True)
 class Channel:
-    """What one sensor shows of a window.
+    """Readings of one sensor in a window."""
 
-    Attributes
-    ----------
-    name
-        One of `CHANNELS`.
-    readings
-        [unit of the channel], shape (n,).
-    """
-
-    name: str
+    name: str  # one of CHANNELS
     readings: Float[np.ndarray, " n"]
 
     @cached_property
@@ -46,37 +126,13 @@ class Channel:
 
 @dataclass(frozen=True, kw_only=True)
 class Window:
-    """One stretch of a log and where its motion begins.
+    """One stretch of a log and where its motion begins."""
 
-    Attributes
-    ----------
-    sampling_time
-        [s].
-    time
-        Of the samples [s], shape (n,).
-    effort
-        Held over each sample but the last [N or N m], shape (n-1,).
-    channels
-        What the sensors show.
-    state
-        First guess of the first state: position and velocity of each mass [SI].
-    """
-
-    sampling_time: float
-    time: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n-1"]
+    sampling_time: float  # [s]
+    time: Float[np.ndarray, " n"]  # [s]
+    effort: Float[np.ndarray, " n-1"]  # held over each sample but the last [N or N m]
     channels: tuple[Channel, ...]
-    state: tuple[float, ...]
-
-    def errors(
-        self,
-        parameters: AxisParameters,
-        values: Float[np.ndarray, " p"],
-        state: Float[np.ndarray, " s"],
-    ) -> list[Float[np.ndarray, " _"]]:
-        """Return the errors of each channel for values of the parameters and a first state [SI]."""
-        motion = self.simulated(parameters, values, state)
-        return [channel.errors(getattr(motion, channel.name)) for channel in self.channels]
+    state: tuple[float, ...]  # first guess of position and velocity of each mass at first [SI]
 
     def simulated(
         self,
@@ -91,6 +147,10 @@ class Window:
             sampling_time=self.sampling_time,
             initial_state=tuple(state.tolist()),
         )
+
+    def errors(self, motion: SimulatedMotion) -> list[Float[np.ndarray, " _"]]:
+        """Return the errors of each channel."""
+        return [channel.errors(getattr(motion, channel.name)) for channel in self.channels]
 
     def linearised(
         self,
@@ -109,17 +169,16 @@ class Window:
             sampling_time=self.sampling_time,
             initial_state=tuple(state.tolist()),
         )
-        own = len(found.names) - len(self.state)
+        own, states = len(found.names) - len(self.state), len(self.state)
         chain = parameters.chain(found.names[:own])
-        to_sought = np.zeros((len(found.names), chain.shape[1] + len(self.state)))
+        to_sought = np.zeros((own + states, chain.shape[1] + states))
         to_sought[:own, : chain.shape[1]] = chain
-        to_sought[own:, chain.shape[1] :] = np.eye(len(self.state))
-        errors, changes = [], []
-        for channel in self.channels:
-            errors.append(channel.errors(getattr(found.motion, channel.name)))
-            change = getattr(found, channel.name) @ to_sought
-            changes.append(run_means(change, channel.starts))
-        return errors, changes
+        to_sought[own:, chain.shape[1] :] = np.eye(states)
+        changes = [
+            run_means(getattr(found, channel.name) @ to_sought, channel.starts)
+            for channel in self.channels
+        ]
+        return self.errors(found.motion), changes
 
     def row_times(self) -> list[Float[np.ndarray, " _"]]:
         """Return the time [s] in the middle of what each row of each channel stands for."""
@@ -131,41 +190,27 @@ def windows_of(
 ) -> list[Window]:
     """Return the stretches of a log without gaps, each cut into pieces of equal length.
 
-    Parameters
-    ----------
-    log
-        Uniformly sampled but for gaps.
-    low_pass
-        What smooths for the first guesses of the states.
-    delay
-        Samples that the effort comes late.
-    skipped
-        Samples left out at the beginning of each stretch, at least as many.
-    pieces
-        In each stretch.
-    flexible
-        Whether the plant has a second mass.
+    The effort comes late by the delay [samples]; at least as many samples are skipped at the
+    beginning of each stretch. The low-pass smooths for the first guesses of the states.
     """
     windows: list[Window] = []
     for part in log.segments():
         if len(part) < skipped + 2:
             continue
         states = _states(part, low_pass, log.sampling_time, flexible=flexible)
-        measured = {name: getattr(part, "measured_" + name) for name in CHANNELS}
-        seen = [name for name in CHANNELS[: 4 if flexible else 2] if measured[name] is not None]
+        measured = {name: getattr(part, f"measured_{name}") for name in CHANNELS}
+        present = [name for name in CHANNELS[: 4 if flexible else 2] if measured[name] is not None]
         bounds = np.linspace(skipped, len(part) - 1, pieces + 1).astype(int).tolist()
         for start, stop in pairwise(bounds):
             if stop - start < 2:
                 continue
+            channels = (Channel(name=n, readings=measured[n][start : stop + 1]) for n in present)
             windows.append(
                 Window(
                     sampling_time=log.sampling_time,
                     time=part.time[start : stop + 1],
                     effort=part.effort[start - delay : stop - delay],
-                    channels=tuple(
-                        Channel(name=name, readings=measured[name][start : stop + 1])
-                        for name in seen
-                    ),
+                    channels=tuple(channels),
                     state=tuple(states[start].tolist()),
                 )
             )

@@ -1,20 +1,28 @@
-"""Friction from a record of how a mass on a spring swings out.
+"""Friction from a record of how a mass on a spring swings out, by Markho's closed form.
 
-The extremes of the decay are read from the log and given to Markho's formula (see
-`stickslip.estimation.regression.decaying_extremes`).
+P. H. Markho (1980), "On free vibrations with combined viscous and Coulomb damping", Journal of
+Dynamic Systems, Measurement, and Control 102(4), 283-286. A mass on a spring, left alone, obeys
+``m x'' + c x' + k x + f_c sign(x') = 0``. Every half-swing lasts h = pi / omega_d, friction of
+either kind notwithstanding, and is a damped cosine about a centre that friction shifts against the
+motion by x_f = f_c / k. So the amplitudes A_i of successive extremes follow
+
+    A_(i+1) = q A_i - (1 + q) x_f,    q = exp(-delta),    delta = sigma h,    sigma = c / 2m,
+    A_i = (A_0 + X) q^i - X,          X = x_f coth(delta / 2),
+
+the second line being the envelope. Both kinds of friction are read from one record of the decay:
+viscous friction bends the envelope, Coulomb friction lets it fall straight.
 """
 
 from dataclasses import dataclass
 
 import numpy as np
 from jaxtyping import Float
-from scipy import signal
+from scipy import optimize, signal
 
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.solve import provenance_of
 from stickslip.estimation.point_estimate import NORMAL_95
 from stickslip.estimation.prepare import RepairedLog, repaired
-from stickslip.estimation.regression.decaying_extremes import LEAST_EXTREMES, DecayingExtremes
 from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.sensor_noise import position_noise
@@ -31,16 +39,107 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["FreeDecayEstimator"]
-
-WINDOW = 0.25
+_LEAST_EXTREMES = 4
+"""As many as there are unknowns: centre, first amplitude, ratio and shift."""
+_WINDOW = 0.25
 """Part of a half-swing on either side of an extreme that its value is taken from."""
-
 _LEAST_SIDE = 6  # samples on either side
 _PROMINENCE = 0.02  # least height of a swing over the range of the decay
 _CLEAR = 20.0  # the same in standard deviations of the position
 _ROUNDING = 1e-9  # of an extreme, over the range
 _SAME = 1e-9  # efforts that differ by less than this part of the largest one are equal
+
+
+@dataclass(frozen=True, kw_only=True)
+class DecayingExtremes:
+    """Successive extremes of a free decay, and what Markho's formula makes of them.
+
+    Attributes
+    ----------
+    position
+        Of the extremes, maxima and minima in turn [m or rad], shape (n,).
+    deviation
+        Standard deviation of each [m or rad], shape (n,).
+
+    Raises
+    ------
+    InputError
+        If there are fewer than four, or they do not alternate.
+
+    Examples
+    --------
+    >>> swings = [1.0, -0.7, 0.43, -0.187]  # A' = 0.9 A - 0.2: q = 0.9, x_f = 0.2 / 1.9
+    >>> ratio, shift = DecayingExtremes(position=np.array(swings), deviation=np.ones(4)).solve()[0]
+    >>> round(ratio, 6), round(shift * 1.9, 6)
+    (0.9, 0.2)
+    """
+
+    position: Float[np.ndarray, " n"]
+    deviation: Float[np.ndarray, " n"]
+
+    def __post_init__(self) -> None:
+        if self.position.size < _LEAST_EXTREMES:
+            raise InputError(
+                f"there are {self.position.size} extremes, {_LEAST_EXTREMES} are needed",
+                remedy="record a decay with more swings, such as from a larger amplitude",
+            )
+        steps = np.diff(self.position)
+        if np.any(steps[1:] * steps[:-1] >= 0):
+            raise InputError(
+                "the extremes are not maxima and minima in turn",
+                remedy="leave out what is between them",
+            )
+
+    def amplitudes(self, values: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " n"]:
+        """Return the extremes by the formula.
+
+        The values are ratio q [-], shift x_f, centre and first amplitude with its sign [m or rad].
+        """
+        q, shift, centre, first = values
+        side = np.sign(self.position[0] - self.position[1])
+        swings = np.empty(self.position.size)
+        amplitude = side * first
+        for i in range(swings.size):
+            swings[i] = centre + side * (-1.0) ** i * amplitude
+            amplitude = q * amplitude - (1.0 + q) * shift
+        return swings
+
+    def solve(
+        self,
+    ) -> tuple[tuple[float, float], Float[np.ndarray, "2 2"], Float[np.ndarray, " n"]]:
+        """Return ratio q [-] and shift x_f [m or rad], their covariance, and the residuals.
+
+        Weighted least squares on the extremes themselves: a regression of each amplitude on the one
+        before would be biased by their noise. Residuals of the extremes are over their standard
+        deviations [-]; where they are larger than these say, they widen the covariance.
+        """
+        y = self.position
+        steps = np.abs(np.diff(y))
+        # Steps shrink by q apart from a constant, as their differences do without it
+        bends = np.diff(steps)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            ratio = float(np.median(bends[1:] / bends[:-1])) if bends.size > 1 else np.nan
+        ratio = ratio if 0.0 < ratio < 1.0 else 0.9
+        shift = max(float(-np.mean(bends)) / 4.0, 0.0)
+        centre = 0.25 * float(y[0] + 2.0 * y[1] + y[2])
+
+        def residual(values: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " n"]:
+            return (self.amplitudes(values) - y) / self.deviation
+
+        found = optimize.least_squares(
+            residual,
+            np.array([ratio, shift, centre, y[0] - centre]),
+            x_scale=np.array([1.0, steps[0], steps[0], steps[0]]),
+            xtol=1e-15,
+            ftol=1e-15,
+            gtol=1e-15,
+        )
+        slopes = np.asarray(found.jac)
+        inverse = np.linalg.inv(slopes.T @ slopes)
+        left = y.size - _LEAST_EXTREMES
+        misfit = 2.0 * float(found.cost) / left if left else 1.0
+        widened = inverse * max(misfit, 1.0)
+        return (float(found.x[0]), float(found.x[1])), widened[:2, :2], np.asarray(found.fun)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -100,11 +199,10 @@ class FreeDecayEstimator:
             If the log does not end with a free decay of four extremes or more.
         """
         log = repaired(log)
-        part = _free_part(log)
-        time, position, late, deviations = _extremes(part)
+        time, position, time_deviations, deviations = _extremes(_free_part(log))
         extremes = DecayingExtremes(position=position, deviation=deviations)
         (q, shift), covariance, left = extremes.solve()
-        half, variance = _half_period(time, late)
+        half, variance = _half_period(time, time_deviations)
         full = np.zeros((3, 3))
         full[:2, :2], full[2, 2] = covariance, variance
         values, jacobian = self._parameters(q, shift, half)
@@ -145,40 +243,37 @@ class FreeDecayEstimator:
         extremes: DecayingExtremes,
         half: float,
     ) -> FrictionEstimate:
-        stds = np.sqrt(np.diag(covariance))
-        parameters: dict[str, ParameterEstimate] = {}
-        verdicts: list[Verdict] = []
-        for name, value, std in zip(
-            self.parameter_names(log.kind), values.tolist(), stds.tolist(), strict=True
-        ):
-            reach = NORMAL_95 * std
-            parameters[name] = ParameterEstimate(
+        names, stds = self.parameter_names(log.kind), np.sqrt(np.diag(covariance))
+        lower, upper = values - NORMAL_95 * stds, values + NORMAL_95 * stds
+        parameters = {
+            name: ParameterEstimate(
                 name=name,
-                value=value,
-                std=std,
-                ci95=(value - reach, value + reach),
+                value=float(values[k]),
+                std=float(stds[k]),
+                ci95=(float(lower[k]), float(upper[k])),
                 unit=unit_of(name, log.kind),
             )
-            verdicts.append(
-                Verdict(parameter=name, identifiable=True, reason="the decay determines it")
-            )
-        negative = any(p.ci95 is not None and p.ci95[1] < 0 for p in parameters.values())
+            for k, name in enumerate(names)
+        }
+        reason = "the decay determines it"
         count = extremes.position.size
         return FrictionEstimate(
             estimator=self.name,
             kind=log.kind,
             parameters=parameters,
             covariance=covariance,
-            status=Status.UNPHYSICAL if negative else Status.OK,
+            status=Status.UNPHYSICAL if np.any(upper < 0) else Status.OK,
             diagnostics=Diagnostics(
                 relative_residual=float(np.sqrt(np.mean(residual**2)) / np.std(extremes.position)),
                 cross_validation_residual=None,
                 condition_number=float(np.linalg.cond(covariance / np.outer(stds, stds))),
                 residual_autocorrelation=float(autocorrelation(residual, 1)[1]),
                 effective_samples=float(count),
-                classical_std=dict(zip(parameters, stds.tolist(), strict=True)),
+                classical_std=dict(zip(names, stds.tolist(), strict=True)),
                 samples=len(log),
-                verdicts=tuple(verdicts),
+                verdicts=tuple(
+                    Verdict(parameter=name, identifiable=True, reason=reason) for name in names
+                ),
                 notes=(f"{count} extremes, one every {half:.4g} s", *log.notes),
             ),
             provenance=provenance_of(log, options_of(self)),
@@ -186,27 +281,21 @@ class FreeDecayEstimator:
 
 
 def _half_period(
-    time: Float[np.ndarray, " n"], late: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"], deviation: Float[np.ndarray, " n"]
 ) -> tuple[float, float]:
     """Return how far extremes are apart [s], and the variance of that.
 
     Weighted least squares of a line, whose misfit widens the variance, if it is beyond 1.
     """
-    columns = np.column_stack([np.arange(time.size), np.ones(time.size)]) / late[:, None]
+    columns = np.column_stack([np.arange(time.size), np.ones(time.size)]) / deviation[:, None]
     inverse = np.linalg.inv(columns.T @ columns)
-    line = inverse @ (columns.T @ (time / late))
-    misfit = float(np.sum((time / late - columns @ line) ** 2)) / (time.size - 2)
+    line = inverse @ (columns.T @ (time / deviation))
+    misfit = float(np.sum((time / deviation - columns @ line) ** 2)) / (time.size - 2)
     return float(line[0]), float(inverse[0, 0]) * max(misfit, 1.0)
 
 
 def _free_part(log: AxisLog) -> AxisLog:
-    """Return the last stretch of a log in which the effort is constant.
-
-    Raises
-    ------
-    InputError
-        If the load moves in it.
-    """
+    """Return the last stretch of a log in which the effort is constant and the load rests."""
     part = list(log.segments())[-1]
     same = np.abs(part.effort - part.effort[-2]) <= _SAME * max(np.max(np.abs(part.effort)), 1.0)
     same[-1] = True  # nothing is held after the last sample
@@ -224,66 +313,47 @@ def _free_part(log: AxisLog) -> AxisLog:
     return free
 
 
-def _extremes(
-    part: AxisLog,
-) -> tuple[Float[np.ndarray, " n"], ...]:
-    """Return time and position of the extremes of a free part, and the deviations of both.
-
-    Raises
-    ------
-    InputError
-        If there are fewer than four.
-    """
+def _extremes(part: AxisLog) -> tuple[Float[np.ndarray, " n"], ...]:
+    """Return time and position of the extremes of a free part, and the deviations of both."""
     x = part.measured_position
     range_, noise = float(np.ptp(x)), position_noise(x)
     least = max(_PROMINENCE * range_, _CLEAR * noise)
-    if len(part) < 2 * _LEAST_SIDE or range_ <= _CLEAR * noise:
-        rough = np.empty(0, dtype=int)
-    else:
-        rough = np.sort(
-            np.concatenate(
-                [
-                    signal.find_peaks(x, prominence=least)[0],
-                    signal.find_peaks(-x, prominence=least)[0],
-                ]
-            )
-        )
-    if rough.size < LEAST_EXTREMES:
+    rough = np.empty(0, dtype=int)
+    if len(part) >= 2 * _LEAST_SIDE and range_ > _CLEAR * noise:
+        peaks = [signal.find_peaks(side, prominence=least)[0] for side in (x, -x)]
+        rough = np.sort(np.concatenate(peaks))
+    if rough.size < _LEAST_EXTREMES:
         raise InputError(
             f"the last {len(part)} samples, in which the effort is constant, hold {rough.size} "
-            f"extremes of a swing, {LEAST_EXTREMES} are needed",
+            f"extremes of a swing, {_LEAST_EXTREMES} are needed",
             where=part.name,
             remedy="record how a mass on a spring swings out, or use the energy estimator",
         )
-    side = max(round(WINDOW * float(np.median(np.diff(rough)))), _LEAST_SIDE)
+    side = max(round(_WINDOW * float(np.median(np.diff(rough)))), _LEAST_SIDE)
     found = [
         _extreme(part.time[k - side : k + side + 1], x[k - side : k + side + 1])
         for k in rough.tolist()
         if k >= side and k + side < x.size
     ]
-    if len(found) < LEAST_EXTREMES:
+    if len(found) < _LEAST_EXTREMES:
         raise InputError(
-            f"{len(found)} extremes have {side} samples on both sides, {LEAST_EXTREMES} are needed",
+            f"{len(found)} extremes have {side} samples on both sides, "
+            f"{_LEAST_EXTREMES} are needed",
             where=part.name,
             remedy="record a longer decay, or sample it faster",
         )
-    times, positions, late, off, variance = np.array(found).T
+    times, positions, time_errors, errors, variance = np.array(found).T
     # The sensor is the same at every extreme
     deviation = float(np.sqrt(np.mean(variance)))
-    deviations = deviation * off
     # It turns as sharply as it swings wide. The sharpness that single windows show would give most
     # weight to those whose noise looks like a sharp turn
     swings = np.abs(np.diff(positions))
     ends = np.maximum(1.5 * swings[[0, -1]] - 0.5 * swings[[1, -2]], 0.5 * swings[[0, -1]])
-    wide = np.concatenate([ends[:1], 0.5 * (swings[1:] + swings[:-1]), ends[1:]])
-    late = deviation * float(np.median(late * wide)) / wide
-    least_late = _ROUNDING * float(np.median(np.diff(times)))
-    return (
-        times,
-        positions,
-        np.maximum(late, least_late),
-        np.maximum(deviations, _ROUNDING * range_),
-    )
+    width = np.concatenate([ends[:1], 0.5 * (swings[1:] + swings[:-1]), ends[1:]])
+    time_deviations = deviation * float(np.median(time_errors * width)) / width
+    least_time = _ROUNDING * float(np.median(np.diff(times)))
+    deviations = np.maximum(deviation * errors, _ROUNDING * range_)
+    return times, positions, np.maximum(time_deviations, least_time), deviations
 
 
 def _extreme(
@@ -301,13 +371,12 @@ def _extreme(
     at, value = 0.0, 0.0
     inverse, residual = np.zeros((8, 8)), x
     for _ in range(20):
-        past, next_ = np.minimum(tau - at, 0.0), np.maximum(tau - at, 0.0)
-        powers = [part**n for part in (past, next_) for n in (2, 3, 4)]
+        sides = np.minimum(tau - at, 0.0), np.maximum(tau - at, 0.0)
+        powers = [part**n for part in sides for n in (2, 3, 4)]
         columns = np.column_stack([np.ones_like(tau), *powers])
         values, *_ = np.linalg.lstsq(columns, x, rcond=None)
-        slopes = [-n * part ** (n - 1) for part in (past, next_) for n in (2, 3, 4)]
-        shift = np.column_stack(slopes) @ values[1:]
-        full = np.column_stack([columns, shift])
+        slopes = [-n * part ** (n - 1) for part in sides for n in (2, 3, 4)]
+        full = np.column_stack([columns, np.column_stack(slopes) @ values[1:]])
         step, *_ = np.linalg.lstsq(full, x - columns @ values, rcond=None)
         inverse = np.linalg.pinv(full.T @ full)
         residual = x - columns @ values - full @ step
@@ -316,6 +385,6 @@ def _extreme(
         if abs(step[-1]) < 1e-12:
             break
     middle = 0.5 * float(time[0] + time[-1])
-    late, off = np.sqrt(np.diag(inverse))[[-1, 0]].tolist()
+    time_error, error = np.sqrt(np.diag(inverse))[[-1, 0]].tolist()
     variance = float(residual @ residual) / max(x.size - len(inverse), 1)
-    return middle + span * at, value, span * late, off, variance
+    return middle + span * at, value, span * time_error, error, variance

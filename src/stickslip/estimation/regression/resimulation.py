@@ -1,6 +1,6 @@
 """Unexplained effort and resimulated motion of any estimate.
 
-This takes the friction of estimates, which a plant can have.
+The plant that is simulated has the friction of the estimate, as far as a plant can have it.
 """
 
 from collections.abc import Sequence
@@ -12,32 +12,17 @@ from jaxtyping import Float
 from stickslip.estimation.energy.estimator import EnergyEstimator
 from stickslip.estimation.energy.levels import EnergyLevels
 from stickslip.estimation.figures import LARGEST_PLOT
-from stickslip.estimation.regression.identified_law import identified_law
-from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.regression.idim import IdimLeastSquares, identified_law
 from stickslip.estimation.selection.evaluation.prediction import prediction_error
 from stickslip.friction import StribeckEffect, StribeckFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, Resimulation, quantity_name
 from stickslip.simulation import simulate
 
-__all__ = [
-    "OPTIONAL",
-    "can_simulate",
-    "identified_balance",
-    "identified_effect",
-    "identified_plant",
-    "replay",
-    "resimulate",
-    "unexplained_effort",
-]
-
-HORIZONS = 20
-"""Restarts in a log: small force errors add up to large position errors over a whole log."""
-
+_RESTARTS = 20
+"""In a log: small force errors add up to large position errors over a whole log."""
 OPTIONAL = ("static_friction", "stribeck_velocity")
 """Without these an estimate is that of a law without a step from static to Coulomb friction."""
-
-
 _SIMULATED = frozenset(
     {
         *("mass", "inertia", "load_mass", "load_inertia", "stiffness", "offset"),
@@ -47,13 +32,7 @@ _SIMULATED = frozenset(
 
 
 def can_simulate(estimate: FrictionEstimate) -> bool:
-    """Return whether energy balance and simulator have every term of an estimate.
-
-    Parameters
-    ----------
-    estimate
-        Of any estimator.
-    """
+    """Return whether energy balance and simulator have every term of an estimate."""
     return {quantity_name(name) for name in estimate.parameters} <= _SIMULATED
 
 
@@ -97,8 +76,8 @@ def unexplained_effort(
         stribeck=identified_effect(estimate),
     ).regression(log)
     law = np.array([values.get(name, 0.0) for name in rows.names])
-    residual = rows.target - rows.regressors @ law
     size = float(np.linalg.norm(rows.target))
+    residual = rows.target - rows.regressors @ law
     return float(np.linalg.norm(residual)) / size if size > 0.0 else None
 
 
@@ -154,25 +133,10 @@ def identified_balance(
     cutoff: float | None = None,
     filter_order: int = 4,
 ) -> EnergyEstimator | None:
-    """Return the energy balance of the identified axis.
+    """Return the energy balance of the identified axis; None if it lacks a parameter or its mass.
 
-    Parameters
-    ----------
-    estimate
-        Of any estimator.
-    inertia, load_inertia, stiffness
-        Of the axis, where the estimate does not hold them [kg or kg m^2, kg or kg m^2, N/m or
-        N m/rad].
-    stribeck
-        Known Stribeck effect, where the estimate does not hold it.
-    cutoff
-        Of the low-pass for noisy signals [Hz]; None for the default one.
-    filter_order
-        Order of one pass of that low-pass.
-
-    Returns
-    -------
-    None if a parameter is missing, or the mass is not positive.
+    Inertia, load inertia, stiffness and Stribeck effect are those of the axis where the estimate
+    does not hold them. Cutoff [Hz] and order are of the low-pass for noisy signals.
     """
     values = _values(estimate, inertia)
     if values is None:
@@ -193,17 +157,7 @@ def identified_balance(
 
 
 def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Plant:
-    """Return the plant that an estimate describes.
-
-    Its friction is that of `identified_law`.
-
-    Parameters
-    ----------
-    estimate
-        All of whose parameters are identified.
-    balance
-        What is known of the axis: its inertia, if it was not estimated, and its load.
-    """
+    """Return the plant of an estimate that is identified, with what its balance knows besides."""
     values = {name: p.value or 0.0 for name, p in estimate.parameters.items()}
     inertia = values.get("mass", values.get("inertia", balance.inertia or 0.0))
     law = identified_law(values)
@@ -223,45 +177,39 @@ def identified_plant(estimate: FrictionEstimate, balance: EnergyEstimator) -> Pl
 def resimulate(plant: Plant, stretches: Sequence[tuple[EnergyLevels, AxisLog]]) -> Resimulation:
     """Simulate the identified plant under the logged effort, restarted twenty times.
 
-    Each piece starts from the smoothed measured state.
-
-    Parameters
-    ----------
-    plant
-        The identified axis.
-    stretches
-        As `EnergyEstimator.levels` returns them: smoothed, and as measured.
+    Each piece starts from the smoothed measured state. The stretches are those of
+    `EnergyEstimator.levels`: smoothed, and as measured.
     """
     T = stretches[0][1].sampling_time
-    horizon = max(sum(len(part) for _, part in stretches) // HORIZONS, 1)
+    horizon = max(sum(len(part) for _, part in stretches) // _RESTARTS, 1)
     pieces: list[Float[np.ndarray, "5 n"]] = []
     for levels, part in stretches:
-        position, velocity = levels.motion.position, levels.motion.smooth_velocity
+        velocity = levels.motion.smooth_velocity
         started = np.where(levels.motion.resting, 0.0, velocity)
+        states = [levels.motion.position, started]
+        if levels.load is not None:
+            states += [levels.load.position, levels.load.smooth_velocity]
         simulated = np.empty((2, len(part)))
         for start in range(0, len(part), horizon):
-            stop = min(start + horizon, len(part))
-            state: tuple[float, ...] = (float(position[start]), float(started[start]))
-            if levels.load is not None:
-                load_velocity = float(levels.load.smooth_velocity[start])
-                state = (*state, float(levels.load.position[start]), load_velocity)
-            motion = simulate(plant, part.effort[start:stop], sampling_time=T, initial_state=state)
-            simulated[:, start:stop] = motion.position[:-1], motion.velocity[:-1]
-        shown = velocity if part.measured_velocity is None else part.measured_velocity
+            piece = slice(start, start + horizon)
+            state = tuple(float(each[start]) for each in states)
+            motion = simulate(plant, part.effort[piece], sampling_time=T, initial_state=state)
+            simulated[:, piece] = motion.position[:-1], motion.velocity[:-1]
+        measured = velocity if part.measured_velocity is None else part.measured_velocity
         pieces.append(
-            np.vstack([part.time, part.measured_position, simulated[0], shown, simulated[1]])
+            np.vstack([part.time, part.measured_position, simulated[0], measured, simulated[1]])
         )
-    time, measured, model, measured_velocity, model_velocity = np.hstack(pieces)
-    fit = 1.0 - float(np.linalg.norm(measured - model) / np.linalg.norm(measured - measured.mean()))
+    time, position, model, measured_velocity, model_velocity = np.hstack(pieces)
+    misfit = np.linalg.norm(position - model) / np.linalg.norm(position - position.mean())
     step = -(-time.size // LARGEST_PLOT)
     return Resimulation(
         time=time[::step],
-        measured_position=measured[::step],
+        measured_position=position[::step],
         simulated_position=model[::step],
         measured_velocity=measured_velocity[::step],
         simulated_velocity=model_velocity[::step],
         horizon=horizon * T,
-        fit=fit,
+        fit=1.0 - float(misfit),
     )
 
 
@@ -282,18 +230,10 @@ def _per_direction(estimate: FrictionEstimate) -> bool:
 
 
 def identified_effect(estimate: FrictionEstimate) -> StribeckEffect | None:
-    """Return how the step from static to Coulomb friction fades, if the estimate holds it.
-
-    Parameters
-    ----------
-    estimate
-        Of any estimator.
-    """
+    """Return how the step from static to Coulomb friction fades, if the estimate holds it."""
     held = estimate.parameters.get("stribeck_velocity")
     static = [p for name, p in estimate.parameters.items() if name.startswith("static_friction")]
     if held is None or held.value is None or not all(p.identified for p in static):
         return None
-    return StribeckEffect(
-        velocity=held.value,
-        shape=estimate.provenance.options.get("shape", "gaussian"),
-    )
+    shape = estimate.provenance.options.get("shape", "gaussian")
+    return StribeckEffect(velocity=held.value, shape=shape)

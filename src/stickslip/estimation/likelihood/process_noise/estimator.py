@@ -1,7 +1,8 @@
 """Maximum likelihood of a rigid axis with process noise."""
 
-from dataclasses import dataclass, fields, replace
-from typing import NamedTuple
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, replace
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -15,40 +16,23 @@ from stickslip.estimation.fit.diagnostics import (
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression, summarise_motion
-from stickslip.estimation.fit.solve import check_excited, provenance_of
+from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.likelihood.axis_parameters import mass_name
+from stickslip.estimation.likelihood.process_noise import search, uncertainty
 from stickslip.estimation.likelihood.process_noise.problem import (
     LogPart,
     Problem,
+    Tuning,
     effort_residual,
     first_guess,
     problem_of,
 )
-from stickslip.estimation.likelihood.process_noise.search import (
-    DISTURBANCE,
-    EFFORT,
-    FORCE,
-    POSITION,
-    TIME_CONSTANT,
-    VELOCITY,
-    Evaluation,
-    Maximum,
-    evaluate,
-    maximise,
-    with_jumps,
-)
-from stickslip.estimation.likelihood.process_noise.tuning import Tuning
-from stickslip.estimation.likelihood.process_noise.uncertainty import (
-    Comparison,
-    Intervals,
-    compare_with_windows,
-    intervals_of,
-    shift_by_low_speed,
-)
+from stickslip.estimation.likelihood.process_noise.search import Evaluation, Maximum
+from stickslip.estimation.likelihood.process_noise.uncertainty import Comparison, Intervals
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.selection.terms import DELAY, SATURATION
-from stickslip.estimation.settings import check_given
+from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.resampling import resampled
 from stickslip.estimation.signals.sensor_noise import position_noise
@@ -68,33 +52,19 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["ProcessNoiseLikelihoodEstimator"]
-
 _DELAY = "effort_delay"
 _LOW_SPEED = {"stribeck_excess", "low_speed_friction", "presliding_friction"}
 
 
 class _Candidate(NamedTuple):
-    """The estimate from one band.
-
-    Attributes
-    ----------
-    problem, maximum, rows
-        The log as the likelihood took it, its maximum, and the normalised innovations there.
-    intervals
-        Of all parameters sought, the delay among them.
-    comparison
-        With the selection's estimate; None if nothing was selected.
-    reliable
-        Whether the model holds at all frequencies, so far as the innovations show.
-    """
+    """The estimate from one band of frequencies."""
 
     problem: Problem
     maximum: Maximum
-    rows: Regression
-    intervals: Intervals
-    comparison: Comparison | None
-    reliable: bool
+    rows: Regression  # the normalised innovations at the maximum
+    intervals: Intervals  # of all parameters sought, the delay among them
+    comparison: Comparison | None  # with the selection's estimate
+    reliable: bool  # whether the model holds at all frequencies, so far as innovations show
 
     @property
     def agrees(self) -> bool:
@@ -103,31 +73,18 @@ class _Candidate(NamedTuple):
 
     @property
     def width(self) -> float:
-        """Sum of the logarithms of the intervals' halves [-]."""
+        """Sum of the logarithms of the intervals' halves."""
         return float(np.sum(np.log(np.maximum(self.intervals.half, 1e-300))))
 
 
 class _Selected(NamedTuple):
-    """What the selection of terms found: the terms, and which samples may be used.
-
-    Attributes
-    ----------
-    per_direction
-        Whether friction differs between the directions.
-    delay
-        Of the effort [samples].
-    load_names
-        Names of the coefficients of further terms.
-    columns
-        Of each part, which samples may be used, and the columns of these terms [SI].
-    estimate
-        Of the selection; None if nothing was selected.
-    """
+    """Terms that the selection found, and the samples that may be used."""
 
     per_direction: bool
-    delay: float
-    load_names: tuple[str, ...]
+    delay: float  # of the effort [samples]
+    load_names: tuple[str, ...]  # of the coefficients of further terms
     columns: list[tuple[Bool[np.ndarray, " n"], Float[np.ndarray, "n l"]]]
+    """Of each part, which samples may be used, and the columns of these terms [SI]."""
     estimate: FrictionEstimate | None
 
 
@@ -208,13 +165,7 @@ class ProcessNoiseLikelihoodEstimator:
         return FrictionTerms.asked(per_direction=self.per_direction, offset=self.offset)
 
     def names(self, kind: AxisKind) -> tuple[str, ...]:
-        """Return the names of the parameters, in the order of the covariance.
-
-        Parameters
-        ----------
-        kind
-            ``"linear"`` or ``"rotary"``.
-        """
+        """Return the names of the parameters of an axis of a kind, in the covariance's order."""
         return (*(() if self.inertia is not None else (mass_name(kind),)), *self.terms.names)
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
@@ -228,13 +179,7 @@ class ProcessNoiseLikelihoodEstimator:
         return self.details(log).estimate
 
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report.
-
-        Raises
-        ------
-        InputError
-            As `fit`.
-        """
+        """Return the estimate with its rows, for a report; raises as `fit`."""
         check_excited(log)
         prepared = prepare(replace(log, measured_velocity=None))
         if not prepared.parts:
@@ -246,17 +191,17 @@ class ProcessNoiseLikelihoodEstimator:
                 time=part.time,
                 effort=part.effort,
                 position=part.position,
-                velocity=velocity,
                 usable=part.usable & usable,
+                velocity=velocity,
                 loads=loads,
             )
             for part, velocity, (usable, loads) in zip(
                 prepared.parts, velocities, found.columns, strict=True
             )
         ]
-        names = self._base_names(log.kind, found.per_direction)
-        with_delay = bool(self.largest_delay or found.delay)
-        sought = (*names, *((_DELAY,) if with_delay else ()), *found.load_names)
+        offset = None if found.per_direction else self.offset
+        names = replace(self, per_direction=found.per_direction, offset=offset).names(log.kind)
+        delay = (_DELAY,) if self.largest_delay or found.delay else ()
         known = {} if self.inertia is None else {mass_name(log.kind): self.inertia}
 
         def averaged(samples: int) -> Problem | None:
@@ -264,7 +209,7 @@ class ProcessNoiseLikelihoodEstimator:
                 parts,
                 log.kind,
                 prepared.sampling_time,
-                sought=sought,
+                sought=(*names, *delay, *found.load_names),
                 known=known,
                 tuning=self.tuning,
                 averaged=samples,
@@ -272,63 +217,20 @@ class ProcessNoiseLikelihoodEstimator:
 
         notes = (*prepared.notes, *wrong)
         problem = averaged(1)
-        if problem is None or _innovations(problem) < self.tuning.fewest_innovations:
+        if problem is None or problem.innovations < self.tuning.fewest_innovations:
             return self._nothing(log, notes)
         whole = best = self._candidate(log, problem, found)
-        others: list[_Candidate] = []
         if found.estimate is not None and not (whole.reliable and whole.agrees):
-            slipping, samples = _innovations(problem), self.tuning.averaging_ratio
+            candidates, samples = [whole], self.tuning.averaging_ratio
             while (slower := averaged(samples)) is not None:
-                left = _innovations(slower)
-                if left < max(
-                    self.tuning.least_share * slipping / samples, self.tuning.fewest_means
-                ):
+                least = self.tuning.least_share * problem.innovations / samples
+                if slower.innovations < max(least, self.tuning.fewest_means):
                     break
-                others.append(self._candidate(log, slower, found))
+                candidates.append(self._candidate(log, slower, found))
                 samples *= self.tuning.averaging_ratio
-            agreeing = [each for each in (whole, *others) if each.agrees]
+            agreeing = [each for each in candidates if each.agrees]
             best = min(agreeing, key=lambda each: each.width, default=whole)
         return self._estimate(log, best, notes, found)
-
-    def _candidate(self, log: AxisLog, problem: Problem, found: _Selected) -> _Candidate:
-        """Return the maximum of the likelihood for a log, or for means of its samples."""
-        largest = -(-self.largest_delay // problem.averaged)
-        delays = range(-largest, largest + 1)
-        if not largest:
-            delays = (round(found.delay / problem.averaged),)
-        # Jumps of the effort first, on the way: they hide where the maximum is
-        tuning, maximum = self.tuning, None
-        values = first_guess(problem, delays)
-        for _ in range(tuning.jump_passes):
-            most = tuning.jump_iterations
-            maximum = maximise(problem, values, tuning, maximum, most=most, first=True)
-            marked = with_jumps(problem, maximum, tuning.largest_effort_innovation)
-            if marked is None:
-                break
-            problem, values = marked, maximum.values
-        maximum = maximise(problem, values, tuning, maximum, most=tuning.max_iterations)
-        innovations = evaluate(problem, maximum.values, maximum.levels, with_rows=True)
-        rows = _regression(log, problem, maximum, innovations)
-        intervals = intervals_of(problem, maximum, innovations, rows, tuning)
-        comparison = None
-        if found.estimate is not None:
-            values = dict(zip(rows.names, maximum.values.tolist(), strict=True))
-            std = dict(
-                zip(rows.names, np.sqrt(np.diag(intervals.covariance)).tolist(), strict=True)
-            )
-            comparison = compare_with_windows(
-                values, std, found.estimate, tuning.disagreement_level
-            )
-        reliable = problem.averaged == 1 and intervals.growth <= tuning.tolerated_widening
-        # Shapes of terms have errors of their own, of which the likelihood has no account
-        if comparison is not None and (found.load_names or not reliable):
-            intervals = intervals.widened(
-                np.array([comparison.differences.get(name, 0.0) for name in rows.names])
-            )
-        if not set(found.load_names) & _LOW_SPEED:
-            shift = shift_by_low_speed(problem, maximum, tuning)
-            intervals = intervals if shift is None else intervals.widened(shift)
-        return _Candidate(problem, maximum, rows, intervals, comparison, reliable)
 
     def _selected(self, log: PreparedLog) -> _Selected:
         """Return what the selection of terms finds in a log."""
@@ -345,11 +247,8 @@ class ProcessNoiseLikelihoodEstimator:
         model = fit.model
         if model is None or model.inertia != self.inertia:  # the given inertia is wrong
             return nothing._replace(estimate=fit.estimate)
-        shapes = [
-            (term.name, shape)
-            for term, shape in model.chosen
-            if term.name not in {DELAY, SATURATION, "direction"}
-        ]
+        left_out = {DELAY, SATURATION, "direction"}
+        shapes = [(term.name, shape) for term, shape in model.chosen if term.name not in left_out]
         names = [
             f"{term}_excess" if term == "stribeck" else name
             for term, shape in shapes
@@ -365,33 +264,64 @@ class ProcessNoiseLikelihoodEstimator:
             )
             for motion in model.rows.motions
         ]
-        return _Selected(
-            "direction" in model.names, model.rows.delay, tuple(names), columns, fit.estimate
-        )
+        per_direction = "direction" in model.names
+        return _Selected(per_direction, model.rows.delay, tuple(names), columns, fit.estimate)
 
-    def _base_names(self, kind: AxisKind, per_direction: bool) -> tuple[str, ...]:
-        """Return the names of inertia and friction, per direction if the log shows it."""
-        return replace(
-            self,
-            per_direction=per_direction,
-            offset=None if per_direction else self.offset,
-        ).names(kind)
+    def _candidate(self, log: AxisLog, problem: Problem, found: _Selected) -> _Candidate:
+        """Return the maximum of the likelihood for a log, or for means of its samples."""
+        largest = -(-self.largest_delay // problem.averaged)
+        delays = range(-largest, largest + 1)
+        if not largest:
+            delays = (round(found.delay / problem.averaged),)
+        # Jumps of the effort first, on the way: they hide where the maximum is
+        tuning, maximum = self.tuning, None
+        values = first_guess(problem, delays)
+        for _ in range(tuning.jump_passes):
+            most = tuning.jump_iterations
+            maximum = search.maximise(problem, values, tuning, maximum, most=most, first=True)
+            marked = search.with_jumps(problem, maximum, tuning.largest_effort_innovation)
+            if marked is None:
+                break
+            problem, values = marked, maximum.values
+        most = tuning.max_iterations
+        maximum = search.maximise(problem, values, tuning, maximum, most=most)
+        innovations = search.evaluate(problem, maximum.values, maximum.levels, with_rows=True)
+        rows = _regression(log, problem, maximum, innovations)
+        intervals = uncertainty.intervals_of(problem, maximum, innovations, rows, tuning)
+        reliable = problem.averaged == 1 and intervals.growth <= tuning.tolerated_widening
+        comparison = None
+        if found.estimate is not None:
+            std = np.sqrt(np.diag(intervals.covariance))
+            comparison = uncertainty.compare_with_windows(
+                dict(zip(rows.names, maximum.values.tolist(), strict=True)),
+                dict(zip(rows.names, std.tolist(), strict=True)),
+                found.estimate,
+                tuning.disagreement_level,
+            )
+            # Shapes of terms have errors of their own, of which the likelihood has no account
+            if found.load_names or not reliable:
+                differences = [comparison.differences.get(name, 0.0) for name in rows.names]
+                intervals = intervals.widened(np.array(differences))
+        if not set(found.load_names) & _LOW_SPEED:
+            shift = uncertainty.shift_by_low_speed(problem, maximum, tuning)
+            intervals = intervals if shift is None else intervals.widened(shift)
+        return _Candidate(problem, maximum, rows, intervals, comparison, reliable)
 
     def _estimate(
         self, log: AxisLog, candidate: _Candidate, notes: tuple[str, ...], found: _Selected
     ) -> Fit:
         """Return the estimate at the maximum, with intervals, verdicts and status."""
-        problem, maximum, regression, intervals, comparison, reliable = candidate
-        sought = problem.layout.sought
+        problem, maximum, rows, intervals, comparison, _ = candidate
+        sought = problem.sought.names
         # The delay is a diagnostic, and the size of a Stribeck effect a difference of two forces
         names = [name for name in sought if name != _DELAY and not name.endswith("_excess")]
         at = np.array([sought.index(name) for name in names])
         values = maximum.values[at]
         independent = determined(
-            regression.regressors, regression.regressor_noise, regression.smallest_singular_ratio
+            rows.regressors, rows.regressor_noise, rows.smallest_singular_ratio
         )
         mask = independent.mask(len(sought))[at]
-        every = verdicts_of(regression, independent)
+        every = verdicts_of(rows, independent)
         verdicts = [every[k] for k in at]
         covariance, half_width = intervals.covariance[np.ix_(at, at)], intervals.half[at]
         unsure = set() if comparison is None or intervals.white else set(comparison.unshared)
@@ -416,26 +346,14 @@ class ProcessNoiseLikelihoodEstimator:
                 unit=unit_of(name, log.kind),
             )
         relative = effort_residual(problem, maximum.values)
-        status = status_of(list(parameters.values()), relative, None, regression)
-        if status is Status.OK and comparison is None and not reliable:
-            status = Status.MODEL_MISMATCH
-        causes: tuple[str, ...] = ()
-        windows = None if found.estimate is None else found.estimate.status
-        if status is Status.OK and windows is Status.NOT_IDENTIFIABLE and not intervals.white:
-            status = Status.NOT_IDENTIFIABLE
-        if found.estimate is not None and windows is Status.MODEL_MISMATCH:
-            status = Status.MODEL_MISMATCH
-            causes = found.estimate.diagnostics.notes[:1]
-        elif comparison is not None and status.usable and comparison.causes:
-            status, causes = Status.MODEL_MISMATCH, comparison.causes
-        residual = regression.target - regression.regressors @ maximum.values
-        variances = np.diag(covariance)
+        status, causes = _status(candidate, parameters, relative, found.estimate)
         classical = intervals.classical[at]
+        shares = classical**2 / np.diag(covariance)
+        residual = rows.target - rows.regressors @ maximum.values
         delay = None
         if _DELAY in sought:
             seconds = maximum.values[sought.index(_DELAY)]
             delay = round(seconds * problem.averaged / problem.sampling_time)
-        noise = _noise_notes(log, problem, maximum, intervals)
         estimate = FrictionEstimate(
             estimator=self.name,
             kind=log.kind,
@@ -445,60 +363,27 @@ class ProcessNoiseLikelihoodEstimator:
             diagnostics=Diagnostics(
                 relative_residual=relative,
                 cross_validation_residual=None,
-                condition_number=condition_number(regression.regressors),
+                condition_number=condition_number(rows.regressors),
                 residual_autocorrelation=float(autocorrelation(residual, 1)[1]),
-                effective_samples=float(_innovations(problem) * np.min(classical**2 / variances)),
-                classical_std={
-                    name: float(classical[k]) for k, name in enumerate(names) if mask[k]
-                },
+                effective_samples=float(problem.innovations * np.min(shares)),
+                classical_std={n: float(classical[k]) for k, n in enumerate(names) if mask[k]},
                 samples=len(log),
                 verdicts=tuple(verdicts),
-                notes=(*causes, *notes, *noise, *intervals.notes),
+                notes=(*causes, *notes, *_noise_notes(log, candidate), *intervals.notes),
                 effort_delay=delay,
             ),
             provenance=provenance_of(log, self._options),
             selection=None if found.estimate is None else found.estimate.selection,
         )
-        return Fit(
-            estimate=estimate, rows=_only(regression, at, maximum.values), inertia=self.inertia
-        )
+        return Fit(estimate=estimate, rows=_only(rows, at, maximum.values), inertia=self.inertia)
 
     @property
-    def _options(self) -> dict[str, object]:
-        settings = {f.name: getattr(self, f.name) for f in fields(self) if f.name != "tuning"}
-        tuning = {f.name: getattr(self.tuning, f.name) for f in fields(self.tuning)}
-        return {"estimator": self.name, **settings, "tuning": tuning}
+    def _options(self) -> dict[str, Any]:
+        return options_of(self) | {"tuning": asdict(self.tuning)}
 
     def _nothing(self, log: AxisLog, notes: tuple[str, ...]) -> Fit:
         """Return the estimate from a log in which the axis hardly slips, without rows."""
-        reason = "the axis hardly moves in this log"
-        names = self.names(log.kind)
-        estimate = FrictionEstimate(
-            estimator=self.name,
-            kind=log.kind,
-            parameters={
-                name: ParameterEstimate(
-                    name=name, value=None, std=None, ci95=None, unit=unit_of(name, log.kind)
-                )
-                for name in names
-            },
-            covariance=np.empty((0, 0)),
-            status=Status.INSUFFICIENT_EXCITATION,
-            diagnostics=Diagnostics(
-                relative_residual=1.0,
-                cross_validation_residual=None,
-                condition_number=float("inf"),
-                residual_autocorrelation=0.0,
-                effective_samples=1.0,
-                classical_std={},
-                samples=len(log),
-                verdicts=tuple(
-                    Verdict(parameter=name, identifiable=False, reason=reason) for name in names
-                ),
-                notes=notes,
-            ),
-            provenance=provenance_of(log, self._options),
-        )
+        names, motion = self.names(log.kind), log.measured_position
         rows = Regression(
             kind=log.kind,
             names=names,
@@ -507,15 +392,36 @@ class ProcessNoiseLikelihoodEstimator:
             regressors=np.empty((0, len(names))),
             regressor_noise=np.zeros(len(names)),
             quantity="position",
+            # No motion stands out of its noise
             motion=summarise_motion(
-                [log.measured_position],
-                [np.gradient(log.measured_position, log.time)],
-                log.sampling_time,
-                (0.0, 0.0),
+                [motion], [np.gradient(motion, log.time)], log.sampling_time, (np.inf, 0.0)
             ),
             samples=len(log),
+            notes=notes,
         )
+        provenance = provenance_of(log, self._options)
+        estimate = solve(rows, estimator=self.name, provenance=provenance)
         return Fit(estimate=estimate, rows=rows, inertia=self.inertia)
+
+
+def _status(
+    candidate: _Candidate,
+    parameters: Mapping[str, ParameterEstimate],
+    relative_residual: float,
+    selected: FrictionEstimate | None,
+) -> tuple[Status, tuple[str, ...]]:
+    """Return the status of the estimate, and the causes of a mismatch that are known."""
+    status = status_of(list(parameters.values()), relative_residual, None, candidate.rows)
+    if selected is None:
+        mismatch = status is Status.OK and not candidate.reliable
+        return Status.MODEL_MISMATCH if mismatch else status, ()
+    if selected.status is Status.MODEL_MISMATCH:
+        return Status.MODEL_MISMATCH, selected.diagnostics.notes[:1]
+    unsure = selected.status is Status.NOT_IDENTIFIABLE and not candidate.intervals.white
+    if status is Status.OK and unsure:
+        status = Status.NOT_IDENTIFIABLE
+    causes = () if candidate.comparison is None else candidate.comparison.causes
+    return (Status.MODEL_MISMATCH, causes) if status.usable and causes else (status, ())
 
 
 def _velocities(
@@ -532,10 +438,8 @@ def _velocities(
     if velocity is None:
         return none, notes
     starts = [int(np.searchsorted(even.time, part.time[0])) for part in prepared.parts]
-    return [
-        velocity[start : start + part.time.size]
-        for start, part in zip(starts, prepared.parts, strict=True)
-    ], notes
+    sizes = [part.time.size for part in prepared.parts]
+    return [velocity[k : k + n] for k, n in zip(starts, sizes, strict=True)], notes
 
 
 def _only(
@@ -552,35 +456,29 @@ def _only(
     )
 
 
-def _innovations(problem: Problem) -> int:
-    """Return the number of samples in slip."""
-    return sum(int(np.count_nonzero(segment.direction)) for segment in problem.segments)
-
-
 def _regression(log: AxisLog, problem: Problem, maximum: Maximum, found: Evaluation) -> Regression:
     """Return the innovations as rows that are linear in the parameters around the maximum."""
-    kept = [s.direction != 0 for s in problem.segments]
-    stacked = np.concatenate([r[k] for r, k in zip(found.rows, kept, strict=True)])
-    time = np.concatenate([s.time[k] for s, k in zip(problem.segments, kept, strict=True)])
+    segments = problem.segments
+    stacked = problem.in_slip(found.rows)
     n, channels, q = stacked.shape
     stacked = stacked.reshape(n * channels, q)
     target = stacked[:, 0] + stacked[:, 1:] @ maximum.values
     # A combination is determined if its standard deviation is below half of its value
     ratio = 2.0 / max(float(np.linalg.norm(target)), 1.0)
-    noise = max(position_noise(s.position) for s in problem.segments)
+    positions = [s.position for s in segments]
     return Regression(
         kind=log.kind,
-        names=problem.layout.sought,
-        time=np.repeat(time, channels),
+        names=problem.sought.names,
+        time=np.repeat(problem.in_slip([s.time for s in segments]), channels),
         target=target,
         regressors=stacked[:, 1:],
         regressor_noise=np.zeros(q - 1),
         quantity="position",
         motion=summarise_motion(
-            [s.position for s in problem.segments],
-            [s.smooth_velocity for s in problem.segments],
+            positions,
+            [s.smooth_velocity for s in segments],
             problem.sampling_time,
-            (noise, 0.0),
+            (max(map(position_noise, positions)), 0.0),
         ),
         samples=len(log),
         smallest_singular_ratio=max(ratio, 1e-9),
@@ -588,35 +486,34 @@ def _regression(log: AxisLog, problem: Problem, maximum: Maximum, found: Evaluat
     )
 
 
-def _noise_notes(
-    log: AxisLog, problem: Problem, maximum: Maximum, intervals: Intervals
-) -> tuple[str, ...]:
+def _noise_notes(log: AxisLog, candidate: _Candidate) -> tuple[str, ...]:
     """Return the estimated noise levels, and the delay if it was sought."""
+    problem, maximum = candidate.problem, candidate.maximum
     std = np.exp(0.5 * maximum.levels)
     force, position = log.unit("effort"), log.unit("position")
     parts = [
-        f"effort noise {std[EFFORT]:.3g} {force}",
-        f"white disturbance force {std[FORCE]:.3g} {force}",
-        f"autoregressive disturbance force {std[DISTURBANCE]:.3g} {force} with correlation time "
-        f"{np.exp(maximum.levels[TIME_CONSTANT]):.2g} s",
-        f"encoder noise {std[POSITION]:.3g} {position}",
+        f"effort noise {std[search.EFFORT]:.3g} {force}",
+        f"white disturbance force {std[search.FORCE]:.3g} {force}",
+        f"autoregressive disturbance force {std[search.DISTURBANCE]:.3g} {force} with correlation "
+        f"time {np.exp(maximum.levels[search.TIME_CONSTANT]):.2g} s",
+        f"encoder noise {std[search.POSITION]:.3g} {position}",
     ]
-    if std.size > VELOCITY:
-        parts.append(f"velocity noise {std[VELOCITY]:.3g} {log.unit('velocity')}")
+    if std.size > search.VELOCITY:
+        parts.append(f"velocity noise {std[search.VELOCITY]:.3g} {log.unit('velocity')}")
     notes = [f"estimated noise levels: {', '.join(parts)}"]
     if problem.averaged > 1:
         notes.append(
             f"means of {problem.averaged} samples are used: faster motion is not that of the model"
         )
-    jumps = sum(int(np.count_nonzero(segment.jumps)) for segment in problem.segments)
+    jumps = search.jumps_in(problem)
     if jumps:
         notes.append(f"the effort jumps in {count_of(jumps, 'sample')}, where it was taken as such")
-    if _DELAY in problem.layout.sought:
-        k = problem.layout.sought.index(_DELAY)
-        std = np.sqrt(intervals.covariance[k, k])
+    if _DELAY in problem.sought.names:
+        k = problem.sought.names.index(_DELAY)
         T = problem.sampling_time / problem.averaged
+        error = np.sqrt(candidate.intervals.covariance[k, k]) / T
         notes.append(
-            f"the effort acts {maximum.values[k] / T:.2f} ± {std / T:.2f} samples later than "
+            f"the effort acts {maximum.values[k] / T:.2f} ± {error:.2f} samples later than "
             "logged (standard error)"
         )
     if not maximum.converged:

@@ -21,192 +21,120 @@ p2 T^2/m p(k) to the velocity and p3 T^3/m p(k) to the position, with p3 = (1/2 
 changes within the sample, too.
 """
 
-from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 from scipy.special import factorial
 
 from stickslip.compiled import compiled
+from stickslip.estimation.likelihood.axis_parameters import SIDES, SoughtParameters
 from stickslip.numerics.kalman import predict, update
-
-__all__ = [
-    "DISTURBANCE_STATE",
-    "EFFORT_STATE",
-    "STATES",
-    "AxisModel",
-    "ParameterLayout",
-    "innovate",
-]
 
 STATES = 5
 """Position, velocity, disturbance force, effort, rate of change of the effort."""
+DISTURBANCE_STATE, EFFORT_STATE, RATE_STATE = 2, 3, 4
 
-DISTURBANCE_STATE, EFFORT_STATE = 2, 3
-
-_S, _D = 5, 2  # the same, known to the compiler so that it unrolls the loops over them
+_S, _D = 5, 2  # STATES and DISTURBANCE_STATE, known to the compiler so that it unrolls the loops
 _SERIES_TERMS = 16  # of the exponential integrals; h < 1 leaves 1e-15
 
 
-@dataclass(frozen=True, kw_only=True)
-class ParameterLayout:
-    """Places of the sought and known parameters.
+class SlipModel(NamedTuple):
+    """The axis over one sample, slipping in the positive (index 0) or negative direction (1).
 
-    Attributes
-    ----------
-    sought
-        Names of the parameters that are estimated, in the order of the columns; ``effort_delay`` is
-        one of them if the delay is estimated.
-    known
-        Values of the others by name [SI].
+    Row 0 of the second axis of G and B is the motion itself, row 1 + j its derivative by the
+    parameter j that is sought [SI].
     """
 
-    sought: tuple[str, ...]
-    known: dict[str, float]
-
-    def value(self, base: str, direction: int, values: Float[np.ndarray, " p"]) -> float:
-        """Return the value of a parameter in a direction of travel [SI]."""
-        name = self.source(base, direction)
-        if name is None:
-            return 0.0
-        return float(values[self.sought.index(name)]) if name in self.sought else self.known[name]
-
-    def source(self, base: str, direction: int) -> str | None:
-        """Return the name that holds a parameter in a direction of travel."""
-        side = "_positive" if direction > 0 else "_negative"
-        for name in (base, base + side):
-            if name in self.sought or name in self.known:
-                return name
-        return None
-
-    def column(self, base: str, direction: int) -> int | None:
-        """Return the column of a parameter in a direction of travel, None if it is not sought."""
-        name = self.source(base, direction)
-        return self.sought.index(name) if name in self.sought else None
+    A: Float[np.ndarray, "2 s s"]  # transition of the states
+    G: Float[np.ndarray, "2 q s"]  # what friction and offset add
+    B: Float[np.ndarray, "2 q s"]  # response to a unit force that is held
+    A_p: Float[np.ndarray, "2 p s s"]  # derivatives of A by the parameters
+    rate_noise: Float[np.ndarray, "2 s s"]  # covariance by a unit white change of the effort's rate
+    fraction: float  # time by which the logged effort acts later than its shift [s]
+    shift: int  # of the logged effort by its delay [samples]
 
 
-@dataclass(frozen=True, kw_only=True)
-class AxisModel:
-    """The model over a sample for each direction of travel: index 0 positive, 1 negative.
+class FilterNoise(NamedTuple):
+    """Noise of the filter: index 0 holds the values, 1 + a the derivatives by noise level a."""
 
-    Attributes
-    ----------
-    transition
-        Shape (2, 5, 5).
-    constant
-        What friction and offset add to the states; row 0 of the second axis is the motion itself,
-        the others are its derivatives by the parameters [SI], shape (2, 1 + p, 5).
-    transition_change
-        Derivatives of the transition by the parameters [SI], shape (2, p, 5, 5).
-    force_response
-        Response of the states to a force held over the sample, and its derivatives, in the order of
-        ``constant``, shape (2, 1 + p, 5).
-    rate_noise
-        Covariance that a unit white change of the effort's rate adds to the states over a sample
-        [SI], shape (2, 5, 5).
-    fraction
-        Time by which the logged effort acts later than its shift by whole samples [s].
-    shift
-        Whole samples that the effort acts late.
+    Q: Float[np.ndarray, "l 2 s s"]  # covariance of the process noise, in each direction
+    R: Float[np.ndarray, "l c"]  # variances of the measurements
+    first: Float[np.ndarray, "l s"]  # variances of the states at the start of a stretch
+    r: Float[np.ndarray, " l"]  # correlation of the disturbance from sample to sample
+
+
+class SlipRecord(NamedTuple):
+    """Samples of one stretch of a log as the filter needs them."""
+
+    known: Float[np.ndarray, " n"]  # known force: part j of the effort less the loads
+    measured: Float[np.ndarray, "n c"]  # position, effort less j and shifted, velocity
+    direction: Int[np.ndarray, " n"]  # 1, -1, or 0 where the axis does not surely slip
+    jumps: Bool[np.ndarray, " n"]  # where the states of the effort start anew
+    loads: Float[np.ndarray, "n l"]  # of which the coefficients are the last parameters
+
+
+def slip_model(
+    sought: SoughtParameters,
+    values: Float[np.ndarray, " p"],
+    *,
+    mass_name: str,
+    sampling_time: float,
+    correlation: float,
+    ramped: bool = False,
+) -> SlipModel:
+    """Return the model for values of the parameters [SI].
+
+    The correlation r is that of the disturbance from sample to sample. A ramped effort goes on at
+    its rate within a sample; it is held otherwise.
     """
-
-    transition: Float[np.ndarray, "2 s s"]
-    constant: Float[np.ndarray, "2 q s"]
-    transition_change: Float[np.ndarray, "2 p s s"]
-    force_response: Float[np.ndarray, "2 q s"]
-    rate_noise: Float[np.ndarray, "2 s s"]
-    fraction: float
-    shift: int
-
-    @classmethod
-    def of(
-        cls,
-        layout: ParameterLayout,
-        values: Float[np.ndarray, " p"],
-        *,
-        mass_name: str,
-        sampling_time: float,
-        correlation: float,
-        ramped: bool = False,
-    ) -> "AxisModel":
-        """Return the model for values of the parameters.
-
-        Parameters
-        ----------
-        layout
-            Which parameters the values are.
-        values
-            [SI].
-        mass_name
-            ``"mass"`` or ``"inertia"``.
-        sampling_time
-            [s].
-        correlation
-            r, of the disturbance from sample to sample [-].
-        ramped
-            Whether the effort goes on at its rate within a sample; it is held otherwise.
-        """
-        T, p = sampling_time, len(layout.sought)
-        delay = layout.value("effort_delay", 1, values)
-        shift = round(delay / T)
-        transition = np.zeros((2, STATES, STATES))
-        constant = np.zeros((2, 1 + p, STATES))
-        response = np.zeros((2, 1 + p, STATES))
-        change = np.zeros((2, p, STATES, STATES))
-        rate_noise = np.zeros((2, STATES, STATES))
-        for side, s in enumerate((1, -1)):
-            m = layout.value(mass_name, s, values)
-            c = layout.value("viscous_friction", s, values)
-            load = s * layout.value("coulomb_friction", s, values)
-            load += layout.value("offset", s, values)
-            h = c * T / m
-            integrals, slopes = _exponential_integrals(h)
-            p1, p2, p3 = integrals
-            p1_h, p2_h, p3_h = slopes
-            b = np.array([p2 * T * T / m, p1 * T / m, 0.0, 0.0, 0.0])
-            ramp = np.array([p3 * T**3 / m, p2 * T * T / m, 0.0, 0.0, 0.0])
-            response[side, 0], constant[side, 0] = b, -b * load
-            A = np.diag([1.0, 1.0 - h * p1, correlation, 1.0, 1.0])
-            A[0, 1], A[EFFORT_STATE, EFFORT_STATE + 1] = p1 * T, T
-            A[:, DISTURBANCE_STATE] += b
-            A[:, EFFORT_STATE] += b
-            rate_noise[side, EFFORT_STATE + 1, EFFORT_STATE + 1] = T
+    T, p = sampling_time, len(sought.names)
+    delay = sought.value("effort_delay", values)
+    shift = round(delay / T)
+    A, dA = np.zeros((2, STATES, STATES)), np.zeros((2, p, STATES, STATES))
+    G, B = np.zeros((2, 1 + p, STATES)), np.zeros((2, 1 + p, STATES))
+    rate_noise = np.zeros((2, STATES, STATES))
+    m = sought.value(mass_name, values)
+    for side, (s, end) in enumerate(zip((1, -1), SIDES, strict=True)):
+        c = sought.value(f"viscous_friction{end}", values)
+        load = s * sought.value(f"coulomb_friction{end}", values)
+        load += sought.value("offset", values)
+        h = c * T / m
+        (p1, p2, p3), (p1_h, p2_h, p3_h) = _exponential_integrals(h)
+        b = np.array([p2 * T * T / m, p1 * T / m, 0.0, 0.0, 0.0])
+        ramp = np.array([p3 * T**3 / m, p2 * T * T / m, 0.0, 0.0, 0.0])
+        B[side, 0], G[side, 0] = b, -b * load
+        A[side] = np.diag([1.0, 1.0 - h * p1, correlation, 1.0, 1.0])
+        A[side, 0, 1], A[side, EFFORT_STATE, RATE_STATE] = p1 * T, T
+        A[side, :, DISTURBANCE_STATE] += b
+        A[side, :, EFFORT_STATE] += b
+        rate_noise[side, RATE_STATE, RATE_STATE] = T
+        if ramped:
+            A[side, :, RATE_STATE] += ramp
+            rate_noise[side] = _integrated_noise(m, T)
+        for name, h_by, inverse_by in (
+            (mass_name, -h / m, -1.0 / m),
+            (f"viscous_friction{end}", T / m, 0.0),
+        ):
+            j = sought.column(name)
+            if j is None:
+                continue
+            # Of the factor 1/m and of h in the integrals
+            by = b * inverse_by
+            by[:2] += np.array([p2_h * T, p1_h]) * h_by * T / m
+            dA[side, j, 0, 1] = p1_h * h_by * T
+            dA[side, j, 1, 1] = -(p1 + h * p1_h) * h_by
+            dA[side, j, :, DISTURBANCE_STATE] = dA[side, j, :, EFFORT_STATE] = by
             if ramped:
-                A[:, EFFORT_STATE + 1] += ramp
-                rate_noise[side] = _integrated_noise(m, T)
-            transition[side] = A
-            for base, h_by, inverse_by in (
-                (mass_name, -h / m, -1.0 / m),
-                ("viscous_friction", T / m, 0.0),
-            ):
-                j = layout.column(base, s)
-                if j is None:
-                    continue
-                # Of the factor 1/m and of h in the integrals
-                by = b * inverse_by
-                by[:2] += np.array([p2_h * T, p1_h]) * h_by * T / m
-                change[side, j, 0, 1] = p1_h * h_by * T
-                change[side, j, 1, 1] = -(p1 + h * p1_h) * h_by
-                change[side, j, :, DISTURBANCE_STATE] = by
-                change[side, j, :, EFFORT_STATE] = by
-                if ramped:
-                    of_ramp = ramp * inverse_by
-                    of_ramp[:2] += np.array([p3_h * T, p2_h]) * h_by * T * T / m
-                    change[side, j, :, EFFORT_STATE + 1] = of_ramp
-                response[side, 1 + j], constant[side, 1 + j] = by, -by * load
-            for base, sign in (("coulomb_friction", s), ("offset", 1)):
-                j = layout.column(base, s)
-                if j is not None:
-                    constant[side, 1 + j] = -sign * b
-        return cls(
-            transition=transition,
-            constant=constant,
-            transition_change=change,
-            force_response=response,
-            rate_noise=rate_noise,
-            fraction=delay - shift * T,
-            shift=shift,
-        )
+                of_ramp = ramp * inverse_by
+                of_ramp[:2] += np.array([p3_h * T, p2_h]) * h_by * T * T / m
+                dA[side, j, :, RATE_STATE] = of_ramp
+            B[side, 1 + j], G[side, 1 + j] = by, -by * load
+        for name, sign in ((f"coulomb_friction{end}", s), ("offset", 1)):
+            j = sought.column(name)
+            if j is not None:
+                G[side, 1 + j] = -sign * b
+    return SlipModel(A, G, B, dA, rate_noise, delay - shift * T, shift)
 
 
 def _integrated_noise(mass: float, duration: float) -> Float[np.ndarray, "s s"]:
@@ -221,9 +149,7 @@ def _integrated_noise(mass: float, duration: float) -> Float[np.ndarray, "s s"]:
     return np.outer(size, size) * duration**total / total
 
 
-def _exponential_integrals(
-    h: float,
-) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
+def _exponential_integrals(h: float) -> tuple[Float[np.ndarray, " 3"], Float[np.ndarray, " 3"]]:
     """Return p1(h), p2(h), p3(h) of the module, and their derivatives by h."""
     if abs(h) > 1.0:
         p1 = -np.expm1(-h) / h
@@ -244,34 +170,15 @@ def _exponential_integrals(
 
 @compiled()
 def innovate(
-    A: Float[np.ndarray, "2 s s"],
-    G: Float[np.ndarray, "2 q s"],
-    B: Float[np.ndarray, "2 q s"],
-    dA: Float[np.ndarray, "2 p s s"],
-    Q: Float[np.ndarray, "2 s s"],
+    model: SlipModel,
+    noise: FilterNoise,
     H: Float[np.ndarray, "c s"],
     dH: Float[np.ndarray, "p c s"],
-    R: Float[np.ndarray, " c"],
-    first: Float[np.ndarray, " s"],
-    A_n: Float[np.ndarray, "a s s"],
-    Q_n: Float[np.ndarray, "a 2 s s"],
-    R_n: Float[np.ndarray, "a c"],
-    first_n: Float[np.ndarray, "a s"],
-    known: Float[np.ndarray, " n"],
-    measured: Float[np.ndarray, "n c"],
-    direction: Int[np.ndarray, " n"],
-    renewed: Bool[np.ndarray, " n"],
-    loads: Float[np.ndarray, "n l"],
+    record: SlipRecord,
     rows: Float[np.ndarray, "n c q"],
     deep: int,
-) -> tuple[
-    Float[np.ndarray, "q q"],
-    Float[np.ndarray, "a q q"],
-    float,
-    Float[np.ndarray, " a"],
-    Float[np.ndarray, "a a"],
-]:
-    """Run the filter over a log, and its derivatives beside it (forward mode).
+) -> tuple[Float[np.ndarray, "l q q"], Float[np.ndarray, " l"], Float[np.ndarray, "a a"]]:
+    """Run the filter over a stretch, and its derivatives beside it (forward mode).
 
     Row 0 of the states Z is the motion predicted, row j > 0 its derivative by parameter j at a
     fixed gain:
@@ -287,215 +194,131 @@ def innovate(
         P_a <- P_a - (K_a K' + K K_a') S - K K' S_a,
         P_a <- A P_a A' + A_a P A' + A P A_a' + Q_a.
 
-    All states but the disturbance start anew in each stretch of one direction.
+    The first axis of Z, P, e and the sums is that of `FilterNoise`: values, then derivatives, of
+    the first ``deep`` rows only. All states but the disturbance start anew in each stretch of one
+    direction. ``rows`` takes the normalised innovations unless it has no room for them (n = 0).
 
-    Parameters
-    ----------
-    A, G, B, dA
-        Axis in each direction; see `AxisModel`.
-    Q
-        Process noise in each direction.
-    H, dH, R
-        Rows of the measurements (position, effort, and velocity if measured), their derivatives by
-        the parameters, and variances of their noise.
-    first
-        Variances of the states at the start of a stretch; position and effort are measured there.
-    A_n, Q_n, R_n, first_n
-        Derivatives by the noise levels.
-    known
-        Force on the axis in each sample that is known: part j of the effort less the loads.
-    measured
-        Measurements of each sample, the effort less its known part and shifted by its delay in
-        whole samples.
-    direction
-        Of travel: 1, -1, or 0 where the axis does not surely slip.
-    renewed
-        Where the effort jumps: its states start anew there.
-    loads
-        Columns of the loads, of which the coefficients are the last parameters.
-    rows
-        Takes the normalised innovations, zero where the axis does not surely slip; without room for
-        them (n = 0) they are not kept.
-    deep
-        Number of columns whose derivatives by the noise levels are taken: 1 takes those of the
-        innovations alone.
-
-    Returns
-    -------
-    Gramian of the rows and its derivatives; sum of log S and its derivatives; information on the
-    noise levels, sum of S_a S_b/(2 S^2) + e_a e_b/S.
+    Returns the upper triangle of sum e e'/S, sum log S, and the information on the noise levels,
+    sum of S_a S_b/(2 S^2) + e_a e_b/S.
     """
+    A, G, B, dA = model.A, model.G, model.B, model.A_p
+    Q, R, first, r = noise.Q, noise.R, noise.first, noise.r
+    known, measured, direction = record.known, record.measured, record.direction
+    jumps, loads = record.jumps, record.loads
     n, channels = measured.shape
-    q, levels = G.shape[1], Q_n.shape[0]
-    kept = rows.shape[0] > 0
-    Z, Z_n = np.zeros((q, _S)), np.zeros((levels, deep, _S))
-    P, work = np.zeros((_S, _S)), np.zeros((_S, _S))
-    P_n, K_n = np.zeros((levels, _S, _S)), np.zeros(_S)
-    K, moved, e, e_n = np.zeros(_S), np.zeros((q, _S)), np.zeros(q), np.zeros((levels, deep))
-    S_n = np.zeros(levels)
-    gram, gram_n = np.zeros((q, q)), np.zeros((levels, q, q))
-    information, logs_n, logs = np.zeros((levels, levels)), np.zeros(levels), 0.0
-    P[_D, _D] = first[_D]
-    for a in range(levels):
-        P_n[a, _D, _D] = first_n[a, _D]
+    q, levels = G.shape[1], r.size
+    Z, P = np.zeros((levels, q, _S)), np.zeros((levels, _S, _S))
+    K, K_a, S = np.zeros(_S), np.zeros(_S), np.zeros(levels)
+    moved, work, e = np.zeros((q, _S)), np.zeros((_S, _S)), np.zeros((levels, q))
+    gram, logs = np.zeros((levels, q, q)), np.zeros(levels)
+    information = np.zeros((levels - 1, levels - 1))
+    P[:, _D, _D] = first[:, _D]
     side = -1  # of the stretch under way; -1 outside of one
     for k in range(n):
         now = -1 if direction[k] == 0 else (0 if direction[k] > 0 else 1)
         fresh = now >= 0 and now != side
-        if now != side:
+        jump = now >= 0 and jumps[k]
+        if now != side or jump:
             for i in range(_S):
-                if i == _D:
-                    continue
-                for j in range(q):
-                    Z[j, i] = 0.0
-                for j in range(deep):
-                    for a in range(levels):
-                        Z_n[a, j, i] = 0.0
-                for j in range(_S):
-                    P[i, j], P[j, i] = 0.0, 0.0
-                    for a in range(levels):
-                        P_n[a, i, j], P_n[a, j, i] = 0.0, 0.0
-                if now >= 0:
-                    P[i, i] = first[i]
-                    for a in range(levels):
-                        P_n[a, i, i] = first_n[a, i]
-            if now >= 0:
-                Z[0, 0], Z[0, _D + 1] = measured[k, 0], measured[k, 1]
+                if i > _D or (i < _D and now != side):
+                    Z[:, :, i] = 0.0
+                    P[:, i] = 0.0
+                    P[:, :, i] = 0.0
+                    P[:, i, i] = first[:, i]
+            if fresh:
+                Z[0, 0, 0] = measured[k, 0]
+            if fresh or jump:
+                Z[0, 0, _D + 1] = measured[k, 1]
             side = now
         if now < 0:
             # d <- r d, P_dd <- r^2 P_dd + Q_dd
-            r = A[0, _D, _D]
-            for a in range(levels):
-                P_n[a, _D, _D] = (
-                    r * r * P_n[a, _D, _D]
-                    + 2.0 * r * A_n[a, _D, _D] * P[_D, _D]
-                    + Q_n[a, 0, _D, _D]
+            for a in range(1, levels):
+                P[a, _D, _D] = (
+                    r[0] * r[0] * P[a, _D, _D] + 2.0 * r[0] * r[a] * P[0, _D, _D] + Q[a, 0, _D, _D]
                 )
                 for j in range(deep):
-                    Z_n[a, j, _D] = r * Z_n[a, j, _D] + A_n[a, _D, _D] * Z[j, _D]
-            P[_D, _D] = r * r * P[_D, _D] + Q[0, _D, _D]
+                    Z[a, j, _D] = r[0] * Z[a, j, _D] + r[a] * Z[0, j, _D]
+            P[0, _D, _D] = r[0] * r[0] * P[0, _D, _D] + Q[0, 0, _D, _D]
             for j in range(q):
-                Z[j, _D] *= r
+                Z[0, j, _D] *= r[0]
             continue
-        if renewed[k] and not fresh:
-            for i in range(_D + 1, _S):
-                for j in range(q):
-                    Z[j, i] = 0.0
-                for j in range(deep):
-                    for a in range(levels):
-                        Z_n[a, j, i] = 0.0
-                for j in range(_S):
-                    P[i, j], P[j, i] = 0.0, 0.0
-                    for a in range(levels):
-                        P_n[a, i, j], P_n[a, j, i] = 0.0, 0.0
-                P[i, i] = first[i]
-                for a in range(levels):
-                    P_n[a, i, i] = first_n[a, i]
-            Z[0, _D + 1] = measured[k, 1]
         for c in range(channels):
-            if (fresh and c < 2) or (renewed[k] and c == 1):
+            if (fresh and c < 2) or (jump and c == 1):
                 continue
             # Derivatives of the variance need the covariance before its update
-            for a in range(levels):
-                total = R_n[a, c]
+            for a in range(1, levels):
+                total = R[a, c]
                 for i in range(_S):
                     for j in range(_S):
-                        total += H[c, i] * P_n[a, i, j] * H[c, j]
-                S_n[a] = total
-            S = update(H[c], R[c], P, K, _S)
-            logs += np.log(S)
-            for j in range(q):
-                total = measured[k, c] if j == 0 else 0.0
-                for i in range(_S):
-                    total -= H[c, i] * Z[j, i]
-                    if j > 0:
-                        total -= dH[j - 1, c, i] * Z[0, i]
-                e[j] = total
+                        total += H[c, i] * P[a, i, j] * H[c, j]
+                S[a] = total
+            S[0] = update(H[c], R[0, c], P[0], K, _S)
+            logs[0] += np.log(S[0])
             for a in range(levels):
-                logs_n[a] += S_n[a] / S
-                for j in range(deep):
-                    total = 0.0
+                for j in range(deep if a else q):
+                    total = measured[k, c] if a == 0 and j == 0 else 0.0
                     for i in range(_S):
-                        total -= H[c, i] * Z_n[a, j, i]
+                        total -= H[c, i] * Z[a, j, i]
                         if j > 0:
-                            total -= dH[j - 1, c, i] * Z_n[a, 0, i]
-                    e_n[a, j] = total
+                            total -= dH[j - 1, c, i] * Z[a, 0, i]
+                    e[a, j] = total
+            for a in range(1, levels):
+                logs[a] += S[a] / S[0]
                 for i in range(_S):
-                    total = -K[i] * S_n[a]
+                    total = -K[i] * S[a]
                     for j in range(_S):
-                        total += P_n[a, i, j] * H[c, j]
-                    K_n[i] = total / S
+                        total += P[a, i, j] * H[c, j]
+                    K_a[i] = total / S[0]
                 for i in range(_S):
                     for j in range(_S):
-                        P_n[a, i, j] -= (K_n[i] * K[j] + K[i] * K_n[j]) * S + (K[i] * K[j] * S_n[a])
+                        P[a, i, j] -= (K_a[i] * K[j] + K[i] * K_a[j]) * S[0] + (K[i] * K[j] * S[a])
                 for j in range(deep):
                     for i in range(_S):
-                        Z_n[a, j, i] += K_n[i] * e[j] + K[i] * e_n[a, j]
+                        Z[a, j, i] += K_a[i] * e[0, j] + K[i] * e[a, j]
+            root = np.sqrt(S[0])
             for j in range(q):
                 for i in range(_S):
-                    Z[j, i] += K[i] * e[j]
-            root = np.sqrt(S)
-            for j in range(q):
-                if kept:
-                    rows[k, c, j] = e[j] / root if j == 0 else -e[j] / root
+                    Z[0, j, i] += K[i] * e[0, j]
+                if rows.shape[0] > 0:
+                    rows[k, c, j] = e[0, j] / root if j == 0 else -e[0, j] / root
                 for i in range(j, q):
-                    gram[j, i] += e[j] * e[i] / S
-            for a in range(levels):
+                    gram[0, j, i] += e[0, j] * e[0, i] / S[0]
+            for a in range(1, levels):
                 for j in range(deep):
                     for i in range(j, deep):
-                        gram_n[a, j, i] += (
-                            e_n[a, j] * e[i] + e[j] * e_n[a, i] - e[j] * e[i] * S_n[a] / S
-                        ) / S
+                        gram[a, j, i] += (
+                            e[a, j] * e[0, i] + e[0, j] * e[a, i] - e[0, j] * e[0, i] * S[a] / S[0]
+                        ) / S[0]
                 for b in range(a, levels):
-                    information[a, b] += (0.5 * S_n[a] * S_n[b] / S + e_n[a, 0] * e_n[b, 0]) / S
-        for a in range(levels):
-            for j in range(deep):
+                    information[a - 1, b - 1] += (0.5 * S[a] * S[b] / S[0] + e[a, 0] * e[b, 0]) / S[
+                        0
+                    ]
+        for a in range(levels - 1, -1, -1):  # derivatives first: they need the values before
+            count = deep if a else q
+            for j in range(count):
                 for i in range(_S):
-                    total = A_n[a, i, i] * Z[j, i]
+                    total = 0.0 if a else G[side, j, i] + B[side, j, i] * known[k]
                     for g in range(_S):
-                        total += A[side, i, g] * Z_n[a, j, g]
+                        total += A[side, i, g] * Z[a, j, g]
                         if j > 0:
-                            total += dA[side, j - 1, i, g] * Z_n[a, 0, g]
+                            total += dA[side, j - 1, i, g] * Z[a, 0, g]
                     moved[j, i] = total
-            for j in range(deep):
+            for j in range(count):
+                if a:
+                    moved[j, _D] += r[a] * Z[0, j, _D]
                 for i in range(_S):
-                    Z_n[a, j, i] = moved[j, i]
-        for j in range(q):
-            for i in range(_S):
-                total = G[side, j, i] + B[side, j, i] * known[k]
-                for g in range(_S):
-                    total += A[side, i, g] * Z[j, g]
-                    if j > 0:
-                        total += dA[side, j - 1, i, g] * Z[0, g]
-                moved[j, i] = total
-        for j in range(q):
-            for i in range(_S):
-                Z[j, i] = moved[j, i]
+                    Z[a, j, i] = moved[j, i]
         for c in range(loads.shape[1]):
             for i in range(_S):
-                Z[q - loads.shape[1] + c, i] -= B[side, 0, i] * loads[k, c]
-        for a in range(levels):
-            predict(A[side], Q_n[a, side], P_n[a], work, _S)
-            if A_n[a, _D, _D] != 0.0:  # the only entry of a transition that a level changes
+                Z[0, q - loads.shape[1] + c, i] -= B[side, 0, i] * loads[k, c]
+        for a in range(levels - 1, -1, -1):
+            predict(A[side], Q[a, side], P[a], work, _S)
+            if a and r[a] != 0.0:  # the only entry of the transition that a level changes
                 for i in range(_S):
                     total = 0.0
                     for g in range(_S):
-                        total += A[side, i, g] * P[g, _D]
-                    total *= A_n[a, _D, _D]
-                    P_n[a, i, _D] += total
-                    P_n[a, _D, i] += total
-        predict(A[side], Q[side], P, work, _S)
-    for j in range(q):
-        for i in range(j):
-            gram[j, i] = gram[i, j]
-            for a in range(levels):
-                gram_n[a, j, i] = gram_n[a, i, j]
-    for a in range(levels):
-        for b in range(a):
-            information[a, b] = information[b, a]
-    # The derivatives e_j = -h' z_j enter with the sign of the least-squares columns
-    for j in range(1, q):
-        gram[0, j], gram[j, 0] = -gram[0, j], -gram[j, 0]
-        for a in range(levels):
-            gram_n[a, 0, j], gram_n[a, j, 0] = -gram_n[a, 0, j], -gram_n[a, j, 0]
-    return gram, gram_n, logs, logs_n, information
+                        total += A[side, i, g] * P[0, g, _D]
+                    total *= r[a]
+                    P[a, i, _D] += total
+                    P[a, _D, i] += total
+    return gram, logs, information

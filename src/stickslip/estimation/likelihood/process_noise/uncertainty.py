@@ -1,4 +1,4 @@
-"""Standard errors of the maximum, and whether innovations are white."""
+"""Uncertainty of the maximum: covariance, tests of the model, and the Cramer-Rao bound."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -10,7 +10,13 @@ from scipy.stats import norm
 
 from stickslip.estimation.fit.intervals import robust_uncertainty, t_quantile
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.likelihood.process_noise.problem import Problem
+from stickslip.estimation.likelihood.bound import CramerRaoBound
+from stickslip.estimation.likelihood.process_noise.problem import (
+    Problem,
+    Tuning,
+    parts_of,
+    problem_of,
+)
 from stickslip.estimation.likelihood.process_noise.search import (
     ROUGHNESS,
     Evaluation,
@@ -18,55 +24,26 @@ from stickslip.estimation.likelihood.process_noise.search import (
     evaluate,
     inverted,
 )
-from stickslip.estimation.likelihood.process_noise.tuning import Tuning
-from stickslip.records import FrictionEstimate
+from stickslip.records import AxisLog, FrictionEstimate, InputError, unit_of
 
-__all__ = [
-    "Comparison",
-    "Intervals",
-    "compare_with_windows",
-    "covariance_of",
-    "intervals_of",
-    "shift_by_low_speed",
-    "whiteness_probability",
-]
+_SURELY_SLIPPING = 0.003  # of the largest speed: a log without noise shows the direction
+_NEGLIGIBLE = 1e-6  # of the effort's rms: a noise of zero has no logarithm
+_DIFFUSE = 100.0  # s^-1, relative rate of change of an effort that nothing is known of
 
 
 @dataclass(frozen=True, kw_only=True)
 class Intervals:
-    """Intervals of the parameters sought.
+    """Intervals of the parameters sought."""
 
-    Attributes
-    ----------
-    covariance
-        [SI], shape (p, p).
-    half
-        Half of each 95 % interval [SI], shape (p,).
-    classical
-        Standard errors by the Fisher information [SI], shape (p,).
-    white
-        Whether the innovations are white.
-    growth
-        Largest ratio of an interval to the one for white innovations [-]; 1 if they are white.
-    notes
-        What widens the intervals.
-    """
-
-    covariance: Float[np.ndarray, "p p"]
-    half: Float[np.ndarray, " p"]
-    classical: Float[np.ndarray, " p"]
-    white: bool
-    growth: float
-    notes: tuple[str, ...]
+    covariance: Float[np.ndarray, "p p"]  # [SI]
+    half: Float[np.ndarray, " p"]  # of each 95 % interval [SI]
+    classical: Float[np.ndarray, " p"]  # standard errors by the Fisher information [SI]
+    white: bool = True  # whether the innovations are
+    growth: float = 1.0  # largest ratio to the interval for white innovations
+    notes: tuple[str, ...] = ()  # what widens them
 
     def widened(self, differences: Float[np.ndarray, " p"]) -> "Intervals":
-        """Return intervals that hold another estimate, too.
-
-        Parameters
-        ----------
-        differences
-            From it, of each parameter; 0 if it has none [SI].
-        """
+        """Return intervals that also hold an estimate that differs by this much [SI]."""
         half = np.hypot(self.half, differences)
         ratio = half / np.where(self.half > 0, self.half, 1.0)
         return replace(self, half=half, covariance=self.covariance * np.outer(ratio, ratio))
@@ -74,43 +51,21 @@ class Intervals:
 
 @dataclass(frozen=True, kw_only=True)
 class Comparison:
-    """An estimate beside that of the selected model, which leaves out fast motion.
+    """An estimate beside that of the selected model, which leaves out fast motion."""
 
-    Attributes
-    ----------
-    differences
-        Of the parameters that both determine, by name [SI].
-    unshared
-        Names of those that the other does not determine.
-    causes
-        Differences beyond chance, one sentence each.
-    """
-
-    differences: dict[str, float]
-    unshared: tuple[str, ...]
-    causes: tuple[str, ...]
+    differences: dict[str, float]  # of the parameters that both determine [SI]
+    unshared: tuple[str, ...]  # names of those that the other does not determine
+    causes: tuple[str, ...]  # differences beyond chance, one sentence each
 
 
 def compare_with_windows(
-    values: Mapping[str, float],
-    std: Mapping[str, float],
-    windows: FrictionEstimate,
-    level: float,
+    values: Mapping[str, float], std: Mapping[str, float], windows: FrictionEstimate, level: float
 ) -> Comparison:
-    """Compare an estimate with that of the selected model.
+    """Compare an estimate and its standard errors [SI] with that of the selected model.
 
     Both are consistent if the model is right. Windows leave out what is fast, such as a resonance
     of the drive, so that a wrong model moves the two differently (Hausman 1978). The variance of
-    the difference is at most the sum of both.
-
-    Parameters
-    ----------
-    values, std
-        Estimates and standard errors by name [SI].
-    windows
-        Of the selected model.
-    level
-        Probability of a false alarm [-].
+    the difference is at most the sum of both. The level is the probability of a false alarm.
     """
     names = [name for name in windows.parameters if name in values]
     shared = [name for name in names if windows.parameters[name].identified]
@@ -126,11 +81,8 @@ def compare_with_windows(
                 f"and {other.value:.4g} {other.unit} from windows, which leave out fast motion: "
                 "the axis is not that of the model"
             )
-    return Comparison(
-        differences=differences,
-        unshared=tuple(name for name in names if name not in shared),
-        causes=tuple(causes),
-    )
+    unshared = tuple(name for name in names if name not in shared)
+    return Comparison(differences=differences, unshared=unshared, causes=tuple(causes))
 
 
 def intervals_of(
@@ -138,12 +90,7 @@ def intervals_of(
 ) -> Intervals:
     """Return the intervals, wider by what is measured where the innovations are not white.
 
-    Parameters
-    ----------
-    problem, maximum, found, rows
-        The log, the maximum of its likelihood, the innovations there, and these as rows.
-    tuning
-        Level of the test for white innovations.
+    ``found`` and ``rows`` are the innovations at the maximum.
     """
     covariance, degrees = covariance_of(problem, found, tuning.roughness_spread)
     classical = np.sqrt(np.diag(covariance_of(problem, found, 0.0)[0]))
@@ -153,10 +100,9 @@ def intervals_of(
     probability = channels * min(
         whiteness_probability(residual[c::channels]) for c in range(channels)
     )
+    plain = Intervals(covariance=covariance, half=half, classical=classical)
     if probability > tuning.whiteness_level:
-        return Intervals(
-            covariance=covariance, half=half, classical=classical, white=True, growth=1.0, notes=()
-        )
+        return plain
     left, singular, right = np.linalg.svd(rows.regressors, full_matrices=False)
     robust = robust_uncertainty(left, right.T / singular, residual)
     spread = np.sqrt(np.diag(robust.covariance))
@@ -167,10 +113,10 @@ def intervals_of(
         f"the innovations are not white (probability {probability:.1g}): the axis, or its noise, "
         f"is not that of the model; intervals are widened by up to {growth:.2g}"
     )
-    return Intervals(
+    return replace(
+        plain,
         covariance=covariance * np.outer(ratio, ratio),
         half=half * ratio,
-        classical=classical,
         white=False,
         growth=growth,
         notes=(note,),
@@ -180,25 +126,15 @@ def intervals_of(
 def covariance_of(
     problem: Problem, found: Evaluation, roughness_spread: float
 ) -> tuple[Float[np.ndarray, "p p"], Float[np.ndarray, " p"]]:
-    """Return the covariance of the parameters [SI], and degrees of freedom of each interval [-].
+    """Return the covariance of the parameters [SI], and degrees of freedom of each interval.
 
     The covariance is the inverse of the Fisher information at the estimated noise levels, and what
     the model of the effort adds: an effort is no random walk of one roughness, and in a closed loop
     it answers to the disturbance. With the score g = X'e, the estimate moves by (X'X)^-1 g_a for a
-    unit change of the logarithm of the roughness. The noise levels
-    have errors of their own: with C = (X'X)^-1, dC/da = -C X'X_a C, and the Fisher information on
-    the levels, the variance V of a parameter has a variance, and Student's distribution with
-    2 V^2/Var(V) degrees of freedom takes it into account (Satterthwaite 1946).
-
-    Parameters
-    ----------
-    problem
-        The log.
-    found
-        Innovations at the maximum of the likelihood, with all derivatives.
-    roughness_spread
-        Standard deviation of the logarithm of the roughness that holds where the parameters are
-        determined, about the one estimated from all of the effort [-].
+    unit change of the logarithm of the roughness, of which the spread about the estimated one is
+    given. The noise levels have errors of their own: with C = (X'X)^-1, dC/da = -C X'X_a C, and the
+    Fisher information on the levels, the variance V of a parameter has a variance, and Student's
+    distribution with 2 V^2/Var(V) degrees of freedom takes it into account (Satterthwaite 1946).
     """
     inverse = inverted(found.gram[1:, 1:])
     spread = np.linalg.inv(found.information + np.diag(problem.prior_spread**-2.0))
@@ -219,28 +155,19 @@ def shift_by_low_speed(
 
     The force exp(-|v|/v_s) against the motion, with v_s a share of the largest speed, is one more
     column of the innovations. None if its coefficient is zero within chance.
-
-    Parameters
-    ----------
-    problem, maximum
-        The log and the maximum of its likelihood.
-    tuning
-        The share, and the level of the test.
     """
     largest = max(float(np.max(np.abs(s.smooth_velocity))) for s in problem.segments)
     scale = tuning.low_speed_share * largest
-    columns = [s.direction * np.exp(-np.abs(s.smooth_velocity) / scale) for s in problem.segments]
+    forces = [s.direction * np.exp(-np.abs(s.smooth_velocity) / scale) for s in problem.segments]
     segments = [
-        replace(s, loads=np.column_stack((s.loads, column)))
-        for s, column in zip(problem.segments, columns, strict=True)
+        replace(s, loads=np.column_stack((s.loads, force)))
+        for s, force in zip(problem.segments, forces, strict=True)
     ]
-    sought = (*problem.layout.sought, "low_speed_friction")
-    wider = replace(problem, segments=segments, layout=replace(problem.layout, sought=sought))
-    found = evaluate(
-        wider, np.append(maximum.values, 0.0), maximum.levels, with_rows=True, changes="none"
-    )
-    kept = [s.direction != 0 for s in problem.segments]
-    rows = np.concatenate([r[k] for r, k in zip(found.rows, kept, strict=True)])
+    names = (*problem.sought.names, "low_speed_friction")
+    wider = replace(problem, segments=segments, sought=replace(problem.sought, names=names))
+    values = np.append(maximum.values, 0.0)
+    found = evaluate(wider, values, maximum.levels, with_rows=True, changes="none")
+    rows = problem.in_slip(found.rows)
     rows = rows.reshape(-1, rows.shape[-1])
     left, singular, right = np.linalg.svd(rows[:, 1:], full_matrices=False)
     change = right.T / singular @ (left.T @ rows[:, 0])
@@ -253,16 +180,11 @@ def shift_by_low_speed(
 
 
 def whiteness_probability(values: Float[np.ndarray, " n"]) -> float:
-    """Return the probability of a cumulative periodogram as uneven as this if white [-].
+    """Return the probability of a cumulative periodogram as uneven as this if white.
 
     The largest distance D of the cumulative periodogram from a straight line has the distribution
     of Kolmogorov and Smirnov, P(D sqrt(m) > z) = 2 sum (-1)^(j-1) exp(-2 j^2 z^2), with m
     frequencies (Bartlett 1955).
-
-    Parameters
-    ----------
-    values
-        Normalised innovations in the order of time, shape (n,).
     """
     power = np.abs(np.fft.rfft(values - np.mean(values))[1:]) ** 2
     m = power.size
@@ -274,3 +196,99 @@ def whiteness_probability(values: Float[np.ndarray, " n"]) -> float:
     z = max(distance * np.sqrt(m), 0.2)
     j = np.arange(1, 101)
     return float(np.clip(2.0 * np.sum((-1.0) ** (j - 1) * np.exp(-2.0 * (j * z) ** 2)), 0.0, 1.0))
+
+
+@dataclass(frozen=True, kw_only=True)
+class NoiseLevels:
+    """Noise of a log and forces on its axis.
+
+    Attributes
+    ----------
+    effort
+        Standard deviation of the white noise of the logged effort [N or N m].
+    white_force
+        Of a white disturbance force, held over each sample [N or N m].
+    correlated_force
+        Of an autoregressive disturbance force [N or N m].
+    time_constant
+        Its correlation time [s].
+    position
+        Of the measured position; step/sqrt(12) of an encoder [m or rad].
+    velocity
+        Of the measured velocity [m/s or rad/s]; without effect if none is measured.
+    """
+
+    effort: float
+    white_force: float = 0.0
+    correlated_force: float = 0.0
+    time_constant: float = 0.1
+    position: float
+    velocity: float = 1.0
+
+
+def process_noise_bound(
+    true_log: AxisLog,
+    parameters: Mapping[str, float],
+    noise: NoiseLevels,
+    *,
+    known: Mapping[str, float] | None = None,
+) -> CramerRaoBound:
+    """Return the Cramer-Rao bound of the parameters of a rigid axis under process noise.
+
+    The Fisher information is that of the innovations while the axis slips. Noise levels are known;
+    nothing is known beforehand of the true effort, which may come from any controller, nor of the
+    first state of each stretch in one direction.
+
+    Parameters
+    ----------
+    true_log
+        True motion and true effort of the axis, without noise.
+    parameters
+        True values of the parameters that are sought, by name [SI].
+    noise
+        Noise levels.
+    known
+        Values of the parameters that are known, by name [SI]; None for none.
+
+    Raises
+    ------
+    InputError
+        If the axis does not slip in the log, or there is neither effort nor position noise.
+    """
+    problem = problem_of(
+        parts_of(true_log),
+        true_log.kind,
+        true_log.sampling_time,
+        sought=tuple(parameters),
+        known=known or {},
+        tuning=Tuning(min_speed_ratio=_SURELY_SLIPPING, speed_certainty=0.0),
+    )
+    if problem is None:
+        raise InputError("the axis does not slip in this log", remedy="give a log of a motion")
+    if noise.effort <= 0 or noise.position <= 0:
+        raise InputError(
+            f"the effort noise is {noise.effort:g} and the position noise {noise.position:g}",
+            remedy="give positive values: what is measured exactly has no bound",
+        )
+    segments = [replace(s, feedback=np.zeros_like(s.feedback)) for s in problem.segments]
+    size = float(np.sqrt(np.mean(true_log.effort**2)))
+    least = _NEGLIGIBLE * size
+    variances = [
+        noise.position**2,
+        noise.effort**2,
+        (_DIFFUSE * size) ** 2 / true_log.sampling_time,
+        max(noise.white_force, least) ** 2,
+        max(noise.correlated_force, least) ** 2,
+        noise.time_constant,
+    ]
+    if true_log.measured_velocity is not None:
+        variances.append(noise.velocity**2)
+    values = np.array(list(parameters.values()))
+    found = evaluate(replace(problem, segments=segments), values, np.log(variances), changes="none")
+    information = found.gram[1:, 1:]
+    return CramerRaoBound(
+        names=tuple(parameters),
+        information=information,
+        covariance=inverted(information),
+        units={name: unit_of(name, true_log.kind) for name in parameters},
+    )

@@ -18,13 +18,11 @@ from stickslip.estimation.fit.intervals import t_quantile
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import provenance_of, solve
 from stickslip.estimation.prepare import repaired
-from stickslip.estimation.regression.idim_least_squares import IdimLeastSquares
+from stickslip.estimation.regression.idim import IdimLeastSquares
 from stickslip.estimation.signals.kinematics import slow_speed
 from stickslip.friction import StribeckEffect
 from stickslip.friction.stribeck import StribeckShape
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, Status
-
-__all__ = ["StribeckEstimator"]
 
 _COARSE, _FINE = 9, 7
 """Stribeck velocities that are compared at once, over the whole range and then around the best."""
@@ -97,13 +95,7 @@ class StribeckEstimator:
         return self.method.inertia
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
-        """Return the names of what is estimated, in the order of the rows.
-
-        Parameters
-        ----------
-        kind
-            ``"linear"`` or ``"rotary"``.
-        """
+        """Return the names of what is estimated, in the order of the rows."""
         sides = ("_positive", "_negative") if self.method.per_direction else ("",)
         static = (f"static_friction{side}" for side in sides)
         return (*self.method.parameter_names(kind), *static, "stribeck_velocity")
@@ -125,11 +117,6 @@ class StribeckEstimator:
         """Return the method's rows, linearised around the Stribeck velocity that fits best.
 
         Where no step stands out, the columns of static friction and Stribeck velocity are zeros.
-
-        Raises
-        ------
-        InputError
-            As the method's own ``regression`` does.
         """
         log = repaired(log)
         plain = self.method.regression(log)
@@ -152,13 +139,7 @@ class StribeckEstimator:
         return _without_step(plain, note)
 
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
-        """
+        """Return the estimate with its rows, for a report."""
         log = repaired(log)
         rows = self.regression(log)
         return self.method.fitted(self._judged(log, rows), rows)
@@ -166,27 +147,19 @@ class StribeckEstimator:
     def _judged(self, log: AxisLog, regression: Regression) -> FrictionEstimate:
         """Return the estimate, with the reason where the log shows no Stribeck effect."""
         found = self._solved(log, regression)
-        if found.status is not Status.NOT_IDENTIFIABLE:
-            return found
-        diagnostics = found.diagnostics
         absent = [not np.any(column) for column in regression.regressors.T]
-        if not any(absent):
+        if found.status is not Status.NOT_IDENTIFIABLE or not any(absent):
             return found
-        *notes, why_not = diagnostics.notes
-        if all(
-            verdict.identifiable or none
-            for verdict, none in zip(diagnostics.verdicts, absent, strict=True)
-        ):
+        *notes, why_not = found.diagnostics.notes
+        pairs = list(zip(found.diagnostics.verdicts, absent, strict=True))
+        if all(verdict.identifiable or none for verdict, none in pairs):
             # The status and its advice are about the two that are missing
             notes.append(
                 "the axis may have no Stribeck effect; the other parameters are those of a fit "
                 "without one, whose status states whether to trust them (leave --stribeck out)"
             )
-        verdicts = tuple(
-            replace(verdict, reason=why_not) if none else verdict
-            for verdict, none in zip(diagnostics.verdicts, absent, strict=True)
-        )
-        diagnostics = replace(diagnostics, verdicts=verdicts, notes=tuple(notes))
+        verdicts = tuple(replace(v, reason=why_not) if none else v for v, none in pairs)
+        diagnostics = replace(found.diagnostics, verdicts=verdicts, notes=tuple(notes))
         return replace(found, diagnostics=diagnostics)
 
     def _solved(self, log: AxisLog, rows: Regression) -> FrictionEstimate:
@@ -206,9 +179,7 @@ class StribeckEstimator:
 
     def _regression(self, log: AxisLog, velocities: Float[np.ndarray, " k"]) -> Regression:
         """Return the method's rows with a step for each of some Stribeck velocities."""
-        effects = tuple(
-            StribeckEffect(velocity=float(velocity), shape=self.shape) for velocity in velocities
-        )
+        effects = tuple(StribeckEffect(velocity=v, shape=self.shape) for v in velocities.tolist())
         return replace(self.method, stribeck=effects).regression(log)
 
     def _searched(self, log: AxisLog, low: float, high: float) -> tuple[float, Regression] | None:
@@ -249,13 +220,13 @@ def _column(regression: Regression, name: str) -> Float[np.ndarray, " n"]:
 def _left_over(regression: Regression, count: int) -> Float[np.ndarray, " k"]:
     """Return the sum of squares that is left with each of the steps alone."""
     others = [k for k, name in enumerate(regression.names) if not name.startswith("step")]
-    left = np.empty(count)
+    left: list[float] = []
     for k in range(count):
         own = [regression.names.index(f"step_{k}{side}") for side in _sides(regression)]
         columns = regression.regressors[:, others + own]
         residual = regression.target - columns @ least_squares(columns, regression.target)
-        left[k] = float(residual @ residual)
-    return left
+        left.append(float(residual @ residual))
+    return np.array(left)
 
 
 def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regression:
@@ -264,24 +235,23 @@ def _linearised(regression: Regression, around: Float[np.ndarray, " 3"]) -> Regr
     ``f_c (1 - e) + f_s e + (f_s - f_c) de/dv_s (v_s - around)``, the slope from three effects; what
     is known of it is on the target's side.
     """
-    sides = _sides(regression)
     names: list[str] = []
     columns: list[Float[np.ndarray, " n"]] = []
     noise: list[float] = []
-    for k, name in enumerate(regression.names):
-        column = regression.regressors[:, k]
+    for name, column, level in zip(
+        regression.names, regression.regressors.T, regression.regressor_noise, strict=True
+    ):
         if name.startswith(("step_0", "step_2")):
             continue
-        if name.startswith("coulomb_friction"):
-            column = column - _column(regression, name.replace("coulomb_friction", "step_1"))
+        coulomb = name.startswith("coulomb_friction")
+        step = name.replace("coulomb_friction", "step_1")
         names.append(name.replace("step_1", "static_friction"))
-        columns.append(column)
-        noise.append(float(regression.regressor_noise[k]))
-    values = dict(
-        zip(names, least_squares(np.column_stack(columns), regression.target), strict=True)
-    )
+        columns.append(column - _column(regression, step) if coulomb else column)
+        noise.append(float(level))
+    found = least_squares(np.column_stack(columns), regression.target)
+    values = dict(zip(names, found, strict=True))
     slope = np.zeros(regression.target.size)
-    for side in sides:
+    for side in _sides(regression):
         rise = _column(regression, f"step_2{side}") - _column(regression, f"step_0{side}")
         step = values[f"static_friction{side}"] - values[f"coulomb_friction{side}"]
         slope += step * rise / (around[2] - around[0])
@@ -319,11 +289,11 @@ def _step(found: FrictionEstimate, velocity: float) -> float:
 
 def _without_step(plain: Regression, note: str) -> Regression:
     """Return rows with columns of zeros for what the log does not show, and why."""
-    names = [f"static_friction{side}" for side in _sides(plain)] + ["stribeck_velocity"]
+    names = [*(f"static_friction{side}" for side in _sides(plain)), "stribeck_velocity"]
     return replace(
         plain,
         names=(*plain.names, *names),
-        regressors=np.column_stack([plain.regressors, np.zeros((plain.target.size, len(names)))]),
-        regressor_noise=np.concatenate([plain.regressor_noise, np.zeros(len(names))]),
+        regressors=np.pad(plain.regressors, ((0, 0), (0, len(names)))),
+        regressor_noise=np.pad(plain.regressor_noise, (0, len(names))),
         notes=(*plain.notes, note),
     )

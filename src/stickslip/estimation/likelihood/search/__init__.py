@@ -1,1 +1,0 @@
-"""The search of the greatest likelihood: first guess, stages of the log, static friction."""
