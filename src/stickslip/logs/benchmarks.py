@@ -11,8 +11,6 @@ from types import MappingProxyType
 from stickslip.outputs import check_output
 from stickslip.records import InputError
 
-__all__ = ["find_benchmark"]
-
 _logger = logging.getLogger("stickslip")
 
 _PLACE = "STICKSLIP_DATA"
@@ -21,15 +19,7 @@ _PLACE = "STICKSLIP_DATA"
 
 @dataclass(frozen=True, kw_only=True)
 class _Benchmark:
-    """A public data set.
-
-    Attributes
-    ----------
-    address
-        Where its files are published, up to the file's name.
-    files
-        By file name, the sha256 of its bytes.
-    """
+    """A public data set: the address of its files, and the sha256 of each by its name."""
 
     address: str
     files: Mapping[str, str]
@@ -41,16 +31,12 @@ _BENCHMARKS: Mapping[str, _Benchmark] = MappingProxyType(
         "emps": _Benchmark(
             address="https://raw.githubusercontent.com/wmkouw/NSI-EMPS/"
             "d1137b8cc8a5ec3d75fe69c5d531075f7f6f616a/data/",
-            files=MappingProxyType(
-                {
-                    "DATA_EMPS.mat": (
-                        "6cf6814ae14618795da0101aae2bb97ff0c6351b0501b5492751b02b07facf7e"
-                    ),
-                    "DATA_EMPS_PULSES.mat": (
-                        "0eab75bb1f6b16228ee78791343a88bf9bfd9a51036ac9807d7b5fc11c0e1704"
-                    ),
-                }
-            ),
+            files={
+                "DATA_EMPS.mat": "6cf6814ae14618795da0101aae2bb97ff0c6351b0501b5492751b02b07facf7e",
+                "DATA_EMPS_PULSES.mat": (
+                    "0eab75bb1f6b16228ee78791343a88bf9bfd9a51036ac9807d7b5fc11c0e1704"
+                ),
+            },
         ),
     }
 )
@@ -59,9 +45,9 @@ _BENCHMARKS: Mapping[str, _Benchmark] = MappingProxyType(
 def find_benchmark(name: str) -> Path:
     """Return the folder with a public data set's files, fetching them if they are not here.
 
-    Looked for in the folder named by the environment variable ``STICKSLIP_DATA``, in a subfolder
-    of the data set's name; then in the user's cache, to which they are fetched otherwise. Whatever
-    is found or fetched must have the published sha256.
+    They are looked for in the folder named by the environment variable ``STICKSLIP_DATA``, in a
+    subfolder of the data set's name; then in the user's cache, to which they are fetched otherwise.
+    Each must have the published sha256.
 
     Parameters
     ----------
@@ -117,11 +103,11 @@ def _check(path: Path, digest: str) -> None:
 
 
 def _fetched(name: str, benchmark: _Benchmark) -> Path:
-    """Return the cached files' folder, having fetched the files that are not in it as published."""
+    """Fetch the files that the cache lacks, and return its folder."""
     import pooch
 
     folder = Path(pooch.os_cache("stickslip")) / name
-    pooch.get_logger().setLevel("WARNING")  # what is fetched is said here
+    pooch.get_logger().setLevel("WARNING")  # fetched files are logged here
     for file, digest in benchmark.files.items():
         address = benchmark.address + file
         if (folder / file).is_file() and _digest(folder / file) == digest:
@@ -130,11 +116,9 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
         try:
             pooch.retrieve(address, known_hash=f"sha256:{digest}", fname=file, path=folder)
         except (OSError, ValueError) as error:  # no network or no such page; another file's hash
-            reason = (
-                "is not the published one"
-                if isinstance(error, ValueError)
-                else (f"cannot be fetched from {address}")
-            )
+            reason = f"cannot be fetched from {address}"
+            if isinstance(error, ValueError):
+                reason = "is not the published one"
             raise InputError(
                 f"{file} {reason} ({type(error).__name__})",
                 remedy=f"put it by hand into {folder}, or into a folder {name!r} inside the folder "
@@ -145,7 +129,7 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
 
 
 def _check_cache(folder: Path, file: str) -> None:
-    """Find out that nothing can be written to the cache before anything is fetched for it."""
+    """Check that the cache can be written, before anything is fetched for it."""
     try:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:

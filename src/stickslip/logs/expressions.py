@@ -9,10 +9,10 @@ import numpy as np
 
 from stickslip.records import InputError
 
-__all__ = ["Expression", "Value", "column_expression", "parse_expression", "quoted"]
-
 Value = float | np.ndarray
-"""What a name stands for: a constant of the file, or a column of shape (n,)."""
+"""Value of a name: a constant of the file, or a column of shape (n,)."""
+
+_Node = Callable[[Mapping[str, Value]], Value]
 
 _DEEPEST = 50
 """Parentheses and signs nested deeper than this are refused, well before the stack ends."""
@@ -35,31 +35,17 @@ _REMEDY = (
 
 @dataclass(frozen=True, kw_only=True)
 class Expression:
-    """A linear expression that has been read.
+    """A linear expression; ``evaluate`` takes the value of each name."""
 
-    Attributes
-    ----------
-    text
-        The expression as written.
-    names
-        The names it uses, each once, in order.
-    evaluate
-        Takes the value of each name, returns the value of the whole.
-    is_column
-        Whether it is one name as it stands, with nothing computed.
-    """
-
-    text: str
-    names: tuple[str, ...]
-    evaluate: Callable[[Mapping[str, Value]], Value]
-    is_column: bool
+    text: str  # as written
+    names: tuple[str, ...]  # each once, in order
+    evaluate: _Node
+    is_column: bool  # whether it is one name, with nothing computed
 
 
 def quoted(name: str) -> str:
     """Return a name as it can be written in an expression.
 
-    Examples
-    --------
     >>> quoted("tau"), quoted("motor angle")
     ('tau', "'motor angle'")
     """
@@ -70,7 +56,7 @@ def quoted(name: str) -> str:
 
 
 def column_expression(name: str) -> Expression:
-    """Return the expression that is the named column as it stands."""
+    """Return the expression that is the named column."""
     return Expression(
         text=name, names=(name,), evaluate=lambda values: values[name], is_column=True
     )
@@ -80,33 +66,16 @@ def parse_expression(text: str) -> Expression:
     """Read a linear expression.
 
     Numbers, names, quoted names, ``+ - * /`` and parentheses are understood. A product may have
-    one column at most and a divisor none, which is what makes it linear.
+    one column at most and a divisor none, which is what makes it linear. A product of two columns
+    is refused when it is evaluated, since a name may stand for a constant of the file.
 
-    Raises
-    ------
-    InputError
-        If the text is not such an expression; that a product has two columns shows only when it is
-        evaluated, since a name may stand for a constant of the file.
-
-    Examples
-    --------
     >>> expression = parse_expression("2 * (a - 'b c') / 4")
     >>> expression.names
     ('a', 'b c')
     >>> expression.evaluate({"a": np.array([3.0, 4.0]), "b c": 1.0})
     array([1. , 1.5])
     """
-    parser = _Parser(text)
-    evaluate = parser.whole()
-    return Expression(
-        text=text,
-        names=tuple(dict.fromkeys(parser.names)),
-        evaluate=evaluate,
-        is_column=parser.is_name,
-    )
-
-
-_Node = Callable[[Mapping[str, Value]], Value]
+    return _Parser(text).expression()
 
 
 class _Parser:
@@ -115,39 +84,38 @@ class _Parser:
     def __init__(self, text: str) -> None:
         self._text = text
         self._tokens = list(_tokens(text))
-        self._next = 0
-        self._depth = 0
-        self.names: list[str] = []
+        self._next = self._depth = 0
+        self._names: list[str] = []
 
-    @property
-    def is_name(self) -> bool:
-        return [kind for kind, _ in self._tokens] == ["name"]
-
-    def whole(self) -> _Node:
-        node = self._sum()
+    def expression(self) -> Expression:
+        evaluate = self._sum()
         if self._next < len(self._tokens):
             raise self._unexpected()
-        return node
+        return Expression(
+            text=self._text,
+            names=tuple(dict.fromkeys(self._names)),
+            evaluate=evaluate,
+            is_column=len(self._tokens) == 1 and len(self._names) == 1,
+        )
 
     def _take(self, *wanted: str) -> str | None:
         """Move past the next operator if it is one of those wanted."""
-        if self._next < len(self._tokens) and self._tokens[self._next] in [
-            ("operator", operator) for operator in wanted
-        ]:
-            self._next += 1
-            return self._tokens[self._next - 1][1]
-        return None
+        kind, text = self._tokens[self._next] if self._next < len(self._tokens) else ("", "")
+        if kind != "operator" or text not in wanted:
+            return None
+        self._next += 1
+        return text
 
     def _sum(self) -> _Node:
         node = self._product()
         while operator := self._take("+", "-"):
-            node = _join(self._text, operator, node, self._product())
+            node = self._join(operator, node, self._product())
         return node
 
     def _product(self) -> _Node:
         node = self._factor()
         while operator := self._take("*", "/"):
-            node = _join(self._text, operator, node, self._factor())
+            node = self._join(operator, node, self._factor())
         return node
 
     def _factor(self) -> _Node:
@@ -156,10 +124,9 @@ class _Parser:
             raise InputError(
                 f"the expression is nested more than {_DEEPEST} deep", remedy="write it simpler"
             )
-        try:
-            return self._signed_factor()
-        finally:
-            self._depth -= 1
+        node = self._signed_factor()
+        self._depth -= 1
+        return node
 
     def _signed_factor(self) -> _Node:
         if sign := self._take("+", "-"):
@@ -177,7 +144,7 @@ class _Parser:
         if kind == "number":
             number = self._number(text)
             return lambda _: number
-        self.names.append(text)
+        self._names.append(text)
         return lambda values: values[text]
 
     def _number(self, text: str) -> float:
@@ -192,16 +159,40 @@ class _Parser:
         return number
 
     def _unexpected(self) -> InputError:
+        found = "something is missing at the end"
         if self._next < len(self._tokens):
             found = f"unexpected {self._tokens[self._next][1]!r}"
-        else:
-            found = "something is missing at the end"
         return InputError(f"{self._text!r} is not a linear expression: {found}", remedy=_REMEDY)
+
+    def _join(self, operator: str, left: _Node, right: _Node) -> _Node:
+        """Return the node that applies an operator, and refuses what would not be linear."""
+
+        def evaluate(values: Mapping[str, Value]) -> Value:
+            a, b = left(values), right(values)
+            if operator == "+":
+                return a + b
+            if operator == "-":
+                return a - b
+            if operator == "*":
+                if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
+                    raise InputError(
+                        f"{self._text!r} multiplies two columns, which is not linear",
+                        remedy="multiply a column by numbers only, or compute it before logging",
+                    )
+                return a * b
+            if isinstance(b, np.ndarray) or b == 0:
+                what = "a column" if isinstance(b, np.ndarray) else "zero"
+                raise InputError(
+                    f"{self._text!r} divides by {what}",
+                    remedy="divide by a number other than zero, or compute it before logging",
+                )
+            return a / b
+
+        return evaluate
 
 
 def _tokens(text: str) -> Iterator[tuple[str, str]]:
-    position = 0
-    end = len(text.rstrip())
+    position, end = 0, len(text.rstrip())
     while position < end:
         match = _TOKEN.match(text, position)
         if match is None:
@@ -213,30 +204,3 @@ def _tokens(text: str) -> Iterator[tuple[str, str]]:
         word = match[kind]
         yield ("name", word[1:-1]) if kind == "quoted" else (kind, word)
         position = match.end()
-
-
-def _join(text: str, operator: str, left: _Node, right: _Node) -> _Node:
-    """Return the node that applies the operator, and refuses what would not be linear."""
-
-    def evaluate(values: Mapping[str, Value]) -> Value:
-        a, b = left(values), right(values)
-        if operator == "+":
-            return a + b
-        if operator == "-":
-            return a - b
-        if operator == "*":
-            if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-                raise InputError(
-                    f"{text!r} multiplies two columns, which is not linear",
-                    remedy="multiply a column by numbers only, or compute it before logging",
-                )
-            return a * b
-        if isinstance(b, np.ndarray) or b == 0:
-            what = "a column" if isinstance(b, np.ndarray) else "zero"
-            raise InputError(
-                f"{text!r} divides by {what}",
-                remedy="divide by a number other than zero, or compute it before logging",
-            )
-        return a / b
-
-    return evaluate

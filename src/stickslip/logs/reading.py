@@ -1,4 +1,4 @@
-"""From a file to an `AxisLog`: what is what, in which unit, and whether it makes sense."""
+"""From a file or a data frame to an `AxisLog` in SI units, checked for plausibility."""
 
 import hashlib
 from collections.abc import Mapping, Sequence
@@ -8,8 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.logs.binding import Bound, axis_kind, bind
-from stickslip.logs.discovery import candidates
+from stickslip.logs.channels import Bound, axis_kind, bind, candidates
 from stickslip.logs.expressions import Expression, Value
 from stickslip.logs.formats.frames import table_of_frame
 from stickslip.logs.formats.registry import reader_of
@@ -18,8 +17,6 @@ from stickslip.logs.table import Column, Table, check_lengths, combined
 from stickslip.logs.units import quantity_of, scale_to_si
 from stickslip.records import AxisKind, AxisLog, InputError, LogSource, unit_of
 
-__all__ = ["log_from_frame", "read_log"]
-
 _NOTICEABLE_JITTER = 1e-6
 """Time steps that deviate by less than this fraction are rounded numbers, not worth a sentence."""
 
@@ -27,7 +24,7 @@ _SMALLEST, _LARGEST = 1e-20, 1e20
 """Sizes [SI] between which products of several channels neither vanish nor overflow."""
 
 _HUGE = 1e300
-"""What even a tiny factor does not make zero."""
+"""A value that even a tiny factor does not make zero."""
 
 
 def read_log(
@@ -43,8 +40,7 @@ def read_log(
     path
         The file; or a folder, with a schema that names its files.
     schema
-        What is what: a `LogSchema`, or the path of a TOML file with one. Without it obvious columns
-        are found.
+        A `LogSchema`, or the path of a TOML file with one. Without it obvious columns are found.
     axis
         Which axis, if the schema has several.
 
@@ -80,8 +76,7 @@ def read_log(
             f"an object of type {type(path).__name__} is not the path of a log",
             remedy="give a path, or turn a data frame into a log with stickslip.log_from_frame",
         ) from None
-    whole, where = _given_schema(schema)
-    chosen = _for_axis(whole, axis, where)
+    whole, chosen, where = _chosen(schema, axis)
     try:
         files = _files(path, whole.files, where)
         tables = {short: _table(file) for short, file in files.items()}
@@ -128,8 +123,7 @@ def log_from_frame(
     >>> log.unit("effort"), log.effort.tolist()
     ('N m', [1.0, 1.0, 0.0])
     """
-    whole, where = _given_schema(schema)
-    chosen = _for_axis(whole, axis, where)
+    whole, chosen, where = _chosen(schema, axis)
     if whole.files:
         raise InputError(
             "the schema names files, and a data frame has none",
@@ -141,18 +135,18 @@ def log_from_frame(
     return _axis_log(table, chosen, where, None, default_name=label)
 
 
-def _given_schema(schema: str | Path | LogSchema | None) -> tuple[LogSchema, str]:
-    """Return the schema, empty if none is given, and what to call it in messages."""
+def _chosen(
+    schema: str | Path | LogSchema | None, axis: str | int | None
+) -> tuple[LogSchema, AxisSchema, str]:
+    """Return the schema, that of the axis, and the schema's name in messages; empty for none."""
     if schema is None:
-        return LogSchema(), ""
-    if isinstance(schema, LogSchema):
-        return schema, "schema"
-    return read_schema(schema), Path(schema).name
-
-
-def _for_axis(schema: LogSchema, axis: str | int | None, where: str) -> AxisSchema:
+        whole, where = LogSchema(), ""
+    elif isinstance(schema, LogSchema):
+        whole, where = schema, "schema"
+    else:
+        whole, where = read_schema(schema), Path(schema).name
     try:
-        return schema.for_axis(axis)
+        return whole, whole.for_axis(axis), where
     except InputError as error:
         raise error.at(where) if where else error from None
 
@@ -223,31 +217,34 @@ def _axis_log(
     except InputError as error:
         raise error if error.where else error.at(table.label) from None
     time = channels.pop("time", None)
-    samples = channels["position"].size
-    if time is None:
-        time = _sampled_time(schema, samples)
+    if time is None:  # the stated sampling
+        time = np.arange(channels["position"].size, dtype=np.float64)
+        frequency = schema.sampling_frequency
+        time = time * (schema.sampling_time or 0.0) if frequency is None else time / frequency
+    effort = channels["effort"]
+    measured: dict[str, Any] = {
+        f"measured_{name}": each for name, each in channels.items() if name != "effort"
+    }
     try:
-        log = _as_log(schema.name or default_name, kind, time, channels)
+        log = AxisLog(
+            name=schema.name or default_name, kind=kind, time=time, effort=effort, **measured
+        )
     except InputError as error:
-        raise error.at(_place_of_time_fault(table, bound, time)) from None
+        backward = np.flatnonzero(np.diff(time) <= 0)
+        place = table.label
+        if "time" in bound and backward.size:
+            place = table.place(bound["time"].expression.names[0], int(backward[0]) + 1)
+        raise error.at(place) from None
     _check_motion(log, bound, table.label)
     source = source or _source_in_memory(table, time, channels)
     assumptions = (*table.notes, *notes, *([note] if note else []), *_timing(log, table, bound))
     return replace(log, source=replace(source, assumptions=assumptions, assumed_units=assumed))
 
 
-def _sampled_time(schema: AxisSchema, samples: int) -> Column:
-    """Return the time stamps of a log without any, from the stated sampling."""
-    count = np.arange(samples, dtype=np.float64)
-    if schema.sampling_frequency is not None:
-        return count / schema.sampling_frequency
-    return count * (schema.sampling_time or 0.0)
-
-
 def _channels(
     table: Table, bound: Mapping[str, Bound], kind: AxisKind
 ) -> tuple[dict[str, Column], list[str]]:
-    """Return each channel in SI units, and what had to be assumed about it."""
+    """Return each channel in SI units, and the assumptions about it."""
     names = [name for each in bound.values() for name in each.expression.names]
     columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
     check_lengths(columns, table.label)
@@ -259,14 +256,13 @@ def _channels(
     for channel, each in bound.items():
         with np.errstate(all="ignore"):  # what overflows is found by its result
             result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
-        factor = 1.0
-        note = each.note
-        if each.unit is None:
+        factor, note = 1.0, each.note
+        if each.unit is not None:
+            factor = scale_to_si(channel, each.unit, kind)
+        else:
             si = unit_of(quantity_of(channel), kind)
             taken = f"no unit is given, so it is taken in {si}"
             note = f"{note}; {taken}" if note else f"{channel.replace('_', ' ')}: {taken}"
-        else:
-            factor = scale_to_si(channel, each.unit, kind)
         if note:
             notes.append(note)
         channels[channel] = _scaled(channel, each, result, factor, kind)
@@ -305,26 +301,6 @@ def _check_finite(table: Table, name: str, column: Column) -> None:
         )
 
 
-def _as_log(name: str, kind: AxisKind, time: Column, channels: Mapping[str, Column]) -> AxisLog:
-    return AxisLog(
-        name=name,
-        kind=kind,
-        time=time,
-        effort=channels["effort"],
-        measured_position=channels["position"],
-        measured_velocity=channels.get("velocity"),
-        measured_load_position=channels.get("load_position"),
-        measured_load_velocity=channels.get("load_velocity"),
-    )
-
-
-def _place_of_time_fault(table: Table, bound: Mapping[str, Bound], time: Column) -> str:
-    backward = np.flatnonzero(np.diff(time) <= 0)
-    if "time" in bound and backward.size:
-        return table.place(bound["time"].expression.names[0], int(backward[0]) + 1)
-    return table.label
-
-
 def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
     """Refuse a recording in which nothing happens: most often the wrong column."""
     position = log.measured_position
@@ -359,7 +335,7 @@ def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]
 
 
 def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]:
-    """Return sentences on what the time stamps show: that they are not used, jitter and gaps."""
+    """Return sentences on the time stamps: that they are not used, jitter and gaps."""
     if "time" not in bound:
         unused = candidates(table, "time")
         listed = " and ".join(map(repr, unused))

@@ -1,4 +1,4 @@
-"""What says which column of a log is what: made in Python, from flags, or from a TOML file."""
+"""Schemas of logs: which column is what; made in Python, from flags, or from a TOML file."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
@@ -8,13 +8,11 @@ from typing import Any, ClassVar, get_args
 from stickslip.input_files import read_toml, record_from, unknown_key
 from stickslip.records import AxisKind, InputError, ReadOnlyMapping, positive
 
-__all__ = ["CHANNELS", "AxisSchema", "LogSchema", "read_schema"]
-
 CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
-"""What a column of a log can be; each is also the name of a quantity (without ``load_``)."""
+"""Channels of a log; each is also the name of a quantity (without ``load_``)."""
 
 _SAMPLING = ("time", "sampling_time", "sampling_frequency")
-"""The ways to say when samples were taken, of which a log has one."""
+"""Keys that state when samples were taken, of which a log has one."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -123,7 +121,7 @@ class LogSchema(AxisSchema):
         super().__post_init__()
 
     def for_axis(self, axis: str | int | None) -> AxisSchema:
-        """Return what holds for one axis.
+        """Return the schema of one axis.
 
         Raises
         ------
@@ -131,22 +129,19 @@ class LogSchema(AxisSchema):
             If there is no such axis, or if there are several and none was chosen.
         """
         listed = ", ".join(self.axes)
-        if axis is None:
-            if len(self.axes) > 1:
-                raise InputError(
-                    f"the log has {len(self.axes)} axes ({listed}) and none was chosen",
-                    remedy=f"choose one, as in --axis {next(iter(self.axes))}",
-                )
-            chosen = next(iter(self.axes), None)
-        else:
-            chosen = str(axis)
-            if not self.axes:
-                raise InputError(
-                    f"axis {chosen!r} was chosen and the schema has no axes",
-                    remedy=f"leave the choice out, or write a table [axes.{chosen}] in the schema",
-                )
-            if chosen not in self.axes:
-                raise InputError(f"there is no axis {chosen!r}", remedy=f"choose one of: {listed}")
+        chosen = next(iter(self.axes), None) if axis is None else str(axis)
+        if axis is None and len(self.axes) > 1:
+            raise InputError(
+                f"the log has {len(self.axes)} axes ({listed}) and none was chosen",
+                remedy=f"choose one, as in --axis {chosen}",
+            )
+        if axis is not None and not self.axes:
+            raise InputError(
+                f"axis {chosen!r} was chosen and the schema has no axes",
+                remedy=f"leave the choice out, or write a table [axes.{chosen}] in the schema",
+            )
+        if axis is not None and chosen not in self.axes:
+            raise InputError(f"there is no axis {chosen!r}", remedy=f"choose one of: {listed}")
         if chosen is None:
             return AxisSchema(**_merged(self, AxisSchema()))
         own = self.axes[chosen]
@@ -154,24 +149,15 @@ class LogSchema(AxisSchema):
         return replace(AxisSchema(**_merged(self, own)), name=name)
 
     def overridden(self, axis: str | int | None, columns: AxisSchema) -> "LogSchema":
-        """Return the schema of one axis, with what ``columns`` states in place of its own.
-
-        Raises
-        ------
-        InputError
-            As `for_axis` does.
-        """
+        """Return the schema of one axis, in which the entries of ``columns`` take precedence."""
         return LogSchema(**_merged(self.for_axis(axis), columns), files=self.files)
 
 
 def _merged(base: AxisSchema, own: AxisSchema) -> dict[str, Any]:
-    """Return what two schemas state together; where both state something, the second holds."""
-    merged = {
-        each.name: getattr(base, each.name)
-        if getattr(own, each.name) is None
-        else getattr(own, each.name)
-        for each in fields(AxisSchema)
-    }
+    """Return the entries of two schemas; the second takes precedence."""
+    names = [each.name for each in fields(AxisSchema)]
+    merged: dict[str, Any] = {name: getattr(base, name) for name in names}
+    merged |= {name: value for name in names if (value := getattr(own, name)) is not None}
     merged["units"] = {**base.units, **own.units}
     if any(getattr(own, key) is not None for key in _SAMPLING):
         merged |= {key: getattr(own, key) for key in _SAMPLING}
@@ -194,9 +180,5 @@ def read_schema(path: str | Path) -> LogSchema:
     """
     path = Path(path)
     document = read_toml(path, what="schema", line='position = "encoder"')
-    return record_from(
-        LogSchema,
-        document,
-        where=str(path),
-        remedy="see the examples of schemas in the documentation",
-    )
+    remedy = "see the examples of schemas in the documentation"
+    return record_from(LogSchema, document, where=str(path), remedy=remedy)

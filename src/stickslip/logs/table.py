@@ -1,4 +1,4 @@
-"""The columns of a log as they stand in the file, before anyone has said what they mean."""
+"""The columns of a log as they stand in the file, before they are interpreted."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -10,8 +10,6 @@ from stickslip.input_files import nearest
 from stickslip.logs.units import header_unit
 from stickslip.records import InputError
 
-__all__ = ["Column", "Table", "check_lengths", "combined", "name_columns"]
-
 Column = Float[np.ndarray, " n"]
 
 
@@ -19,40 +17,25 @@ Column = Float[np.ndarray, " n"]
 class Table:
     """Named columns of one log.
 
-    Attributes
-    ----------
-    label
-        What the log is called in messages: the file's name.
-    headers
-        By column name, the header as it stands in the file, in the file's order.
-    units
-        By column name, the unit that the header or the file gives it.
-    constants
-        Single numbers that the file holds, by name.
-    load
-        Returns the named columns. It raises `InputError` if one of them is not numeric.
-    place
-        Says where a sample of a column is, such as ``"stage.csv, row 17"``.
-    notes
-        What had to be assumed to read the file.
+    ``load`` returns the named columns, or raises `InputError` if one of them is not numeric;
+    ``place`` locates a sample of a column, as in ``"stage.csv, row 17"``.
     """
 
-    label: str
-    headers: Mapping[str, str]
-    units: Mapping[str, str]
+    label: str  # what the log is called in messages: the file's name
+    headers: Mapping[str, str]  # by column name, as they stand in the file, in its order
+    units: Mapping[str, str]  # by column name, as its header or the file states them
     load: Callable[[Sequence[str]], Mapping[str, Column]]
     place: Callable[[str, int], str]
-    constants: Mapping[str, float] = field(default_factory=dict[str, float])
-    notes: tuple[str, ...] = ()
+    constants: Mapping[str, float] = field(default_factory=dict[str, float])  # single numbers
+    notes: tuple[str, ...] = ()  # assumptions made to read the file
 
     def find(self, name: str) -> str | None:
         """Return the column or constant of that name or header, or None."""
         if name in self.headers or name in self.constants:
             return name
-        for column, header in self.headers.items():
-            if name.strip() == header.strip():
-                return column
-        return None
+        return next(
+            (k for k, header in self.headers.items() if name.strip() == header.strip()), None
+        )
 
     def missing(self, name: str, wanted: str) -> InputError:
         """Return the error that there is no such column, with near names."""
@@ -92,8 +75,8 @@ def combined(tables: Mapping[str, Table], label: str) -> Table:
     def load(names: Sequence[str]) -> dict[str, Column]:
         loaded: dict[str, Column] = {}
         for short, table in tables.items():
-            own = {name: name.removeprefix(f"{short}:") for name in names}
-            own = {name: bare for name, bare in own.items() if bare != name}
+            prefix = f"{short}:"
+            own = {name: name.removeprefix(prefix) for name in names if name.startswith(prefix)}
             columns = table.load(list(own.values()))
             loaded |= {name: columns[bare] for name, bare in own.items()}
         return loaded
@@ -102,28 +85,22 @@ def combined(tables: Mapping[str, Table], label: str) -> Table:
         short, _, bare = name.partition(":")
         return tables[short].place(bare, sample)
 
-    headers: dict[str, str] = {}
-    units: dict[str, str] = {}
-    constants: dict[str, float] = {}
-    notes: list[str] = []
-    for short, table in tables.items():
-        headers |= {f"{short}:{name}": f"{short}:{each}" for name, each in table.headers.items()}
-        units |= {f"{short}:{name}": unit for name, unit in table.units.items()}
-        constants |= {f"{short}:{name}": value for name, value in table.constants.items()}
-        notes += [f"{table.label}: {note}" for note in table.notes]
+    parts = tables.items()
     return Table(
         label=label,
-        headers=headers,
-        units=units,
-        constants=constants,
+        headers={
+            f"{s}:{name}": f"{s}:{each}" for s, t in parts for name, each in t.headers.items()
+        },
+        units={f"{s}:{name}": unit for s, t in parts for name, unit in t.units.items()},
+        constants={f"{s}:{name}": value for s, t in parts for name, value in t.constants.items()},
         load=load,
         place=place,
-        notes=tuple(notes),
+        notes=tuple(f"{t.label}: {note}" for t in tables.values() for note in t.notes),
     )
 
 
 def check_lengths(columns: Mapping[str, Column], label: str) -> None:
-    """Refuse columns that do not have the same number of samples."""
+    """Check that all columns have the same number of samples."""
     first = next(iter(columns))
     for name, column in columns.items():
         if column.size != columns[first].size:

@@ -1,4 +1,4 @@
-"""Units at the edge: what a log is in, turned into SI once and for all."""
+"""Units of logs, and their factors to SI."""
 
 import re
 import tokenize
@@ -7,8 +7,6 @@ from types import MappingProxyType
 from typing import Any
 
 from stickslip.records import AxisKind, InputError, unit_of
-
-__all__ = ["header_unit", "is_unit", "kind_of_unit", "quantity_of", "same_unit", "scale_to_si"]
 
 _WORDS = MappingProxyType(
     {
@@ -48,8 +46,6 @@ def header_unit(header: str) -> tuple[str, str | None]:
 
     A unit stands in brackets, or at the end of the name where it cannot be mistaken.
 
-    Examples
-    --------
     >>> header_unit("position [mm]"), header_unit("vel (rad/s)"), header_unit("time_ms")
     (('position', 'mm'), ('vel', 'rad/s'), ('time_ms', 'ms'))
     >>> header_unit("torque")
@@ -79,30 +75,23 @@ def quantity_of(channel: str) -> str:
 def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
     """Return the kind of axis on which a channel has such a unit, None where that says nothing.
 
-    Raises
-    ------
-    InputError
-        If the channel cannot have that unit on any axis, or if there is no such unit.
+    A unit that the channel has on no axis is an error.
     """
     if channel == "time":
         return None
     kinds: tuple[AxisKind, ...] = ("linear", "rotary")
-    for kind in kinds:
-        if _factor(unit, unit_of(quantity_of(channel), kind)) is not None:
+    targets = [unit_of(quantity_of(channel), kind) for kind in kinds]
+    for kind, target in zip(kinds, targets, strict=True):
+        if _factor(unit, target) is not None:
             return kind
-    raise _wrong_unit(channel, unit, [unit_of(quantity_of(channel), kind) for kind in kinds])
+    raise _wrong_unit(channel, unit, targets)
 
 
 def scale_to_si(channel: str, unit: str, kind: AxisKind) -> float:
     """Return what a channel in the given unit is multiplied by to be in SI units.
 
-    Raises
-    ------
-    InputError
-        If the unit is not of the channel's dimension; both are named.
+    A unit of another dimension is an error that names both.
 
-    Examples
-    --------
     >>> scale_to_si("position", "mm", "linear")
     0.001
     """

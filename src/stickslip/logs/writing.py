@@ -6,20 +6,18 @@ from stickslip.logs.units import quantity_of
 from stickslip.outputs import whole_file
 from stickslip.records import AxisLog
 
-__all__ = ["write_csv"]
-
 
 def write_csv(log: AxisLog, path: str | Path) -> None:
     """Write a log as text that `read_log` reads back without a schema, value for value.
 
-    The file appears when it is complete; whatever goes wrong, nothing half-written is left.
+    The file appears when it is complete; if anything goes wrong, nothing half-written is left.
 
     Parameters
     ----------
     log
         The log.
     path
-        The file; one that exists is replaced.
+        The file; an existing one is replaced.
 
     Raises
     ------

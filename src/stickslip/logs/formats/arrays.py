@@ -1,31 +1,44 @@
-"""Named arrays, as MATLAB and NPZ files hold them, as the columns of a log."""
+"""Archives of named arrays, as the columns of a log: MATLAB files and NPZ files."""
 
-from collections.abc import Mapping, Sequence
+import zipfile
+import zlib
+from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from stickslip.logs.table import Column, Table, name_columns
-from stickslip.records import InputError
+from stickslip.records import InputError, MissingExtraError
 
-__all__ = ["table_of_arrays"]
+_NUMERIC = "biuf"  # kinds of NumPy types
+
+_SIGNATURE_V73 = b"\x89HDF\r\n\x1a\n"
+_USERBLOCK = 512
+
+_DAMAGED = (
+    AttributeError,
+    EOFError,
+    IndexError,
+    KeyError,
+    MemoryError,
+    NotImplementedError,
+    OSError,
+    OverflowError,
+    RuntimeError,
+    SyntaxError,
+    TypeError,
+    ValueError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
+"""Errors of the libraries on files that are cut short or damaged, or hold Python objects."""
 
 
 def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_from: int) -> Table:
     """Return arrays as a table: vectors are columns, matrices have several, numbers are constants.
 
-    Parameters
-    ----------
-    variables
-        Numeric arrays by name.
-    label
-        What the log is called in messages.
-    counts_from
-        The index of the first sample, as the users of the format count.
-
-    Raises
-    ------
-    InputError
-        If there is no column among them.
+    ``counts_from`` is the index of the first sample, as the users of the format count.
     """
     constants: dict[str, float] = {}
     columns: dict[str, Column] = {}
@@ -38,10 +51,8 @@ def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_f
             columns[name] = values
         elif values.ndim == 2 and values.size > 0:
             if values.shape[0] < values.shape[1]:
-                notes.append(
-                    f"{name} is {values.shape[0]} x {values.shape[1]}; its longer side is taken as "
-                    "time"
-                )
+                shape = f"{values.shape[0]} x {values.shape[1]}"
+                notes.append(f"{name} is {shape}; its longer side is taken as time")
                 values = values.T
             columns |= {f"{name}_{k + 1}": values[:, k] for k in range(values.shape[1])}
     if not columns:
@@ -65,3 +76,85 @@ def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_f
         place=lambda name, sample: f"{label}, {name} at index {sample + counts_from}",
         notes=tuple(notes),
     )
+
+
+def read_npz(path: Path) -> Table:
+    """Read the numeric arrays of an NPZ file; nothing in it is run."""
+    try:
+        with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
+            arrays = {name: archive[name] for name in archive.files}
+    except _DAMAGED as error:
+        raise InputError(
+            "the file is no NPZ archive of plain arrays, or is cut short or damaged",
+            where=path.name,
+            remedy="save it again with numpy.savez",
+        ) from error
+    numeric = {name: array for name, array in arrays.items() if array.dtype.kind in _NUMERIC}
+    return table_of_arrays(numeric, path.name, counts_from=0)
+
+
+def read_matlab(path: Path) -> Table:
+    """Read the numeric variables of a MATLAB file, version 7.3 through h5py, others through scipy.
+
+    Fields of structures are named ``structure.field``; the columns of a matrix ``name_1``,
+    ``name_2`` and so on. Numbers are constants that expressions can use.
+    """
+    with path.open("rb") as file:
+        head = file.read(_USERBLOCK + len(_SIGNATURE_V73))
+    read = _version_73 if head[_USERBLOCK:] == _SIGNATURE_V73 else _version_5
+    try:
+        variables = dict(read(path))
+    except MissingExtraError:
+        raise
+    except _DAMAGED as error:
+        raise InputError(
+            "the file is no MATLAB file, or is cut short or damaged",
+            where=path.name,
+            remedy="save or copy it again",
+        ) from error
+    return table_of_arrays(variables, path.name, counts_from=1)
+
+
+def _version_5(path: Path) -> Iterator[tuple[str, np.ndarray]]:
+    import scipy.io
+
+    try:
+        variables: Mapping[str, Any] = scipy.io.loadmat(str(path), simplify_cells=True)
+    except scipy.io.matlab.MatReadError as error:
+        raise EOFError(str(error)) from error
+    yield from _fields({k: v for k, v in variables.items() if not k.startswith("__")})
+
+
+def _fields(variables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
+    for name, value in variables.items():
+        if isinstance(value, Mapping):
+            yield from _fields(value, f"{prefix}{name}.")
+        elif (array := np.asarray(value)).dtype.kind in _NUMERIC:
+            yield prefix + name, array
+
+
+def _version_73(path: Path) -> Iterator[tuple[str, np.ndarray]]:
+    try:
+        import h5py
+    except ImportError:
+        raise MissingExtraError(
+            f"{path.name} is a MATLAB 7.3 file; reading it", extra="hdf5"
+        ) from None
+
+    with h5py.File(path, "r") as file:
+        yield from _datasets(file, "")
+
+
+def _datasets(group: Any, prefix: str) -> Iterator[tuple[str, np.ndarray]]:
+    for name, item in group.items():
+        if name.startswith("#"):
+            continue
+        if hasattr(item, "items"):
+            yield from _datasets(item, f"{prefix}{name}.")
+        elif (
+            item.dtype.kind in _NUMERIC
+            and item.attrs.get("MATLAB_class") != b"char"
+            and not item.attrs.get("MATLAB_empty", 0)
+        ):
+            # MATLAB stores columns first and HDF5 rows first.
+            yield prefix + name, np.asarray(item[()]).T

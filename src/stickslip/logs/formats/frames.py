@@ -1,26 +1,20 @@
-"""Data frames of any library that narwhals knows: pandas, polars, pyarrow and more."""
+"""Data frames of any library that narwhals knows, and Parquet files, as the columns of a log."""
 
 from collections.abc import Callable, Sequence
 from numbers import Real
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from stickslip.logs.table import Column, Table, name_columns
-from stickslip.records import InputError
-
-__all__ = ["table_of_frame"]
+from stickslip.records import InputError, MissingExtraError
 
 
 def table_of_frame(frame: Any, label: str) -> Table:
     """Return a data frame as a table.
 
     Dates and durations become seconds; dates count from the first.
-
-    Raises
-    ------
-    InputError
-        If it is no data frame, or has no rows.
     """
     import narwhals as nw
 
@@ -40,14 +34,10 @@ def table_of_frame(frame: Any, label: str) -> Table:
         raise InputError(
             "there are no columns", where=label, remedy="pass time, position and effort as columns"
         )
-    positions = dict(
-        zip(headers, [k for k, title in enumerate(titles) if title.strip()], strict=True)
-    )
-    units |= {
-        name: "s"
-        for name, position in positions.items()
-        if isinstance(data[:, position].dtype, nw.Datetime | nw.Duration)
-    }
+    named = [k for k, title in enumerate(titles) if title.strip()]
+    positions = dict(zip(headers, named, strict=True))
+    timed = nw.Datetime | nw.Duration
+    units |= {name: "s" for name, k in positions.items() if isinstance(data[:, k].dtype, timed)}
 
     def place(_: str, sample: int) -> str:
         return f"{label}, row {sample} (counted from 0)"
@@ -55,13 +45,7 @@ def table_of_frame(frame: Any, label: str) -> Table:
     def load(names: Sequence[str]) -> dict[str, Column]:
         return {name: _numbers(data[:, positions[name]], name, place) for name in names}
 
-    return Table(
-        label=label,
-        headers=headers,
-        units=units,
-        load=load,
-        place=place,
-    )
+    return Table(label=label, headers=headers, units=units, load=load, place=place)
 
 
 def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column:
@@ -89,3 +73,38 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
             remedy="remove or repair those samples; nothing is interpolated silently",
         )
     return np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)
+
+
+def read_parquet(path: Path) -> Table:
+    """Read a Parquet file, and of its columns only those in use."""
+    try:
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+    except ImportError:
+        raise MissingExtraError(
+            f"{path.name} is a Parquet file; reading it", extra="parquet"
+        ) from None
+
+    damaged = InputError(
+        "the file is no Parquet file, or is cut short or damaged",
+        where=path.name,
+        remedy="save or copy it again",
+    )
+    try:
+        empty = pq.read_schema(path).empty_table()
+    except (pa.ArrowException, OSError, ValueError) as error:
+        raise damaged from error
+    layout = table_of_frame(empty, path.name)
+
+    def load(names: Sequence[str]) -> dict[str, Column]:
+        headers = [layout.headers[name] for name in names]
+        try:
+            with pq.ParquetFile(path, page_checksum_verification=True) as file:
+                content = file.read(columns=headers)
+        except (pa.ArrowException, OSError, ValueError) as error:
+            raise damaged from error
+        return dict(table_of_frame(content, path.name).load(names))
+
+    return Table(
+        label=path.name, headers=layout.headers, units=layout.units, load=load, place=layout.place
+    )

@@ -9,14 +9,11 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
-from stickslip.logs.formats.matlab import read_matlab
-from stickslip.logs.formats.npz import read_npz
-from stickslip.logs.formats.parquet import read_parquet
+from stickslip.logs.formats.arrays import read_matlab, read_npz
+from stickslip.logs.formats.frames import read_parquet
 from stickslip.logs.formats.text import read_text
 from stickslip.logs.table import Table
 from stickslip.records import InputError
-
-__all__ = ["FORMATS", "LogFormat", "Reader", "reader_of"]
 
 
 @runtime_checkable
@@ -34,20 +31,10 @@ class Reader(Protocol):
 
 @dataclass(frozen=True, kw_only=True)
 class LogFormat:
-    """A format of the registry.
+    """A format of the registry."""
 
-    Attributes
-    ----------
-    name
-        What it is called in prose.
-    endings
-        Endings of its files, in lower case.
-    read
-        Its reader.
-    """
-
-    name: str
-    endings: tuple[str, ...]
+    name: str  # in prose
+    endings: tuple[str, ...]  # of its files, in lower case
     read: Reader
 
 
@@ -67,18 +54,7 @@ FORMATS: Mapping[str, LogFormat] = MappingProxyType(
 
 
 def reader_of(path: Path) -> Reader:
-    """Return the reader for a file.
-
-    Parameters
-    ----------
-    path
-        The file; the case of its ending does not matter.
-
-    Raises
-    ------
-    InputError
-        If no format has its ending.
-    """
+    """Return the reader for a file by its ending, in either case."""
     entry = FORMATS.get(path.suffix.lower())
     if entry is None:
         raise InputError(

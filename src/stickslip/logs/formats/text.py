@@ -1,5 +1,6 @@
-"""Text logs: columns between commas, semicolons, tabs or blanks."""
+"""Text logs: columns between commas, semicolons, tabs or blanks, below a header."""
 
+import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
@@ -8,24 +9,21 @@ from pathlib import Path
 
 import numpy as np
 
-from stickslip.logs.formats.text_layout import BLANKS, COMMENTS, SNIFFED_LINES, Layout, find_layout
 from stickslip.logs.table import Column, Table, name_columns
+from stickslip.logs.units import is_unit
 from stickslip.records import InputError, count_of
 
-__all__ = ["read_text"]
+_SNIFFED_LINES = 500
+"""A header must end and data must begin within this many lines."""
 
+_SNIFFED_ROWS = 50
+"""Rows of data that decide on the dialect."""
 
-@dataclass(frozen=True, kw_only=True)
-class _Text:
-    """A file whose encoding is known."""
+_COMMENTS = ("#", "%", "//")
+_REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
 
-    path: Path
-    encoding: str
-
-    def lines(self) -> Iterator[str]:
-        """Yield the lines, whatever ends them."""
-        with self.path.open(encoding=self.encoding) as file:
-            yield from file
+_BLANKS = " "
+"""Delimiter of columns between runs of blanks."""
 
 
 def read_text(path: Path) -> Table:
@@ -34,14 +32,9 @@ def read_text(path: Path) -> Table:
     Understood: commas, semicolons, tabs or blanks between columns, decimal commas, a header row, a
     row of units below it or units in its names, comment lines and other lines before it, quoted
     names, and UTF-8, UTF-16 and Latin-1 text.
-
-    Raises
-    ------
-    InputError
-        If the file holds no table of numbers.
     """
     text = _Text(path=path, encoding=_encoding(path))
-    layout = find_layout(list(islice(text.lines(), SNIFFED_LINES)), path.name)
+    layout = _find_layout(list(islice(text.lines(), _SNIFFED_LINES)), path.name)
     headers, units = name_columns(layout.headers)
     notes = layout.notes
     if text.encoding == "latin-1":
@@ -68,6 +61,19 @@ def read_text(path: Path) -> Table:
     return Table(label=path.name, headers=headers, units=units, load=load, place=place, notes=notes)
 
 
+@dataclass(frozen=True, kw_only=True)
+class _Text:
+    """A file whose encoding is known."""
+
+    path: Path
+    encoding: str
+
+    def lines(self) -> Iterator[str]:
+        """Yield the lines, whatever ends them."""
+        with self.path.open(encoding=self.encoding) as file:
+            yield from file
+
+
 def _encoding(path: Path) -> str:
     content = path.read_bytes()
     utf_16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
@@ -85,29 +91,166 @@ def _encoding(path: Path) -> str:
     )
 
 
-def _rows(text: _Text, layout: Layout) -> Iterator[tuple[int, str]]:
+@dataclass(frozen=True, kw_only=True)
+class _Dialect:
+    """Delimiter of columns, and decimal sign."""
+
+    delimiter: str
+    decimal: str
+
+    def cells(self, line: str) -> list[str]:
+        """Return the cells of one line."""
+        if '"' not in line:
+            row = line.split(None if self.delimiter == _BLANKS else self.delimiter)
+            return [cell.strip() for cell in row]
+        if self.delimiter == _BLANKS:
+            line = re.sub(r"\s+", " ", line)
+        try:
+            row = next(csv.reader([line.strip()], delimiter=self.delimiter, skipinitialspace=True))
+        except (csv.Error, StopIteration):  # an endless cell, or an empty line
+            row = [line]
+        return [cell.strip() for cell in row]
+
+    def number(self, cell: str) -> float | None:
+        """Return the number in a cell, or None if it holds none."""
+        if self.decimal == ",":
+            cell = "?" if "." in cell else cell.replace(",", ".")
+        try:
+            value = float(cell)
+        except ValueError:
+            return None
+        return None if "_" in cell else value
+
+    def numbers(self, cells: Sequence[str]) -> int:
+        """Return how many cells hold a number."""
+        return sum(self.number(cell) is not None for cell in cells)
+
+
+_DIALECTS = tuple(
+    _Dialect(delimiter=delimiter, decimal=decimal)
+    for decimal in (".", ",")
+    for delimiter in (",", ";", "\t", _BLANKS)
+    if decimal != delimiter
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Layout:
+    """Layout of a text log; lines are counted from 0."""
+
+    dialect: _Dialect
+    headers: tuple[str, ...]
+    first_row: int
+    notes: tuple[str, ...]
+
+
+def _find_layout(lines: list[str], label: str) -> _Layout:
+    """Return the layout of a text log, from its first lines."""
+    content = [
+        (number, line)
+        for number, line in enumerate(lines)
+        if line.strip() and not line.lstrip().startswith(_COMMENTS)
+    ]
+    ending = [line for _, line in content[-_SNIFFED_ROWS:]]
+    dialect = max(_DIALECTS, key=lambda dialect: _score(dialect, ending))
+    # The most frequent width of lines that have numbers
+    rows = [dialect.cells(line) for line in ending]
+    widths = [len(row) for row in rows if dialect.numbers(row)]
+    width = max(widths, key=widths.count, default=0)
+    first = _first_row(dialect, content, width)
+    if first is None:
+        raise InputError(
+            "no rows of numbers were found",
+            where=label,
+            remedy="give a text log with a header row and one row of numbers a sample",
+        )
+    return _named(dialect, lines, first, width, label)
+
+
+def _score(dialect: _Dialect, lines: list[str]) -> tuple[int, int]:
+    """Return how many lines are all numbers in a dialect, and how many numbers there are."""
+    rows = [dialect.cells(line) for line in lines]
+    numbers = [dialect.numbers(row) if len(row) > 1 else 0 for row in rows]
+    full = [count for count, row in zip(numbers, rows, strict=True) if count == sum(map(bool, row))]
+    return sum(count > 0 for count in full), sum(numbers)
+
+
+def _first_row(dialect: _Dialect, lines: list[tuple[int, str]], width: int) -> int | None:
+    """Return the first line of data: all numbers, or half of them right below a line of names."""
+    partly: int | None = None
+    below_names = False
+    for number, line in lines:
+        cells = dialect.cells(line)
+        filled, numbers = sum(map(bool, cells)), dialect.numbers(cells)
+        full = 0 < numbers == filled
+        half = 2 * numbers >= filled > 0 and len(cells) == width
+        if (full and len(cells) == width) or (below_names and (full or half)):
+            return number
+        if half and partly is None:
+            partly = number
+        below_names = len(cells) == width and numbers == 0
+    return partly
+
+
+def _named(dialect: _Dialect, lines: list[str], first: int, width: int, label: str) -> _Layout:
+    """Return the layout with the header above the first row: names, perhaps units below them."""
+    above = [(number, line.strip()) for number, line in enumerate(lines[:first]) if line.strip()]
+    plain = [(number, line) for number, line in above if not line.startswith(_COMMENTS)]
+    commented = [line for _, line in above if line.startswith(_COMMENTS)]
+    last, upper = (
+        _names(dialect, line, width) for _, line in [*plain[:-3:-1], (0, ""), (0, "")][:2]
+    )
+    notes: tuple[str, ...] = ()
+    if last and upper and all(not cell or is_unit(cell) for cell in last):
+        headers = [
+            f"{name} [{unit.strip('[]() ')}]" if unit else name
+            for name, unit in zip(upper, last, strict=True)
+        ]
+    elif headers := last or _names(dialect, commented[-1] if commented else "", width):
+        pass
+    elif plain and dialect.delimiter != _BLANKS and dialect.delimiter in plain[-1][1]:
+        number, line = plain[-1]
+        columns = count_of(len(dialect.cells(line)), "column")
+        raise InputError(
+            f"the header has {columns} and the rows have {width}",
+            where=f"{label}, row {number + 1}",
+            remedy="give every column one name",
+        )
+    else:
+        headers = [f"column_{k + 1}" for k in range(width)]
+        notes = (f"there is no header row; the columns are called column_1 to column_{width}",)
+    return _Layout(dialect=dialect, headers=tuple(headers), first_row=first, notes=notes)
+
+
+def _names(dialect: _Dialect, line: str, width: int) -> list[str] | None:
+    """Return the names in a line, which may be a comment, or None if they are not as many."""
+    line = line.lstrip("".join(_COMMENTS)).strip()
+    if dialect.delimiter == _BLANKS:
+        line = re.sub(r"\s+(?=[\[(])", "", line)
+    cells = dialect.cells(line)
+    return cells if len(cells) == width and any(cells) else None
+
+
+def _rows(text: _Text, layout: _Layout) -> Iterator[tuple[int, str]]:
     """Yield each row with its number as an editor counts it."""
     for number, line in enumerate(text.lines(), 1):
-        if number > layout.first_row and not line.lstrip().startswith(COMMENTS):
+        if number > layout.first_row and not line.lstrip().startswith(_COMMENTS):
             row = line if '"' in line else _REMARK.sub("", line)
             if row.strip():
                 yield number, row
 
 
-_REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
-
-
-def _widths_agree(text: _Text, layout: Layout) -> bool:
-    """Return whether all rows are seen at a glance to have the header's width."""
+def _widths_agree(text: _Text, layout: _Layout) -> bool:
+    """Return whether all rows have the header's width, as far as counting delimiters shows."""
     delimiter = layout.dialect.delimiter
     between = len(layout.headers) - 1
-    return delimiter != BLANKS and all(
+    return delimiter != _BLANKS and all(
         line.count(delimiter) == between and '"' not in line
         for line in islice(text.lines(), layout.first_row, None)
     )
 
 
-def _fast(text: _Text, layout: Layout, positions: list[int] | None) -> np.ndarray | None:
+def _fast(text: _Text, layout: _Layout, positions: list[int] | None) -> np.ndarray | None:
     """Return the columns in these places, or all, at once; None if they are not all numbers."""
     delimiter = layout.dialect.delimiter
     if layout.dialect.decimal == ",":  # no points then: whether they mean thousands is not known
@@ -117,7 +260,7 @@ def _fast(text: _Text, layout: Layout, positions: list[int] | None) -> np.ndarra
     try:
         return np.loadtxt(
             source,
-            delimiter=None if delimiter == BLANKS else delimiter,
+            delimiter=None if delimiter == _BLANKS else delimiter,
             skiprows=layout.first_row,
             comments="#",
             quotechar='"',
@@ -129,16 +272,16 @@ def _fast(text: _Text, layout: Layout, positions: list[int] | None) -> np.ndarra
         return None
 
 
-def _careful(text: _Text, layout: Layout, positions: dict[str, int]) -> dict[str, Column]:
-    """Return the wanted columns, cell by cell, and name the first cell that is at fault."""
+def _careful(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[str, Column]:
+    """Return the wanted columns, read cell by cell; the first faulty cell is an error."""
     columns: dict[str, list[float]] = {name: [] for name in positions}
     width = len(layout.headers)
     for number, line in _rows(text, layout):
-        cells = layout.dialect.cells(line)
+        cells, where = layout.dialect.cells(line), f"{text.path.name}, row {number}"
         if len(cells) != width:
             raise InputError(
                 f"the row has {count_of(len(cells), 'column')} and the header has {width}",
-                where=f"{text.path.name}, row {number}",
+                where=where,
                 remedy="repair or remove the row",
             )
         for name, position in positions.items():
@@ -147,7 +290,7 @@ def _careful(text: _Text, layout: Layout, positions: dict[str, int]) -> dict[str
                 held = f"the text {cells[position]!r}" if cells[position] else "an empty cell"
                 raise InputError(
                     f"column {name!r} has {held} where a number is needed",
-                    where=f"{text.path.name}, row {number}",
+                    where=where,
                     remedy="repair or remove the row",
                 )
             columns[name].append(value)
