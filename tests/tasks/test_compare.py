@@ -11,10 +11,10 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError
 from stickslip.scenario import read_study
-from stickslip.scenario.effort_file import read_effort
+from stickslip.scenario.study import read_effort
 from stickslip.simulation import Sensors, simulate
 from stickslip.tasks import compare_log, compare_scenario, write_effort
-from stickslip.tasks.compare.study import disturbance, measured_log
+from stickslip.tasks.comparison import disturbance, measured_log
 
 EXAMPLES = sorted((Path(__file__).parents[2] / "examples" / "comparisons").glob("*.toml"))
 

@@ -1,4 +1,4 @@
-"""The application: its commands, and what each way to end means to the caller."""
+"""The application: its commands, and the exit code of each."""
 
 import inspect
 import logging
@@ -10,16 +10,13 @@ from cyclopts import App, CycloptsError
 from stickslip import __version__
 from stickslip.cli.compare import EXAMPLES as COMPARE_EXAMPLES
 from stickslip.cli.compare import compare
-from stickslip.cli.data import data
-from stickslip.cli.demo import demo
+from stickslip.cli.demo import data, demo
 from stickslip.cli.excite import EXAMPLES as EXCITE_EXAMPLES
 from stickslip.cli.excite import excite
 from stickslip.cli.identify import EXAMPLES, identify
 from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
 from stickslip.cli.position import position
 from stickslip.cli.terminal import one_line, reader_may_leave, say
-
-__all__ = ["run"]
 
 _BAD_INPUT = 2
 
@@ -63,7 +60,7 @@ def run(arguments: Sequence[str]) -> int:
         with reader_may_leave():
             command(*bound.args, **bound.kwargs)
         return 0
-    # Only now, as it loads what --help and --version can do without.
+    # Imported here, as --help and --version do not need what it loads.
     from stickslip.records import StickslipError
 
     handler = logging.StreamHandler(sys.stderr)

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import (
-    WANTED,
+    EstimatedFriction,
     KnownAxis,
     LogReading,
-    SoughtFriction,
+    wanted,
     whole_number,
 )
 from stickslip.cli.outputs import ResultFiles
@@ -18,8 +18,6 @@ from stickslip.cli.terminal import progress_bar
 
 if TYPE_CHECKING:
     from stickslip.records import EstimatorComparison, EstimatorStudy
-
-__all__ = ["EXAMPLES", "compare"]
 
 EXAMPLES = """Examples:
   stickslip compare stage.csv --report compare.html
@@ -40,27 +38,21 @@ def compare(
     *,
     reading: LogReading | None = None,
     known: KnownAxis | None = None,
-    sought: SoughtFriction | None = None,
+    friction: EstimatedFriction | None = None,
     only: Annotated[
         list[str] | None,
-        Parameter(
-            group=WANTED,
-            negative="",
-            help="Compare this estimator only; may be repeated. [default: all]",
-        ),
+        wanted(negative="", help="Compare this estimator only; may be repeated. [default: all]"),
     ] = None,
     largest_delay: Annotated[
         int,
-        Parameter(
-            group=WANTED,
+        wanted(
             converter=whole_number,
             help="Largest delay of the effort that maximum-likelihood looks for, in samples.",
         ),
     ] = 0,
     runs: Annotated[
         int | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             converter=whole_number,
             help="Number of runs of a scenario. [default: that of the scenario]",
         ),
@@ -78,10 +70,10 @@ def compare(
     """
     from stickslip.records import InputError
 
-    asked, reading, known = reading, reading or LogReading(), known or KnownAxis()
-    sought, files = sought or SoughtFriction(), files or ResultFiles()
+    given, reading, known = reading, reading or LogReading(), known or KnownAxis()
+    friction, files = friction or EstimatedFriction(), files or ResultFiles()
     scenario = source.suffix.lower() == ".toml"
-    if scenario and asked not in (None, LogReading()):
+    if scenario and given not in (None, LogReading()):
         raise InputError(
             "an option on how to read a log is given, and a scenario is simulated",
             where=str(source),
@@ -103,8 +95,8 @@ def compare(
             inertia=known.inertia,
             load_inertia=known.load_inertia,
             stiffness=known.stiffness,
-            per_direction=sought.per_direction,
-            offset=sought.offset,
+            per_direction=friction.per_direction,
+            offset=friction.offset,
             largest_delay=largest_delay,
         )
         chosen = tuple(only or ())
@@ -124,5 +116,5 @@ def compare(
         files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_comparison
 
-    files.tell(found.to_dict, partial(print_comparison, found=found))
+    files.print(found.to_dict, partial(print_comparison, found=found))
     return 0 if found.trusted else 1

@@ -1,5 +1,6 @@
-"""``stickslip demo``: from a log to a landing, on a simulated arm whose friction is known."""
+"""``stickslip demo``, a demonstration on a simulated arm, and ``stickslip data``, public logs."""
 
+import sys
 from pathlib import Path
 from typing import Annotated
 
@@ -7,8 +8,6 @@ from cyclopts import Parameter
 
 from stickslip.cli.arguments import folder, whole_number
 from stickslip.cli.terminal import console_on, reader_may_leave, working
-
-__all__ = ["demo"]
 
 
 def demo(
@@ -38,10 +37,24 @@ def demo(
         print_identification(console, result.identification)
         console.print(f"Log       {result.log_file}", soft_wrap=True)
         console.print(f"Estimate  {result.json_file}", soft_wrap=True)
-        console.print(f"Report    {result.report_file}", soft_wrap=True)
-        console.print()
+        console.print(f"Report    {result.report_file}\n", soft_wrap=True)
         print_landing(console, result.landing)
         console.print(f"Scenario  {result.scenario_file}", soft_wrap=True)
         console.print(f"Landing   {result.landing_file}", soft_wrap=True)
     trusted = result.identification.estimate.status.trusted
     return 0 if trusted and result.landing.ending.reached else 1
+
+
+def data(name: Annotated[str, Parameter(help='The data set: "emps".')], /) -> int:
+    """Find a public benchmark on this machine, or fetch it, and print its folder.
+
+    Looked for in the folder that the environment variable STICKSLIP_DATA names, then in the user's
+    cache; fetched to the cache otherwise, and checked.
+    """
+    from stickslip import find_benchmark
+
+    with working(f"looking for {name}"):
+        folder = find_benchmark(name)
+    with reader_may_leave():
+        sys.stdout.write(f"{folder}\n")
+    return 0

@@ -1,4 +1,4 @@
-"""Where the process enters, and how it leaves when it is interrupted, stopped, or fails."""
+"""Entry point, and exit when the process is interrupted, terminated, or fails."""
 
 import contextlib
 import os
@@ -10,8 +10,6 @@ from collections.abc import Generator, Sequence
 from types import FrameType
 
 from stickslip.cli.terminal import say
-
-__all__ = ["main"]
 
 _DEFECT = 70  # what sysexits.h calls an internal software error
 _INTERRUPTED = 128 + signal.SIGINT

@@ -1,4 +1,4 @@
-"""``stickslip excite``: an effort to identify an axis with, as telling as its limits allow."""
+"""``stickslip excite``: the most informative effort within the limits of an axis."""
 
 from functools import partial
 from pathlib import Path
@@ -10,107 +10,88 @@ from stickslip.cli.arguments import whole_number
 from stickslip.cli.outputs import check_outputs, json_file, print_result
 from stickslip.cli.terminal import working
 
-__all__ = ["EXAMPLES", "excite"]
-
 EXAMPLES = """Examples:
   stickslip excite --mass 95 --coulomb-friction 20 --viscous-friction 200 --effort-limit 120 --travel-limit 0.1 --duration 10 --sampling-time 0.001 --encoder-step 1e-6 --out input.csv
   stickslip excite --estimate stage.json --effort-limit 10 --speed-limit 0.3 --travel-limit 0.2 --duration 5 --sampling-time 0.002 --position-noise 1e-5 --out input.csv"""  # noqa: E501 - a command is one line
 
-_AXIS = Group("Known of the axis", sort_key=1)
-_LIMITS = Group("Limits", sort_key=2)
-_SENSORS = Group("Sensors", sort_key=3)
-_OUTPUT = Group("Effort", sort_key=4)
+_axis = partial(Parameter, group=Group("Known of the axis", sort_key=1))
+_limits = partial(Parameter, group=Group("Limits", sort_key=2))
+_sensors = partial(Parameter, group=Group("Sensors", sort_key=3))
+_output = partial(Parameter, group=Group("Effort", sort_key=4))
 
 
 def excite(
     *,
     estimate: Annotated[
         Path | None,
-        Parameter(
-            group=_AXIS,
-            help="File that stickslip identify --json wrote; other options override its values.",
-        ),
+        _axis(help="File that stickslip identify --json wrote; other options override its values."),
     ] = None,
     kind: Annotated[
         Literal["linear", "rotary"] | None,
-        Parameter(group=_AXIS, help="Kind of axis. [default: that of the estimate, or linear]"),
+        _axis(help="Kind of axis. [default: that of the estimate, or linear]"),
     ] = None,
     inertia: Annotated[
         float | None,
-        Parameter(
+        _axis(
             name=("--inertia", "--mass"),
-            group=_AXIS,
             help="Moving inertia in kg m² or mass in kg; of a flexible arm the driven side.",
         ),
     ] = None,
     coulomb_friction: Annotated[
-        float | None, Parameter(group=_AXIS, help="In N or N m; a rough value is enough.")
+        float | None, _axis(help="In N or N m; a rough value is enough.")
     ] = None,
     viscous_friction: Annotated[
-        float | None, Parameter(group=_AXIS, help="In N s/m or N m s/rad; a rough value is enough.")
+        float | None, _axis(help="In N s/m or N m s/rad; a rough value is enough.")
     ] = None,
     static_friction: Annotated[
         float | None,
-        Parameter(group=_AXIS, help="In N or N m. [default: Coulomb friction]"),
+        _axis(help="In N or N m. [default: Coulomb friction]"),
     ] = None,
     offset: Annotated[
         float | None,
-        Parameter(
-            group=_AXIS,
-            help="Constant part of the effort, such as gravity, in N or N m. [default: 0]",
-        ),
+        _axis(help="Constant part of the effort, such as gravity, in N or N m. [default: 0]"),
     ] = None,
     load_inertia: Annotated[
         float | None,
-        Parameter(
+        _axis(
             name=("--load-inertia", "--load-mass"),
-            group=_AXIS,
             help="Inertia in kg m² or mass in kg of a flexible arm's load side.",
         ),
     ] = None,
     stiffness: Annotated[
         float | None,
-        Parameter(group=_AXIS, help="Of a flexible arm's spring, in N/m or N m/rad."),
+        _axis(help="Of a flexible arm's spring, in N/m or N m/rad."),
     ] = None,
-    effort_limit: Annotated[float, Parameter(group=_LIMITS, help="Largest effort, in N or N m.")],
-    speed_limit: Annotated[
-        float | None, Parameter(group=_LIMITS, help="Largest speed, in m/s or rad/s.")
-    ] = None,
+    effort_limit: Annotated[float, _limits(help="Largest effort, in N or N m.")],
+    speed_limit: Annotated[float | None, _limits(help="Largest speed, in m/s or rad/s.")] = None,
     travel_limit: Annotated[
         float | None,
-        Parameter(group=_LIMITS, help="Largest distance from the start, in m or rad."),
+        _limits(help="Largest distance from the start, in m or rad."),
     ] = None,
     position_noise: Annotated[
-        float, Parameter(group=_SENSORS, help="Standard deviation of the positions, in m or rad.")
+        float, _sensors(help="Standard deviation of the positions, in m or rad.")
     ] = 0.0,
-    encoder_step: Annotated[
-        float, Parameter(group=_SENSORS, help="Step of the encoder, in m or rad.")
-    ] = 0.0,
+    encoder_step: Annotated[float, _sensors(help="Step of the encoder, in m or rad.")] = 0.0,
     velocity_noise: Annotated[
         float | None,
-        Parameter(
-            group=_SENSORS,
+        _sensors(
             help="Standard deviation of measured velocities, in m/s or rad/s. [default: not "
             "measured]",
         ),
     ] = None,
-    duration: Annotated[float, Parameter(group=_OUTPUT, help="In s.")],
-    sampling_time: Annotated[
-        float, Parameter(group=_OUTPUT, help="In s; the effort is held over each sample.")
-    ],
+    duration: Annotated[float, _output(help="In s.")],
+    sampling_time: Annotated[float, _output(help="In s; the effort is held over each sample.")],
     seed: Annotated[
         int,
-        Parameter(
-            group=_OUTPUT,
+        _output(
             converter=whole_number,
             help="Seed of the inputs that the search starts from.",
         ),
     ] = 1,
-    out: Annotated[Path, Parameter(group=_OUTPUT, help="CSV file for the drive: time and effort.")],
+    out: Annotated[Path, _output(help="CSV file for the drive: time and effort.")],
     json: Annotated[
         str | None,
-        Parameter(
-            group=_OUTPUT,
+        _output(
             allow_leading_hyphen=True,
             help="Write effort and intervals as JSON to this file; - is standard output.",
         ),

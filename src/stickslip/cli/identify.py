@@ -6,12 +6,10 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.arguments import WANTED, KnownAxis, LogReading, SoughtFriction
+from stickslip.cli.arguments import EstimatedFriction, KnownAxis, LogReading, wanted
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.terminal import working
 from stickslip.records import EffortKind, InputError
-
-__all__ = ["EXAMPLES", "identify"]
 
 EXAMPLES = """Examples:
   stickslip identify stage.csv --report stage.html
@@ -36,16 +34,12 @@ def identify(
     known: KnownAxis | None = None,
     estimator: Annotated[
         str,
-        Parameter(
-            group=WANTED,
-            help="Name of the estimator: one that stickslip compare lists.",
-        ),
+        wanted(help="Name of the estimator: one that stickslip compare lists."),
     ] = "auto",
-    sought: SoughtFriction | None = None,
+    friction: EstimatedFriction | None = None,
     stribeck: Annotated[
         bool,
-        Parameter(
-            group=WANTED,
+        wanted(
             negative="",
             help="Estimate static friction and Stribeck velocity too, with estimator auto, energy "
             "or idim-ls.",
@@ -53,31 +47,25 @@ def identify(
     ] = False,
     cutoff: Annotated[
         float | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             help="Cutoff frequency of the low-pass for noisy signals, in Hz, with estimator energy "
             "or idim-ls. [default: a tenth of the sampling rate, at most 100 Hz]",
         ),
     ] = None,
     forgetting_factor: Annotated[
         float | None,
-        Parameter(
-            group=WANTED,
-            help="Forgetting factor of estimator published-energy, in (0, 1]. [default: 1]",
-        ),
+        wanted(help="Forgetting factor of estimator published-energy, in (0, 1]. [default: 1]"),
     ] = None,
     initial_variance: Annotated[
         float | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             help="Initial covariance P(0) of estimator published-energy, diagonal value. [default: "
             "1000]",
         ),
     ] = None,
     include: Annotated[
         list[str] | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             negative="",
             help="Term that the model of estimator auto has in any case, such as spring, gravity "
             "or stribeck; repeat the option for several.",
@@ -85,8 +73,7 @@ def identify(
     ] = None,
     exclude: Annotated[
         list[str] | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             negative="",
             help="Term that the model of estimator auto does not have; repeat the option for "
             "several.",
@@ -94,12 +81,11 @@ def identify(
     ] = None,
     select: Annotated[
         bool,
-        Parameter(group=WANTED, help="Whether estimator auto selects the terms of its model."),
+        wanted(help="Whether estimator auto selects the terms of its model."),
     ] = True,
     effort_delay: Annotated[
         list[str] | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             negative="",
             allow_leading_hyphen=True,
             help="Known time by which the effort acts later than it is logged, in s, with "
@@ -109,8 +95,7 @@ def identify(
     ] = None,
     effort_kind: Annotated[
         EffortKind | None,
-        Parameter(
-            group=WANTED,
+        wanted(
             help="What a logged effort is, with estimator auto: held from its time stamp to the "
             "next, the value sampled at its time stamp, or the mean since the time stamp before. "
             "[default: held; with uneven time stamps, what explains most]",
@@ -125,7 +110,7 @@ def identify(
     and what was assumed is printed.
     """
     reading, known = reading or LogReading(), known or KnownAxis()
-    sought, files = sought or SoughtFriction(), files or ResultFiles()
+    friction, files = friction or EstimatedFriction(), files or ResultFiles()
     logs = [log, *others]
     files.check(inputs=[path for each in logs for path in reading.inputs(each)])
     reading.units()  # refused before anything is loaded
@@ -144,8 +129,8 @@ def identify(
             inertia=known.inertia,
             load_inertia=known.load_inertia,
             stiffness=known.stiffness,
-            per_direction=sought.per_direction,
-            offset=sought.offset,
+            per_direction=friction.per_direction,
+            offset=friction.offset,
             stribeck=stribeck,
             cutoff=cutoff,
             forgetting_factor=forgetting_factor,
@@ -159,19 +144,12 @@ def identify(
         files.write(found.estimate.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_identification
 
-    files.tell(found.estimate.to_dict, partial(print_identification, identification=found))
+    files.print(found.estimate.to_dict, partial(print_identification, identification=found))
     return 0 if found.estimate.status.trusted else 1
 
 
 def _effort_delay(words: list[str]) -> float | dict[str, float] | None:
-    """Return the delay of all logs, or of some by name [s].
-
-    Raises
-    ------
-    InputError
-        If a word is neither a number nor ``log=number``, a log is named twice, or a number is not
-        the only word.
-    """
+    """Return the delay of all logs, or of some by name [s], from numbers and ``log=number``."""
     delays: dict[str, float] = {}
     for word in words:
         log, _, number = word.rpartition("=")

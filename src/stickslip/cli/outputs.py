@@ -1,8 +1,9 @@
-"""What every command that has a result does with it: files, JSON on standard output, and words."""
+"""Results of a command: files, JSON on standard output, and text for a reader."""
 
 import sys
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
@@ -14,9 +15,7 @@ from stickslip.cli.terminal import console_on, reader_may_leave
 if TYPE_CHECKING:
     from rich.console import Console
 
-__all__ = ["ResultFiles", "check_apart", "check_outputs", "json_file", "print_result"]
-
-_OUTPUT = Group("Output", sort_key=4)
+_output = partial(Parameter, group=Group("Output", sort_key=4))
 
 
 def json_file(json: str | None) -> Path | None:
@@ -25,13 +24,7 @@ def json_file(json: str | None) -> Path | None:
 
 
 def check_apart(files: Mapping[str, Path | None]) -> None:
-    """Refuse two options that name the same file.
-
-    Raises
-    ------
-    InputError
-        If two do.
-    """
+    """Check that no two options name the same file."""
     from stickslip.records import InputError
 
     for (option, path), (other, same) in combinations(files.items(), 2):
@@ -44,19 +37,9 @@ def check_apart(files: Mapping[str, Path | None]) -> None:
 
 
 def check_outputs(files: Mapping[str, Path | None], *, inputs: Sequence[Path]) -> None:
-    """Refuse files that cannot be written, before anything is computed.
+    """Check that files, by the option that names each, can be written and are no inputs.
 
-    Parameters
-    ----------
-    files
-        By the option that names each; None is not to be written.
-    inputs
-        What must not be overwritten.
-
-    Raises
-    ------
-    InputError
-        If two are the same, one is an input, or one cannot be written.
+    This comes before anything is computed.
     """
     from stickslip.outputs import check_output
 
@@ -68,23 +51,15 @@ def check_outputs(files: Mapping[str, Path | None], *, inputs: Sequence[Path]) -
 
 def print_result(
     document: Callable[[], Mapping[str, Any]],
-    words: "Callable[[Console], None]",
+    text: "Callable[[Console], None]",
     *,
     json: str | None,
     files: Mapping[str, Path | None],
 ) -> None:
-    """Print the words, and the JSON alone on standard output if it was asked for there.
+    """Print a result as text, and as JSON on standard output if ``--json -`` asks for it.
 
-    Parameters
-    ----------
-    document
-        Returns the result as plain JSON types.
-    words
-        Prints the result for a reader.
-    json
-        As the option was given.
-    files
-        What was written, by what it is.
+    ``document`` returns the result as plain JSON types, ``text`` prints it for a reader, and
+    ``files`` are the written ones by their names.
     """
     to_stdout = json == "-"
     if to_stdout:
@@ -94,53 +69,36 @@ def print_result(
             sys.stdout.write(json_text(document()))
     console = console_on("error" if to_stdout else "output")
     with reader_may_leave():
-        words(console)
-        for what, path in files.items():
+        text(console)
+        for name, path in files.items():
             if path is not None:
-                console.print(f"{what}: {path}", soft_wrap=True)
+                console.print(f"{name}: {path}", soft_wrap=True)
 
 
 @Parameter(name="*")
 @dataclass(frozen=True, kw_only=True)
 class ResultFiles:
-    """Where a result goes."""
+    """Files of a result."""
 
     json: Annotated[
         str | None,
-        Parameter(
-            group=_OUTPUT,
+        _output(
             allow_leading_hyphen=True,
             help="Write the result as JSON to this file; - is standard output.",
         ),
     ] = None
     report: Annotated[
-        Path | None,
-        Parameter(group=_OUTPUT, help="Write the report, one HTML page that works offline."),
+        Path | None, _output(help="Write the report, one HTML page that works offline.")
     ] = None
 
     def check(self, *, inputs: Sequence[Path]) -> None:
-        """Refuse files that cannot be written.
-
-        Raises
-        ------
-        InputError
-            As `check_outputs` does.
-        """
-        files = {"--json": json_file(self.json), "--report": self.report}
-        check_outputs(files, inputs=inputs)
+        """Check that the files can be written."""
+        check_outputs({"--json": json_file(self.json), "--report": self.report}, inputs=inputs)
 
     def write(
         self, document: Callable[[], Mapping[str, Any]], page: Callable[[Path], object]
     ) -> None:
-        """Write what is asked for.
-
-        Parameters
-        ----------
-        document
-            Returns the result as plain JSON types.
-        page
-            Writes its report.
-        """
+        """Write the files that were asked for; ``page`` writes the report."""
         from stickslip.tasks import write_json
 
         if self.report is not None:
@@ -148,9 +106,9 @@ class ResultFiles:
         if (path := json_file(self.json)) is not None:
             write_json(document(), path)
 
-    def tell(
-        self, document: Callable[[], Mapping[str, Any]], words: "Callable[[Console], None]"
+    def print(
+        self, document: Callable[[], Mapping[str, Any]], text: "Callable[[Console], None]"
     ) -> None:
-        """Print the result, as `print_result` does, and what was written."""
+        """Print the result, as `print_result` does, and the files."""
         files = {"JSON": json_file(self.json), "Report": self.report}
-        print_result(document, words, json=self.json, files=files)
+        print_result(document, text, json=self.json, files=files)

@@ -9,8 +9,6 @@ from cyclopts import Parameter
 from stickslip.cli.outputs import check_apart, json_file, print_result
 from stickslip.cli.terminal import progress_bar
 
-__all__ = ["EXAMPLES", "position"]
-
 EXAMPLES = """Examples:
   stickslip position examples/scenarios/exact.toml --report exact.html
   stickslip position examples/scenarios/arm.toml --report arm.html
@@ -63,9 +61,9 @@ def position(
     for option, path in files.items():
         if path is None:
             continue
-        # What was learned may take the place of what it began with
-        goes_on = option == "--learned"
-        inputs = [each for each in read.inputs if not (goes_on and each == read.learned)]
+        # The learned values may replace those that the run resumes from
+        resumes = option == "--learned"
+        inputs = [each for each in read.inputs if not (resumes and each == read.learned)]
         check_output(path, inputs=[scenario, *inputs], what=option)
     with progress_bar(f"positioning, {scenario.name}") as progress:
         from stickslip import write_report

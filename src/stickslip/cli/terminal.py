@@ -1,4 +1,4 @@
-"""Where words go: results to standard output, everything about them to standard error."""
+"""Printing: results to standard output, everything about them to standard error."""
 
 import contextlib
 import os
@@ -9,8 +9,6 @@ from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
     from rich.console import Console
-
-__all__ = ["console_on", "one_line", "progress_bar", "reader_may_leave", "say", "working"]
 
 _WIDTH_OF_A_PIPE = 120
 _QUIET_TIME = 2.0  # seconds before progress is shown
@@ -71,7 +69,7 @@ def _send_the_rest_nowhere() -> None:
 
 @contextlib.contextmanager
 def working(doing: str) -> Generator[None]:
-    """Show on a terminal what is being done; say nothing where nobody looks on."""
+    """Show a status on a terminal; print nothing elsewhere."""
     if not sys.stderr.isatty():
         yield
         return
@@ -82,9 +80,9 @@ def working(doing: str) -> Generator[None]:
 
 @contextlib.contextmanager
 def progress_bar(doing: str) -> Generator[Callable[[int, int], None] | None]:
-    """Draw a bar on a terminal once the work takes a while; say nothing where nobody looks on.
+    """Draw a bar on a terminal once the work takes a while; print nothing elsewhere.
 
-    Yields what is to be called with how much is done, of how much; None where there is no bar.
+    Yields a function of the amounts done and in all; None where there is no bar.
     """
     if not sys.stderr.isatty():
         yield None

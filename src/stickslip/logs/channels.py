@@ -262,7 +262,9 @@ def _not_found(table: Table, channel: str) -> InputError:
 def _kind_of_name(name: str, table: Table) -> AxisKind | None:
     """Return the kind of axis that a column's name implies, None where it may be either."""
     words = _words_of(name, table)
-    kinds = [kind for kind, own in _WORDS_OF_KIND.items() if not own.isdisjoint(words)]
+    kinds: list[AxisKind] = [
+        kind for kind, own in _WORDS_OF_KIND.items() if not own.isdisjoint(words)
+    ]
     return kinds[0] if len(kinds) == 1 else None
 
 

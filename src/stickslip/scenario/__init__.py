@@ -1,24 +1,16 @@
-"""Scenarios: strict models of what TOML files of tasks and studies say, and what is built of them.
+"""Scenarios: strict models of the TOML files of tasks and studies, and what is built of them.
 
 The key ``law`` of ``[axis]`` and the key ``method`` of ``[controller]`` choose the model of the
 table; unknown and misplaced keys are errors.
 """
 
 from stickslip.scenario.axis import AXES, Axis
+from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.controllers.base import Controller
-from stickslip.scenario.controllers.registry import ARM_CONTROLLERS, AXIS_CONTROLLERS
-from stickslip.scenario.estimate_file import estimate_in
-from stickslip.scenario.guess import GuessTable
-from stickslip.scenario.reading import Read
+from stickslip.scenario.guess import GuessTable, estimate_in
 from stickslip.scenario.scenario import Scenario, ScenarioFile, read_scenario
-from stickslip.scenario.study import (
-    FileInput,
-    SineInput,
-    StudyFile,
-    check_runs,
-    read_study,
-)
-from stickslip.scenario.table import Table, Variants, table_from, with_units_of
+from stickslip.scenario.study import FileInput, SineInput, StudyFile, check_runs, read_study
+from stickslip.scenario.table import Read, Table, Variants, table_from, with_units_of
 from stickslip.scenario.task import SensorsTable, TaskTable
 
 __all__ = [

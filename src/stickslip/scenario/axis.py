@@ -1,8 +1,8 @@
-"""``[axis]``: what is simulated. The key ``law`` chooses the model."""
+"""``[axis]``: the simulated plant. The key ``law`` chooses the model."""
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from pydantic import model_validator
 
@@ -17,26 +17,121 @@ from stickslip.friction import (
 from stickslip.friction.stribeck import StribeckShape
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.presentation.words import prefixed
-from stickslip.records import AxisKind, InputError, unit_of
-from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
-from stickslip.scenario.table import Variants, key, required
+from stickslip.records import AxisKind, InputError, non_negative, positive, unit_of
+from stickslip.scenario.table import Table, Variants, key, kind_in, required
 
-__all__ = ["AXES", "Axis", "CoulombAxis", "DahlAxis", "ElastoPlasticAxis", "LuGreAxis"]
+DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
+"""Quantities that are given for both directions at once, or for each direction."""
+
+_SIDES = ("positive", "negative")
+
+
+def _friction(name: str, side: str = "") -> Any:
+    words = name.replace("_", " ").replace("coulomb", "Coulomb")
+    words += f", {side} direction" if side else ""
+    return key(words, name, non_negative)
+
+
+class Body(Table):
+    """Masses, spring and friction, all optional."""
+
+    mass: float | None = key("moving mass; of a flexible arm, mass 1", "mass", positive)
+    inertia: float | None = key("the same of a rotary axis", "inertia", positive)
+    load_mass: float | None = key("mass 2 of a flexible arm", "mass", positive)
+    load_inertia: float | None = key("the same of a rotary axis", "inertia", positive)
+    stiffness: float | None = key("spring of a flexible arm", "stiffness", positive)
+    coulomb_friction: float | None = _friction("coulomb_friction")
+    coulomb_friction_positive: float | None = _friction("coulomb_friction", "positive")
+    coulomb_friction_negative: float | None = _friction("coulomb_friction", "negative")
+    viscous_friction: float | None = _friction("viscous_friction")
+    viscous_friction_positive: float | None = _friction("viscous_friction", "positive")
+    viscous_friction_negative: float | None = _friction("viscous_friction", "negative")
+    static_friction: float | None = _friction("static_friction")
+    static_friction_positive: float | None = _friction("static_friction", "positive")
+    static_friction_negative: float | None = _friction("static_friction", "negative")
+    offset: float | None = key("constant effort lost, as by gravity", "offset")
+
+    @model_validator(mode="after")
+    def _check_alternatives(self, info: Any) -> "Body":
+        kind = kind_in(info)
+        name, other = ("mass", "inertia") if kind == "linear" else ("inertia", "mass")
+        for of in ("", "load_"):
+            if getattr(self, of + other) is not None:
+                raise InputError(
+                    f"{of}{other} is given for a {kind} axis",
+                    remedy=f"give its {of}{name} [{unit_of(name, kind)}]",
+                )
+        for friction in DIRECTIONAL:
+            given = [side for side in _SIDES if getattr(self, f"{friction}_{side}") is not None]
+            if getattr(self, friction) is not None and given:
+                raise InputError(
+                    f"{friction} is given for both directions and for one of them apart",
+                    remedy=f"keep {friction}, or {friction}_positive and {friction}_negative",
+                )
+            if len(given) == 1:
+                (missing,) = set(_SIDES) - set(given)
+                raise InputError(
+                    f"{friction}_{given[0]} is given without {friction}_{missing}",
+                    remedy=f"give both, or {friction} if it is the same in both directions",
+                )
+        return self
+
+    @property
+    def body(self) -> float | None:
+        """Mass or inertia [kg or kg m^2]."""
+        return self.inertia if self.mass is None else self.mass
+
+    @property
+    def load(self) -> float | None:
+        """Mass or inertia of the load of a flexible arm [kg or kg m^2]."""
+        return self.load_inertia if self.load_mass is None else self.load_mass
+
+    def sides(self, name: str) -> tuple[float, float] | None:
+        """Return a friction in the positive and in the negative direction."""
+        both = getattr(self, name)
+        if both is not None:
+            return both, both
+        forward = getattr(self, f"{name}_positive")
+        return None if forward is None else (forward, getattr(self, f"{name}_negative"))
+
+
+def coulomb_viscous(
+    pairs: Mapping[str, tuple[float, float]], offset: float, kind: AxisKind
+) -> CoulombViscousFriction:
+    """Return the law of a friction that is given for both directions or for each."""
+    coulomb, viscous = pairs["coulomb_friction"], pairs["viscous_friction"]
+    static = pairs.get("static_friction", coulomb)
+    unit = unit_of("effort", kind)
+    for side, held, slowing in zip(_SIDES, static, coulomb, strict=True):
+        for name, pair in pairs.items():
+            own = name if pair[0] == pair[1] else f"{name}_{side}"
+            non_negative(own, pair[side == "negative"], unit_of(name, kind))
+        if held < slowing:
+            own = "static_friction" if static[0] == static[1] else f"static_friction_{side}"
+            direction = "" if coulomb[0] == coulomb[1] else " of that direction"
+            raise InputError(
+                f"{own} is {held:g} {unit}, below the Coulomb friction{direction}, {slowing:g} "
+                f"{unit}",
+                remedy="give a static friction of at least the Coulomb friction",
+            )
+    return CoulombViscousFriction(
+        coulomb_friction_positive=coulomb[0],
+        coulomb_friction_negative=coulomb[1],
+        viscous_friction_positive=viscous[0],
+        viscous_friction_negative=viscous[1],
+        static_friction_positive=static[0],
+        static_friction_negative=static[1],
+        offset=offset,
+    )
 
 
 class Axis(Body):
-    """What all laws have in common. With a load and a spring it is a flexible arm."""
+    """The axis of any law. With a load and a spring it is a flexible arm."""
 
     shows_defaults: ClassVar[bool] = False
-    title: ClassVar[str]
-    """The law in words."""
-
-    bristles: ClassVar[bool] = False
-    """Whether the law has bristles, on which nothing rests exactly."""
-
-    needs: ClassVar[tuple[str, ...]] = ("coulomb_friction", "viscous_friction")
-    """Frictions without a default."""
-
+    title: ClassVar[str]  # the law in words
+    bristles: ClassVar[bool] = False  # on which nothing rests exactly
+    needs: ClassVar[tuple[str, ...]] = ("coulomb_friction", "viscous_friction")  # no default
     kind: AxisKind = key("kind of motion: decides the units", default="linear")
     law: str = required("friction law")
 
@@ -56,7 +151,7 @@ class Axis(Body):
         return self
 
     def _check_law(self) -> None:
-        """Check what a law needs of the friction."""
+        """Check the friction against the law."""
 
     @property
     def flexible(self) -> bool:
@@ -64,19 +159,16 @@ class Axis(Body):
         return self.load is not None or self.stiffness is not None
 
     def friction(self) -> CoulombViscousFriction:
-        """Return Coulomb, viscous and static friction and offset, without what a law adds.
-
-        Controllers, estimators and plans know no more of friction.
-        """
+        """Return Coulomb, viscous and static friction and offset: all that controllers know."""
         pairs = {name: pair for name in DIRECTIONAL if (pair := self.sides(name)) is not None}
         return coulomb_viscous(pairs, self.offset or 0.0, self.kind)
 
     def friction_law(self) -> FrictionLaw:
-        """Return the law as it is simulated."""
+        """Return the simulated friction law."""
         return self.friction()
 
     def build(self) -> Plant:
-        """Return the plant as it is simulated."""
+        """Return the simulated plant."""
         law = self.friction_law()
         if self.flexible:
             return FlexibleArm(
@@ -89,10 +181,7 @@ class Axis(Body):
         return SingleMass(mass=self.body or 0.0, friction=law, kind=self.kind)
 
     def truth(self) -> dict[str, float]:
-        """Return mass and friction by the names of parameters; of both directions, the mean [SI].
-
-        The offset stands by itself.
-        """
+        """Return mass, friction (also the mean of both directions) and offset by parameter [SI]."""
         law, values = self.friction(), {"mass": self.body or 0.0}
         for name in DIRECTIONAL:
             sides = [float(getattr(law, f"{name}_{side}")) for side in ("positive", "negative")]
@@ -101,7 +190,7 @@ class Axis(Body):
         return values | {"offset": law.offset}
 
     def notes(self) -> tuple[str, ...]:
-        """Return what a user should know of a law that controllers do not know."""
+        """Return notes for the user on a law that controllers do not know."""
         if self.law == "coulomb":
             return ()
         return (
@@ -125,13 +214,11 @@ class _FallingAxis(Axis):
     shape: StribeckShape = key("how friction falls with speed", default="gaussian")
 
     def sliding(self) -> StribeckFriction:
-        """Return the friction of steady motion."""
         return StribeckFriction(
             **asdict(self.friction()), stribeck_velocity=self.stribeck_velocity, shape=self.shape
         )
 
     def truth(self) -> dict[str, float]:
-        """Return also the Stribeck velocity [SI]."""
         return super().truth() | {"stribeck_velocity": self.stribeck_velocity}
 
 
@@ -142,7 +229,6 @@ class StribeckAxis(_FallingAxis):
     needs: ClassVar[tuple[str, ...]] = DIRECTIONAL
 
     def friction_law(self) -> FrictionLaw:
-        """Return the law as it is simulated."""
         return self.sliding()
 
 
@@ -162,7 +248,6 @@ class _BristleAxis(Axis):
                 )
 
     def notes(self) -> tuple[str, ...]:
-        """Return also how far the bristles bend."""
         bent = max(self.friction().breakaway()) / self.bristle_stiffness
         return (
             *super().notes(),
@@ -185,7 +270,6 @@ class DahlAxis(_BristleAxis):
             )
 
     def friction_law(self) -> FrictionLaw:
-        """Return the law as it is simulated."""
         return DahlFriction(sliding=self.friction(), bristle_stiffness=self.bristle_stiffness)
 
 
@@ -196,7 +280,6 @@ class LuGreAxis(_BristleAxis, _FallingAxis):
     bristle_damping: float = required("$\\sigma_1$ of the bristles", "viscous_friction")
 
     def friction_law(self) -> FrictionLaw:
-        """Return the law as it is simulated."""
         return LuGreFriction(
             sliding=self.sliding(),
             bristle_stiffness=self.bristle_stiffness,
@@ -213,7 +296,6 @@ class ElastoPlasticAxis(LuGreAxis):
     )
 
     def friction_law(self) -> FrictionLaw:
-        """Return the law as it is simulated."""
         return ElastoPlasticFriction(
             sliding=self.sliding(),
             bristle_stiffness=self.bristle_stiffness,

@@ -1,47 +1,41 @@
-"""``[guess]``: first guesses of a controller, and where each came from."""
+"""``[guess]``: first guesses of a controller, from the scenario, an estimate or an earlier run."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from math import isfinite, nan
 from pathlib import Path
+from typing import Any
 
 from stickslip.control import ExactPulseController
 from stickslip.friction import CoulombViscousFriction
 from stickslip.input_files import read_json
 from stickslip.records import (
+    SCHEMA_VERSION,
     AxisKind,
     InputError,
     LearnedPulses,
+    Status,
+    in_words,
     non_negative,
     positive,
     quantity_name,
     unit_of,
 )
-from stickslip.scenario.body import DIRECTIONAL, Body, coulomb_viscous
-from stickslip.scenario.estimate_file import estimate_in
+from stickslip.scenario.axis import DIRECTIONAL, Body, coulomb_viscous
 from stickslip.scenario.table import key
-
-__all__ = [
-    "AXIS_GUESSES",
-    "FILES",
-    "FirstGuesses",
-    "GuessTable",
-    "check_learned",
-    "guesses_from",
-    "learned_from",
-]
 
 AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
 FILES = ("estimate", "learned")
-_SCENARIO = "the scenario"
-_UNCERTAIN = {
-    "mass_uncertainty": ("mass",),
-    "friction_uncertainty": ("coulomb_friction", "viscous_friction"),
-}
+_WRITTEN = "give a file that stickslip identify --json wrote"
 _UNCERTAINTY = {
-    "mass_uncertainty": (0.01, ExactPulseController.mass_uncertainty),
-    "friction_uncertainty": (0.05, ExactPulseController.friction_uncertainty),
+    "mass_uncertainty": (("mass",), 0.01, ExactPulseController.mass_uncertainty),
+    "friction_uncertainty": (
+        ("coulomb_friction", "viscous_friction"),
+        0.05,
+        ExactPulseController.friction_uncertainty,
+    ),
 }
-"""Limits between which the uncertainty of an estimate is used [-]."""
+"""Parameters of each uncertainty, and limits between which that of an estimate is used [-]."""
 
 
 def _named(name: str, value: str, _: str) -> None:
@@ -88,32 +82,19 @@ class GuessTable(Body):
 
 @dataclass(frozen=True, kw_only=True)
 class FirstGuesses:
-    """First guesses, and where each came from.
+    """First guesses and their sources.
 
-    Attributes
-    ----------
-    kind
-        ``"linear"`` or ``"rotary"``.
-    values
-        By name [SI]: ``mass``, ``load_mass``, ``stiffness``, ``offset``, and each friction, as a
-        pair (positive, negative).
-    sources
-        By the same names.
-    missing
-        By name, why there is no value, as far as there is more to say than that it was not given.
-    spreads
-        By name, standard deviation over the value, as far as an estimate holds it [-].
-    learned, source
-        What an earlier run has learned, to go on from, or None; and where it came from, in words.
+    ``values`` [SI] holds ``mass`` (also of a rotary axis), ``load_mass``, ``stiffness``, ``offset``
+    and each friction, as pairs (positive, negative direction).
     """
 
     kind: AxisKind
     values: Mapping[str, tuple[float, float]]
-    sources: Mapping[str, str] = field(default_factory=dict)
-    missing: Mapping[str, InputError] = field(default_factory=dict)
-    spreads: Mapping[str, float] = field(default_factory=dict)
-    learned: LearnedPulses | None = None
-    source: str = ""
+    sources: Mapping[str, str] = field(default_factory=dict)  # in words
+    missing: Mapping[str, InputError] = field(default_factory=dict)  # why an estimate has no value
+    spreads: Mapping[str, float] = field(default_factory=dict)  # standard deviation over value [-]
+    learned: LearnedPulses | None = None  # to resume from
+    source: str = ""  # of it
 
     def pair(self, name: str) -> tuple[float, float]:
         """Return a value in the positive and in the negative direction."""
@@ -151,9 +132,8 @@ class FirstGuesses:
         pairs: dict[str, tuple[float, float]] = {}
         for name in DIRECTIONAL:
             if name in self.values or not (default or name == "static_friction"):
-                forward, backward = self.pair(name)
-                mean = 0.5 * (forward + backward)
-                pairs[name] = (mean, mean) if symmetric else (forward, backward)
+                mean = self.value(name)
+                pairs[name] = (mean, mean) if symmetric else self.pair(name)
             elif name != "static_friction":
                 pairs[name] = (0.0, 0.0)
         return coulomb_viscous(pairs, self.known("offset").get("offset", 0.0), self.kind)
@@ -164,34 +144,30 @@ class FirstGuesses:
         Friction changes after the log, which limits them from below; the uncertainty of a first
         guess limits them from above.
         """
-        found: dict[str, float] = {}
-        for name, of in _UNCERTAIN.items():
-            least, most = _UNCERTAINTY[name]
-            if all(each in self.spreads for each in of):
-                found[name] = min(max(least, *(self.spreads[each] for each in of)), most)
-        return found
+        return {
+            name: min(max(least, *(self.spreads[each] for each in of)), most)
+            for name, (of, least, most) in _UNCERTAINTY.items()
+            if all(each in self.spreads for each in of)
+        }
 
 
 def guesses_from(guess: GuessTable, kind: AxisKind, folder: Path) -> FirstGuesses:
     """Return the first guesses of a scenario; its own keys take precedence over an estimate."""
-    values: dict[str, tuple[float, float]] = {}
-    sources: dict[str, str] = {}
-    missing: dict[str, InputError] = {}
-    spreads: dict[str, float] = {}
+    held = FirstGuesses(kind=kind, values={})
     if guess.estimate is not None:
         try:
             held = estimate_in(folder / guess.estimate, kind)
         except InputError as error:
             raise error.at("[guess], estimate") from None
-        values, spreads = dict(held.values), dict(held.spreads)
-        missing = {name: error.at("[guess], estimate") for name, error in held.missing.items()}
-        sources = dict.fromkeys(values, f"estimate {guess.estimate}")
-    own: dict[str, tuple[float, float] | None] = {name: guess.sides(name) for name in DIRECTIONAL}
+    missing = {name: error.at("[guess], estimate") for name, error in held.missing.items()}
+    values, spreads = dict(held.values), dict(held.spreads)
+    sources = dict.fromkeys(values, f"estimate {guess.estimate}")
+    own = {name: guess.sides(name) for name in DIRECTIONAL}
     for name, value in (("mass", guess.body), ("offset", guess.offset)):
         own[name] = None if value is None else (value, value)
     for name, pair in own.items():
         if pair is not None:
-            values[name], sources[name] = pair, _SCENARIO
+            values[name], sources[name] = pair, "the scenario"
             spreads.pop(name, None)
     return FirstGuesses(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
 
@@ -208,7 +184,7 @@ def learned_from(path: Path) -> LearnedPulses:
 def check_learned(
     learned: LearnedPulses, *, method: str, kind: AxisKind, names: tuple[str, ...]
 ) -> None:
-    """Check that a controller can go on from what was learned."""
+    """Check that a controller can resume from what was learned."""
     for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
         if own != needed:
             raise InputError(
@@ -223,3 +199,108 @@ def check_learned(
                 where="values",
                 remedy=f"give the file as it was saved, with {', '.join(names)}",
             )
+
+
+def estimate_in(path: Path, kind: AxisKind) -> FirstGuesses:
+    """Read the values that ``stickslip identify --json`` wrote, for an axis of a kind.
+
+    A file that holds something else, an estimate of another kind of axis, and one that is not to be
+    trusted are errors.
+    """
+    document = read_json(path)
+    _check_estimate(document, path, kind)
+    values: dict[str, tuple[float, float]] = {}
+    missing: dict[str, InputError] = {}
+    spreads: dict[str, float] = {}
+    parameters = document["parameters"]
+    for name in (*DIRECTIONAL, "mass", "inertia", "offset"):
+        sides = (name,) if name in parameters else (f"{name}_positive", f"{name}_negative")
+        if sides[0] not in parameters:
+            continue
+        plain = "mass" if name == "inertia" else name
+        try:
+            found = [_parameter(parameters, each, path, kind) for each in sides]
+        except InputError as error:
+            missing[plain] = error
+            continue
+        values[plain] = (found[0], found[-1])
+        stds = [_number(parameters[each].get("std")) for each in sides]
+        spread = [std / abs(value) for std, value in zip(stds, found, strict=True) if value]
+        if len(spread) == len(found) and all(isfinite(each) for each in spread):
+            spreads[plain] = max(spread)
+    given = _options(document)
+    if "mass" not in values and isinstance(given.get("inertia"), int | float):
+        if given.get("load_inertia") is None:
+            values["mass"] = (float(given["inertia"]), float(given["inertia"]))
+        else:
+            missing["mass"] = InputError(
+                "the estimate is of a flexible arm, and holds no mass of a rigid axis",
+                where=f"{path}, provenance.options.load_inertia",
+                remedy="give the moving mass beside the estimate",
+            )
+    return FirstGuesses(kind=kind, values=values, missing=missing, spreads=spreads)
+
+
+def _number(value: Any) -> float:
+    """Return a number from a document, or NaN."""
+    return float(value) if isinstance(value, int | float) else nan
+
+
+def _options(document: Mapping[str, Any]) -> Mapping[str, Any]:
+    """Return the settings of the estimator, or of the one that it has its rows from."""
+    provenance = document.get("provenance")
+    options = provenance.get("options") if isinstance(provenance, dict) else None
+    if isinstance(options, dict) and isinstance(options.get("method"), dict):
+        options = options["method"]
+    return options if isinstance(options, dict) else {}
+
+
+def _check_estimate(document: Mapping[str, Any], path: Path, kind: AxisKind) -> None:
+    for name in ("schema", "kind", "status", "parameters"):
+        if name not in document:
+            raise InputError(
+                f"{name} is missing, this is no estimate", where=str(path), remedy=_WRITTEN
+            )
+    if document["schema"] != SCHEMA_VERSION:
+        raise InputError(
+            f"the schema is {document['schema']!r}, this version reads {SCHEMA_VERSION}",
+            where=f"{path}, schema",
+            remedy="identify the log again with this version",
+        )
+    if not isinstance(document["parameters"], dict):
+        raise InputError("it holds no parameters", where=f"{path}, parameters", remedy=_WRITTEN)
+    if document["kind"] != kind:
+        raise InputError(
+            f"the estimate is of a {document['kind']} axis, and this one is {kind}",
+            where=f"{path}, kind",
+            remedy="give an estimate of this axis, or correct its kind",
+        )
+    if document["status"] != Status.OK.value:
+        text = document.get("status_text", "")
+        raise InputError(
+            f"the estimate is not to be trusted, its status is {document['status']!r}"
+            + (f" ({text})" if text else ""),
+            where=f"{path}, status",
+            remedy="identify a better log, or give the values that you do trust in its place",
+        )
+
+
+def _parameter(parameters: Mapping[str, Any], name: str, path: Path, kind: AxisKind) -> float:
+    """Return a parameter's value."""
+    entry, where = parameters.get(name), f"{path}, parameters.{name}"
+    if not isinstance(entry, dict) or "value" not in entry:
+        raise InputError(f"{name} has no value", where=where, remedy="give it beside the estimate")
+    value, unit = entry["value"], unit_of(name, kind)
+    if value is None:
+        raise InputError(
+            in_words(f"{name} was not identified from the log"),
+            where=where,
+            remedy="give it beside the estimate, or identify a better log",
+        )
+    if isinstance(value, bool) or not isinstance(value, int | float) or entry.get("unit") != unit:
+        raise InputError(
+            f"{name} is {value!r} {entry.get('unit', '')}, it must be a number in {unit}",
+            where=where,
+            remedy=_WRITTEN,
+        )
+    return float(value)

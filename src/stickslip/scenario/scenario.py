@@ -7,51 +7,29 @@ from typing import Any
 from stickslip.control import PositionController
 from stickslip.records import InputError, LearnedPulses, ScenarioTables, unit_of
 from stickslip.scenario.axis import AXES
-from stickslip.scenario.controllers.base import Controller
-from stickslip.scenario.controllers.registry import ARM_CONTROLLERS, AXIS_CONTROLLERS
-from stickslip.scenario.controllers.setup import Setup
+from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
+from stickslip.scenario.controllers.base import Controller, Setup
 from stickslip.scenario.guess import GuessTable
-from stickslip.scenario.reading import Document, Read
-from stickslip.scenario.table import Table, key, with_units_of
+from stickslip.scenario.table import Document, Read, Table, key, with_units_of
 from stickslip.scenario.task import SensorsTable, TaskTable
-
-__all__ = ["BuiltController", "Scenario", "ScenarioFile", "read_scenario"]
 
 _TABLES = ("axis", "task", "sensors", "controller", "guess")
 
 
 @dataclass(frozen=True, kw_only=True)
 class BuiltController:
-    """A controller with what a user should know of it.
-
-    Attributes
-    ----------
-    controller
-        Set to the first target.
-    believed
-        Where each first guess came from, by name.
-    notes
-        One sentence each.
-    """
+    """A controller, set to the first target, with notes for the user."""
 
     controller: PositionController[Any]
-    believed: dict[str, str]
-    notes: tuple[str, ...]
+    sources: dict[str, str]  # of each first guess, by name
+    notes: tuple[str, ...]  # one sentence each
 
 
 @dataclass(frozen=True, kw_only=True)
 class Scenario(Setup):
     """A positioning task on a simulated axis.
 
-    Attributes
-    ----------
-    controller
-        Its table.
-
-    Raises
-    ------
-    InputError
-        If the tables contradict each other, or the axis cannot do the task.
+    Tables that contradict each other, and a task that the axis cannot do, are errors.
     """
 
     controller: Controller
@@ -75,15 +53,16 @@ class Scenario(Setup):
         offset, limit = law.offset, self.controller.effort_limit
         forward, backward = law.breakaway()
         other = "" if self.axis.flexible else ", or use method pid"
-        for way, static, needed in (
+        for direction, static, needed in (
             ("positive", forward, forward + offset),
             ("negative", backward, backward - offset),
         ):
             if limit <= needed:
                 lost = f" and offset {offset:g} {unit}" if offset else ""
                 raise InputError(
-                    f"effort_limit is {limit:g} {unit}, and the axis breaks away in the {way} "
-                    f"direction above {needed:g} {unit} (static friction {static:g} {unit}{lost})",
+                    f"effort_limit is {limit:g} {unit}, and the axis breaks away in the "
+                    f"{direction} direction above {needed:g} {unit} (static friction {static:g} "
+                    f"{unit}{lost})",
                     where="[controller]",
                     remedy=f"allow more than {needed:g} {unit}",
                 )
@@ -94,7 +73,7 @@ class Scenario(Setup):
                     where="[axis]",
                     remedy=f"balance the offset{other}",
                 )
-        for way, coulomb, slowing in (
+        for direction, coulomb, slowing in (
             ("positive", law.coulomb_friction_positive, law.coulomb_friction_positive + offset),
             ("negative", law.coulomb_friction_negative, law.coulomb_friction_negative - offset),
         ):
@@ -102,9 +81,9 @@ class Scenario(Setup):
                 lost = f", and the offset {offset:g} {unit}" if offset else ""
                 balance = "balance the offset" if offset else "give the friction that there is"
                 raise InputError(
-                    f"the Coulomb friction is {coulomb:g} {unit} in the {way} direction{lost}: "
-                    "once it moves that way the axis does not stop by itself, and pulses need a "
-                    "rest",
+                    f"the Coulomb friction is {coulomb:g} {unit} in the {direction} "
+                    f"direction{lost}: once it moves that way the axis does not stop by itself, "
+                    "and pulses need a rest",
                     where="[axis]",
                     remedy=f"{balance}{other}",
                 )
@@ -125,7 +104,7 @@ class Scenario(Setup):
                 raise error.at(str(folder / file)) from None
             return BuiltController(
                 controller=controller,
-                believed=table.believed(self, first, controller),
+                sources=table.sources(self, first, controller),
                 notes=table.notes(self, first, controller),
             )
         except InputError as error:
@@ -133,7 +112,7 @@ class Scenario(Setup):
             raise plain if plain.where else plain.at("[controller] and [guess]") from None
 
     def tables(self) -> ScenarioTables:
-        """Return what the scenario says, with units."""
+        """Return the values of all tables, with units."""
         shown = {name: getattr(self, name).shown(self.kind) for name in _TABLES}
         return {name: values for name, values in shown.items() if values}
 
@@ -146,16 +125,16 @@ class _Head(Table):
 
 @dataclass(frozen=True, kw_only=True)
 class ScenarioFile(Read[Scenario]):
-    """A scenario with where it was read, and the files that it names."""
+    """A scenario with its file, and the files that it names."""
 
     @property
     def learns(self) -> bool:
-        """Whether the controller learns something that can be saved."""
+        """Whether the controller learns values that can be saved."""
         return self.scenario.controller.learns
 
     @property
     def learned(self) -> Path | None:
-        """The file of what an earlier run has learned."""
+        """The file of an earlier run to resume from."""
         named = self.scenario.guess.learned
         return None if named is None else self.path.parent / named
 
@@ -168,11 +147,6 @@ class ScenarioFile(Read[Scenario]):
 
 def read_scenario(path: Path | str) -> ScenarioFile:
     """Read a scenario from a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
 
     Raises
     ------

@@ -1,5 +1,6 @@
-"""A scenario to compare estimators on: an axis, what is sent to it, and what is measured."""
+"""A scenario to compare estimators on: an axis, its effort, and its sensors."""
 
+import csv
 import math
 from abc import abstractmethod
 from dataclasses import dataclass
@@ -12,20 +13,8 @@ from pydantic import model_validator
 
 from stickslip.records import InputError, ScenarioTables, count_of, non_negative, positive
 from stickslip.scenario.axis import AXES, Axis
-from stickslip.scenario.effort_file import read_effort
-from stickslip.scenario.reading import Document, Read
-from stickslip.scenario.table import Table, key, required
+from stickslip.scenario.table import Document, Read, Table, key, required
 from stickslip.scenario.task import SensorsTable
-
-__all__ = [
-    "FileInput",
-    "InputTable",
-    "SineInput",
-    "StudyFile",
-    "StudyScenario",
-    "check_runs",
-    "read_study",
-]
 
 _MOST_SAMPLES = 5_000_000
 """Of one run: some ten minutes for every estimator."""
@@ -40,7 +29,7 @@ _TABLES = ("axis", "input", "sensors")
 
 
 class InputTable(Table):
-    """The effort that is sent to the axis, and the force that disturbs it."""
+    """The effort of the axis, its delay, and the force that disturbs it."""
 
     random_phases: bool = key(
         "whether each run begins its sines anywhere; otherwise all begin at zero", default=False
@@ -78,7 +67,7 @@ class InputTable(Table):
         """Return the effort of a run [N or N m], and its sampling time [s]."""
 
     def acting(self, effort: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
-        """Return what acts of an effort: the same, late, and nothing before."""
+        """Return an effort with its delay; nothing acts before."""
         return np.concatenate((np.zeros(self.effort_delay), effort))[: effort.size]
 
 
@@ -122,7 +111,6 @@ class SineInput(InputTable):
     def build(
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
-        """Return the sum of the sines [N or N m], and the sampling time [s]."""
         step = self.sampling_time
         time = step * np.arange(round(self.duration / step))
         phases = np.zeros(len(self.frequencies))
@@ -154,7 +142,6 @@ class FileInput(InputTable):
     def build(
         self, folder: Path, generator: np.random.Generator
     ) -> tuple[Float[np.ndarray, " n"], float]:
-        """Return the effort of the file [N or N m], and its sampling time [s]."""
         effort, step = read_effort(folder / self.file)
         if effort.size < _LEAST_SAMPLES:
             raise InputError(
@@ -165,14 +152,44 @@ class FileInput(InputTable):
         return effort, step
 
 
-def check_runs(runs: int) -> None:
-    """Check a number of runs.
+_UNEVEN = 1e-3  # of a step: time stamps are rounded when they are written
 
-    Raises
-    ------
-    InputError
-        If it is below 2, or too large.
+
+def read_effort(path: Path) -> tuple[Float[np.ndarray, " n"], float]:
+    """Return effort [N or N m] and sampling time [s] of a file of `stickslip.tasks.write_effort`.
+
+    The file has a heading, time stamps [s] in the first column and the effort in the last.
     """
+    where, remedy = str(path), "give a file of stickslip excite: time [s], effort"
+    try:
+        with path.open(encoding="utf-8-sig", newline="") as stream:
+            rows = [row for row in csv.reader(stream) if row]
+        table = np.array([[float(row[0]), float(row[-1])] for row in rows[1:]])
+    except FileNotFoundError:
+        raise InputError(
+            "there is no such file of efforts", where=where, remedy="check the path"
+        ) from None
+    except OSError as error:
+        raise InputError(
+            f"the efforts cannot be read ({error.strerror})", where=where, remedy=remedy
+        ) from error
+    except (ValueError, csv.Error) as error:
+        raise InputError(
+            f"the efforts are not numbers ({error})", where=where, remedy=remedy
+        ) from None
+    if len(table) < 2 or not np.all(np.isfinite(table)):
+        raise InputError(
+            "the file holds no two finite samples of effort", where=where, remedy=remedy
+        )
+    steps = np.diff(table[:, 0])
+    step = float(np.mean(steps))
+    if step <= 0 or np.max(np.abs(steps - step)) > _UNEVEN * step:
+        raise InputError("the time stamps are not evenly spaced", where=where, remedy=remedy)
+    return table[:, 1], step
+
+
+def check_runs(runs: int) -> None:
+    """Check that a number of runs is at least 2, and not too large."""
     if not 2 <= runs <= _MOST_RUNS:
         raise InputError(
             f"runs is {runs}, it must be at least 2 and at most {_MOST_RUNS}",
@@ -194,20 +211,7 @@ class StudyHead(Table):
 
 @dataclass(frozen=True, kw_only=True)
 class StudyScenario:
-    """An axis, what is sent to it, and what is measured, many times.
-
-    Attributes
-    ----------
-    runs
-        How many.
-    axis, input, sensors
-        Its tables; the seed of the sensors is that of all that is random.
-
-    Raises
-    ------
-    InputError
-        If nothing is random.
-    """
+    """Runs of an axis with an effort and sensors, whose seed is that of all that is random."""
 
     runs: int
     axis: Axis
@@ -224,7 +228,7 @@ class StudyScenario:
             )
 
     def tables(self) -> ScenarioTables:
-        """Return what the scenario says, with units."""
+        """Return the values of all tables, with units."""
         return {name: getattr(self, name).shown(self.axis.kind) for name in _TABLES}
 
 
@@ -233,11 +237,6 @@ StudyFile = Read[StudyScenario]
 
 def read_study(path: Path | str) -> StudyFile:
     """Read a scenario to compare estimators on from a TOML file.
-
-    Parameters
-    ----------
-    path
-        The file.
 
     Raises
     ------

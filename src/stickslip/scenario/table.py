@@ -1,43 +1,33 @@
 """Tables of a scenario: strict models whose keys declare meaning, unit, range and default."""
 
+import hashlib
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from functools import partial
+from pathlib import Path
 from typing import Any, ClassVar, Generic, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
-from stickslip.input_files import not_a_table, unknown_key, wrong_value
+from stickslip.input_files import not_a_table, read_toml, unknown_key, wrong_value
 from stickslip.records import QUANTITIES, AxisKind, InputError, in_units_of
 
-__all__ = ["Key", "Table", "Variants", "key", "required", "table_from", "with_units_of"]
-
 T = TypeVar("T", bound="Table")
+S = TypeVar("S")
 Units = tuple[str, str]
+Check = Callable[[str, Any, str], object]
 _GUIDE = "see scenario keys in the reference"
 
 
 @dataclass(frozen=True)
 class Key:
-    """Declaration of a key, in the annotation of its field.
+    """Declaration of a key, in the annotation of its field."""
 
-    Attributes
-    ----------
-    meaning
-        One line for the reference.
-    unit
-        Name of a quantity, or the units on a linear and on a rotary axis; empty for none.
-    check
-        Check of the value, such as `stickslip.records.positive`, which takes name, value and unit.
-    says
-        The default in words, where the field's default does not say it.
-    """
-
-    meaning: str
-    unit: str | Units = ""
-    check: Callable[[str, Any, str], object] | None = None
-    says: str = ""
+    meaning: str  # one line for the reference
+    unit: str | Units = ""  # name of a quantity, or the units on a linear and on a rotary axis
+    check: Check | None = None  # such as `positive`; takes name, value and unit
+    says: str = ""  # the default in words, where the field's default does not state it
 
     @property
     def units(self) -> Units:
@@ -55,7 +45,7 @@ class Key:
 def key(
     meaning: str,
     unit: str | Units = "",
-    check: Callable[[str, Any, str], object] | None = None,
+    check: Check | None = None,
     *,
     says: str = "",
     default: Any = None,
@@ -73,20 +63,14 @@ class Table(BaseModel):
     """A table of a scenario. Unknown keys, text for numbers and values out of range are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
-
-    shows_defaults: ClassVar[bool] = True
-    """Whether `shown` returns keys that were not given."""
-
-    alternative: ClassVar[str] = ""
-    """What can be given in place of a missing key."""
+    shows_defaults: ClassVar[bool] = True  # whether `shown` returns keys that were not given
+    alternative: ClassVar[str] = ""  # replacement for a missing key, for the message
 
     @classmethod
     def declared(cls) -> dict[str, Key]:
         """Return the declaration of each key."""
-        extras: dict[str, Any] = {
-            name: field.json_schema_extra for name, field in cls.model_fields.items()
-        }
-        return {name: extra["key"] for name, extra in extras.items()}
+        fields: dict[str, Any] = {**cls.model_fields}
+        return {name: field.json_schema_extra["key"] for name, field in fields.items()}
 
     @model_validator(mode="after")
     def _check_range(self, info: Any) -> "Table":
@@ -98,17 +82,13 @@ class Table(BaseModel):
 
     def given(self) -> dict[str, Any]:
         """Return the keys that were given."""
-        return {
-            name: value
-            for name in type(self).model_fields
-            if name in self.model_fields_set and (value := getattr(self, name)) is not None
-        }
+        names = [name for name in type(self).model_fields if name in self.model_fields_set]
+        return {name: value for name in names if (value := getattr(self, name)) is not None}
 
     def shown(self, kind: AxisKind) -> dict[str, tuple[Any, str]]:
         """Return the values with their units, ``kind`` first, for the results of a scenario."""
         values: dict[str, tuple[Any, str]] = {}
-        declared = type(self).declared()
-        for name, each in sorted(declared.items(), key=lambda pair: pair[0] != "kind"):
+        for name, each in sorted(type(self).declared().items(), key=lambda pair: pair[0] != "kind"):
             value = getattr(self, name)
             always = self.shows_defaults or name == "kind"
             if value is not None and (always or name in self.model_fields_set):
@@ -119,27 +99,13 @@ class Table(BaseModel):
 
 @dataclass(frozen=True)
 class Variants(Generic[T]):
-    """A table of one of several models, chosen by the value of one key: a discriminated union.
-
-    Attributes
-    ----------
-    key
-        The key whose value names the model.
-    default
-        Its value where it is not given.
-    models
-        By that value.
-    where
-        On what these are the models, such as ``"a rigid axis"``; may be empty.
-    others
-        Models of the same table elsewhere, by the value of the key.
-    """
+    """A table of one of several models, chosen by the value of one key: a discriminated union."""
 
     key: str
-    default: str
-    models: Mapping[str, type[T]]
-    where: str = ""
-    others: Mapping[str, type[Table]] | None = None
+    default: str  # value of the key if it is absent
+    models: Mapping[str, type[T]]  # by the value of the key
+    where: str = ""  # the axis that these models are for, such as "a rigid axis"
+    others: Mapping[str, type[Table]] | None = None  # models of the same table for other axes
 
     def chosen(self, values: Mapping[str, Any]) -> tuple[str, type[T]]:
         """Return the value of the key, and the model that it names."""
@@ -182,45 +148,27 @@ def with_units_of(kind: AxisKind, error: InputError) -> InputError:
 
 
 def table_from(of: type[T] | Variants[T], values: Any, *, name: str, kind: AxisKind) -> T:
-    """Return a table.
+    """Validate the values of a table by its model, or by the one of several that they choose.
 
-    Parameters
-    ----------
-    of
-        Its model, or the models to choose from.
-    values
-        What the file says of it.
-    name
-        The table's name.
-    kind
-        ``"linear"`` or ``"rotary"``, for the units in messages.
-
-    Raises
-    ------
-    InputError
-        If a key is unknown or missing, or a value is of the wrong type or out of its range.
+    ``name`` is that of the table, and ``kind``, ``"linear"`` or ``"rotary"``, decides the units in
+    messages. An unknown or missing key, a wrong type and a value out of its range are errors.
     """
     if not isinstance(values, Mapping):
         raise not_a_table(name, values)
     try:
-        if not isinstance(of, Variants):
-            return _validated(of, values, kind)
-        tag, model = of.chosen(values)
-        return _validated(model, {of.key: tag, **values}, kind, variants=of)
+        if isinstance(of, Variants):
+            variants, (tag, model) = of, of.chosen(values)
+            values = {of.key: tag, **values}
+        else:
+            variants, tag, model = None, "", of
+        # As JSON, so that types are taken strictly: no numbers in quotes, no true for 1
+        text = json.dumps(values, default=str)
+        try:
+            return model.model_validate_json(text, strict=True, context={"kind": kind})
+        except ValidationError as error:
+            raise _refusal(error, model, variants, tag, kind) from None
     except InputError as error:
         raise error.at(f"[{name}]") if name else error from None
-
-
-def _validated(
-    model: type[T], values: Mapping[str, Any], kind: AxisKind, variants: Variants[T] | None = None
-) -> T:
-    # As JSON, so that types are taken strictly: no numbers in quotes, no true for 1
-    text = json.dumps(values, default=str)
-    try:
-        return model.model_validate_json(text, strict=True, context={"kind": kind})
-    except ValidationError as error:
-        tag = "" if variants is None else values[variants.key]
-        raise _refusal(error, model, variants, tag, kind) from None
 
 
 def _refusal(
@@ -242,12 +190,78 @@ def _refusal(
         return unused or unknown_key(key, model.model_fields)
     if fault["type"] == "missing":
         unit = model.declared()[key].unit_on(kind)
-        own_key = variants is not None and not all(
-            key in each.model_fields for each in variants.models.values()
-        )
-        needs = f", and {variants.key} {tag!r} needs it" if variants and own_key else ""
+        needs = ""
+        if variants and not all(key in each.model_fields for each in variants.models.values()):
+            needs = f", and {variants.key} {tag!r} needs it"
         within = f", in {unit}" if unit else ""
         return InputError(
             f"{key} is missing{needs}", remedy=f"give it there{within}{model.alternative}"
         )
     return wrong_value(key, fault, _GUIDE)
+
+
+_OTHER_FILES = (
+    ("task", "a positioning task", "stickslip position"),
+    ("input", "a scenario to compare estimators on", "stickslip compare"),
+    ("effort", "a schema, which says how a log is read", "--schema, beside the log"),
+    ("axes", "a schema, which says how a log is read", "--schema, beside the log"),
+)
+"""A key of files of one sort only, what they are, and where they go."""
+
+
+class Document:
+    """The tables of a scenario file, each to be validated by its model.
+
+    ``head`` is the model of the keys before the first table, which is read as the table ``""``. A
+    file for something else and an unknown table are errors.
+    """
+
+    def __init__(self, path: Path, head: type[Table], tables: tuple[str, ...]) -> None:
+        self.path = path
+        self._values = values = read_toml(path, what="scenario", line="mass = 150.0")
+        known = (*head.model_fields, *tables)
+        if not any(key in known and key in values for key, _, _ in _OTHER_FILES):
+            for key, what, where_to in _OTHER_FILES:
+                if key in values and key not in known:
+                    raise InputError(
+                        f"this is {what}", where=str(path), remedy=f"give it to {where_to}"
+                    )
+        for key in values:
+            if key not in known:
+                raise unknown_key(key, known).at(str(path))
+        values[""] = {name: values[name] for name in head.model_fields if name in values}
+        self._kind: AxisKind = "rotary" if self.raw("axis").get("kind") == "rotary" else "linear"
+        self.sha256 = hashlib.sha256(path.read_bytes()).hexdigest()
+
+    def raw(self, name: str) -> Mapping[str, Any]:
+        """Return a table as it stands in the file; empty if it is missing or no table."""
+        values = self._values.get(name)
+        return values if isinstance(values, Mapping) else {}
+
+    def table(self, name: str, of: type[T] | Variants[T], *, optional: bool = False) -> T:
+        """Return a table."""
+        if not optional and name not in self._values:
+            raise InputError(
+                f"the table [{name}] is missing",
+                where=str(self.path),
+                remedy="write it, with its keys on the lines below it",
+            )
+        try:
+            return table_from(of, self._values.get(name, {}), name=name, kind=self._kind)
+        except InputError as error:
+            raise error.at(str(self.path)) from None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Read(Generic[S]):
+    """A scenario with its file."""
+
+    scenario: S
+    title: str | None  # None for the file's name
+    path: Path  # other files that it names are relative to its folder
+    sha256: str  # of its bytes
+
+    @property
+    def name(self) -> str:
+        """Title, or the file's name in words."""
+        return self.title or self.path.stem.replace("_", " ").replace("-", " ")

@@ -1,4 +1,4 @@
-"""``[task]`` and ``[sensors]``: where the axis is to go, and what the controller sees of it."""
+"""``[task]`` and ``[sensors]``: the targets of the axis, and the measurements of the controller."""
 
 import math
 from typing import Any, Literal
@@ -9,8 +9,6 @@ from stickslip.records import InputError, non_negative, positive, unit_of
 from stickslip.scenario.table import Table, key, kind_in, required
 from stickslip.simulation import Sensors
 
-__all__ = ["SensorsTable", "TaskTable"]
-
 _MOST_SAMPLES = 2_000_000
 """Samples of a scenario over all moves and runs: minutes of computing, a gigabyte of results."""
 
@@ -19,7 +17,7 @@ _LEAST_SAMPLES = 10
 
 
 class TaskTable(Table):
-    """Where the axis is to go, how exactly, and how often it tries."""
+    """Targets, tolerance, and number of runs."""
 
     start: float = key("where the axis rests at first", "position", default=0.0)
     target: float | None = key("where it is to go", "position", says="or `targets`")
@@ -82,7 +80,7 @@ class TaskTable(Table):
 
 
 class SensorsTable(Table):
-    """What is measured; ideal sensors by default."""
+    """Sensors, ideal by default."""
 
     position_noise: float = key(
         "standard deviation of a position, before it is rounded",
@@ -111,7 +109,7 @@ class SensorsTable(Table):
         return self
 
     def build(self) -> Sensors:
-        """Return the sensors as they are simulated."""
+        """Return the simulated sensors."""
         return Sensors(
             position_noise=self.position_noise,
             encoder_step=self.encoder_step,

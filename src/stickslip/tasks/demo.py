@@ -1,4 +1,4 @@
-"""The whole path in one go: simulate an arm, log it, identify it, and land it on a target."""
+"""The demonstration: simulate an arm, log it, identify it, and land it on a target."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -14,8 +14,6 @@ from stickslip.tasks.identification import identify
 from stickslip.tasks.json_file import write_json
 from stickslip.tasks.positioning import position
 
-__all__ = ["Demonstration", "demonstrate"]
-
 _LOG, _ESTIMATE, _REPORT = "surrogate_arm.csv", "estimate.json", "report.html"
 _SCENARIO, _LANDING = "landing.toml", "landing.html"
 
@@ -27,20 +25,20 @@ _SURELY = 3.0  # standard deviations of a measured position: how near the arm is
 
 @dataclass(frozen=True, kw_only=True)
 class Demonstration:
-    """What a demonstration made.
+    """Results of a demonstration, and the files with them.
 
     Attributes
     ----------
     setting
-        One sentence: what was simulated.
+        One sentence on the simulated arm.
     identification
         The estimate beside the truth.
     landing
-        How the arm then lands on a target, with the estimate for its first guess.
+        Landing of the arm on a target, with the estimate for its first guess.
     log_file, json_file, report_file
         The simulated log, the estimate and the report.
     scenario_file, landing_file
-        What was asked of the landing, and its report.
+        The scenario of the landing, and its report.
     """
 
     setting: str
@@ -87,7 +85,7 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
         )
         sensors = surrogate.surrogate_sensors()
         write_csv(sensors.measure(motion, np.random.default_rng(seed)), scratch / _LOG)
-        # Read back what was written: the demonstration takes the way that a user's log takes.
+        # The demonstration reads what it wrote, as it would a user's files
         log = read_log(scratch / _LOG, LogSchema(name="Surrogate arm (simulated)"))
         identification = identify(
             log,
@@ -98,7 +96,6 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
         )
         write_json(identification.estimate.to_dict(), scratch / _ESTIMATE)
         write_report(identification, scratch / _REPORT)
-        # Likewise the way of a user's scenario
         (scratch / _SCENARIO).write_text(_scenario(seed), encoding="utf-8")
         landing = position(scratch / _SCENARIO)
         write_report(landing, scratch / _LANDING)

@@ -1,4 +1,4 @@
-"""An effort to identify an axis with, as telling as its limits allow."""
+"""The most informative effort within the limits of an axis, and its file for a drive."""
 
 import json
 from collections.abc import Mapping
@@ -6,13 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from stickslip import __version__
+from stickslip.outputs import whole_file
 from stickslip.records import AxisKind, Excitation, ExpectedParameter, InputError, positive, unit_of
 from stickslip.scenario import AXES, estimate_in, table_from, with_units_of
 from stickslip.simulation import Sensors
-
-__all__ = ["excite"]
 
 _MOST_SAMPLES = 200_000
 """A design tries some hundred inputs: minutes for so many samples."""
@@ -139,13 +139,13 @@ def excite(
 
 
 def _believed(name: str, values: Mapping[str, float]) -> float:
-    """Return what a parameter is believed to be."""
+    """Return the given value of a parameter, or of its friction in both directions."""
     both = name.removesuffix("_positive").removesuffix("_negative")
     return values.get(name, values.get(both, values.get(f"{both}_positive", 0.0)))
 
 
 def _kind_in(path: Path) -> AxisKind:
-    """Return the kind of axis an estimate is of; what is wrong with the file is found later."""
+    """Return the kind of axis of an estimate; faults of the file are found later."""
     try:
         document = json.loads(path.read_bytes())
     except (OSError, ValueError):
@@ -154,7 +154,7 @@ def _kind_in(path: Path) -> AxisKind:
 
 
 def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) -> dict[str, float]:
-    """Return what an estimate holds and is not believed otherwise, by the names of ``[axis]``."""
+    """Return the values of an estimate that are not given, by the names of ``[axis]``."""
     held = estimate_in(path, kind)
     known = {name.removesuffix("_positive").removesuffix("_negative") for name in believed} | {
         "mass" for name in believed if name == "inertia"
@@ -173,3 +173,32 @@ def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) ->
         else:
             values[f"{name}_positive"], values[f"{name}_negative"] = forward, backward
     return values
+
+
+def write_effort(
+    effort: Float[np.ndarray, " n"], sampling_time: float, path: Path | str, *, kind: AxisKind
+) -> Path:
+    """Write an effort with its time stamps; the file appears when it is complete.
+
+    Parameters
+    ----------
+    effort
+        Held over each sample [N or N m].
+    sampling_time
+        [s].
+    path
+        The file to write; an existing one is replaced.
+    kind
+        ``"linear"`` or ``"rotary"``, for the unit in the heading.
+
+    Raises
+    ------
+    InputError
+        If nothing can be written there.
+    """
+    target = Path(path)
+    with whole_file(target, what="the CSV file") as stream:
+        stream.write(f"time [s],effort [{unit_of('effort', kind)}]\n")
+        for k, value in enumerate(effort.tolist()):
+            stream.write(f"{k * sampling_time:.9g},{value:.9g}\n")
+    return target

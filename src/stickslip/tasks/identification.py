@@ -8,10 +8,7 @@ from stickslip.estimation.base import EstimationTask, Estimator
 from stickslip.estimation.registry import ESTIMATORS, EstimatorEntry, entry_of
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.records import AxisLog, EffortKind, Identification, InputError
-from stickslip.tasks.reading import log_at
-from stickslip.tasks.several_logs import logs_at
-
-__all__ = ["identify"]
+from stickslip.tasks.reading import log_at, logs_at
 
 
 def identify(
@@ -134,8 +131,7 @@ def identify(
         if inertia is not None or load_inertia is not None:
             raise InputError("mass and inertia are both given", remedy="give one of them")
         inertia, load_inertia = mass, load_mass
-    # The log is read first, as the estimators load libraries that take seconds: whoever mistyped a
-    # file's name should not wait for them.
+    # The log is read first: an error in its name comes before libraries that take seconds to load.
     logs = _logs_of(log, schema, axis, columns)
     delays = effort_delay if isinstance(effort_delay, Mapping) else {}
     task = EstimationTask(

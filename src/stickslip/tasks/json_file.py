@@ -8,8 +8,6 @@ from typing import Any
 
 from stickslip.outputs import whole_file
 
-__all__ = ["json_text", "write_json"]
-
 
 def json_text(document: Mapping[str, Any]) -> str:
     """Return a result as JSON text; an infinite or undefined number becomes null.

@@ -1,4 +1,4 @@
-"""Independent pieces of work, several at once."""
+"""Independent tasks in several threads."""
 
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor, as_completed
@@ -6,28 +6,17 @@ from typing import TypeVar
 
 from threadpoolctl import threadpool_limits
 
-__all__ = ["in_parallel"]
-
 T = TypeVar("T")
 
 
 def in_parallel(
     tasks: Sequence[Callable[[], T]], *, workers: int, advance: Callable[[], None]
 ) -> list[T]:
-    """Return what the tasks return, in their order.
+    """Run independent tasks in ``workers`` threads, and return their results in order.
 
-    Threads do, as kernels leave the interpreter's lock alone. Each does its linear algebra by
-    itself: more threads than processors take twice as long. When the work is interrupted or fails,
-    nothing more is begun, and the tasks at work, which are short, are waited for.
-
-    Parameters
-    ----------
-    tasks
-        What to do; none depends on another.
-    workers
-        How many are worked on at once.
-    advance
-        Called after each task.
+    Threads suffice, as kernels release the interpreter's lock. Each does its linear algebra alone:
+    more threads than processors take twice as long. ``advance`` is called after each task. After an
+    interruption or an error no further task is started, and running ones, which are short, end.
     """
     with threadpool_limits(1), ThreadPoolExecutor(max_workers=workers) as pool:
         futures = [pool.submit(task) for task in tasks]

@@ -1,11 +1,14 @@
-"""The log that a person names, read as they say."""
+"""Logs that are given as such or by their paths, read and checked."""
 
+from collections.abc import Sequence
+from dataclasses import replace
+from itertools import combinations
 from pathlib import Path
 
-from stickslip.logs import AxisSchema, LogSchema, read_log, read_schema
-from stickslip.records import AxisLog
+import numpy as np
 
-__all__ = ["log_at"]
+from stickslip.logs import AxisSchema, LogSchema, read_log, read_schema
+from stickslip.records import AxisLog, InputError
 
 
 def log_at(
@@ -14,22 +17,81 @@ def log_at(
     axis: str | int | None,
     columns: AxisSchema | None,
 ) -> AxisLog:
-    """Read a log.
-
-    Parameters
-    ----------
-    path, schema, axis
-        As `stickslip.logs.read_log` takes them.
-    columns
-        What single columns are, in place of what the schema says of them.
-
-    Raises
-    ------
-    InputError
-        If the log cannot be read.
-    """
+    """Read a log as `stickslip.logs.read_log`; ``columns`` take precedence over the schema."""
     if columns is None or columns == AxisSchema():
         return read_log(path, schema, axis)
     if not isinstance(schema, LogSchema):
         schema = LogSchema() if schema is None else read_schema(schema)
     return read_log(path, schema.overridden(axis, columns))
+
+
+def logs_at(
+    given: Sequence[AxisLog | Path | str],
+    schema: Path | str | LogSchema | None,
+    axis: str | int | None,
+    columns: AxisSchema | None,
+) -> list[AxisLog]:
+    """Return several logs of one rigid axis, each with a name of its own.
+
+    A log that is read gets the name of its file without the ending; of files with the same name,
+    with the name of the folder before it. The same log twice, the same name twice, different kinds
+    of axis and a flexible arm are errors.
+    """
+    logs = [
+        each if isinstance(each, AxisLog) else log_at(each, schema, axis, columns) for each in given
+    ]
+    paths = [None if isinstance(each, AxisLog) else Path(each) for each in given]
+    logs = [
+        replace(log, name=name) if path else log
+        for log, path, name in zip(logs, paths, _names(paths), strict=True)
+    ]
+    called = [str(path) if path else log.name for path, log in zip(paths, logs, strict=True)]
+    for (one, own), (other, its) in combinations(zip(logs, called, strict=True), 2):
+        if _same(one, other):
+            raise InputError(
+                "the same log is given twice" if own == its else f"it is the same log as {own}",
+                where=its,
+                remedy="give each log once: repeated data would make the intervals too narrow",
+            )
+        if one.name == other.name:
+            raise InputError(
+                f"two logs have the name {one.name!r}",
+                where=its,
+                remedy="give them different names, as their offsets are named after them",
+            )
+        if one.kind != other.kind:
+            raise InputError(
+                f"{own} is of a {one.kind} axis, and {its} of a {other.kind} one",
+                where=its,
+                remedy="give logs of one axis, or the kind of axis if it was found wrongly",
+            )
+    for log, name in zip(logs, called, strict=True):
+        if log.measured_load_position is not None:
+            raise InputError(
+                "the log has the position of a second mass, as of a flexible arm; several logs "
+                "are fitted jointly for rigid axes only",
+                where=name,
+                remedy="identify it alone, or read it without that position",
+            )
+    return logs
+
+
+def _names(paths: Sequence[Path | None]) -> list[str]:
+    """Return the shortest distinct names of files: that of the file, or with its folder."""
+    stems = ["" if path is None else path.stem for path in paths]
+    return [
+        f"{path.absolute().parent.name}/{stem}"
+        if path is not None and stems.count(stem) > 1
+        else stem
+        for path, stem in zip(paths, stems, strict=True)
+    ]
+
+
+def _same(one: AxisLog, other: AxisLog) -> bool:
+    """Return whether two logs hold the same samples."""
+    pairs = (
+        (one.time - one.time[0], other.time - other.time[0]),
+        (one.effort, other.effort),
+        (one.measured_position, other.measured_position),
+    )
+    return len(one) == len(other) and all(np.array_equal(a, b) for a, b in pairs)

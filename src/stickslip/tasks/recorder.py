@@ -1,4 +1,4 @@
-"""A controller whose targets, pulses, estimates and phases are recorded along a run."""
+"""A controller whose pulses, estimates and phases are recorded along a run."""
 
 from collections.abc import Callable, Sequence
 from math import ceil
@@ -10,8 +10,6 @@ from jaxtyping import Float
 from stickslip.control import PositionController
 from stickslip.records import LandingPhase, PositioningOutcome, PulseRecord, SensorSample
 
-__all__ = ["Recorder"]
-
 _NOTED = 600
 """Times in a run at which estimates of an estimator that runs along are recorded."""
 
@@ -22,24 +20,15 @@ Notes = dict[str, Float[np.ndarray, " k"]]
 
 
 class Recorder:
-    """A controller that does what another does, sets its targets, and records its answers.
+    """A controller that steps another one, sets its targets, and records its results.
 
     It runs in Python, so that nothing has to be compiled for a single short run. Estimates are
     recorded at the first sample, whenever the outcome of a pulse becomes known, and, on a rigid
-    axis, when a phase begins; those with standard deviations also at regular times.
+    axis, when a phase begins; those with standard deviations also at regular times. Of a flexible
+    arm, estimates without a standard deviation are left out.
 
-    Parameters
-    ----------
-    controller
-        With ``init`` and ``step``, set to the first target.
-    targets
-        In their order [m or rad].
-    samples
-        Of each move.
-    flexible
-        Whether it moves a flexible arm; estimates without a standard deviation are then left out.
-    advance
-        Called now and then with how many samples are done.
+    ``targets`` [m or rad] are one a move, the first of which is set already; ``samples`` are those
+    of a move; ``advance`` is called now and then with the number of samples done.
     """
 
     def __init__(
@@ -83,7 +72,7 @@ class Recorder:
         return state, effort
 
     def end_move(self, state: Any) -> None:
-        """Record how far positioning has come, at the end of a move."""
+        """Record the outcome of a move."""
         self.outcomes.append(self._controller.outcome(state))
         self.reasons.append(self._controller.why(state))
 
@@ -110,7 +99,7 @@ class Recorder:
 
     @property
     def times(self) -> Float[np.ndarray, " k"]:
-        """At which estimates were recorded [s]."""
+        """Times at which estimates were recorded [s]."""
         return np.array(self._times)
 
     @property

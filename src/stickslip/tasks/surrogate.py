@@ -14,25 +14,6 @@ if TYPE_CHECKING:
     from stickslip.plants import FlexibleArm
     from stickslip.simulation import Sensors
 
-__all__ = [
-    "COULOMB_FRICTION",
-    "DURATION",
-    "EFFORT",
-    "MASS_1",
-    "MASS_2",
-    "POSITION_NOISE",
-    "SAMPLING_TIME",
-    "SETTING",
-    "STIFFNESS",
-    "SWITCHING_TIME",
-    "TRUTH",
-    "VELOCITY_NOISE",
-    "VISCOUS_FRICTION",
-    "bang_bang_effort",
-    "surrogate_arm",
-    "surrogate_sensors",
-]
-
 # Masses [kg], stiffness [N/m], friction [N, N s/m], times [s], effort [N], noise [m, m/s].
 MASS_1 = 1.0
 MASS_2 = 1.0
@@ -52,7 +33,7 @@ SETTING = (
     f"found); sensor noise {POSITION_NOISE:g} m and {VELOCITY_NOISE:g} m/s"
 )
 
-# Of the input, which acts one way, then the other way for as long
+# Of the input, which is positive, then negative for as long
 EFFORT = 1.0
 SWITCHING_TIME = 5.0
 
@@ -74,13 +55,7 @@ def surrogate_arm() -> "FlexibleArm":
 
 
 def bang_bang_effort(sampling_time: float = SAMPLING_TIME) -> Float[np.ndarray, " n"]:
-    """Return the effort held over each sample [N]: one way, the other way, then none.
-
-    Parameters
-    ----------
-    sampling_time
-        [s].
-    """
+    """Return the effort held over each sample [N]: positive, negative, then none."""
     held = round(SWITCHING_TIME / sampling_time)
     effort = np.zeros(round(DURATION / sampling_time))
     effort[:held] = EFFORT
@@ -89,13 +64,7 @@ def bang_bang_effort(sampling_time: float = SAMPLING_TIME) -> Float[np.ndarray, 
 
 
 def surrogate_sensors(noise: float = 1.0) -> "Sensors":
-    """Return the sensors of both masses.
-
-    Parameters
-    ----------
-    noise
-        Their noise, over that of the surrogate values [-]; 0 for ideal sensors.
-    """
+    """Return the sensors of both masses; ``noise`` scales that of the surrogate values [-]."""
     from stickslip.simulation import Sensors
 
     return Sensors(position_noise=noise * POSITION_NOISE, velocity_noise=noise * VELOCITY_NOISE)

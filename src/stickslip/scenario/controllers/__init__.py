@@ -1,1 +1,38 @@
-"""Controllers of a scenario: one table a family of methods, in one registry."""
+"""Controllers of a scenario: one table a family of methods, and their registry.
+
+``docs/contributing.md`` has the steps to add one.
+"""
+
+from collections.abc import Mapping
+
+from stickslip.scenario.controllers.base import Controller
+from stickslip.scenario.controllers.flexible_arm import ArmFeedback, ArmLanding
+from stickslip.scenario.controllers.pid import PDControl, PIDControl, PIDDither, PIDReset
+from stickslip.scenario.controllers.pulses import (
+    AxisLanding,
+    ExactPulses,
+    PulseAmplitudeWidth,
+    PulseWidth,
+)
+from stickslip.scenario.table import Variants
+
+__all__ = ["ARM_CONTROLLERS", "AXIS_CONTROLLERS"]
+
+_AXIS: Mapping[str, type[Controller]] = {
+    "landing": AxisLanding,
+    "exact": ExactPulses,
+    "papwc": PulseAmplitudeWidth,
+    "pwc": PulseWidth,
+    "pd": PDControl,
+    "pid": PIDControl,
+    "pid-dither": PIDDither,
+    "pid-reset": PIDReset,
+}
+_ARM: Mapping[str, type[Controller]] = {"landing": ArmLanding, "feedback": ArmFeedback}
+
+AXIS_CONTROLLERS: Variants[Controller] = Variants(
+    key="method", default="landing", models=_AXIS, where="a rigid axis", others=_ARM
+)
+ARM_CONTROLLERS: Variants[Controller] = Variants(
+    key="method", default="landing", models=_ARM, where="a flexible arm", others=_AXIS
+)

@@ -1,16 +1,34 @@
-"""``[controller]``: what the tables of all controllers have in common."""
+"""``[controller]``: the common part of all controllers, and the setup that they are built for."""
 
 from abc import abstractmethod
+from dataclasses import dataclass, replace
+from math import sqrt
 from pathlib import Path
 from typing import Any, ClassVar
 
-from stickslip.control import PD, PositionController
-from stickslip.records import AxisKind, InputError, LearnedPulses, non_negative, positive
-from stickslip.scenario.controllers.setup import Setup
-from stickslip.scenario.guess import FirstGuesses, check_learned, guesses_from, learned_from
-from stickslip.scenario.table import Table, key, required
+from pydantic import model_validator
 
-__all__ = ["LONGEST_WIDTH", "POSITION_GAIN", "REST_SAMPLES", "VELOCITY_GAIN", "Controller"]
+from stickslip.control import PD, PositionController, RestDetection
+from stickslip.presentation.words import prefixed
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearnedPulses,
+    count_of,
+    non_negative,
+    positive,
+    unit_of,
+)
+from stickslip.scenario.axis import Axis
+from stickslip.scenario.guess import (
+    FirstGuesses,
+    GuessTable,
+    check_learned,
+    guesses_from,
+    learned_from,
+)
+from stickslip.scenario.table import Table, key, required
+from stickslip.scenario.task import SensorsTable, TaskTable
 
 _BY_RULE = "by a rule; both gains or neither"
 POSITION_GAIN: Any = key("proportional gain", ("N/m", "N m/rad"), positive, says=_BY_RULE)
@@ -21,26 +39,128 @@ REST_SAMPLES: Any = key(
     says="10; with ideal sensors 1, without a velocity 2",
 )
 
+_STILL = 0.01
+"""Share of the tolerance: an axis on bristles that moves no farther rests."""
+
+_CONTINUOUS = 1e-9
+"""Step of an encoder without steps, over the noise: too fine to matter."""
+
+_SURELY = 3.0
+"""Largest error of a mean of measurements, in its standard deviations."""
+
+_REST_SAMPLES = 10
+"""Samples over which a rest is judged by default, where sensors are not ideal."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Setup:
+    """All tables of a positioning task but that of the controller."""
+
+    axis: Axis
+    task: TaskTable
+    sensors: SensorsTable
+    guess: GuessTable
+
+    @property
+    def kind(self) -> AxisKind:
+        """``"linear"`` or ``"rotary"``."""
+        return self.axis.kind
+
+    @property
+    def still(self) -> float:
+        """Largest motion of an axis at rest [m or rad]; on bristles nothing rests exactly."""
+        return _STILL * self.task.tolerance if self.axis.bristles else 0.0
+
+    def rest(self, given: int | None) -> RestDetection:
+        """Return when the axis counts as resting, by its sensors; ``given`` is in samples."""
+        sensors = self.sensors
+        ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
+        exact = sensors.velocity == "measured" and sensors.velocity_noise == 0.0 and not self.still
+        if ideal and exact:
+            window = self._window(given, usual=1, least=1)
+            return RestDetection(samples=window, spread=0.0, speed=0.0)
+        if ideal:
+            window = self._window(given, usual=_REST_SAMPLES if self.still else 2, least=2)
+            return RestDetection(samples=window, spread=self.still)
+        window = self._window(given, usual=_REST_SAMPLES, least=2)
+        noise = sensors.position_noise
+        step = sensors.encoder_step or _CONTINUOUS * noise
+        rest = RestDetection.for_encoder(resolution=step, noise=noise, samples=window)
+        return replace(rest, speed=0.0) if exact else rest
+
+    def _window(self, given: int | None, *, usual: int, least: int) -> int:
+        """Return over how many samples a rest is judged, which must fit into a move twice."""
+        move = self.task.samples
+        samples = usual if given is None else given
+        if samples < least:
+            raise InputError(
+                f"rest_samples is {samples}, it must be at least {least} with these sensors",
+                where="[controller]",
+                remedy=f"give {least} or more",
+            )
+        # A pulse waits for a rest, and its outcome for another
+        if 2 * samples >= move:
+            unless = " by default" if given is None else ""
+            raise InputError(
+                f"rest_samples is {samples}{unless}, and a move of {move} samples has no room for "
+                "a rest before a pulse and one after it",
+                where="[controller]",
+                remedy="judge the rest over fewer samples, or lengthen the duration",
+            )
+        return samples
+
+    def tolerance_at(self, rest: RestDetection) -> float:
+        """Return the controller's own tolerance where a rest is judged over some samples."""
+        over = count_of(rest.samples, "sample")
+        return self.tolerance_over(rest.samples, over, "give more rest_samples")
+
+    def tolerance_over(self, samples: int, over: str, otherwise: str) -> float:
+        """Return the tolerance less the largest error of the mean of measured positions.
+
+        ``over`` names the samples, and ``otherwise`` is a remedy besides better sensors.
+        """
+        sensors, tolerance = self.sensors, self.task.tolerance
+        noise = _SURELY * sensors.position_noise / sqrt(samples)
+        off = 0.5 * (sensors.encoder_step + self.still) + noise
+        if tolerance <= off:
+            unit = unit_of("position", self.kind)
+            raise InputError(
+                f"tolerance is {tolerance:g} {unit}, and over {over} the sensors tell a position "
+                f"to {off:.3g} {unit} only",
+                where="[task]",
+                remedy=f"widen the tolerance, take better sensors, or {otherwise}",
+            )
+        return tolerance - off
+
+    def rest_notes(self, given: int | None) -> tuple[str, ...]:
+        """Return notes on when the axis rests, and on the controller's own tolerance."""
+        rest, unit = self.rest(given), unit_of("position", self.kind)
+        own = self.tolerance_at(rest)
+        note = "The axis counts as resting in the sample in which its velocity is 0."
+        if rest.samples > 1:
+            still = "" if rest.speed is None else " and no velocity is seen"
+            note = (
+                f"The axis counts as resting when {count_of(rest.samples, 'position')} in a row "
+                f"lie within {prefixed(rest.spread, unit)}{still}."
+            )
+        if own == self.task.tolerance:
+            return (note,)
+        return (
+            note,
+            f"The controller aims at {prefixed(own, unit)}: the tolerance less what the sensors "
+            "may be off by at rest.",
+        )
+
 
 class Controller(Table):
     """The table of a controller: its settings, and how it is built."""
 
     shows_defaults: ClassVar[bool] = False
-
-    title: ClassVar[str]
-    """The controller in words."""
-
-    guesses: ClassVar[tuple[str, ...]] = ()
-    """Quantities of ``[guess]`` that it uses."""
-
-    learns: ClassVar[bool] = False
-    """Whether it learns something that can be saved."""
-
-    learned_names: ClassVar[tuple[str, ...]] = ()
-    """Values of what was learned that it needs to go on."""
-
-    beside_learned: ClassVar[tuple[str, ...]] = ("learned",)
-    """Quantities of ``[guess]`` that may be given beside what was learned."""
+    title: ClassVar[str]  # the controller in words
+    guesses: ClassVar[tuple[str, ...]] = ()  # quantities of ``[guess]`` that it uses
+    learns: ClassVar[bool] = False  # whether it learns values that can be saved
+    learned_names: ClassVar[tuple[str, ...]] = ()  # those that it needs to resume
+    beside_learned: ClassVar[tuple[str, ...]] = ("learned",)  # allowed in ``[guess]`` then
 
     method: str = required("controller")
     effort_limit: float = required(
@@ -57,12 +177,11 @@ class Controller(Table):
 
     def check(self, setup: Setup) -> None:
         """Check the settings against the other tables."""
-        method = self.method
         for name, plain in setup.guess.plain().items():
             if plain not in self.used():
                 learns = ", or use method exact, which learns"
                 raise InputError(
-                    f"{name} is given, and method {method} has no use for it",
+                    f"{name} is given, and method {self.method} has no use for it",
                     where="[guess]",
                     remedy="leave it out" + ("" if self.learns or self.used() else learns),
                 )
@@ -75,7 +194,7 @@ class Controller(Table):
             )
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
-        """Return what an earlier run has learned as first guesses."""
+        """Return the values of an earlier run as first guesses."""
         check_learned(learned, method=self.method, kind=kind, names=self.learned_names)
         return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
 
@@ -99,18 +218,27 @@ class Controller(Table):
         except InputError as error:
             raise error.at(str(path)) from None
 
-    def believed(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
-        """Return where each first guess came from, by name."""
+    def sources(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
+        """Return the source of each first guess, by name."""
         if first.learned is not None:
             return dict.fromkeys(controller.estimates(controller.init()), first.source)
         return {name: first.sources[name] for name in self.used() if name in first.sources}
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        """Return what a user should know of the controller, one sentence each."""
+        """Return notes on the controller for the user, one sentence each."""
         return ()
 
+
+class GainsByRule(Controller):
+    """A controller with feedback whose two gains are given, or follow from a rule."""
+
+    @model_validator(mode="after")
+    def _check_gains(self) -> "GainsByRule":
+        self.given_gains()
+        return self
+
     def given_gains(self) -> PD | None:
-        """Return the gains of the feedback of a landing; None for gains by rule."""
+        """Return the gains; None for gains by rule."""
         given = self.given()
         names = ("position_gain", "velocity_gain")
         missing = [name for name in names if name not in given]

@@ -5,8 +5,6 @@ from itertools import pairwise
 from math import ceil, pi, sqrt
 from typing import Any, ClassVar
 
-from pydantic import model_validator
-
 from stickslip.control import (
     FeedbackController,
     LandingController,
@@ -18,14 +16,10 @@ from stickslip.estimation import EnergyEstimator
 from stickslip.plants import FlexibleArm
 from stickslip.presentation.words import prefixed
 from stickslip.records import AxisKind, InputError, LearnedPulses, positive, unit_of
-from stickslip.scenario.body import DIRECTIONAL
-from stickslip.scenario.controllers.base import POSITION_GAIN, VELOCITY_GAIN, Controller
-from stickslip.scenario.controllers.resting import tolerance_over
-from stickslip.scenario.controllers.setup import Setup
+from stickslip.scenario.axis import DIRECTIONAL
+from stickslip.scenario.controllers.base import POSITION_GAIN, VELOCITY_GAIN, GainsByRule, Setup
 from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
 from stickslip.scenario.table import key
-
-__all__ = ["ArmFeedback", "ArmLanding"]
 
 _KNOWN = "the axis, taken as known"
 _UNCERTAINTY = 0.02
@@ -34,8 +28,8 @@ _UNCERTAINTY = 0.02
 _PARTS = {"mass": "mass 1", "load_mass": "mass 2", "stiffness": "the spring"}
 
 
-class _ArmController(Controller):
-    """What landing and feedback of an arm have in common."""
+class _ArmController(GainsByRule):
+    """Landing and feedback of an arm."""
 
     guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", *FILES)
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
@@ -43,13 +37,7 @@ class _ArmController(Controller):
     position_gain: float | None = POSITION_GAIN
     velocity_gain: float | None = VELOCITY_GAIN
 
-    @model_validator(mode="after")
-    def _check_gains(self) -> "_ArmController":
-        self.given_gains()
-        return self
-
     def check(self, setup: Setup) -> None:
-        """Check the settings against the other tables, as of the base class."""
         super().check(setup)
         if setup.axis.bristles:
             raise InputError(
@@ -66,7 +54,6 @@ class _ArmController(Controller):
             )
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
-        """Return what a landing has learned as first guesses, as of the base class."""
         check_learned(learned, method="landing", kind=kind, names=self.learned_names)
         names = (*DIRECTIONAL, *(_PARTS if "mass" in learned.values else ()))
         values = {name: (learned.values[name], learned.values[name]) for name in names}
@@ -75,8 +62,7 @@ class _ArmController(Controller):
             kind=kind, values=values, sources=sources, learned=learned, source=source
         )
 
-    def believed(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
-        """Return where each first guess came from, by name."""
+    def sources(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
         names = (*DIRECTIONAL, "offset")
         parts = {name: source for name, (_, source) in _parts(setup, first).items()}
         return parts | {n: first.sources[n] for n in names if n in first.sources}
@@ -98,7 +84,7 @@ class _ArmController(Controller):
         return LandingController(
             sampling_time=task.sampling_time,
             target=task.goals[0],
-            tolerance=tolerance_over(setup, samples, "half a swing of mass 2", "sample faster"),
+            tolerance=setup.tolerance_over(samples, "half a swing of mass 2", "sample faster"),
             arm=arm,
             effort_limit=self.effort_limit,
             estimator=EnergyEstimator(
@@ -145,7 +131,6 @@ class _ArmController(Controller):
         return FlexibleArm(mass_1=mass, mass_2=load, stiffness=stiffness, friction=law, kind=kind)
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        """Return what the controller knows of the arm."""
         sources = {name: source for name, (_, source) in _parts(setup, first).items()}
         known = ", ".join(words for name, words in _PARTS.items() if sources[name] == _KNOWN)
         notes: tuple[str, ...] = ()
@@ -177,7 +162,6 @@ class ArmLanding(_ArmController):
     )
 
     def build(self, setup: Setup, first: FirstGuesses) -> LandingController:
-        """Return the controller, as of the base class."""
         learned = first.learned
         settings: dict[str, Any] = {"arm_uncertainty": _uncertainty(setup)}
         if learned is not None and "mass" in learned.values:
@@ -186,7 +170,6 @@ class ArmLanding(_ArmController):
         return self._landing(setup, first, **settings)
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        """Return also what is learned of the arm, and the controller's own tolerance."""
         notes = super().notes(setup, first, controller)
         if controller.arm_uncertainty > 0.0 and setup.guess.arm_uncertainty is None:
             notes += (
@@ -230,7 +213,7 @@ class ArmFeedback(_ArmController):
 
 
 def _parts(setup: Setup, first: FirstGuesses) -> dict[str, tuple[float, str]]:
-    """Return first guesses of masses and spring, and where each came from."""
+    """Return first guesses of masses and spring, and the source of each."""
     guess, axis = setup.guess, setup.axis
     parts: dict[str, tuple[float, str]] = {}
     for name, guessed, true in (

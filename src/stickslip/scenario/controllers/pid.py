@@ -6,12 +6,9 @@ from pydantic import model_validator
 
 from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
-from stickslip.scenario.controllers.base import Controller
-from stickslip.scenario.controllers.setup import Setup
+from stickslip.scenario.controllers.base import Controller, Setup
 from stickslip.scenario.guess import FirstGuesses
 from stickslip.scenario.table import key, required
-
-__all__ = ["PDControl", "PIDControl", "PIDDither", "PIDReset"]
 
 _STIFFNESS, _INTEGRAL = ("N/m", "N m/rad"), ("N/(m s)", "N m/(rad s)")
 _DAMPING = ("N s/m", "N m s/rad")
@@ -31,11 +28,10 @@ class _Feedback(Controller):
         return {name: getattr(self, name) for name in names if name in self.given()}
 
     def _parts(self) -> dict[str, Any]:
-        """Return what acts beside the gains."""
+        """Return the settings beside the gains."""
         return {}
 
     def build(self, setup: Setup, first: FirstGuesses) -> PIDController:
-        """Return the controller, as of the base class."""
         filter_time: float | None = getattr(self, "filter_time", None)
         if filter_time is None and setup.sensors.velocity == "none":
             raise InputError(
@@ -92,14 +88,12 @@ class PIDControl(_Feedback):
         return self
 
     def used(self) -> tuple[str, ...]:
-        """Return the mass, if the bandwidth gives the gains."""
         return () if self.bandwidth is None else ("mass", "estimate")
 
     def _parts(self) -> dict[str, Any]:
         return {"dead_band": self.dead_band}
 
     def build(self, setup: Setup, first: FirstGuesses) -> PIDController:
-        """Return the controller, as of the base class."""
         if self.bandwidth is None:
             return super().build(setup, first)
         return PIDController.for_mass(

@@ -1,23 +1,31 @@
-"""``[controller]`` of pulse controllers: methods exact, papwc and pwc."""
+"""``[controller]`` of a rigid axis that pulses move: methods landing, exact, papwc and pwc."""
 
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
 
 from stickslip.control import (
+    AxisLandingController,
     ExactPulseController,
     PulseAmplitudeWidthController,
     PulseController,
     PulseWidthController,
 )
-from stickslip.records import InputError, unit_of
-from stickslip.scenario.controllers.base import LONGEST_WIDTH, REST_SAMPLES, Controller
-from stickslip.scenario.controllers.resting import aim_of, rest_notes, rest_of
-from stickslip.scenario.controllers.setup import Setup
-from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses
+from stickslip.estimation import EnergyEstimator
+from stickslip.plants import SingleMass
+from stickslip.records import AxisKind, InputError, LearnedPulses, positive, unit_of
+from stickslip.scenario.axis import DIRECTIONAL
+from stickslip.scenario.controllers.base import (
+    LONGEST_WIDTH,
+    POSITION_GAIN,
+    REST_SAMPLES,
+    VELOCITY_GAIN,
+    Controller,
+    GainsByRule,
+    Setup,
+)
+from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses, check_learned
 from stickslip.scenario.table import key
-
-__all__ = ["ExactPulses", "PulseAmplitudeWidth", "PulseWidth", "check_guess", "uncertainty_notes"]
 
 _TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
 """Published P(0) of PAPWC times the squared product of mass and effort of the published pulses: the
@@ -29,7 +37,7 @@ _UNCERTAINTIES = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
 
 
 class _Pulses(Controller):
-    """A controller that moves an axis from rest to rest by pulses."""
+    """Pulses from rest to rest."""
 
     learns: ClassVar[bool] = True
     longest_width: float | None = LONGEST_WIDTH
@@ -37,11 +45,11 @@ class _Pulses(Controller):
     rest_samples: int | None = REST_SAMPLES
 
     def _common(self, setup: Setup) -> dict[str, Any]:
-        rest = rest_of(setup, self.rest_samples)
+        rest = setup.rest(self.rest_samples)
         return {
             "sampling_time": setup.task.sampling_time,
             "target": setup.task.goals[0],
-            "tolerance": aim_of(setup, rest),
+            "tolerance": setup.tolerance_at(rest),
             "rest": rest,
             "kind": setup.kind,
             "longest_width": self.longest_width,
@@ -49,8 +57,7 @@ class _Pulses(Controller):
         }
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        """Return how rest is judged."""
-        return rest_notes(setup, rest_of(setup, self.rest_samples))
+        return setup.rest_notes(self.rest_samples)
 
 
 class ExactPulses(_Pulses):
@@ -63,7 +70,6 @@ class ExactPulses(_Pulses):
     )
 
     def build(self, setup: Setup, first: FirstGuesses) -> ExactPulseController:
-        """Return the controller, as of the base class."""
         settings: dict[str, Any] = {
             "effort_limit": self.effort_limit,
             "position_noise": setup.sensors.position_deviation,
@@ -71,7 +77,7 @@ class ExactPulses(_Pulses):
         }
         if first.learned is not None:
             return ExactPulseController(experience=first.learned, **settings)
-        check_guess(self, first)
+        _check_guess(self, first)
         given = setup.guess.given()
         uncertainties = first.uncertainties() | {
             name: given[name] for name in _UNCERTAINTIES if name in given
@@ -84,8 +90,7 @@ class ExactPulses(_Pulses):
         )
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        """Return also the uncertainties that an estimate holds."""
-        return super().notes(setup, first, controller) + uncertainty_notes(self, setup, first)
+        return super().notes(setup, first, controller) + _uncertainty_notes(self, setup, first)
 
 
 class _Adaptive(_Pulses):
@@ -93,25 +98,21 @@ class _Adaptive(_Pulses):
 
     guesses: ClassVar[tuple[str, ...]] = ("mass", "coulomb_friction", "static_friction", *FILES)
 
-    controller: ClassVar[Any]
-    """Its class in `stickslip.control`."""
-
-    first_gains: ClassVar[Mapping[str, str]]
-    """Its first gains, by the names of those that it learns."""
+    controller: ClassVar[Any]  # its class in `stickslip.control`
+    first_gains: ClassVar[Mapping[str, str]]  # by the names of the gains that it learns
 
     gain: float = key("share of the error that a pulse is to take away, $K_c$", default=1.0)
     forgetting: float = key("forgetting factor $\\lambda$ of the recursion", default=1.0)
     initial_covariance: float
 
     def build(self, setup: Setup, first: FirstGuesses) -> PulseController:
-        """Return the controller, as of the base class."""
         settings = {"pulse_effort": self.effort_limit, "gain": self.gain, **self._common(setup)}
         own = {"forgetting": self.forgetting, "initial_covariance": self.initial_covariance}
         learned = first.learned
         if learned is not None:
             gains = {name: learned.values[each] for each, name in self.first_gains.items()}
             return self.controller(**gains, **own, **settings).resumed(learned)
-        check_guess(self, first)
+        _check_guess(self, first)
         begun = self.controller.from_friction(
             mass=first.mass(),
             coulomb_friction=first.value("coulomb_friction"),
@@ -144,7 +145,6 @@ class PulseAmplitudeWidth(_Adaptive):
     initial_covariance: float = key("$P(0)$ of the recursion, over the identity", default=1e-5)
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
-        """Return also whether the default P(0) is small beside the gains of this axis."""
         notes = super().notes(setup, first, controller)
         if first.learned is not None or "initial_covariance" in self.model_fields_set:
             return notes
@@ -159,27 +159,103 @@ class PulseAmplitudeWidth(_Adaptive):
         )
 
 
-def check_guess(table: Controller, first: FirstGuesses) -> None:
-    """Check that some pulse would move the axis by the first guesses."""
+class AxisLanding(GainsByRule):
+    """Feedback, then pulses by the exact law."""
+
+    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+    learns: ClassVar[bool] = True
+    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, "mass_uncertainty", *FILES)
+    learned_names: ClassVar[tuple[str, ...]] = (
+        "mass",
+        *(f"{name}_{side}" for name in DIRECTIONAL for side in ("positive", "negative")),
+    )
+    longest_width: float | None = LONGEST_WIDTH
+    rest_samples: int | None = REST_SAMPLES
+    position_gain: float | None = POSITION_GAIN
+    velocity_gain: float | None = VELOCITY_GAIN
+    longest_wait: float | None = key(
+        "longest time for the driven mass to rest", "time", positive, says="100 samples"
+    )
+
+    def check(self, setup: Setup) -> None:
+        super().check(setup)
+        if setup.sensors.velocity == "none":
+            raise InputError(
+                "velocity is none, and the feedback of method landing needs it",
+                where="[sensors]",
+                remedy="measure the velocity, or use method exact",
+            )
+
+    def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
+        check_learned(learned, method="exact", kind=kind, names=self.learned_names)
+        found = learned.values
+        # The friction of each direction has the offset in it
+        values = {
+            name: (found[f"{name}_positive"], found[f"{name}_negative"]) for name in DIRECTIONAL
+        }
+        values["mass"] = (found["mass"], found["mass"])
+        return FirstGuesses(kind=kind, values=values, learned=learned, source=source)
+
+    def build(self, setup: Setup, first: FirstGuesses) -> AxisLandingController:
+        if first.learned is None:
+            _check_guess(self, first)
+        mass = first.mass()
+        # The estimator that runs along does not distinguish the directions
+        values = first.known("coulomb_friction", "viscous_friction")
+        law = first.friction(symmetric=True)
+        rest = setup.rest(self.rest_samples)
+        uncertainties = first.uncertainties() | setup.guess.given()
+        uncertainty = uncertainties.get("mass_uncertainty", AxisLandingController.mass_uncertainty)
+        controller = AxisLandingController(
+            sampling_time=setup.task.sampling_time,
+            target=setup.task.goals[0],
+            tolerance=setup.tolerance_at(rest),
+            axis=SingleMass(mass=mass, friction=law, kind=setup.kind),
+            effort_limit=self.effort_limit,
+            estimator=EnergyEstimator(
+                inertia=mass, offset=False, force_noise=0.0, initial_values=values or None
+            ),
+            rest=rest,
+            position_noise=setup.sensors.position_deviation,
+            velocity_noise=setup.sensors.velocity_noise,
+            longest_width=self.longest_width,
+            mass_uncertainty=uncertainty,
+            pd=self.given_gains(),
+            wait_limit=self.longest_wait,
+        )
+        return replace(controller, experience=first.learned) if first.learned else controller
+
+    def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
+        notes = setup.rest_notes(self.rest_samples)
+        if first.learned is not None:
+            return notes
+        notes += _uncertainty_notes(self, setup, first)
+        if "coulomb_friction" not in first.values:
+            notes += ("No friction is guessed: the controller begins without any.",)
+        return notes
+
+
+def _check_guess(table: Controller, first: FirstGuesses) -> None:
+    """Check that by the first guesses some pulse would move the axis."""
     unit, limit = unit_of("effort", first.kind), table.effort_limit
     offset = first.known("offset").get("offset", 0.0)
     for name in ("static_friction", "coulomb_friction"):
         if name not in first.values:
             continue
         forward, backward = first.pair(name)
-        for way, needed in (("positive", forward + offset), ("negative", backward - offset)):
+        for direction, needed in (("positive", forward + offset), ("negative", backward - offset)):
             if limit <= needed:
                 raise InputError(
                     f"effort_limit is {limit:g} {unit}, and by the first guess it takes "
-                    f"{needed:g} {unit} to move the axis in the {way} direction ({name} "
+                    f"{needed:g} {unit} to move the axis in the {direction} direction ({name} "
                     f"from {first.sources[name]})",
                     where="[guess]",
                     remedy="guess less, or allow more effort",
                 )
 
 
-def uncertainty_notes(table: Controller, setup: Setup, first: FirstGuesses) -> tuple[str, ...]:
-    """Return with which uncertainties of an estimate a controller begins."""
+def _uncertainty_notes(table: Controller, setup: Setup, first: FirstGuesses) -> tuple[str, ...]:
+    """Return a note on the uncertainties that an estimate gives a controller."""
     held = {
         name: value
         for name, value in first.uncertainties().items()

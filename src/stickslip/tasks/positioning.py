@@ -1,27 +1,30 @@
-"""Run a positioning task on its simulated axis, and judge how it went."""
+"""A positioning task from a scenario file: run it on its simulated axis, and judge it."""
 
 from collections.abc import Callable, Mapping
+from math import sqrt
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from jaxtyping import Float
 
 from stickslip import __version__
-from stickslip.control import PositionController
+from stickslip.control import LandingState, PositionController
 from stickslip.records import (
+    ArmRun,
+    ArmSeries,
     InputError,
     LearnedPulses,
     Positioning,
     PositioningMove,
     PositioningRun,
 )
-from stickslip.scenario import Axis, Scenario, ScenarioFile, read_scenario
+from stickslip.scenario import Axis, Scenario, ScenarioFile, TaskTable, read_scenario
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
-from stickslip.tasks.positioning.arm import arm_of, swings
-from stickslip.tasks.positioning.judging import arm_ending, ending, settling_time
+from stickslip.tasks.judging import arm_ending, ending, settling_time
 from stickslip.tasks.recorder import Recorder
 
-__all__ = ["position"]
+__all__ = ["ScenarioFile", "position", "read_scenario"]
 
 
 def position(
@@ -34,11 +37,11 @@ def position(
     scenario
         The TOML file (see the guide on positioning), or what `read_scenario` read from it.
     progress
-        Called now and then with how many samples are done, of how many.
+        Called now and then with the number of samples done, and of all.
 
     Returns
     -------
-    Every run with its moves and pulses, what was learned, and how it ended.
+    Every run with its moves and pulses, the learned values, and the ending.
 
     Raises
     ------
@@ -54,22 +57,18 @@ def position(
     """
     read = scenario if isinstance(scenario, ScenarioFile) else read_scenario(scenario)
     try:
-        return _positioned(read, progress or _silent)
+        return _positioned(read, progress or (lambda _done, _every: None))
     except InputError as error:
         # One that names a table is of the scenario; others name a file beside it
         inside = error.where.startswith("[") or not error.where
         raise error.at(str(read.path)) if inside else error from None
 
 
-def _silent(done: int, every: int) -> None:
-    """Report no progress."""
-
-
 def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Positioning:
     asked, folder = read.scenario, read.path.parent
     task, axis, table = asked.task, asked.axis, asked.controller
     built = asked.build(folder)
-    believed, notes = built.believed, (*axis.notes(), *built.notes)
+    sources, notes = built.sources, (*axis.notes(), *built.notes)
     generator = np.random.default_rng(asked.sensors.seed) if asked.sensors.noisy else None
     samples = len(task.goals) * task.samples
     runs: list[PositioningRun] = []
@@ -117,7 +116,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         tolerance=task.tolerance,
         scenario=asked.tables(),
         truth=_truth(axis, table.effort_limit, runs[0].estimates),
-        believed=believed,
+        believed=sources,
         runs=tuple(runs),
         limits=_limits(learned, table.effort_limit),
         learned=learned,
@@ -140,7 +139,8 @@ def _judged(
     goals = np.append(np.repeat(task.goals, n), task.goals[-1])
     arm = swing = None
     if scenario.axis.flexible:
-        arm, swing = arm_of(run, goals, scenario), swings(run, scenario)
+        swing = _swings(run, scenario)
+        arm = _arm_run(run, goals, swing, task)
     integrates = controller.integrates(task.tolerance)
     moves: list[PositioningMove] = []
     ends = zip(task.goals, recorder.outcomes, recorder.reasons, strict=True)
@@ -200,13 +200,13 @@ def _judged(
 def _limits(
     learned: LearnedPulses | None, effort_limit: float
 ) -> dict[str, tuple[float | None, float | None]]:
-    """Return between which efforts pulses have shown the static friction to lie."""
+    """Return the limits of the static friction that pulses have shown."""
     values = {} if learned is None else learned.values
     limits: dict[str, tuple[float | None, float | None]] = {}
-    for way in ("positive", "negative"):
-        held, freed = values.get(f"holding_effort_{way}"), values.get(f"freeing_effort_{way}")
+    for side in ("positive", "negative"):
+        held, freed = values.get(f"holding_effort_{side}"), values.get(f"freeing_effort_{side}")
         if held is not None and freed is not None:
-            limits[f"static_friction_{way}"] = (
+            limits[f"static_friction_{side}"] = (
                 held if held > 0.0 else None,
                 freed if freed < effort_limit else None,
             )
@@ -214,7 +214,7 @@ def _limits(
 
 
 def _truth(axis: Axis, effort: float, estimates: Mapping[str, object]) -> dict[str, float]:
-    """Return what the estimates should be, as far as the axis has such a value."""
+    """Return the true values of the estimates, as far as the axis has them."""
     every, mass = axis.truth(), axis.body or 0.0
     if axis.flexible:
         parts = {"load_mass": axis.load or 0.0, "stiffness": axis.stiffness or 0.0}
@@ -230,3 +230,63 @@ def _truth(axis: Axis, effort: float, estimates: Mapping[str, object]) -> dict[s
         every["pulse_gain"] = effort * (effort - mean) / (2.0 * mass * mean)
         every["gain_1"] = 1.0 / (2.0 * mass * mean)
     return {name: value for name, value in every.items() if name in estimates}
+
+
+def _swings(run: ClosedLoopRun[Any], scenario: Scenario) -> Float[np.ndarray, " n"]:
+    """Return the amplitude of mass 2 from each sample on if mass 1 rested there [m or rad]."""
+    motion, axis = run.motion, scenario.axis
+    frequency = sqrt((axis.stiffness or 0.0) / (axis.load or 1.0))
+    apart = _load(motion.load_position) - motion.position
+    return np.hypot(apart, (_load(motion.load_velocity) - motion.velocity) / frequency)
+
+
+def _load(values: Float[np.ndarray, " n"] | None) -> Float[np.ndarray, " n"]:
+    """Return a channel of the second mass, which every arm of a scenario has."""
+    return np.empty(0) if values is None else values
+
+
+def _arm_run(
+    run: ClosedLoopRun[Any],
+    goals: Float[np.ndarray, " n"],
+    swing: Float[np.ndarray, " n"],
+    task: TaskTable,
+) -> ArmRun:
+    """Return both masses of an arm, and the series with the true motion at their ends."""
+    motion, state = run.motion, run.controller_state
+    flights = state.flights if isinstance(state, LandingState) else ()
+    samples, step, last = task.samples, task.sampling_time, motion.time.size - 1
+    series: list[ArmSeries] = []
+    for k, flight in enumerate(flights):
+        planned, start = flight.planned, round(flight.start / step)
+        # The rest after it lasts until the next series or the next move begins
+        move = start // samples + 1
+        until = min(move * samples, last)
+        if k + 1 < len(flights):
+            until = min(until, round(flights[k + 1].start / step))
+        rests = until >= start + planned.effort.size and bool(motion.stuck[until])
+        series.append(
+            ArmSeries(
+                move=move,
+                start_time=flight.start,
+                sampling_time=step,
+                pulses=planned.amplitudes.size,
+                target=planned.target,
+                coulomb_friction=flight.coulomb_friction,
+                viscous_friction=flight.viscous_friction,
+                effort=planned.effort,
+                position=planned.position,
+                load_position=planned.load_position,
+                start_swing=float(swing[start]),
+                final_position=float(motion.position[until]) if rests else None,
+                final_swing=float(swing[until]) if rests else None,
+            )
+        )
+    return ArmRun(
+        target=goals,
+        position=motion.position,
+        load_position=_load(motion.load_position),
+        measured_position=run.log.measured_position,
+        measured_load_position=_load(run.log.measured_load_position),
+        resting=motion.stuck,
+        series=tuple(series),
+    )

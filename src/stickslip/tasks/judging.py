@@ -1,22 +1,22 @@
-"""How a move ended, by the truth and by what the controller says of it."""
+"""Ending of a move, by the true error and by the outcome that the controller reports."""
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.records import Ending, PositioningOutcome
-from stickslip.tasks.reversals import hunts
-
-__all__ = ["arm_ending", "ending", "settling_time"]
 
 _LEAST_STAY = 10
 """Samples within the tolerance that end a move as settled, the last of them at rest."""
 
 _STAY = 0.1
 """Share of a move within the tolerance that settles an axis which does not rest: one that flies
-through at its end is not there."""
+through at its end has not arrived."""
 
 _REST = 0.25
 """Share of a move, at its end, without any motion, that makes it a rest."""
+
+_FEWEST = 2
+"""Reversals that make a cycle; one corrects an overshoot."""
 
 
 def settling_time(
@@ -26,10 +26,10 @@ def settling_time(
     *,
     still: float = 0.0,
 ) -> float | None:
-    """Return how long it took until the true error was within the tolerance for good [s].
+    """Return the time until the true error [m or rad] was within the tolerance for good [s].
 
     None if it never is: if at the end the axis is outside, or moves and has only just come in.
-    ``still`` is how far an axis that rests may move [m or rad].
+    ``still`` is the largest motion of an axis at rest [m or rad].
     """
     sample = _settled(error, tolerance, still)
     return None if sample is None else float(time[sample] - time[0])
@@ -42,12 +42,11 @@ def _settled(error: Float[np.ndarray, " n"], tolerance: float, still: float = 0.
     stays = error.size - sample
     if stays >= max(_LEAST_STAY, _STAY * error.size):
         return sample
-    rests = _rests(error[-_LEAST_STAY:], still)
-    return sample if stays >= _LEAST_STAY and rests else None
+    return sample if stays >= _LEAST_STAY and _rests(error[-_LEAST_STAY:], still) else None
 
 
 def _rests(error: Float[np.ndarray, " n"], still: float) -> bool:
-    """Return whether an axis moves no farther than one that rests."""
+    """Return whether an axis moves no farther than one at rest."""
     return bool(np.ptp(error) <= still)
 
 
@@ -59,10 +58,10 @@ def ending(
     integrates: bool = False,
     still: float = 0.0,
 ) -> Ending:
-    """Return how a move ended, by the true error over the whole move [m or rad].
+    """Return the ending of a move, by the true error over the whole move [m or rad].
 
     ``integrates`` is whether the effort grows while the axis rests outside the tolerance, and so
-    frees it in the end; ``still`` is how far an axis that rests may move [m or rad].
+    frees it in the end; ``still`` is the largest motion of an axis at rest [m or rad].
     """
     if _settled(error, tolerance, still) is not None:
         return Ending.REACHED
@@ -84,7 +83,7 @@ def arm_ending(
     tolerance: float,
     outcome: PositioningOutcome | None,
 ) -> Ending:
-    """Return how a move of a flexible arm ended.
+    """Return the ending of a move of a flexible arm.
 
     ``error`` is the true one of the mass that is farther from the target, and ``driven`` that of
     mass 1, over the whole move [m or rad].
@@ -93,7 +92,7 @@ def arm_ending(
         return Ending.REACHED
     if outcome is PositioningOutcome.STOPPED:
         return Ending.STOPPED
-    # One that lands goes to and fro on purpose, and rests on purpose; it cannot do so for ever
+    # A landing reverses and rests on purpose; it cannot do so for ever
     if outcome is not None:
         outside = np.max(np.abs(error[-_LEAST_STAY:])) > tolerance
         wrong = outcome is PositioningOutcome.REACHED and outside
@@ -101,18 +100,43 @@ def arm_ending(
     if hunts(driven[driven.size // 2 :], tolerance):
         return Ending.HUNTING
     late = driven[-max(2, int(_REST * driven.size)) :]
-    if not np.all(late == late[-1]):
+    if not _rests(late, 0.0):
         return Ending.UNDER_WAY
     return Ending.SWINGING if abs(late[-1]) <= tolerance else Ending.STUCK
 
 
 def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float, still: float) -> bool:
-    """Return whether an axis, once it was at its target, rested outside and turned round again.
+    """Return whether an axis, once it was at its target, rested outside and reversed again.
 
-    Its rests may last longer than what is left of the move.
+    Its rests may last longer than the remainder of the move.
     """
     there = np.flatnonzero(np.sign(error) != np.sign(error[0]))
     since = error[int(there[0]) - 1 :] if there.size else error[-1:]
     held = (np.abs(np.diff(since)) * _LEAST_STAY <= still) & (np.abs(since[1:]) > tolerance)
     moves_on = np.flatnonzero(~np.concatenate(([False], held, [False])))
     return bool(np.max(np.diff(moves_on)) > _LEAST_STAY) and hunts(since, tolerance)
+
+
+def hunts(position: Float[np.ndarray, " n"], tolerance: float) -> bool:
+    """Return whether a motion that should have ended goes to and fro [m or rad]."""
+    return reversals(position, tolerance) >= _FEWEST
+
+
+def reversals(position: Float[np.ndarray, " n"], least: float) -> int:
+    """Return the number of reversals of a motion [m or rad].
+
+    A path back counts from ``least`` > 0 on, from the farthest point before it; so does the first
+    path.
+    """
+    moved = position[np.flatnonzero(np.diff(position)) + 1]
+    turns, direction = 0, 0
+    low = high = float(position[0])
+    for x in moved.tolist():
+        low, high = min(low, x), max(high, x)
+        if direction >= 0 and high - x >= least:
+            turns += direction
+            direction, low, high = -1, x, x
+        elif direction <= 0 and x - low >= least:
+            turns -= direction
+            direction, low, high = 1, x, x
+    return turns

@@ -1,6 +1,7 @@
-"""Every estimator over many runs of a simulated scenario, whose truth is known."""
+"""Comparison of estimators: on one log, or over many runs of a simulated scenario."""
 
 import os
+import time
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -10,42 +11,211 @@ from jaxtyping import Float
 
 from stickslip import __version__
 from stickslip.estimation.base import EstimationTask
+from stickslip.estimation.registry import ESTIMATORS, entry_of
+from stickslip.logs import AxisSchema, LogSchema
 from stickslip.plants import FlexibleArm, Plant
 from stickslip.records import (
+    AxisKind,
     AxisLog,
+    ComparedEstimator,
+    EstimatorComparison,
     EstimatorScore,
     EstimatorStudy,
+    FrictionEstimate,
     InputError,
     ParameterScore,
+    StickslipError,
+    count_of,
 )
 from stickslip.scenario import Axis, Read, StudyFile, check_runs, read_study
 from stickslip.simulation import simulate
-from stickslip.tasks.compare.candidates import (
-    Fitted,
-    chosen_names,
-    fitted,
-    inertia_of,
-)
-from stickslip.tasks.compare.log import timed
 from stickslip.tasks.parallel import in_parallel
+from stickslip.tasks.reading import log_at
 
-__all__ = ["compare_scenario", "disturbance", "measured_log"]
+_LONG_FIT = 2.0  # s, beside which the time to load compiled code hardly counts
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Fitted:
+    """An estimate, or the reason why there is none."""
+
+    estimate: FrictionEstimate | None = None
+    why_not: str = ""
+    assumed_inertia: float | None = None  # given to the estimator though not known [kg or kg m^2]
 
 
 @dataclass(frozen=True, kw_only=True)
 class _Run:
-    """What came of one run.
+    """Fits of one run by estimator, and its Cramer-Rao bound by parameter [SI], if there is one."""
 
-    Attributes
-    ----------
-    found
-        By estimator.
-    bound
-        Cramer-Rao bound by parameter, as a standard deviation [SI]; empty where it does not apply.
-    """
-
-    found: Mapping[str, Fitted]
+    found: Mapping[str, _Fitted]
     bound: Mapping[str, float]
+
+
+def compare_log(
+    log: AxisLog | Path | str,
+    *,
+    schema: Path | str | LogSchema | None = None,
+    axis: str | int | None = None,
+    columns: AxisSchema | None = None,
+    task: EstimationTask | None = None,
+    only: tuple[str, ...] = (),
+    progress: Callable[[int, int], None] | None = None,
+) -> EstimatorComparison:
+    """Identify the friction of an axis from one log with every estimator.
+
+    The reason is given where one does not apply. One that estimates no mass or inertia gets that of
+    the energy estimator if none is given.
+
+    Parameters
+    ----------
+    log
+        A log, or the path of one.
+    schema, axis
+        How to read it, if it is a path (see `stickslip.logs.read_log`).
+    columns
+        What single columns are, in place of what the schema says of them.
+    task
+        Known values of the axis, and what to estimate; None for an unknown rigid axis.
+    only
+        Names of the estimators to compare; empty for all.
+    progress
+        Called before each estimator with the number done, and of all.
+
+    Returns
+    -------
+    The estimates, the time of each, and how well it explains the log.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read, or what is known of the axis cannot be.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> from stickslip.records import AxisLog
+    >>> time = np.arange(0, 10, 0.002)
+    >>> velocity = 0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time)
+    >>> acceleration = 0.2 * np.cos(2 * time) + 0.25 * np.cos(5 * time)
+    >>> position = -0.05 * np.cos(2 * time) - 0.01 * np.cos(5 * time)
+    >>> effort = 3.0 * acceleration + 1.5 * np.sign(velocity) + 4.0 * velocity
+    >>> log = AxisLog(name="stage", kind="linear", time=time, effort=effort,
+    ...               measured_position=position)
+    >>> compared = compare_log(log, only=("energy", "idim-ls")).compared
+    >>> [each.name for each in compared]
+    ['energy', 'idim-ls']
+    """
+    if not isinstance(log, AxisLog):
+        log = log_at(log, schema, axis, columns)
+    task = task or EstimationTask()
+    names = _chosen_names(only, task, log.kind)
+    energy = _fitted("energy", task, None, log)
+    inertia = _inertia_of(energy.estimate)
+    compared: list[ComparedEstimator] = []
+    for done, name in enumerate(names):
+        if progress is not None:
+            progress(done, len(names))
+        found, seconds = _timed(name, task, inertia, log)
+        compared.append(_judged(log, task, name, found, seconds))
+    return EstimatorComparison(log=log, compared=tuple(compared), stickslip_version=__version__)
+
+
+def _chosen_names(only: tuple[str, ...], task: EstimationTask, kind: AxisKind) -> tuple[str, ...]:
+    """Return the names of the estimators to compare, in the order of the registry.
+
+    A task that cannot be used, an unknown name, and a setting that no compared estimator uses are
+    errors.
+    """
+    task.check(kind)
+    for name in only:
+        entry_of(name)
+    names = tuple(name for name in ESTIMATORS if not only or name in only)
+    if task.largest_delay and "maximum-likelihood" not in names:
+        raise InputError(
+            f"largest_delay is {count_of(task.largest_delay, 'sample')}, and only "
+            "maximum-likelihood estimates a delay, which is not compared",
+            remedy="compare maximum-likelihood too, or leave largest_delay out",
+        )
+    return names
+
+
+def _fitted(name: str, task: EstimationTask, energy_inertia: float | None, log: AxisLog) -> _Fitted:
+    """Return the estimate of a log, or why the estimator does not apply to it.
+
+    Settings that the estimator does not have are left out. ``energy_inertia`` is the mass or
+    inertia of the energy estimator [kg or kg m^2], for estimators that need one.
+    """
+    entry = entry_of(name)
+    try:
+        estimate = entry.make(entry.usable(task), log.kind, energy_inertia).fit(log)
+    except StickslipError as error:
+        text = error.what if isinstance(error, InputError) else str(error)
+        return _Fitted(why_not=text.removeprefix(f"{log.name}: "))
+    assumes = entry.needs_inertia and task.inertia is None
+    return _Fitted(estimate=estimate, assumed_inertia=energy_inertia if assumes else None)
+
+
+def _inertia_of(estimate: FrictionEstimate | None) -> float | None:
+    """Return the positive mass or inertia of an estimate [kg or kg m^2]; None if it has none."""
+    for name in ("mass", "inertia"):
+        parameter = None if estimate is None else estimate.parameters.get(name)
+        if parameter is not None and parameter.value is not None and parameter.value > 0:
+            return parameter.value
+    return None
+
+
+def _timed(
+    name: str, task: EstimationTask, energy_inertia: float | None, log: AxisLog
+) -> tuple[_Fitted, float]:
+    """Return the fit of a log, and its time over the samples [s].
+
+    The second of two fits counts if the first is short, as that also loads compiled code.
+    """
+    begun = time.perf_counter()
+    found = _fitted(name, task, energy_inertia, log)
+    seconds = time.perf_counter() - begun
+    if found.estimate is None:
+        return found, 0.0
+    if seconds < _LONG_FIT:
+        begun = time.perf_counter()
+        found = _fitted(name, task, energy_inertia, log)
+        seconds = time.perf_counter() - begun
+    return found, seconds / len(log)
+
+
+def _judged(
+    log: AxisLog, task: EstimationTask, name: str, found: _Fitted, seconds: float
+) -> ComparedEstimator:
+    """Return an estimate with how well it explains the log."""
+    from stickslip.estimation import replay, unexplained_effort
+
+    estimate = found.estimate
+    if estimate is None:
+        return ComparedEstimator(name=name, why_not=found.why_not)
+    inertia = task.inertia if found.assumed_inertia is None else found.assumed_inertia
+    left = resimulation = None
+    try:
+        if not task.flexible:
+            left = unexplained_effort(log, estimate, inertia=inertia)
+        resimulation = replay(
+            log,
+            estimate,
+            inertia=inertia,
+            load_inertia=task.load_inertia,
+            stiffness=task.stiffness,
+        )
+    except StickslipError:
+        # Too short for the filters, or a motion that cannot be simulated
+        pass
+    return ComparedEstimator(
+        name=name,
+        estimate=estimate,
+        seconds_per_sample=seconds,
+        unexplained_effort=left,
+        resimulation=resimulation,
+        assumed_inertia=found.assumed_inertia,
+    )
 
 
 def compare_scenario(
@@ -56,21 +226,21 @@ def compare_scenario(
     only: tuple[str, ...] = (),
     progress: Callable[[int, int], None] | None = None,
 ) -> EstimatorStudy:
-    """Let every estimator identify a simulated axis many times, and compare with the truth.
+    """Identify a simulated axis many times with every estimator, and compare with the truth.
 
     Parameters
     ----------
     scenario
         The TOML file (see the guide on comparing estimators), or what `read_study` read from it.
     runs
-        How many; None for as many as the scenario says.
+        Number of runs; None for that of the scenario.
     task
-        What the estimators know of the axis, and what to estimate; None for nothing known. Load
-        and spring of a flexible arm are known.
+        Known values of the axis, and what to estimate; None for nothing known. Load and spring of
+        a flexible arm are known.
     only
         Names of the estimators to compare; empty for all.
     progress
-        Called after each run with how many are done, of how many.
+        Called after each run with the number done, and of all.
 
     Returns
     -------
@@ -89,11 +259,11 @@ def compare_scenario(
     plant = asked.axis.build()
     if isinstance(plant, FlexibleArm):
         known = replace(known, load_inertia=plant.mass_2, stiffness=plant.stiffness)
-    names = chosen_names(only, known, plant.kind)
+    names = _chosen_names(only, known, plant.kind)
     generators = np.random.default_rng(asked.sensors.seed).spawn(count)
     first = measured_log(read, generators[0])
-    inertia = inertia_of(fitted("energy", known, None, first).estimate)
-    opening = {name: timed(name, known, inertia, first) for name in names}
+    inertia = _inertia_of(_fitted("energy", known, None, first).estimate)
+    opening = {name: _timed(name, known, inertia, first) for name in names}
     bound, notes = _bound(read, plant, known, first)
     done = 1
 
@@ -105,11 +275,14 @@ def compare_scenario(
 
     def run(k: int) -> _Run:
         log = measured_log(read, generators[k])
-        if asked.input.random_phases:
-            return _Run(
-                found=_fitted_all(names, known, log), bound=_bound(read, plant, known, log)[0]
-            )
-        return _Run(found=_fitted_all(names, known, log), bound=bound)
+        energy = _fitted("energy", known, None, log)
+        inertia = _inertia_of(energy.estimate)
+        found = {
+            name: energy if name == "energy" else _fitted(name, known, inertia, log)
+            for name in names
+        }
+        own = _bound(read, plant, known, log)[0] if asked.input.random_phases else bound
+        return _Run(found=found, bound=own)
 
     runs_done = [
         _Run(found={name: one for name, (one, _) in opening.items()}, bound=bound),
@@ -140,15 +313,7 @@ def compare_scenario(
 
 
 def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
-    """Return the log of one run: disturbed, started anywhere within an encoder step, measured.
-
-    Parameters
-    ----------
-    read
-        The scenario.
-    generator
-        Where all that is random comes from.
-    """
+    """Return the log of one run: disturbed, started anywhere within an encoder step, measured."""
     asked = read.scenario
     plant, sensors = asked.axis.build(), asked.sensors.build()
     effort, step = asked.input.build(read.path.parent, generator)
@@ -170,19 +335,7 @@ def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
 def disturbance(
     samples: int, deviation: float, correlation: float, generator: np.random.Generator
 ) -> Float[np.ndarray, " n"]:
-    """Return a first-order autoregression.
-
-    Parameters
-    ----------
-    samples
-        How many.
-    deviation
-        Its standard deviation [N or N m].
-    correlation
-        From sample to sample [-].
-    generator
-        Where it comes from.
-    """
+    """Return a first-order autoregression of a standard deviation [N or N m]."""
     from scipy.signal import lfilter
 
     white = generator.standard_normal(samples)
@@ -190,16 +343,8 @@ def disturbance(
     return deviation * np.asarray(lfilter([1.0], [1.0, -correlation], white))
 
 
-def _fitted_all(names: tuple[str, ...], task: EstimationTask, log: AxisLog) -> dict[str, Fitted]:
-    energy = fitted("energy", task, None, log)
-    inertia = inertia_of(energy.estimate)
-    return {
-        name: energy if name == "energy" else fitted(name, task, inertia, log) for name in names
-    }
-
-
 def _truth(axis: Axis, task: EstimationTask) -> dict[str, float]:
-    """Return the truth by the names of parameters; of both directions together, their mean."""
+    """Return the truth by parameter [SI]; of both directions together, their mean."""
     truth = axis.truth()
     if axis.kind == "rotary":
         truth = {"inertia": truth.pop("mass")} | truth
@@ -219,7 +364,7 @@ def _bound(
     task: EstimationTask,
     log: AxisLog,
 ) -> tuple[dict[str, float], tuple[str, ...]]:
-    """Return the Cramer-Rao bound by parameter, and what there is to say of it."""
+    """Return the Cramer-Rao bound by parameter [SI], and notes on it."""
     from stickslip.estimation import EnergyEstimator, cramer_rao_bound
 
     terms = EnergyEstimator(
@@ -263,7 +408,7 @@ def _score(
     *,
     delay: int,
 ) -> EstimatorScore:
-    """Return how near an estimator comes."""
+    """Return the errors of an estimator over all runs; ``seconds`` is its time a sample."""
     found = [run.found[name] for run in runs]
     estimates = [each.estimate for each in found if each.estimate is not None]
     if not estimates:
