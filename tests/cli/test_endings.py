@@ -1,4 +1,4 @@
-"""How the program ends: as a process, when it is interrupted, and when nobody reads on."""
+"""Exit of the program: as a process, when it is interrupted, and with closed streams."""
 
 import json
 import os
@@ -38,13 +38,13 @@ def terminate(*_: object, **__: object) -> None:
     os.kill(os.getpid(), signal.SIGTERM)
 
 
-def test_the_program_identifies_a_log(good_log: Path) -> None:
+def test_process_identifies_a_log(good_log: Path) -> None:
     outcome = process("identify", good_log, "--json", "-")
     assert outcome.returncode == 0, outcome.stderr
     assert json.loads(outcome.stdout)["status"] == "ok"
 
 
-def test_the_program_refuses_in_one_line_without_a_traceback(tmp_path: Path) -> None:
+def test_process_refuses_in_one_line(tmp_path: Path) -> None:
     outcome = process("identify", tmp_path / "no.csv")
     assert outcome.returncode == 2
     assert outcome.stdout == ""
@@ -53,7 +53,7 @@ def test_the_program_refuses_in_one_line_without_a_traceback(tmp_path: Path) -> 
 
 
 @pytest.mark.parametrize("arguments", [["--json", "-"], []])
-def test_a_reader_that_leaves_is_no_error(arguments: list[str], good_log: Path) -> None:
+def test_closed_pipe_is_no_error(arguments: list[str], good_log: Path) -> None:
     running = subprocess.Popen(
         [*PROGRAM, "identify", str(good_log), *arguments],
         stdout=subprocess.PIPE,
@@ -71,7 +71,7 @@ def test_a_reader_that_leaves_is_no_error(arguments: list[str], good_log: Path) 
     assert not [line for line in without_notice(said) if line.startswith("stickslip: ")]
 
 
-def test_a_reader_that_leaves_the_help_is_no_error() -> None:
+def test_closed_pipe_of_the_help_is_no_error() -> None:
     running = subprocess.Popen([*PROGRAM, "--help"], stdout=subprocess.PIPE, stderr=subprocess.PIPE)
     assert running.stdout is not None
     running.stdout.close()
@@ -80,7 +80,7 @@ def test_a_reader_that_leaves_the_help_is_no_error() -> None:
 
 
 @pytest.mark.skipif(not Path("/dev/full").exists(), reason="no /dev/full on this system")
-def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
+def test_full_standard_output_is_an_error(good_log: Path) -> None:
     with Path("/dev/full").open("w") as full:
         outcome = subprocess.run(
             [*PROGRAM, "identify", str(good_log)],
@@ -95,23 +95,28 @@ def test_a_full_standard_output_is_an_error(good_log: Path) -> None:
     assert "No space left" in line
 
 
-def test_an_interruption_ends_with_one_line_and_no_file(
-    run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize(
+    ("signalled", "code", "word"), [(interrupt, 130, "interrupted"), (terminate, 143, "terminated")]
+)
+@pytest.mark.parametrize("task", ["identify", "compare_log", "excite"])
+def test_signal_ends_with_one_line_and_no_file(
+    task: str,
+    signalled: Callable[[], None],
+    code: int,
+    word: str,
+    run: Run,
+    good_log: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr("stickslip.tasks.identify", interrupt)
-    outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
-    assert outcome.code == 130
-    assert "interrupted" in outcome.line()
-    assert list(good_log.parent.iterdir()) == [good_log]
-
-
-def test_a_termination_ends_with_one_line_and_no_file(
-    run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("stickslip.tasks.identify", terminate)
-    outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
-    assert outcome.code == 143
-    assert "terminated" in outcome.line()
+    monkeypatch.setattr(f"stickslip.tasks.{task}", signalled)
+    written = good_log.with_suffix(".json")
+    limits = ("--effort-limit", 1, "--duration", 1, "--sampling-time", 0.1)
+    command = (task.removesuffix("_log"), good_log, "--json")
+    if task == "excite":
+        command = ("excite", *limits, "--out")
+    outcome = run(*command, written)
+    assert outcome.code == code
+    assert word in outcome.line()
     assert list(good_log.parent.iterdir()) == [good_log]
     assert signal.getsignal(signal.SIGTERM) == signal.SIG_DFL
 
@@ -120,7 +125,7 @@ def test_a_termination_ends_with_one_line_and_no_file(
 @pytest.mark.parametrize(
     ("signalled", "code", "word"), [(interrupt, 130, "interrupted"), (terminate, 143, "terminated")]
 )
-def test_a_signal_inside_a_compiled_call_is_no_defect(
+def test_signal_inside_a_compiled_call(
     signalled: Callable[[], None],
     code: int,
     word: str,
@@ -150,29 +155,22 @@ def test_a_signal_inside_a_compiled_call_is_no_defect(
 
 
 @pytest.mark.parametrize("behind", [None, ValueError("of another kind")])
-def test_a_system_error_of_its_own_is_a_defect(
-    behind: Exception | None, run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
+@pytest.mark.parametrize("error", [SystemError, ZeroDivisionError])
+def test_defect_does_not_look_like_a_result(
+    error: type[Exception],
+    behind: Exception | None,
+    run: Run,
+    good_log: Path,
+    monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     def fail(*_: object, **__: object) -> None:
-        raise SystemError("in the depths") from behind
-
-    monkeypatch.setattr("stickslip.tasks.identify", fail)
-    outcome = run("identify", good_log)
-    assert outcome.code == 70
-    assert "SystemError: in the depths" in outcome.err
-
-
-def test_a_defect_does_not_look_like_a_result(
-    run: Run, good_log: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise ZeroDivisionError("in the depths")
+        raise error("in the depths") from behind
 
     monkeypatch.setattr("stickslip.tasks.identify", fail)
     outcome = run("identify", good_log)
     assert (outcome.code, outcome.out) == (70, "")
     assert "Traceback" in outcome.err
-    assert "ZeroDivisionError: in the depths" in outcome.err
+    assert f"{error.__name__}: in the depths" in outcome.err
     assert outcome.err.splitlines()[-1].startswith("stickslip: this is a defect")
 
 
@@ -193,7 +191,7 @@ def test_closed_streams_are_no_error(closed: tuple[int, ...], good_log: Path) ->
     assert json.loads(report.read_text())["status"] == "ok"
 
 
-def test_the_version_is_the_packages(run: Run) -> None:
+def test_version(run: Run) -> None:
     outcome = run("--version")
     assert (outcome.code, outcome.out.strip()) == (0, __version__)
 
@@ -208,9 +206,7 @@ def test_the_version_is_the_packages(run: Run) -> None:
         (["data", "--help"], ["emps", "STICKSLIP_DATA"]),
     ],
 )
-def test_help_shows_commands_options_and_examples(
-    arguments: list[str], words: list[str], run: Run
-) -> None:
+def test_help(arguments: list[str], words: list[str], run: Run) -> None:
     outcome = run(*arguments)
     assert (outcome.code, outcome.err) == (0, "")
     for word in words:

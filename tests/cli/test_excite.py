@@ -30,7 +30,7 @@ SENSORS = ("--position-noise", 1e-5)
 AXIS = ("--mass", 3.0, "--coulomb-friction", 1.5, "--viscous-friction", 4.0)
 
 
-def test_an_effort_for_the_drive_keeps_the_limits(run: Run, tmp_path: Path) -> None:
+def test_effort_keeps_the_limits(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     outcome = run("excite", *AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
     assert outcome.code == 0, outcome.err
@@ -55,19 +55,10 @@ def test_an_effort_for_the_drive_keeps_the_limits(run: Run, tmp_path: Path) -> N
     assert "at best" in outcome.err
 
 
-def test_an_effort_too_short_to_tell_is_written_and_said_to_be_so(run: Run, tmp_path: Path) -> None:
+def test_effort_that_does_not_determine_the_parameters(run: Run, tmp_path: Path) -> None:
     out, saved = tmp_path / "input.csv", tmp_path / "input.json"
-    outcome = run(
-        "excite",
-        *AXIS,
-        *asked("duration", 0.25),
-        "--position-noise",
-        1e-3,
-        "--out",
-        out,
-        "--json",
-        saved,
-    )
+    short = (*AXIS, *asked("duration", 0.25), "--position-noise", 1e-3)
+    outcome = run("excite", *short, "--out", out, "--json", saved)
     assert outcome.code == 1
     assert "Not to be trusted" in outcome.out
     undetermined = json.loads(saved.read_text())["undetermined"]
@@ -76,7 +67,7 @@ def test_an_effort_too_short_to_tell_is_written_and_said_to_be_so(run: Run, tmp_
     assert out.exists()
 
 
-def test_next_to_no_offset_is_told_well_enough(run: Run, tmp_path: Path) -> None:
+def test_small_offset_is_identifiable(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     arguments = (*AXIS, *ASKED, *SENSORS, "--out", out, "--json", "-")
     outcome = run("excite", *arguments, "--offset", 1e-9)
@@ -85,7 +76,7 @@ def test_next_to_no_offset_is_told_well_enough(run: Run, tmp_path: Path) -> None
     assert offset["ci95"][0] < 0.0 < offset["ci95"][1]
 
 
-def test_the_axis_can_come_from_an_estimate(run: Run, good_log: Path) -> None:
+def test_axis_from_an_estimate(run: Run, good_log: Path) -> None:
     estimate, out = good_log.with_suffix(".json"), good_log.with_name("input.csv")
     assert run("identify", good_log, "--json", estimate).code == 0
     outcome = run(
@@ -100,7 +91,7 @@ def test_the_axis_can_come_from_an_estimate(run: Run, good_log: Path) -> None:
         assert expected[name]["believed"] == held[name]["value"]
 
 
-def test_what_is_designed_can_be_compared_on(run: Run, tmp_path: Path) -> None:
+def test_designed_effort_in_a_study(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     assert run("excite", *AXIS, *ASKED, *SENSORS, "--out", out).code == 0
     scenario = tmp_path / "designed.toml"
@@ -138,7 +129,7 @@ def test_what_is_designed_can_be_compared_on(run: Run, tmp_path: Path) -> None:
         (("--estimate", "no.json", *ASKED, *SENSORS), ["no.json", "no such file"]),
     ],
 )
-def test_what_cannot_be_is_refused_in_one_line(
+def test_bad_option(
     arguments: tuple[object, ...], words: list[str], run: Run, tmp_path: Path
 ) -> None:
     outcome = run("excite", *arguments, "--out", tmp_path / "input.csv")
@@ -150,7 +141,7 @@ def test_what_cannot_be_is_refused_in_one_line(
     assert list(tmp_path.iterdir()) == []
 
 
-def test_an_estimate_that_is_not_to_be_trusted_is_refused(run: Run, tmp_path: Path) -> None:
+def test_bad_estimate(run: Run, tmp_path: Path) -> None:
     estimate = tmp_path / "estimate.json"
     document = {"schema": 1, "kind": "linear", "status": "poor_fit", "parameters": {}}
     estimate.write_text(json.dumps(document))
@@ -162,16 +153,3 @@ def test_an_estimate_that_is_not_to_be_trusted_is_refused(run: Run, tmp_path: Pa
     estimate.write_text(json.dumps(document))
     assert "rotary" in run("excite", *arguments, "--kind", "linear").line()
     assert "inertia is missing" in run("excite", *arguments).line()
-
-
-def test_an_interruption_ends_with_one_line_and_no_file(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def interrupt(*_: object, **__: object) -> None:
-        raise KeyboardInterrupt
-
-    monkeypatch.setattr("stickslip.tasks.excite", interrupt)
-    outcome = run("excite", *AXIS, *ASKED, *SENSORS, "--out", tmp_path / "input.csv")
-    assert outcome.code == 130
-    assert "interrupted" in outcome.line()
-    assert list(tmp_path.iterdir()) == []

@@ -1,4 +1,4 @@
-"""What ``stickslip identify`` prints, writes and returns."""
+"""``stickslip identify``: its printed text, its files, and its exit code."""
 
 import json
 from collections.abc import Callable
@@ -54,7 +54,7 @@ def contract(text: str) -> _Contract:
 
 
 @pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
-def test_a_good_log_gives_its_parameters(estimator: str, run: Run, good_log: Path) -> None:
+def test_parameters_of_a_good_log(estimator: str, run: Run, good_log: Path) -> None:
     outcome = run("identify", good_log, "--estimator", estimator, "--json", "-")
     assert outcome.code == 0, outcome.err
     found = contract(outcome.out).parameters
@@ -65,16 +65,14 @@ def test_a_good_log_gives_its_parameters(estimator: str, run: Run, good_log: Pat
     assert found["viscous_friction"].unit == "N s/m"
 
 
-def test_json_on_standard_output_stands_alone_and_words_go_to_standard_error(
-    run: Run, good_log: Path
-) -> None:
+def test_json_alone_on_standard_output(run: Run, good_log: Path) -> None:
     outcome = run("identify", good_log, "--json", "-")
     assert json.loads(outcome.out)["status"] == "ok"
     for words in ("Coulomb friction", "95 % interval", "Assumed in reading it", "identified"):
         assert words in outcome.err
 
 
-def test_words_say_what_was_assumed_found_and_written(run: Run, good_log: Path) -> None:
+def test_printed_text_and_files(run: Run, good_log: Path) -> None:
     json_file = good_log.with_suffix(".json")
     report = good_log.with_suffix(".html")
     outcome = run("identify", good_log, "--json", json_file, "--report", report)
@@ -88,7 +86,7 @@ def test_words_say_what_was_assumed_found_and_written(run: Run, good_log: Path) 
     assert sorted(good_log.parent.iterdir()) == sorted([good_log, json_file, report])
 
 
-def test_an_assumed_unit_is_repeated_beside_the_result(run: Run, tmp_path: Path) -> None:
+def test_assumed_units_are_printed(run: Run, tmp_path: Path) -> None:
     columns = table()
     bare = {name.partition(" ")[0]: values for name, values in columns.items()}
     for name, header in (("bare", bare), ("named", columns)):
@@ -103,12 +101,7 @@ def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
     """The efforts of the log are those at the time stamps: held, they are half a sample early."""
     outcome = run("identify", good_log, "--mass", MASS, "--json", "-")
     parameters = contract(outcome.out).parameters
-    assert set(parameters) == {
-        "coulomb_friction",
-        "viscous_friction",
-        "offset",
-        "effort_delay",
-    }
+    assert set(parameters) == {"coulomb_friction", "viscous_friction", "offset", "effort_delay"}
     assert parameters["effort_delay"].ci95 is not None
     low, high = parameters["effort_delay"].ci95
     assert low < -0.001 < high
@@ -121,16 +114,15 @@ def test_known_inertia_is_not_estimated(run: Run, good_log: Path) -> None:
         (
             ("--per-direction",),
             {
-                "mass",
-                "coulomb_friction_positive",
-                "coulomb_friction_negative",
-                "viscous_friction_positive",
-                "viscous_friction_negative",
-            },
+                f"{name}_friction_{side}"
+                for name in ("coulomb", "viscous")
+                for side in ("positive", "negative")
+            }
+            | {"mass"},
         ),
     ],
 )
-def test_what_to_estimate_is_chosen(
+def test_options_choose_the_parameters(
     options: tuple[str, ...], names: set[str], run: Run, good_log: Path
 ) -> None:
     outcome = run("identify", good_log, *options, "--json", "-")
@@ -138,9 +130,7 @@ def test_what_to_estimate_is_chosen(
 
 
 @pytest.mark.parametrize("estimator", ["auto", "energy", "idim-ls"])
-def test_a_stribeck_effect_is_found_where_there_is_one(
-    estimator: str, run: Run, tmp_path: Path
-) -> None:
+def test_stribeck_effect_is_estimated(estimator: str, run: Run, tmp_path: Path) -> None:
     law = StribeckFriction.symmetric(
         coulomb_friction=COULOMB, static_friction=2.4, viscous_friction=VISCOUS,
         stribeck_velocity=0.05,
@@ -149,13 +139,8 @@ def test_a_stribeck_effect_is_found_where_there_is_one(
     effort = 4.0 * np.sin(np.pi * time) + 2.0 * np.sin(3.4 * np.pi * time + 1.0)
     motion = simulate(SingleMass(mass=MASS, friction=law), effort, sampling_time=0.001)
     log = tmp_path / "stribeck.csv"
-    columns = {
-        "time [s]": time,
-        "position [m]": motion.position[:-1],
-        "velocity [m/s]": motion.velocity[:-1],
-        "force [N]": effort,
-    }
-    log.write_text(csv_text(columns))
+    measured = {"position [m]": motion.position[:-1], "velocity [m/s]": motion.velocity[:-1]}
+    log.write_text(csv_text({"time [s]": time, **measured, "force [N]": effort}))
     page = log.with_suffix(".html")
     arguments = ("--stribeck", "--estimator", estimator, "--json", "-", "--report", page)
     outcome = run("identify", log, *arguments)
@@ -171,7 +156,7 @@ def test_a_stribeck_effect_is_found_where_there_is_one(
     assert "Stribeck velocity" in page.read_text()
 
 
-def test_no_stribeck_effect_is_a_result_and_told(run: Run, good_log: Path) -> None:
+def test_absent_stribeck_effect_is_not_identifiable(run: Run, good_log: Path) -> None:
     page = good_log.with_suffix(".html")
     arguments = ("--estimator", "energy", "--stribeck", "--report", page, "--json", "-")
     outcome = run("identify", good_log, *arguments)
@@ -185,7 +170,7 @@ def test_no_stribeck_effect_is_a_result_and_told(run: Run, good_log: Path) -> No
     assert "curve-plot" in page.read_text()
 
 
-def test_stribeck_effect_that_is_not_there_is_estimated_as_none(run: Run, good_log: Path) -> None:
+def test_included_stribeck_effect_that_is_absent(run: Run, good_log: Path) -> None:
     outcome = run("identify", good_log, "--include", "stribeck", "--json", "-")
     found = contract(outcome.out).parameters
     assert found["static_friction"].value == pytest.approx(COULOMB, rel=CLOSE)
@@ -197,14 +182,7 @@ def test_term_that_the_log_does_not_show_is_named(run: Run, good_log: Path) -> N
     assert "gravity_sine" not in json.loads(outcome.out)["parameters"]
 
 
-def test_published_energy_has_no_stribeck_effect(run: Run, good_log: Path) -> None:
-    arguments = ("--estimator", "published-energy", "--mass", MASS, "--stribeck")
-    line = run("identify", good_log, *arguments).line()
-    assert "stribeck is given" in line
-    assert "use auto, stribeck-energy or stribeck-idim-ls" in line
-
-
-def test_an_observer_is_identified_and_has_a_page(run: Run, good_log: Path) -> None:
+def test_observer_has_a_report(run: Run, good_log: Path) -> None:
     page = good_log.with_suffix(".html")
     outcome = run(
         *("identify", good_log, "--estimator", "rls", "--mass", MASS, "--report", page),
@@ -214,7 +192,7 @@ def test_an_observer_is_identified_and_has_a_page(run: Run, good_log: Path) -> N
     assert "Coulomb friction" in page.read_text()
 
 
-def test_the_printed_recursion_takes_its_settings(run: Run, good_log: Path) -> None:
+def test_published_recursion_takes_its_settings(run: Run, good_log: Path) -> None:
     arguments = ["--estimator", "published-energy", "--mass", MASS, "--json", "-"]
     plain = contract(run("identify", good_log, *arguments).out)
     other = contract(run("identify", good_log, *arguments, "--forgetting-factor", "0.999").out)
@@ -223,42 +201,31 @@ def test_the_printed_recursion_takes_its_settings(run: Run, good_log: Path) -> N
     assert plain.parameters["coulomb_friction"].value != other.parameters["coulomb_friction"].value
 
 
-def test_columns_and_units_can_be_said_on_the_command_line(run: Run, tmp_path: Path) -> None:
+def test_columns_on_the_command_line(run: Run, tmp_path: Path) -> None:
     columns = table()
     log = tmp_path / "odd.csv"
-    log.write_text(
-        csv_text(
-            {
-                "us": columns["time [s]"] * 1e6,
-                "motor angle": columns["position [m]"] * 32,
-                "amps": columns["force [N]"] / 0.35,
-            }
-        )
-    )
-    arguments = [
-        "--time",
-        "us / 1e6",
-        "--position",
-        "'motor angle' / 32",
-        "--effort",
-        "0.35 * amps",
-    ]
-    outcome = run("identify", log, *arguments, "--kind", "rotary", "--json", "-")
+    recorded = {
+        "us": columns["time [s]"] * 1e6,
+        "motor angle": columns["position [m]"] * 32,
+        "amps": columns["force [N]"] / 0.35,
+    }
+    log.write_text(csv_text(recorded))
+    arguments = ("--time", "us / 1e6", "--position", "'motor angle' / 32", "--kind", "rotary")
+    outcome = run("identify", log, *arguments, "--effort", "0.35 * amps", "--json", "-")
     assert outcome.code == 0, outcome.err
     found = contract(outcome.out).parameters
     assert found["inertia"].value == pytest.approx(MASS, rel=CLOSE)
     assert found["coulomb_friction"].unit == "N m"
 
 
-def test_flags_stand_above_the_schema(run: Run, tmp_path: Path) -> None:
+def test_flags_take_precedence_over_the_schema(run: Run, tmp_path: Path) -> None:
     columns = table()
     log = tmp_path / "log.csv"
     named = {"a": columns["time [s]"], "b": columns["position [m]"], "c": columns["force [N]"]}
     log.write_text(csv_text({**named, "d": columns["force [N]"] * 2}))
     schema = tmp_path / "log.toml"
     schema.write_text('kind = "linear"\n[axes.x]\ntime = "a"\nposition = "b"\neffort = "c"\n')
-    known = {"--schema": schema, "--axis": "x", "--json": "-"}
-    arguments = [part for pair in known.items() for part in pair]
+    arguments = ("--schema", schema, "--axis", "x", "--json", "-")
     plain = contract(run("identify", log, *arguments).out)
     doubled = contract(run("identify", log, *arguments, "--effort", "d").out)
     once, twice = (each.parameters["mass"].value for each in (plain, doubled))
@@ -277,9 +244,7 @@ def test_samples_without_time_stamps_need_a_sampling_time(run: Run, tmp_path: Pa
 
 
 @pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
-def test_a_log_without_excitation_gives_no_confident_number(
-    estimator: str, run: Run, tmp_path: Path
-) -> None:
+def test_log_without_excitation(estimator: str, run: Run, tmp_path: Path) -> None:
     """The axis sticks: the effort stays below breakaway and the encoder shows its noise."""
     generator = np.random.default_rng(3)
     columns = table()
@@ -317,7 +282,7 @@ def test_motion_at_one_speed_leaves_friction_unidentified(run: Run, tmp_path: Pa
 
 
 @pytest.mark.parametrize("estimator", ["energy", "idim-ls"])
-def test_the_positioning_benchmark(
+def test_emps_benchmark(
     estimator: str, run: Run, benchmark_data: Callable[[str], Path], schema_of: Callable[..., Path]
 ) -> None:
     log = benchmark_data("emps/DATA_EMPS.mat")
@@ -337,7 +302,7 @@ def test_the_positioning_benchmark(
     ("axis", "viscous", "coulomb", "tolerance"),
     [("1", 8.05, 7.14, 0.05), ("4", 1.11, 2.48, 0.08)],
 )
-def test_the_robot_benchmark(
+def test_robot_benchmark(
     axis: str,
     viscous: float,
     coulomb: float,
@@ -362,9 +327,8 @@ def several(tmp_path: Path, *more_coulomb: float) -> list[Path]:
     paths: list[Path] = []
     for k, more in enumerate(more_coulomb):
         columns = table()
-        sign = np.sign(
-            0.1 * np.sin(2 * columns["time [s]"]) + 0.05 * np.sin(5 * columns["time [s]"])
-        )
+        time = columns["time [s]"]
+        sign = np.sign(0.1 * np.sin(2 * time) + 0.05 * np.sin(5 * time))
         noise = np.random.default_rng(k).normal(0.0, 0.02, sign.size)
         columns["force [N]"] = columns["force [N]"] + more * sign + 0.1 * k + noise
         paths.append(tmp_path / f"log{k}.csv")
@@ -392,7 +356,7 @@ def test_several_logs_are_fitted_jointly(run: Run, tmp_path: Path) -> None:
         assert words in text
 
 
-def test_a_log_that_differs_is_named_and_the_exit_code_says_so(run: Run, tmp_path: Path) -> None:
+def test_log_that_differs_is_named(run: Run, tmp_path: Path) -> None:
     outcome = run("identify", *several(tmp_path, 0.0, 0.0, 0.3))
     assert outcome.code == 1
     assert "model_mismatch" in outcome.out
@@ -400,7 +364,7 @@ def test_a_log_that_differs_is_named_and_the_exit_code_says_so(run: Run, tmp_pat
     assert "more Coulomb friction than the others" in outcome.out
 
 
-def test_an_input_of_several_is_not_overwritten(run: Run, tmp_path: Path) -> None:
+def test_input_of_several_is_not_overwritten(run: Run, tmp_path: Path) -> None:
     logs = several(tmp_path, 0.0, 0.0)
     before = logs[1].read_text()
     assert run("identify", *logs, "--report", logs[1]).code == 2
@@ -416,9 +380,7 @@ def test_an_input_of_several_is_not_overwritten(run: Run, tmp_path: Path) -> Non
         (("log7=0.001",), "'log7', which is none of the logs"),
     ],
 )
-def test_delays_that_make_no_sense_are_refused(
-    words: tuple[str, ...], message: str, run: Run, tmp_path: Path
-) -> None:
+def test_bad_delays(words: tuple[str, ...], message: str, run: Run, tmp_path: Path) -> None:
     options = [part for word in words for part in ("--effort-delay", word)]
     outcome = run("identify", *several(tmp_path, 0.0, 0.0), *options)
     assert outcome.code == 2
