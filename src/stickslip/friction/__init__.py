@@ -1,10 +1,8 @@
-"""Friction laws: one file each."""
+"""Friction laws and their linear terms."""
 
+from stickslip.friction.bristles import DahlFriction, ElastoPlasticFriction, LuGreFriction
 from stickslip.friction.coulomb_viscous import CoulombViscousFriction
-from stickslip.friction.dahl import DahlFriction
-from stickslip.friction.elasto_plastic import ElastoPlasticFriction
 from stickslip.friction.law import FrictionLaw
-from stickslip.friction.lugre import LuGreFriction
 from stickslip.friction.regressors import FrictionTerms
 from stickslip.friction.stribeck import StribeckEffect, StribeckFriction
 

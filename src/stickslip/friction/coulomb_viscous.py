@@ -1,14 +1,135 @@
-"""Coulomb, static and viscous friction with values of their own in each direction."""
+"""Coulomb, static and viscous friction with separate values in each direction."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.friction.directional import DirectionalFriction
+from stickslip.records import InputError, Quantity, quantity_field
 
-__all__ = ["CoulombViscousFriction"]
+if TYPE_CHECKING:
+    from stickslip.friction.stribeck import StribeckEffect
+
+Law = TypeVar("Law", bound="DirectionalFriction")
+
+
+def check_magnitudes(law: Any, *, positive: tuple[str, ...] = ()) -> None:
+    """Check the fields of a new frozen law that are quantities, and make them floats.
+
+    None may be negative but an offset; those named in ``positive`` may not be zero either.
+    """
+    for name, field in law.__dataclass_fields__.items():
+        quantity: Quantity | None = field.metadata.get("quantity")
+        if quantity is None:
+            continue
+        value = float(getattr(law, name))
+        unit = f"{quantity.linear} or {quantity.rotary}"  # whichever the axis has
+        if not np.isfinite(value):
+            raise InputError(
+                f"{name} is {value:g} {unit}, it must be finite", remedy=f"give the {name}"
+            )
+        if name in positive and value <= 0:
+            raise InputError(
+                f"{name} is {value:g} {unit}, it must be positive", remedy=f"give the {name}"
+            )
+        if value < 0 and name != "offset":
+            raise InputError(
+                f"{name} is {value:g} {unit}, it must not be negative",
+                remedy="give a magnitude; both directions count theirs as positive",
+            )
+        object.__setattr__(law, name, value)
+
+
+@dataclass(frozen=True, kw_only=True)
+class DirectionalFriction:
+    """Coulomb, static and viscous friction in each direction, and a constant offset.
+
+    Attributes
+    ----------
+    coulomb_friction_positive, coulomb_friction_negative
+        Coulomb friction while moving in either direction [N or N m], not negative.
+    static_friction_positive, static_friction_negative
+        Effort (less the offset) up to which a resting mass stays, towards either direction
+        [N or N m]; at least the Coulomb friction.
+    viscous_friction_positive, viscous_friction_negative
+        Viscous friction in either direction [N s/m or N m s/rad], not negative.
+    offset
+        Constant effort lost whatever the motion [N or N m], any sign.
+
+    Raises
+    ------
+    InputError
+        If a value is not finite, a magnitude is negative, or a static friction is below the
+        Coulomb friction of its direction.
+    """
+
+    coulomb_friction_positive: float = quantity_field("coulomb_friction")
+    coulomb_friction_negative: float = quantity_field("coulomb_friction")
+    static_friction_positive: float = quantity_field("static_friction")
+    static_friction_negative: float = quantity_field("static_friction")
+    viscous_friction_positive: float = quantity_field("viscous_friction")
+    viscous_friction_negative: float = quantity_field("viscous_friction")
+    offset: float = quantity_field("offset", default=0.0)
+
+    def __post_init__(self) -> None:
+        check_magnitudes(self)
+        for side in ("positive", "negative"):
+            static = getattr(self, f"static_friction_{side}")
+            coulomb = getattr(self, f"coulomb_friction_{side}")
+            if static < coulomb:
+                raise InputError(
+                    f"static_friction_{side} is {static:g} N or N m, below the Coulomb friction of "
+                    f"that direction, {coulomb:g} N or N m",
+                    remedy="give a static friction of at least the Coulomb friction",
+                )
+
+    @property
+    def sliding(self: Law) -> Law:
+        """The law of steady motion, which is the law itself."""
+        return self
+
+    @property
+    def effect(self) -> "StribeckEffect | None":
+        """The Stribeck effect; None without one."""
+        return None
+
+    @property
+    def affine(self) -> bool:
+        """Whether friction is affine in the velocity of each direction."""
+        return self.effect is None
+
+    @property
+    def bristles(self) -> None:
+        """None, as the contact does not bend."""
+
+    def breakaway(self) -> tuple[float, float]:
+        """Return the magnitudes of effort that free a resting mass, (positive, negative)."""
+        return self.static_friction_positive, self.static_friction_negative
+
+    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the friction force [N or N m] at velocities [m/s or rad/s]; 0 at rest."""
+        v = np.asarray(velocity, dtype=np.float64)
+        left = 0.0 if self.effect is None else self.effect.left(v)
+        coulomb, static = self.coulomb_friction_positive, self.static_friction_positive
+        forward = coulomb + (static - coulomb) * left + self.viscous_friction_positive * v
+        coulomb, static = self.coulomb_friction_negative, self.static_friction_negative
+        backward = -coulomb - (static - coulomb) * left + self.viscous_friction_negative * v
+        return np.where(v > 0, forward, np.where(v < 0, backward, 0.0))
+
+    def mirrored(self: Law) -> Law:
+        """Return the law of the same axis with its direction counted the other way."""
+        return replace(
+            self,
+            coulomb_friction_positive=self.coulomb_friction_negative,
+            coulomb_friction_negative=self.coulomb_friction_positive,
+            static_friction_positive=self.static_friction_negative,
+            static_friction_negative=self.static_friction_positive,
+            viscous_friction_positive=self.viscous_friction_negative,
+            viscous_friction_negative=self.viscous_friction_positive,
+            offset=-self.offset,
+        )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,34 +188,14 @@ class CoulombViscousFriction(DirectionalFriction):
             Constant effort lost [N or N m].
         """
         static = coulomb_friction if static_friction is None else static_friction
-        return cls(
-            coulomb_friction_positive=coulomb_friction,
-            coulomb_friction_negative=coulomb_friction,
-            static_friction_positive=static,
-            static_friction_negative=static,
-            viscous_friction_positive=viscous_friction,
-            viscous_friction_negative=viscous_friction,
-            offset=offset,
-        )
+        return cls(**both_directions(coulomb_friction, static, viscous_friction), offset=offset)
 
-    @property
-    def affine(self) -> bool:
-        """Whether friction is affine in the velocity of each direction (it is)."""
-        return True
 
-    @property
-    def effect(self) -> None:
-        """None, as there is no Stribeck effect."""
-
-    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the friction force while moving [N or N m]; 0 where the velocity is 0.
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
-        v = np.asarray(velocity, dtype=np.float64)
-        forward = self.coulomb_friction_positive + self.viscous_friction_positive * v
-        backward = -self.coulomb_friction_negative + self.viscous_friction_negative * v
-        return np.where(v > 0, forward, np.where(v < 0, backward, 0.0))
+def both_directions(coulomb: float, static: float, viscous: float) -> dict[str, float]:
+    """Return the values of both directions, by name, of a law that does not differ in them."""
+    values = {"coulomb": coulomb, "static": static, "viscous": viscous}
+    return {
+        f"{name}_friction_{side}": value
+        for name, value in values.items()
+        for side in ("positive", "negative")
+    }

@@ -11,38 +11,23 @@ if TYPE_CHECKING:
     from stickslip.friction.coulomb_viscous import CoulombViscousFriction
     from stickslip.friction.stribeck import StribeckFriction
 
-__all__ = ["Bristles", "FrictionLaw"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class Bristles:
-    """The contact of a law whose bristles bend before they slip.
+    """The contact of a law whose bristles bend before they slip."""
 
-    Attributes
-    ----------
-    stiffness
-        sigma_0 [N/m or N m/rad].
-    damping
-        sigma_1 [N s/m or N m s/rad].
-    exponent
-        Exponent of Dahl's curve [-].
-    elastic_deflection
-        Deflection up to which nothing slips [m or rad]; None if bristles slip from the first.
-    """
-
-    stiffness: float
-    damping: float = 0.0
-    exponent: float = 1.0
-    elastic_deflection: float | None = None
+    stiffness: float  # sigma_0 [N/m or N m/rad]
+    damping: float = 0.0  # sigma_1 [N s/m or N m s/rad]
+    exponent: float = 1.0  # of Dahl's curve
+    elastic_deflection: float | None = None  # nothing slips up to it [m or rad]; None for none
 
 
 @runtime_checkable
 class FrictionLaw(Protocol):
-    """A friction law as a plant holds it.
+    """A friction law as a plant holds it: a frozen record of its parameters.
 
-    A law is a frozen record of its parameters. It opposes motion:
-    ``inertia * acceleration = effort - offset - friction(velocity)``. The simulator propagates an
-    affine law exactly and integrates the others; it refuses a law that is not in
+    It opposes motion: ``inertia * acceleration = effort - offset - friction(velocity)``. The
+    simulator propagates an affine law exactly and integrates the others; it accepts the laws of
     `stickslip.friction.registry`.
     """
 

@@ -1,19 +1,12 @@
-"""The registry of friction laws.
-
-``docs/contributing.md`` has the steps to add one.
-"""
+"""The registry of friction laws. ``docs/contributing.md`` has the steps to add one."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 
+from stickslip.friction.bristles import DahlFriction, ElastoPlasticFriction, LuGreFriction
 from stickslip.friction.coulomb_viscous import CoulombViscousFriction
-from stickslip.friction.dahl import DahlFriction
-from stickslip.friction.elasto_plastic import ElastoPlasticFriction
 from stickslip.friction.law import FrictionLaw
-from stickslip.friction.lugre import LuGreFriction
 from stickslip.friction.stribeck import StribeckFriction
-
-__all__ = ["LAWS"]
 
 LAWS: Mapping[str, type[FrictionLaw]] = MappingProxyType(
     {

@@ -8,8 +8,6 @@ from jaxtyping import Float
 from stickslip.friction.stribeck import StribeckEffect
 from stickslip.records import InputError
 
-__all__ = ["FrictionTerms"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class FrictionTerms:
@@ -91,12 +89,7 @@ class FrictionTerms:
     ) -> Float[np.ndarray, "n p"]:
         """Return the regressor of the friction force (van de Wijdeven 2002 A Eq. 2.1).
 
-        Parameters
-        ----------
-        velocity
-            [m/s or rad/s].
-        direction
-            -1, 0 or +1 [-].
+        From velocities [m/s or rad/s] and directions (-1, 0 or +1).
         """
         left = [effect.left(velocity) for effect in self.stribeck]
         terms = [velocity, *(direction * share for share in self._shares(left))]
@@ -116,10 +109,8 @@ class FrictionTerms:
         ----------
         velocity_squared
             Integral of the squared velocity over each sample [m^2/s or rad^2/s].
-        path
-            Way travelled in each sample, whatever the direction [m or rad].
-        displacement
-            Change of position in each sample [m or rad].
+        path, displacement
+            Distance travelled in each sample, and change of position [m or rad].
         direction
             -1, 0 or +1 [-].
         velocity

@@ -7,10 +7,12 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.friction.directional import DirectionalFriction, check_magnitudes
+from stickslip.friction.coulomb_viscous import (
+    DirectionalFriction,
+    both_directions,
+    check_magnitudes,
+)
 from stickslip.records import InputError, positive, quantity_field
-
-__all__ = ["StribeckEffect", "StribeckFriction"]
 
 StribeckShape = Literal["gaussian", "exponential"]
 
@@ -61,45 +63,24 @@ class StribeckEffect:
         return _EXPONENTS[self.shape]
 
     def left(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the share of the step that is left [-]; 1 at rest.
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
+        """Return the share of the step that is left [-] at velocities [m/s or rad/s]; 1 at rest."""
         speed = np.abs(np.asarray(velocity, dtype=np.float64)) / self.velocity
         return np.exp(-(speed**self.exponent))
 
     def mean_left(
         self, before: Float[np.ndarray, " n"], after: Float[np.ndarray, " n"]
     ) -> Float[np.ndarray, " n"]:
-        """Return the mean share that is left over the way of each sample [-].
+        """Return the mean share that is left over the travel of each sample [-].
 
-        By Simpson's rule, with a velocity that changes evenly: what counts is the way gone.
-
-        Parameters
-        ----------
-        before, after
-            Velocities at the start and the end of each sample [m/s or rad/s].
+        By Simpson's rule, with a velocity that changes evenly from its value ``before`` to that
+        ``after`` the sample [m/s or rad/s]; speeds are weighted by the travel.
         """
         middle = 0.5 * (before + after)
         speeds = np.abs(np.stack([before, middle, after]))
         weights = np.array([[1.0], [4.0], [1.0]]) * speeds
-        way = np.sum(weights, axis=0)
+        travel = np.sum(weights, axis=0)
         share = np.sum(weights * self.left(speeds), axis=0)
-        return np.divide(share, way, out=np.ones_like(way), where=way > 0)
-
-    def slope(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the derivative of `left` with respect to the Stribeck velocity [s/m or s/rad].
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
-        power = (np.abs(np.asarray(velocity, dtype=np.float64)) / self.velocity) ** self.exponent
-        return self.exponent * power * np.exp(-power) / self.velocity
+        return np.divide(share, travel, out=np.ones_like(travel), where=travel > 0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -166,39 +147,13 @@ class StribeckFriction(DirectionalFriction):
             Constant effort lost [N or N m].
         """
         return cls(
-            coulomb_friction_positive=coulomb_friction,
-            coulomb_friction_negative=coulomb_friction,
-            static_friction_positive=static_friction,
-            static_friction_negative=static_friction,
-            viscous_friction_positive=viscous_friction,
-            viscous_friction_negative=viscous_friction,
+            **both_directions(coulomb_friction, static_friction, viscous_friction),
             stribeck_velocity=stribeck_velocity,
             shape=shape,
             offset=offset,
         )
 
     @property
-    def affine(self) -> bool:
-        """Whether friction is affine in the velocity of each direction (it is not)."""
-        return False
-
-    @property
     def effect(self) -> StribeckEffect:
-        """How the step from Coulomb to static friction fades with speed."""
+        """The decay of the step from Coulomb to static friction with speed."""
         return StribeckEffect(velocity=self.stribeck_velocity, shape=self.shape)
-
-    def friction(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
-        """Return the friction force while moving [N or N m]; 0 where the velocity is 0.
-
-        Parameters
-        ----------
-        velocity
-            Velocities [m/s or rad/s], any shape.
-        """
-        v = np.asarray(velocity, dtype=np.float64)
-        left = self.effect.left(v)
-        coulomb, static = self.coulomb_friction_positive, self.static_friction_positive
-        forward = coulomb + (static - coulomb) * left + self.viscous_friction_positive * v
-        coulomb, static = self.coulomb_friction_negative, self.static_friction_negative
-        backward = -coulomb - (static - coulomb) * left + self.viscous_friction_negative * v
-        return np.where(v > 0, forward, np.where(v < 0, backward, 0.0))

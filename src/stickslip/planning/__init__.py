@@ -1,9 +1,13 @@
-"""Which pulse moves a mass how far, and which pulses bring a flexible arm to rest."""
+"""Displacement of a mass by a pulse, and pulses that bring a flexible arm to rest."""
 
+from stickslip.planning.arm_motion import forward_motion
 from stickslip.planning.pulse_law import PulseLaw
-from stickslip.planning.series.arm_motion import forward_motion
-from stickslip.planning.series.planner import PulseSeriesPlanner
-from stickslip.planning.series.pulse_series import NoPulseSeriesError, PulseSeries, SeriesLimit
+from stickslip.planning.series import (
+    NoPulseSeriesError,
+    PulseSeries,
+    PulseSeriesPlanner,
+    SeriesLimit,
+)
 
 __all__ = [
     "NoPulseSeriesError",

@@ -2,7 +2,7 @@
 
 Van de Wijdeven (2002) B, Eqs. 2 and 3. The mass m, at rest, is pushed by the effort f for a time t
 against the Coulomb friction F and the viscous friction c, and then left alone until it rests. Eq. 3
-is the sum of the way under the effort and the way after it, and is computed as such: no term
+is the sum of the travel under the effort and the travel after it, and is computed as such: no term
 cancels another as c or t goes to 0, and with c = 0 it is Eq. 2.
 """
 
@@ -10,15 +10,6 @@ import math
 
 from stickslip.compiled import compiled
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
-
-__all__ = [
-    "effort_for",
-    "position_along",
-    "pulse_displacement",
-    "pulse_duration",
-    "pulse_ends",
-    "width_for",
-]
 
 _ITERATIONS = 60
 _CONVERGED = 4e-16  # relative step: about two units in the last place
@@ -95,10 +86,10 @@ def effort_for(m: float, F: float, c: float, d: float, t: float) -> float:
     """
     f = 0.5 * (F + math.sqrt(F * F + 8.0 * m * F * d / (t * t)))
     z = -c * t / m
-    way, gain = t * t / m * phi2(z), t / m * phi1(z)
+    at_unit, gain = t * t / m * phi2(z), t / m * phi1(z)
     for _ in range(_ITERATIONS):
         v = (f - F) * gain
-        slope = way + m * v / (F + c * v) * gain
+        slope = at_unit + m * v / (F + c * v) * gain
         step = (pulse_displacement(m, F, c, f, t) - d) / slope
         f -= step
         if abs(step) <= _CONVERGED * f:

@@ -11,8 +11,6 @@ from stickslip.planning import pulse_kernels
 from stickslip.plants import SingleMass, check_affine
 from stickslip.records import AxisKind, InputError, non_negative, positive, quantity_field, unit_of
 
-__all__ = ["PulseLaw"]
-
 Values = Float[np.ndarray, "..."]
 
 
@@ -132,8 +130,7 @@ class PulseLaw:
         Raises
         ------
         InputError
-            If a width is negative, a value is not finite, or the displacement is none that a float
-            can hold.
+            If a width is negative, a value is not finite, or no float can hold the displacement.
         """
         f, t = self._numbers(effort=effort, width=width)
         moving = np.where(f > self.breakaway, f, np.nan)
@@ -152,12 +149,7 @@ class PulseLaw:
         Parameters
         ----------
         effort, width
-            As of `displacement`; where nothing moves the pulse's width is returned.
-
-        Raises
-        ------
-        InputError
-            As `displacement` does.
+            As of `displacement`, with the same errors; the width is returned where nothing moves.
         """
         f, t = self._numbers(effort=effort, width=width)
         moving = np.where(f > self.breakaway, f, np.nan)
@@ -169,16 +161,13 @@ class PulseLaw:
 
         Parameters
         ----------
-        displacement
-            [m or rad], not negative.
-        effort
-            [N or N m].
+        displacement, effort
+            [m or rad], not negative; [N or N m].
 
         Raises
         ------
         InputError
-            If an effort does not exceed the breakaway, a displacement is negative, or a value is
-            not finite.
+            If an effort does not exceed the breakaway, or a value is negative or not finite.
         """
         d, f = self._numbers(displacement=displacement, effort=effort)
         if np.any(f <= self.breakaway):
@@ -198,15 +187,8 @@ class PulseLaw:
 
         Parameters
         ----------
-        displacement
-            [m or rad], positive.
-        width
-            [s], positive.
-
-        Raises
-        ------
-        InputError
-            If a width or a displacement is not positive, or a value is not finite.
+        displacement, width
+            [m or rad, s], positive; others are an `InputError`.
         """
         d, t = self._numbers(displacement=displacement, width=width)
         for name, values, unit in (
@@ -228,11 +210,6 @@ class PulseLaw:
         ----------
         width
             [s]; of one sample for the least displacement at all.
-
-        Raises
-        ------
-        InputError
-            If a width is negative or not finite.
         """
         f, t = self._numbers(effort=self.breakaway, width=width)
         return self._apply(pulse_kernels.pulse_displacement, f, t)
@@ -243,12 +220,7 @@ class PulseLaw:
         Parameters
         ----------
         effort
-            [N or N m].
-
-        Raises
-        ------
-        InputError
-            If the effort is not a finite number.
+            f, one finite number [N or N m].
         """
         (values,) = self._numbers(effort=effort)
         if values.ndim > 0:

@@ -1,9 +1,7 @@
 """Mechanical plants with friction."""
 
 from stickslip.friction import FrictionLaw
-from stickslip.plants.flexible_arm import FlexibleArm
-from stickslip.plants.friction_law import check_affine
-from stickslip.plants.single_mass import SingleMass
+from stickslip.plants.models import FlexibleArm, SingleMass, check_affine
 
 __all__ = ["FlexibleArm", "Plant", "SingleMass", "check_affine"]
 

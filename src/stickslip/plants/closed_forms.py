@@ -10,8 +10,6 @@ import math
 
 from stickslip.compiled import compiled
 
-__all__ = ["phi1", "phi2", "stopping_distance", "stopping_time"]
-
 _SERIES_TERMS = 22  # of phi2 at |z| < 1: 1/24! = 2e-24
 _ATANH_TERMS = 36  # at z < 1, where w = z/(2 + z) < 1/3: 3^-34 = 6e-17
 

@@ -1,35 +1,19 @@
-"""The protocol and the registry of plants.
-
-``docs/contributing.md`` has the steps to add one.
-"""
+"""The protocol and the registry of plants. ``docs/contributing.md`` has the steps to add one."""
 
 from collections.abc import Mapping
 from types import MappingProxyType
 from typing import ClassVar, Protocol
 
 from stickslip.friction import FrictionLaw
-from stickslip.plants.flexible_arm import FlexibleArm
-from stickslip.plants.single_mass import SingleMass
+from stickslip.plants.models import FlexibleArm, SingleMass
 from stickslip.records import AxisKind
-
-__all__ = ["PLANTS", "PlantModel"]
 
 
 class PlantModel(Protocol):
-    """A plant: a frozen record of its parameters and its friction law.
+    """A plant: a frozen record of its parameters and its friction law."""
 
-    Attributes
-    ----------
-    flexible
-        Whether it has a load on a spring.
-    parameter_names
-        Names of its masses and stiffness, the driven mass first.
-    state_names
-        Names of its state.
-    """
-
-    flexible: ClassVar[bool]
-    parameter_names: ClassVar[tuple[str, ...]]
+    flexible: ClassVar[bool]  # whether it has a load on a spring
+    parameter_names: ClassVar[tuple[str, ...]]  # masses and stiffness, the driven mass first
     state_names: ClassVar[tuple[str, ...]]
 
     @property

@@ -1,15 +1,14 @@
 """Landings: feedback near the target while friction is learned, then pulses that end at rest."""
 
-from stickslip.control.landing.approach import scaled_notch, scaled_pd
-from stickslip.control.landing.arm import LandingController
-from stickslip.control.landing.axis import AxisLandingController
-from stickslip.control.landing.state import (
-    AxisLandingState,
+from stickslip.control.landing.arm import (
     Flight,
+    LandingController,
     LandingState,
-    SupervisorState,
+    scaled_notch,
+    scaled_pd,
 )
-from stickslip.control.landing.supervisor import Supervisor
+from stickslip.control.landing.axis import AxisLandingController, AxisLandingState
+from stickslip.control.landing.supervisor import Supervisor, SupervisorState
 
 __all__ = [
     "AxisLandingController",

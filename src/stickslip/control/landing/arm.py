@@ -1,7 +1,7 @@
 """Landing of a flexible arm: feedback moves it near its target, pulse series land it at rest."""
 
 from dataclasses import dataclass, replace
-from math import ceil, isfinite
+from math import ceil, inf, isfinite, pi, sqrt
 from statistics import NormalDist
 from typing import ClassVar
 
@@ -9,30 +9,138 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.feedback.linear_parts import Notch
-from stickslip.control.landing.approach import arm_approach, scaled_notch, scaled_pd
-from stickslip.control.landing.arm_learning import ArmLearning
-from stickslip.control.landing.belief import ArmBelief, check_learned
-from stickslip.control.landing.series import next_series
-from stickslip.control.landing.state import Flight, LandingState, Window
-from stickslip.control.landing.swing import Swing
-from stickslip.planning import PulseSeries
-from stickslip.records import InputError, LearnedPulses, SensorSample
+from stickslip.control.feedback.linear_parts import PD, Notch
+from stickslip.control.feedback.reference import Move
+from stickslip.control.landing.arm_belief import LEARNED, ArmBelief, FlightLog, Swing, check_learned
+from stickslip.control.landing.supervisor import (
+    FRICTION,
+    LEAST_FRICTION,
+    Supervisor,
+    SupervisorState,
+    Window,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
+from stickslip.plants import FlexibleArm
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearnedPulses,
+    SensorSample,
+    StickslipError,
+    non_negative,
+    quantity_field,
+)
 
-__all__ = ["LandingController"]
-
+# Rest
 _MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
 _LATE = 80  # samples at rest before a plan: an estimator that smooths has seen all by then
 _REST = 0.4  # half swings at rest before a plan: a sine is known by then
-_FINE = 0.01  # of the way left: a wider band of noise hides motion that matters
+_FINE = 0.01  # of the travel left: a wider band of noise hides motion that matters
 _GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
 _KEPT = 2.0  # half swings kept in the window
 _WAIT_RULE = 40.0  # half swings
 _STATIC = 1.3  # static over Coulomb friction, where nothing is known
 
+# The gains of the surrogate arm of the demonstration, without units
+_STIFFNESS_SHARE = 1.5  # of the position gain
+_DAMPING_SHARE = 2.5  # of the velocity gain, over the root of stiffness times mean mass
+_NOTCH_DEPTH, _NOTCH_DAMPING = 0.5, 0.4
+_PERIODS = 1.5  # of the free arm that the reference takes at least
+
+# Learning from series
+_STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
+_BY_NOISE = (10.0, 0.05)  # deviations of a position, of the travel: noise explains no larger miss
+_UNCERTAIN = 0.02  # relative deviation of masses and spring where none was given
+
+# The next series
+_DIRECT = 0.8  # of the travel left: a swing below it can be taken up on the way
+_BEYOND = (1.5, 3.0)  # of the travel left and the swing, to a place to come back from
+_SMALLEST = 4.0  # smallest steps there at least
+_EXCESS, _GAP = 0.1, 0.3  # over the shortest time and the least impulse: found with little work
+
 
 @dataclass(frozen=True, kw_only=True)
-class LandingController(ArmLearning):
+class Flight:
+    """A series of pulses as planned and as it went.
+
+    Attributes
+    ----------
+    start
+        When it began [s].
+    planned
+        The series; its target may lie beyond that of the landing, to come back from.
+    coulomb_friction, viscous_friction
+        With which it was planned [N or N m, N s/m or N m s/rad].
+    final_position
+        Where mass 1 came to rest; None as long as it has not, or if the series was cut short.
+    final_swing
+        Amplitude of mass 2 about that place; None likewise.
+    """
+
+    start: float = quantity_field("time")
+    planned: PulseSeries
+    coulomb_friction: float = quantity_field("coulomb_friction")
+    viscous_friction: float = quantity_field("viscous_friction")
+    final_position: float | None = quantity_field("position", default=None)
+    final_swing: float | None = quantity_field("position", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandingState(SupervisorState):
+    """State of a landing controller of an arm.
+
+    Attributes
+    ----------
+    flights
+        All series so far.
+    sent
+        Samples of the present series that have been sent.
+    track
+        The samples of the last series, the one at its begin first; none once it has been judged, or
+        if there is nothing to learn from it.
+    static_ratio
+        Static over Coulomb friction as it is believed to be [-].
+    belief
+        Masses, spring and friction as learned from the series; None if they are taken as given.
+    """
+
+    flights: tuple[Flight, ...] = ()
+    sent: int = 0
+    track: tuple[SensorSample, ...] = ()
+    static_ratio: float
+    belief: ArmBelief | None = None
+
+    @property
+    def series_since_target(self) -> int:
+        """How many series have begun since the last feedback phase."""
+        names = [phase.name for phase in self.phases]
+        since = len(names) - 1 - names[::-1].index("feedback")
+        return names[since:].count("series")
+
+
+def scaled_pd(arm: FlexibleArm) -> PD:
+    """Return the gains of the surrogate arm, scaled with the spring and masses of this arm."""
+    mean = 0.5 * (arm.mass_1 + arm.mass_2)
+    return PD(
+        position_gain=_STIFFNESS_SHARE * arm.stiffness,
+        velocity_gain=_DAMPING_SHARE * sqrt(arm.stiffness * mean),
+    )
+
+
+def scaled_notch(arm: FlexibleArm) -> Notch:
+    """Return the shallow notch of the surrogate arm at the resonance of this arm."""
+    return Notch.at_resonance(
+        mass_1=arm.mass_1,
+        mass_2=arm.mass_2,
+        stiffness=arm.stiffness,
+        depth=_NOTCH_DEPTH,
+        damping=_NOTCH_DAMPING,
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandingController(Supervisor[LandingState]):
     """Land a flexible arm: both masses at rest on the target, with friction learned on the way.
 
     The supervisor that the concluding remarks of van de Wijdeven (2002) sketch. Its phases, and
@@ -109,6 +217,9 @@ class LandingController(ArmLearning):
     'reached'
     """
 
+    arm: FlexibleArm
+    arm_uncertainty: float = 0.0
+    experience: LearnedPulses | None = None
     notch: Notch | None = None
     most_series: int = 6
     _driven: ClassVar[str] = "mass 1"
@@ -116,21 +227,33 @@ class LandingController(ArmLearning):
 
     def __post_init__(self) -> None:
         super().__post_init__()
+        uncertainty = non_negative("arm_uncertainty", self.arm_uncertainty, "(no unit)")
+        object.__setattr__(self, "arm_uncertainty", uncertainty)
+        self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
+        if self.experience is not None:
+            check_learned(self.experience, self.kind)
         if self.most_series < 1:
             raise InputError(
                 f"most_series is {self.most_series}, it must be at least 1",
                 remedy="allow some; 2 land an arm whose friction is known",
             )
 
+    @property
+    def kind(self) -> AxisKind:
+        """``"linear"`` or ``"rotary"``, as the arm."""
+        return self.arm.kind
+
+    @property
+    def half_swing(self) -> float:
+        """Half a period of mass 2 while mass 1 rests [s]."""
+        return pi * sqrt(self.arm.mass_2 / self.arm.stiffness)
+
     def resumed(self, learned: LearnedPulses) -> "LandingController":
         """Return the same controller, beginning with what an earlier run has learned of the arm.
 
         The estimator stays as it is, so that one of the learned masses and spring has to be given.
 
-        Parameters
-        ----------
-        learned
-            From `learned` of a controller with an ``arm_uncertainty``, or read from a file.
+        It is from `learned` of a controller with an ``arm_uncertainty``, or read from a file.
 
         Raises
         ------
@@ -164,25 +287,24 @@ class LandingController(ArmLearning):
         return all(isfinite(value) for value in sample)
 
     def approach(
-        self, start: float, aim: float, estimator_state: Float[np.ndarray, " e"]
+        self, start: float, end: float, estimator_state: Float[np.ndarray, " e"]
     ) -> FeedbackController:
-        """Return PD, notch and compensation from a place to another, as of the base class.
+        """Return PD, notch and compensation from a place to another (of mass 1) [m or rad].
 
-        Parameters
-        ----------
-        start, aim, estimator_state
-            As of the base class.
+        The reference takes long enough that its acceleration of both masses needs no more than a
+        part of the effort limit, and does not excite the resonance.
         """
-        return arm_approach(
-            self.arm,
-            sampling_time=self.sampling_time,
-            effort_limit=self.effort_limit,
+        arm = self.arm
+        inertia = arm.mass_1 + arm.mass_2
+        resonance = sqrt(arm.stiffness * (1.0 / arm.mass_1 + 1.0 / arm.mass_2))
+        light = self._light_duration(inertia, end - start)
+        return self._feedback(
+            estimator_state,
+            move=Move(target=end, duration=max(light, _PERIODS * 2.0 * pi / resonance)),
             start=start,
-            target=aim,
-            pd=scaled_pd(self.arm) if self.pd is None else self.pd,
-            notch=scaled_notch(self.arm) if self.notch is None else self.notch,
-            estimator=self.estimator,
-            estimator_state=estimator_state,
+            inertia=inertia,
+            pd=scaled_pd(arm) if self.pd is None else self.pd,
+            notch=scaled_notch(arm) if self.notch is None else self.notch,
         )
 
     def _landing(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
@@ -233,18 +355,56 @@ class LandingController(ArmLearning):
         return state if name == phase.name else self._enter(state, sample, name, reason)
 
     def _next_series(self, state: LandingState, swing: Swing) -> PulseSeries | str:
-        """Return the series from here, or why there is none."""
+        """Return the series to fire, or why there is none.
+
+        Mass 1 moves one way only, so that a series of travel d takes up a swing of amplitude A < d
+        at most: mass 2 is driven by the spring as x1 moves from 0 to d, and the component at its
+        frequency of a velocity that never turns is at most that travel. Otherwise, and where the
+        travel is too short for a pulse that frees mass 1, mass 1 is first taken to a place beyond,
+        from where another series comes back without a swing to take up.
+        """
+        arm, target = self._believed(state), state.target
         coulomb, viscous = self._friction(state)
-        return next_series(
-            self._believed(state),
-            swing,
-            state.target,
-            coulomb_friction=coulomb,
-            viscous_friction=viscous,
-            static_friction=coulomb * state.static_ratio,
-            sampling_time=self.sampling_time,
-            effort_limit=self.effort_limit,
-        )
+        static = coulomb * state.static_ratio
+        error, amplitude = target - swing.position, swing.amplitude
+        try:
+            friction = CoulombViscousFriction.symmetric(
+                coulomb_friction=coulomb,
+                viscous_friction=viscous,
+                static_friction=static,
+                offset=arm.friction.offset,
+            )
+            planner = PulseSeriesPlanner(
+                arm=replace(arm, friction=friction),
+                sampling_time=self.sampling_time,
+                effort_limit=self.effort_limit,
+                excess=_EXCESS,
+                impulse_gap=_GAP,
+                rest_on_the_way=True,
+            )
+            alone = PulseLaw(
+                mass=arm.mass_1,
+                coulomb_friction=coulomb,
+                viscous_friction=viscous,
+                static_friction=static,
+                kind=arm.kind,
+            )
+        except InputError as refusal:  # what is estimated may be no arm that could rest
+            return str(refusal)
+        smallest = _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
+        least = max(abs(error) + amplitude, smallest)
+        ahead = 1.0 if error > 0.0 else -1.0
+        places = [target] if amplitude < _DIRECT * abs(error) else []
+        places += [
+            swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
+        ]
+        why = ""
+        for place in places:
+            try:
+                return planner.plan(swing.state(), place)
+            except StickslipError as refusal:
+                why = why or str(refusal)
+        return why
 
     def _launched(
         self, state: LandingState, sample: SensorSample, series: PulseSeries
@@ -289,3 +449,110 @@ class LandingController(ArmLearning):
     def _window(self) -> int:
         """Samples in which rest is looked for."""
         return max(ceil(_KEPT * self.half_swing / self.sampling_time), _LATE) + 1
+
+    def _learns(self, state: LandingState) -> bool:
+        """Return whether masses and spring are learned."""
+        return self.arm_uncertainty > 0.0 or state.belief is not None
+
+    def _believed(self, state: LandingState) -> FlexibleArm:
+        """Return the arm as it is believed to be now; `_friction` says its friction."""
+        return self.arm if state.belief is None else state.belief.arm
+
+    def _off(self, state: LandingState, swing: Swing) -> float:
+        """Return the larger of what mass 1 is off the target and mass 2 swings about mass 1."""
+        return max(abs(state.target - swing.position), swing.amplitude)
+
+    def _judged(self, state: LandingState, swing: Swing) -> LandingState:
+        """Note how the last series ended, if it is not known yet, and learn from it."""
+        if not state.track:
+            return state
+        last = state.flights[-1]
+        ended = replace(last, final_position=swing.position, final_swing=swing.amplitude)
+        flight = FlightLog.of(
+            last.planned,
+            state.track,
+            position_noise=self.position_noise,
+            velocity_noise=self.velocity_noise,
+        )
+        state = replace(state, flights=(*state.flights[:-1], ended), track=())
+        stayed = abs(swing.position - last.planned.position[0]) <= self._band
+        if stayed or flight.late:
+            state = replace(state, static_ratio=_STATIC_STEP * state.static_ratio)
+        missed = max(abs(swing.position - last.planned.target), swing.amplitude)
+        unexplained = missed > max(self.tolerance, self._by_noise(last.planned))
+        if stayed or not (self._learns(state) or unexplained):
+            return state
+        belief = self._belief(state)
+        belief = belief.later() if state.series_since_target == 1 else belief
+        return replace(state, belief=belief.after(flight))
+
+    def _by_noise(self, planned: PulseSeries) -> float:
+        """Return how far a series may miss by what noise does to its start and to friction."""
+        if self.position_noise == 0.0:
+            return 0.0
+        deviations, share = _BY_NOISE
+        travel = abs(planned.target - float(planned.position[0]))
+        return max(deviations * self.position_noise, share * travel)
+
+    def _belief(self, state: LandingState) -> ArmBelief:
+        """Return what is believed of the arm, before it was learned by the estimator."""
+        if state.belief is not None:
+            return state.belief
+        coulomb, viscous = self._friction(state)
+        return ArmBelief.first(
+            self.arm,
+            uncertainty=self.arm_uncertainty or _UNCERTAIN,
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+            covariance=self._covariance(state),
+        )
+
+    def _friction(self, state: LandingState) -> tuple[float, float]:
+        """Return Coulomb and viscous friction as estimated, as far as a law can hold them."""
+        coulomb, viscous = self._estimated(state)
+        if state.belief is not None:
+            law = state.belief.arm.friction
+            coulomb, viscous = law.coulomb_friction_positive, law.viscous_friction_positive
+        return max(coulomb, LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
+
+    def estimates(self, state: LandingState) -> dict[str, float]:
+        """Return friction as estimated, with masses and spring if they are learned [SI].
+
+        The static friction is only what has been enough to free mass 1.
+        """
+        coulomb, viscous = self._friction(state)
+        static = coulomb * state.static_ratio
+        found: dict[str, float] = dict(zip(FRICTION, (coulomb, viscous, static), strict=True))
+        if self._learns(state):
+            body = self._belief(state).values
+            found |= {name: body[name] for name in LEARNED[:3]}
+        return found
+
+    def deviations(self, state: LandingState) -> dict[str, float]:
+        """Return standard deviations of the estimates, but for static friction [SI]."""
+        found = super().deviations(state)
+        if not self._learns(state):
+            return found
+        own = self._belief(state).deviations
+        if state.belief is None:
+            own |= {name: inf for name, spread in found.items() if not isfinite(spread)}
+        return {name: own[name] for name in (*found, *LEARNED[:3])}
+
+    def learned(self, state: LandingState) -> LearnedPulses:
+        """Return what was learned, for the first guesses of the next run.
+
+        The covariance is that of the estimator, or, where masses and spring are learned, of the
+        logarithms of masses, spring, Coulomb and viscous friction.
+
+        Raises
+        ------
+        InputError
+            If nothing has been learned yet.
+        """
+        covariance = self._known_covariance(state) if state.belief is None else np.empty(0)
+        return LearnedPulses(
+            method="landing",
+            kind=self.kind,
+            values=self.estimates(state),
+            covariance=self._belief(state).covariance if self._learns(state) else covariance,
+        )

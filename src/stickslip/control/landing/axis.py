@@ -1,6 +1,6 @@
 """The landing of a single mass: feedback near the target, then pulses by the exact law."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from math import isfinite
 from typing import ClassVar
 
@@ -8,9 +8,14 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.landing.approach import axis_approach
-from stickslip.control.landing.state import AxisLandingState, Window
-from stickslip.control.landing.supervisor import LEAST_FRICTION, Supervisor
+from stickslip.control.feedback.linear_parts import PD
+from stickslip.control.feedback.reference import Move
+from stickslip.control.landing.supervisor import (
+    LEAST_FRICTION,
+    Supervisor,
+    SupervisorState,
+    Window,
+)
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.rest_detection import RestDetection
 from stickslip.friction import CoulombViscousFriction
@@ -24,11 +29,31 @@ from stickslip.records import (
     quantity_field,
 )
 
-__all__ = ["AxisLandingController"]
-
 _WAIT_RULE = 100.0  # samples: with its friction compensated a mass creeps rather than stops
 _COASTING = 10.0  # times the wait limit that it may take to come to rest after a pulse
 _SURELY = 0.05  # the estimate of friction is not trusted to be better than this part of it
+_SAMPLES = 40.0  # that the reference takes at least
+_POLE = 20.0  # of the feedback, over the reference's duration
+_FASTEST = 0.3  # that pole at most, over the sampling rate
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisLandingState(SupervisorState):
+    """State of a landing controller of a single mass.
+
+    Attributes
+    ----------
+    pulses
+        The controller of the pulses; None before the first of them.
+    pulse_state
+        Its state [as of the controller].
+    idle_since
+        When the phase of pulses began, or since when there is no effort in it [s].
+    """
+
+    pulses: ExactPulseController | None = None
+    pulse_state: Float[np.ndarray, " p"] = field(default_factory=lambda: np.empty(0))
+    idle_since: float = quantity_field("time", default=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -135,24 +160,24 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         return self._rest.spread
 
     def approach(
-        self, start: float, aim: float, estimator_state: Float[np.ndarray, " e"]
+        self, start: float, end: float, estimator_state: Float[np.ndarray, " e"]
     ) -> FeedbackController:
-        """Return PD and compensation from a place to another, as of the base class.
+        """Return PD and compensation from a place to another [m or rad].
 
-        Parameters
-        ----------
-        start, aim, estimator_state
-            As of the base class.
+        Gains that are not given make a double pole that is fast beside the reference.
         """
-        return axis_approach(
-            self.axis,
-            sampling_time=self.sampling_time,
-            effort_limit=self.effort_limit,
+        m = self.axis.mass
+        light = self._light_duration(m, end - start)
+        duration = max(light, _SAMPLES * self.sampling_time)
+        w = min(_POLE / duration, _FASTEST / self.sampling_time)
+        return self._feedback(
+            estimator_state,
+            move=Move(target=end, duration=duration),
             start=start,
-            target=aim,
-            pd=self.pd,
-            estimator=self.estimator,
-            estimator_state=estimator_state,
+            inertia=m,
+            pd=PD(position_gain=m * w**2, velocity_gain=2.0 * m * w)
+            if self.pd is None
+            else self.pd,
         )
 
     def _after_approach(
@@ -163,7 +188,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         else:
             learned = state.pulses.learned(state.pulse_state)
             pulses = replace(state.pulses, target=state.target).resumed(learned)
-        state = replace(state, pulses=pulses, pulse_state=pulses.init(), still_since=sample.time)
+        state = replace(state, pulses=pulses, pulse_state=pulses.init(), idle_since=sample.time)
         return self._enter(state, sample, "pulses", reason)
 
     def _first_pulses(self, state: AxisLandingState) -> ExactPulseController:
@@ -212,15 +237,15 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         if state.phase.name != "pulses" or pulses is None:
             return state, 0.0
         memory, effort = pulses.step(state.pulse_state, sample)
-        still = state.still_since if effort == 0.0 else sample.time
-        state = replace(state, pulse_state=memory, still_since=still)
+        idle = state.idle_since if effort == 0.0 else sample.time
+        state = replace(state, pulse_state=memory, idle_since=idle)
         outcome = pulses.outcome(memory)
         if outcome is PositioningOutcome.REACHED:
             state = self._enter(state, sample, "done", "the mass is within the tolerance")
         elif outcome is PositioningOutcome.STOPPED:
             why = pulses.why(memory) or "the pulses have ended"
             state = self._enter(state, sample, "stopped", why)
-        elif sample.time - still >= _COASTING * self.longest_wait:
+        elif sample.time - idle >= _COASTING * self.longest_wait:
             state = self._enter(state, sample, "stopped", "the mass does not come to rest")
         return state, effort
 
@@ -228,11 +253,6 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         """Return friction as estimated along the way, and mass and friction as of the pulses [SI].
 
         Before the first pulse the latter are what pulses would begin with.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
         """
         coulomb, viscous = self._estimated(state)
         pulses, memory = self._pulses(state)
@@ -240,23 +260,11 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         return own | pulses.estimates(memory)
 
     def pulse_count(self, state: AxisLandingState) -> int:
-        """Return the number of pulses to the present target whose outcome is known.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        """
+        """Return the number of pulses to the present target whose outcome is known."""
         return 0 if state.pulses is None else state.pulses.pulse_count(state.pulse_state)
 
     def last_pulse(self, state: AxisLandingState) -> PulseRecord | None:
-        """Return the last of these pulses, or None.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        """
+        """Return the last of these pulses, or None."""
         return None if state.pulses is None else state.pulses.last_pulse(state.pulse_state)
 
     def learned(self, state: AxisLandingState) -> LearnedPulses:
@@ -264,15 +272,10 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
         Before the first pulse it is what they would begin with.
 
-        Parameters
-        ----------
-        state
-            As of the base class.
-
         Raises
         ------
         InputError
-            As of the base class.
+            If nothing has been learned yet.
         """
         if state.pulses is None and self.experience is None:
             self._known_covariance(state)
@@ -283,11 +286,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         """Return the same controller, whose pulses begin with what an earlier run has learned.
 
         The estimator and the axis that the feedback is made for stay as they are.
-
-        Parameters
-        ----------
-        learned
-            From `learned`, of an `ExactPulseController` too, or read from a file.
+        What was learned is from `learned`, of an `ExactPulseController` too, or read from a file.
 
         Raises
         ------

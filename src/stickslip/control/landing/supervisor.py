@@ -2,7 +2,7 @@
 
 from abc import ABC, abstractmethod
 from dataclasses import dataclass, replace
-from math import isfinite
+from math import isfinite, sqrt
 from typing import ClassVar, Generic, TypeVar
 
 import numpy as np
@@ -10,9 +10,13 @@ from jaxtyping import Float
 
 from stickslip.control.base import Phase, PositionController
 from stickslip.control.feedback.controller import FeedbackController
-from stickslip.control.feedback.friction_compensation import RunningEstimator
-from stickslip.control.feedback.linear_parts import PD
-from stickslip.control.landing.state import SupervisorState
+from stickslip.control.feedback.friction_compensation import (
+    FrictionCompensation,
+    OnlineFriction,
+    RunningEstimator,
+)
+from stickslip.control.feedback.linear_parts import PD, Notch
+from stickslip.control.feedback.reference import Move, PointToPoint
 from stickslip.records import (
     AxisKind,
     InputError,
@@ -26,14 +30,91 @@ from stickslip.records import (
     unit_of,
 )
 
-__all__ = ["FRICTION", "LEAST_FRICTION", "Supervisor"]
-
-FRICTION = ("coulomb_friction", "viscous_friction", "static_friction")
-"""Names of what is estimated, in this order."""
-
+FRICTION = ("coulomb_friction", "viscous_friction", "static_friction")  # order of the estimates
 _OUTCOMES = {"done": PositioningOutcome.REACHED, "stopped": PositioningOutcome.STOPPED}
 LEAST_FRICTION = 1e-6  # of the effort limit: a law needs some
+_EFFORT_SHARE = 0.4  # of the limit that the reference's acceleration may take
+_PEAK = 5.7735  # peak acceleration of a minimum-jerk move over length/duration^2: 10/sqrt(3)
 _SETTLED = 5  # samples at rest after the reference: feedback has done what it can
+
+
+@dataclass(frozen=True, kw_only=True)
+class Window:
+    """The last samples, and since when mass 1 has rested."""
+
+    samples: Float[np.ndarray, "n 3"]  # a ring of position, load position and load velocity
+    count: int = 0  # samples taken since mass 1 last moved
+    low: float = np.inf  # ends of the band that its measured position has stayed in since then
+    high: float = -np.inf
+
+    @classmethod
+    def of(cls, samples: int) -> "Window":
+        """Return an empty window with room for so many samples."""
+        return cls(samples=np.zeros((samples, 3)))
+
+    def after(self, sample: SensorSample, spread: float) -> "Window":
+        """Return the window with one more sample.
+
+        A position that makes the band wider than ``spread`` [m or rad] begins it anew.
+        """
+        x = sample.measured_position
+        low, high, count = min(self.low, x), max(self.high, x), self.count + 1
+        if high - low > spread:
+            low, high, count = x, x, 1
+        samples = self.samples.copy()
+        samples[(count - 1) % len(samples)] = (
+            x,
+            sample.measured_load_position,
+            sample.measured_load_velocity,
+        )
+        return replace(self, samples=samples, count=count, low=low, high=high)
+
+    def empty(self) -> "Window":
+        """Return the window without samples."""
+        return replace(self, count=0, low=np.inf, high=-np.inf)
+
+    def seen(self) -> Float[np.ndarray, "k 3"]:
+        """Return the samples since mass 1 last moved, the oldest first, as far as they fit."""
+        if self.count <= len(self.samples):
+            return self.samples[: self.count]
+        return np.roll(self.samples, -(self.count % len(self.samples)), axis=0)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SupervisorState:
+    """State of a landing controller, of any axis.
+
+    Attributes
+    ----------
+    target
+        Where the axis shall rest.
+    phases
+        All so far, the last is the present one.
+    feedback
+        The controller of the feedback phase, whose time begins with that phase; None outside it.
+    feedback_state
+        Its state [as of the controller].
+    estimator_state
+        Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
+    window
+        In which rest is looked for.
+    renewed
+        Whether the target is new, so that feedback begins with the next sample.
+    """
+
+    target: float = quantity_field("position")
+    phases: tuple[Phase, ...] = ()
+    feedback: FeedbackController | None = None
+    feedback_state: Float[np.ndarray, " f"]
+    estimator_state: Float[np.ndarray, " e"]
+    window: Window
+    renewed: bool = True
+
+    @property
+    def phase(self) -> Phase:
+        """The present phase."""
+        return self.phases[-1]
+
 
 S = TypeVar("S", bound=SupervisorState)
 
@@ -74,10 +155,8 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     velocity_noise: float = quantity_field("velocity", default=0.0)
     pd: PD | None = None
     wait_limit: float | None = quantity_field("time", default=None)
-    _driven: ClassVar[str]
-    """Name of the driven mass."""
-    _left: ClassVar[float] = 0.0
-    """Share of the way that feedback leaves to the pulses."""
+    _driven: ClassVar[str]  # name of the driven mass
+    _left: ClassVar[float] = 0.0  # share of the travel that feedback leaves to the pulses
 
     def __post_init__(self) -> None:
         for name, check in (
@@ -111,11 +190,6 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     def learned(self, state: S) -> LearnedPulses:
         """Return what was learned, for the first guesses of the next run.
 
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-
         Raises
         ------
         InputError
@@ -124,17 +198,46 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
 
     @abstractmethod
     def approach(
-        self, start: float, aim: float, estimator_state: Float[np.ndarray, " e"]
+        self, start: float, end: float, estimator_state: Float[np.ndarray, " e"]
     ) -> FeedbackController:
-        """Return the feedback from a place to another.
+        """Return the feedback from a place to another (of the driven mass) [m or rad].
 
-        Parameters
-        ----------
-        start, aim
-            Of the driven mass [m or rad].
-        estimator_state
-            Of the estimator that runs along [its own units].
+        The estimator runs along from its state on.
         """
+
+    def _feedback(
+        self,
+        estimator_state: Float[np.ndarray, " e"],
+        *,
+        move: Move,
+        start: float,
+        inertia: float,
+        pd: PD,
+        notch: Notch | None = None,
+    ) -> FeedbackController:
+        """Return feedback along a smooth reference, with friction compensated as estimated."""
+        return FeedbackController(
+            sampling_time=self.sampling_time,
+            pd=pd,
+            notch=notch,
+            compensation=FrictionCompensation(
+                friction=OnlineFriction(
+                    kernel=self.estimator.kernel,
+                    first_state=estimator_state,
+                    sampling_time=self.sampling_time,
+                    values_at=self.estimator.values_at,
+                    needs_load=notch is not None,
+                    covariance=self.estimator.covariance,
+                )
+            ),
+            inertia=inertia,
+            effort_limit=self.effort_limit,
+            reference=PointToPoint(start=start, moves=(move,)),
+        )
+
+    def _light_duration(self, mass: float, travel: float) -> float:
+        """Return how long a reference takes whose acceleration needs a share of the effort."""
+        return sqrt(_PEAK * abs(travel) * mass / (_EFFORT_SHARE * self.effort_limit))
 
     @abstractmethod
     def _readable(self, sample: SensorSample) -> bool:
@@ -154,16 +257,9 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         """Width of the band in which a resting mass is seen [m or rad]."""
 
     def step(self, state: S, sample: SensorSample) -> tuple[S, float]:
-        """Take a sample; return the state after it and the effort until the next.
+        """Take a sample; return the state after it and the effort until the next [N or N m].
 
         A sample that lacks a channel gives the effort NaN and changes nothing.
-
-        Parameters
-        ----------
-        state
-            From `init`, `retargeted` or a step.
-        sample
-            What the sensors show.
         """
         if not self._readable(sample):
             return state, np.nan
@@ -191,8 +287,8 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
     def _towards(self, state: S, sample: SensorSample) -> S:
         """Return the state at the begin of a feedback phase."""
         start = sample.measured_position
-        aim = state.target - self._left * (state.target - start)
-        controller = self.approach(start, aim, state.estimator_state)
+        end = state.target - self._left * (state.target - start)
+        controller = self.approach(start, end, state.estimator_state)
         state = replace(state, feedback=controller, feedback_state=controller.init(), renewed=False)
         return self._enter(state, sample, "feedback", "the target is new")
 
@@ -215,14 +311,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         return replace(state, phases=(*state.phases, phase), window=state.window.empty())
 
     def retargeted(self, state: S, target: float) -> S:
-        """Return the state with another target; feedback begins with the next sample.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        target
-            Where the axis shall rest now [m or rad].
+        """Return the state with another target [m or rad]; feedback begins with the next sample.
 
         Raises
         ------
@@ -241,46 +330,22 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         )
 
     def outcome(self, state: S) -> PositioningOutcome:
-        """Return how far the landing has come.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        """
+        """Return how far the landing has come."""
         if state.renewed:
             return PositioningOutcome.MOVING
         return _OUTCOMES.get(state.phase.name, PositioningOutcome.MOVING)
 
     def why(self, state: S) -> str | None:
-        """Return why it has stopped short of the target; None if it has not.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        """
+        """Return why it has stopped short of the target; None if it has not."""
         stopped = self.outcome(state) is PositioningOutcome.STOPPED
         return state.phase.reason if stopped else None
 
     def phases(self, state: S) -> tuple[Phase, ...]:
-        """Return the phases so far, the last is the present one.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        """
+        """Return the phases so far, the last is the present one."""
         return state.phases
 
     def deviations(self, state: S) -> dict[str, float]:
-        """Return standard deviations of Coulomb and viscous friction; infinite while unknown.
-
-        Parameters
-        ----------
-        state
-            From `init` or a step.
-        """
+        """Return standard deviations of Coulomb and viscous friction [SI]; infinite while unknown."""
         return dict(zip(FRICTION, np.sqrt(np.diag(self._covariance(state))).tolist(), strict=False))
 
     def _estimated(self, state: S) -> tuple[float, float]:
@@ -311,7 +376,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         return P
 
     def _check_effort(self, held: float) -> None:
-        """Refuse an effort limit that would not free the axis."""
+        """Check that the effort limit is above what frees the axis."""
         if not self.effort_limit > held:
             unit = unit_of("effort", self.kind)
             raise InputError(

@@ -1,26 +1,24 @@
-"""A move asked of the planner, seen in its own direction and from where mass 1 begins."""
+"""A move in its own direction, from where mass 1 begins, and the fewest pulses for it.
 
+Bounds without a linear programme come first: what mass 2 swings, and what frees mass 1.
+"""
+
+import cmath
 import math
 from dataclasses import dataclass
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.planning.series.arm_motion import ArmMotion, steps_per_sample
-from stickslip.planning.series.bounds import overshoots, swing_time
-from stickslip.planning.series.programme import Programme
-from stickslip.planning.series.search import Solution, solve
+from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
+from stickslip.planning.programme import Programme, Solution, solve
 from stickslip.plants import FlexibleArm
 
-__all__ = ["FEWEST_PULSES", "LITTLE_WORK", "MUCH_WORK", "Move", "Search"]
-
+# Entries in the matrices of one search for efforts, about a microsecond each: to prove what can be
+# proven, and to find some
 MUCH_WORK, LITTLE_WORK = 4e5, 4e4
-"""Entries in the matrices of one search for efforts: to prove what can be proven, and to find some;
-about a microsecond each."""
-
-FEWEST_PULSES = 4
-"""One for each of the four states to be met."""
-
+FEWEST_PULSES = 4  # one for each of the four states to be met
 _CLEARANCE = 1e-6  # of the effort limit: between an effort and what it must exceed
 _LONGEST = 10.0  # times the rough guess of the shortest time: longer ones are not tried
 _TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
@@ -30,56 +28,69 @@ _PROOFS = 3  # at most
 _ANY_GAP = 1.0  # of the cost: any solution will do
 _FREEING = 64  # pulses within which mass 1, once freed, comes to rest again
 _ROUNDING = 1e-6  # of a pulse
+_BREAKING_AWAY = 64  # first pulses looked at
+_TOO_FAR = 1e-9  # of the travel: more is no rounding
 
 
-@dataclass(frozen=True, kw_only=True)
-class Search:
-    """How a search for the fewest pulses ended.
+def swing_time(arm: FlexibleArm, start: tuple[float, float, float, float], travel: float) -> float:
+    """Return the least time to bring mass 2 to rest, whatever the effort; inf if it cannot [s].
 
-    Attributes
-    ----------
-    pulses
-        The fewest that were found to do, or the most that were tried.
-    solution
-        With so many; None if there is none.
-    least
-        With fewer there is proven to be none.
+    With w = sqrt(ks/m2), the swing z = x2 - x1 + i v2/w obeys z' = -i w z - v1, so that z ends at 0
+    after a time t if the integral of v1(s)/d exp(i w s) over it is z(0)/d. While mass 1 only moves
+    forward, by the travel d, that is a mean of points on the arc exp(i w s), 0 <= s <= t. The arc
+    and its chord from 1 to exp(i w t) enclose all such means; as t grows, the chord sweeps over
+    each point in the unit disc once.
     """
+    frequency = math.sqrt(arm.stiffness / arm.mass_2)
+    mean = complex(start[2] - start[0], start[3] / frequency) / travel
+    if abs(mean) >= 1.0:
+        return math.inf
+    chord = mean - 1.0
+    end = 1.0 - 2.0 * chord.real / abs(chord) ** 2 * chord
+    return (cmath.phase(end) % (2.0 * math.pi)) / frequency
 
-    pulses: int
-    solution: Solution | None
-    least: int
+
+def overshoots(programme: Programme) -> bool:
+    """Return whether the least effort that frees mass 1 takes it too far already.
+
+    It goes too far if, freed by that and then braked by all there is, it passes the target; as long
+    as the position answers an impulse on mass 1 forward, no other efforts keep it farther behind.
+    It also does if what mass 2 swings then is more than the travel that is left could take up
+    (see `swing_time`): the integral over the first travel a is a to within a w t.
+    """
+    arm, motion = programme.motion.arm, programme.motion
+    effort = np.full(min(programme.pulses, _BREAKING_AWAY), -programme.effort_limit)
+    effort[0] = programme.lowest[0]
+    states = motion.states(np.repeat(effort, programme.steps_per_pulse))
+    backward = np.flatnonzero(np.diff(motion.forced[: states.shape[0], 0]) < 0.0)
+    known = states[: backward[0] + 1 if backward.size else None, 0]
+    frequency = math.sqrt(arm.stiffness / arm.mass_2)
+    # Every instant is a bound of its own: the farther it goes, the later.
+    angle = frequency * motion.step * np.arange(known.size)
+    swing = complex(motion.start[2] - motion.start[0], motion.start[3] / frequency)
+    needed = np.maximum(known, known + np.abs(swing - known) - angle * programme.target)
+    return bool(needed.max() > programme.target * (1.0 + _TOO_FAR))
+
+
+class Search(NamedTuple):
+    """The end of a search for the fewest pulses."""
+
+    pulses: int  # the fewest that were found to do, or the most that were tried
+    solution: Solution | None  # with so many; None if there is none
+    least: int  # with fewer there is proven to be none
 
 
 @dataclass(frozen=True, kw_only=True)
 class Move:
-    """What is asked for: forward along the direction, from the position 0 of mass 1.
+    """A move forward along the direction, from the position 0 of mass 1."""
 
-    Attributes
-    ----------
-    arm
-        Masses, spring and friction; the friction's positive side is that of the move.
-    sampling_time
-        [s].
-    pulse_samples
-        Samples in each pulse.
-    effort_limit
-        [N or N m].
-    slowest
-        Least speed of mass 1 on the way, as a share of the mean [-].
-    start
-        State at the begin.
-    way
-        To the target, positive [m or rad].
-    """
-
-    arm: FlexibleArm
+    arm: FlexibleArm  # the positive side of its friction is that of the move
     sampling_time: float
     pulse_samples: int
     effort_limit: float
-    slowest: float
-    start: tuple[float, float, float, float]
-    way: float
+    slowest: float  # least speed of mass 1 on the way, as a share of the mean
+    start: tuple[float, float, float, float]  # state at the begin
+    travel: float  # to the target, positive
 
     @property
     def pulse_width(self) -> float:
@@ -123,17 +134,17 @@ class Move:
             ),
             pulses=pulses,
             steps_per_pulse=per_pulse,
-            target=self.way,
+            target=self.travel,
             effort_limit=self.effort_limit,
             lowest=lowest,
             highest=highest,
-            least_velocity=self.slowest * self.way / (pulses * self.pulse_width),
+            least_velocity=self.slowest * self.travel / (pulses * self.pulse_width),
         )
 
     @cached_property
     def fewest(self) -> int:
         """So many pulses it takes at least, by the swing of mass 2 alone; 0 if none are enough."""
-        time = swing_time(self.arm, self.start, self.way) / self.pulse_width
+        time = swing_time(self.arm, self.start, self.travel) / self.pulse_width
         return max(FEWEST_PULSES, math.ceil(time - _ROUNDING)) if math.isfinite(time) else 0
 
     @cached_property
@@ -145,6 +156,22 @@ class Move:
     def hopeless(self) -> bool:
         """Whether no series of any length can do it, by bounds without a linear programme."""
         return self.fewest == 0 or not self.frees or self.frees_too_far
+
+    def tried(
+        self,
+        pulses: int,
+        *,
+        gap: float = _ANY_GAP,
+        begin: Solution | None = None,
+        work: float = MUCH_WORK,
+    ) -> Solution | None:
+        """Solve the programme of so many pulses; None if bounds exclude a solution.
+
+        A solution without efforts says whether it is refuted, or only has not been found.
+        """
+        if self.hopeless or pulses < self.fewest:
+            return None
+        return solve(self.programme(pulses), gap=gap, begin=begin, work=work)
 
     def solved(
         self,
@@ -158,39 +185,18 @@ class Move:
         solution = self.tried(pulses, gap=gap, begin=begin, work=work)
         return None if solution is None or solution.effort is None else solution
 
-    def tried(
-        self,
-        pulses: int,
-        *,
-        gap: float = _ANY_GAP,
-        begin: Solution | None = None,
-        work: float = MUCH_WORK,
-    ) -> Solution | None:
-        """Solve the programme of so many pulses; None if it needs no trial to know there is none.
-
-        A solution without efforts says whether it is refuted, or only has not been found.
-        """
-        if self.hopeless or pulses < self.fewest:
-            return None
-        return solve(self.programme(pulses), gap=gap, begin=begin, work=work)
-
     def shortest(self, excess: float = 0.0) -> Search:
-        """Return about the fewest pulses that do.
+        """Return about the fewest pulses that do, or a share ``excess`` more.
 
         A series can be made longer by a rest on the target, so that what is possible remains so
         with more pulses. A rough search by how far one gets is followed by a bisection with little
         work for each number of pulses. What is left is to prove one pulse less to be too few, by
         the bound of its programme; only that takes much work, and only without an excess.
-
-        Parameters
-        ----------
-        excess
-            By which share more pulses may be taken than the fewest.
         """
         guess = max(self._guess(), self.fewest)
         most = max(math.ceil(_LONGEST * guess), 2 * FEWEST_PULSES)
         if self.hopeless:
-            return Search(pulses=most, solution=None, least=most + 1)
+            return Search(most, None, most + 1)
         least, low = self.fewest, self.fewest - 1
 
         def trial(pulses: int, work: float = LITTLE_WORK) -> Solution | None:
@@ -208,7 +214,7 @@ class Move:
         # not; then half way between.
         while solution is None:
             if high >= most:
-                return Search(pulses=most, solution=None, least=least)
+                return Search(most, None, least)
             low, high = high, min(most, high + stride)
             stride *= _STRIDES
             solution = trial(high)
@@ -231,16 +237,16 @@ class Move:
                 high, solution = fewer, found
             elif fewer == high - 1:
                 break
-        return Search(pulses=high, solution=solution, least=least)
+        return Search(high, solution, least)
 
     def _guess(self) -> int:
-        """Return about how many pulses a rigid arm needs, with time for a swing to be stilled."""
+        """Return about how many pulses a rigid arm needs, with time for a swing to be taken up."""
         limit, law = self.effort_limit, self.arm.friction
         resistance = law.coulomb_friction_positive + law.offset
         mass = self.arm.mass_1 + self.arm.mass_2
         push, brake = (max(limit + sign * resistance, 0.01 * limit) for sign in (-1.0, 1.0))
-        rigid = math.sqrt(2.0 * self.way * mass * (1.0 / push + 1.0 / brake))
-        dragged = self.way * law.viscous_friction_positive / push
+        rigid = math.sqrt(2.0 * self.travel * mass * (1.0 / push + 1.0 / brake))
+        dragged = self.travel * law.viscous_friction_positive / push
         swing = (
             2.0 * math.pi / math.sqrt(self.arm.stiffness * mass / self.arm.mass_1 / self.arm.mass_2)
         )
@@ -260,10 +266,10 @@ class Move:
                 power = max(1.0, math.log(reach / reached) / math.log(trial / before))
             low, high = (low, min(high, trial)) if reach >= 1.0 else (max(low, trial), high)
             before, reached = trial, reach
-            aimed = math.ceil(trial * reach ** (-1.0 / power)) if reach > 0.0 else 2 * trial
-            if not low < aimed < high:
-                aimed = high if high - low <= 1 else (low + high) // 2
-            trial = min(max(aimed, self.fewest), most)
+            next_trial = math.ceil(trial * reach ** (-1.0 / power)) if reach > 0.0 else 2 * trial
+            if not low < next_trial < high:
+                next_trial = high if high - low <= 1 else (low + high) // 2
+            trial = min(max(next_trial, self.fewest), most)
             if abs(trial - before) <= trial * accuracy:
                 break
         return trial

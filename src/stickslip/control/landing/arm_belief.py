@@ -1,8 +1,8 @@
-"""What is believed of an arm, corrected by the motion along each series."""
+"""The motion of an arm along a series and after it, and what its parameters are by that motion."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import exp, log
+from math import cos, exp, hypot, log, sin, sqrt
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -17,54 +17,91 @@ from stickslip.records import (
     SensorSample,
     non_negative,
     positive,
+    quantity_field,
     unit_of,
 )
 
-__all__ = ["LEARNED", "ArmBelief", "FlightLog", "check_learned"]
-
 LEARNED = ("mass", "load_mass", "stiffness", "coulomb_friction", "viscous_friction")
-"""What is believed, by name, in the order of the covariance."""
+"""Names of the parameters, in the order of the covariance."""
 
 _BODY, _FRICTION, _BEGIN = slice(0, 3), slice(3, 5), slice(5, 7)
-_CARRIED = 6.0  # by which what the feedback finds of friction is more wrong than masses and spring
+_FRICTION_RATIO = 6.0  # prior deviation of friction relative to that of masses and spring
 _UNKNOWN = 1.0  # standard deviation of the logarithm of a friction that is not known at all
-_SINCE = 0.05  # by which friction may have changed since an earlier run or target [-]
-_WALK = np.array([1e-6] * 3 + [1e-4] * 2)  # by which each may change from series to series [-]
+_DRIFT = 0.05  # relative deviation of the change of friction since an earlier run or target
+_WALK = np.array([1e-6] * 3 + [1e-4] * 2)  # relative deviation of a change between series
 _LEAST_VISCOUS = 1e-3  # of m1 times the frequency of mass 2: stands for none, it has a logarithm
 _LEAST_SAMPLES = 8  # of slipping: fewer tell too little
 _CERTAIN = 4.0  # standard deviations of a measured velocity
 _ROUNDING = 1e-8  # of the way: sensors without noise
 _UNLIKE = (5.0, 0.02)  # deviations, or of the way: farther on average, something else moved it too
 _CONVERGED = 1e-12
+_TINY = 1e-12  # of the frequency: a weight for sensors without noise
+
+
+@dataclass(frozen=True, kw_only=True)
+class Swing:
+    """Where mass 1 rests, and how mass 2 swings about that place."""
+
+    position: float = quantity_field("position")  # of mass 1
+    offset: float = quantity_field("position")  # position of mass 2 now, less that of mass 1
+    velocity: float = quantity_field("velocity")  # of mass 2 now
+    frequency: float  # of its swing, sqrt(k/m2) [rad/s]
+
+    @classmethod
+    def seen(
+        cls,
+        samples: Float[np.ndarray, "n 3"],
+        *,
+        arm: FlexibleArm,
+        sampling_time: float,
+        position_noise: float,
+        velocity_noise: float,
+    ) -> "Swing":
+        """Fit a swing of the arm's frequency to samples, by weighted least squares.
+
+        While mass 1 rests at x1, x2 = x1 + a cos(w t) + b sin(w t), with t = 0 at the last sample
+        (van de Wijdeven 2002 A Eq. 2.3 with x1' = 0). Samples are position, load position and load
+        velocity; the noises are standard deviations of a sample, 0 for none.
+        """
+        w = sqrt(arm.stiffness / arm.mass_2)
+        phase = w * sampling_time * np.arange(1 - len(samples), 1)
+        x1 = float(samples[:, 0].mean())
+        cosine, sine = np.cos(phase), np.sin(phase)
+        rows = np.concatenate(
+            (np.column_stack((cosine, sine)), w * np.column_stack((-sine, cosine)))
+        )
+        values = np.concatenate((samples[:, 1] - x1, samples[:, 2]))
+        # Only the ratio of the weights counts; without noise all are alike, as lengths
+        known = position_noise > 0.0 or velocity_noise > 0.0
+        of_position = max(position_noise, _TINY * velocity_noise / w) if known else 1.0
+        of_velocity = max(velocity_noise, _TINY * position_noise * w) if known else w
+        weight = np.repeat((1.0 / of_position, 1.0 / of_velocity), len(samples))
+        a, b = np.linalg.lstsq(rows * weight[:, None], values * weight, rcond=None)[0]
+        return cls(position=x1, offset=float(a), velocity=float(w * b), frequency=w)
+
+    @property
+    def amplitude(self) -> float:
+        """Of the swing [m or rad]."""
+        return hypot(self.offset, self.velocity / self.frequency)
+
+    def state(self, later: float = 0.0) -> tuple[float, float, float, float]:
+        """Return the arm's state some time from now [s], if mass 1 goes on to rest."""
+        w, turn = self.frequency, self.frequency * later
+        offset = self.offset * cos(turn) + self.velocity / w * sin(turn)
+        velocity = self.velocity * cos(turn) - self.offset * w * sin(turn)
+        return self.position, 0.0, self.position + offset, velocity
 
 
 @dataclass(frozen=True, kw_only=True)
 class FlightLog:
-    """What was seen along a series.
+    """The samples along a series of n pulses' samples; positions and velocities of both masses."""
 
-    Attributes
-    ----------
-    start
-        State at its begin, as fitted while mass 1 rested.
-    effort
-        Of each sample, shape (n,).
-    expected_velocity
-        Of mass 1 as planned, likewise at its begin and after each sample, shape (n+1,).
-    seen
-        Position and velocity of mass 1, then of mass 2, at its begin and after each sample, shape
-        (n+1, 4).
-    sampling_time
-        [s].
-    position_noise, velocity_noise
-        Standard deviations of a sample [m or rad, m/s or rad/s]; 0 for none.
-    """
-
-    start: tuple[float, float, float, float]
+    start: tuple[float, float, float, float]  # at its begin, as fitted while mass 1 rested
     effort: Float[np.ndarray, " n"]
-    expected_velocity: Float[np.ndarray, " n+1"]
-    seen: Float[np.ndarray, "n+1 4"]
+    expected_velocity: Float[np.ndarray, " n+1"]  # of mass 1 as planned
+    seen: Float[np.ndarray, "n+1 4"]  # at its begin and after each sample
     sampling_time: float
-    position_noise: float
+    position_noise: float  # standard deviations of a sample, 0 for none
     velocity_noise: float
 
     @classmethod
@@ -73,20 +110,12 @@ class FlightLog:
         planned: PulseSeries,
         track: Sequence[SensorSample],
         *,
-        sampling_time: float,
         position_noise: float,
         velocity_noise: float,
     ) -> "FlightLog":
         """Return the log of a series that was sent as planned.
 
-        Parameters
-        ----------
-        planned
-            The series.
-        track
-            The sample at its begin, and the one after each of its own.
-        sampling_time, position_noise, velocity_noise
-            As of the class.
+        Its track is the sample at its begin, and the one after each of its own.
         """
         place, load = float(planned.position[0]), float(planned.load_position[0])
         return cls(
@@ -94,7 +123,7 @@ class FlightLog:
             effort=planned.effort,
             expected_velocity=planned.velocity,
             seen=np.array(track)[:, 1:],
-            sampling_time=sampling_time,
+            sampling_time=planned.sampling_time,
             position_noise=position_noise,
             velocity_noise=velocity_noise,
         )
@@ -128,14 +157,9 @@ class FlightLog:
 
 @dataclass(frozen=True, kw_only=True)
 class ArmBelief:
-    """Masses, spring and friction of an arm as they are believed to be, and how surely.
+    """Estimated masses, spring and friction of an arm, with their covariance.
 
-    Attributes
-    ----------
-    arm
-        As believed.
-    covariance
-        Of the logarithms of mass 1, mass 2, stiffness, Coulomb and viscous friction.
+    The covariance is that of the logarithms of `LEARNED`.
     """
 
     arm: FlexibleArm
@@ -151,20 +175,12 @@ class ArmBelief:
         viscous_friction: float,
         covariance: Float[np.ndarray, "2 2"],
     ) -> "ArmBelief":
-        """Return what is believed before the first series.
+        """Return the estimate before the first series.
 
-        Parameters
-        ----------
-        arm
-            With masses and spring as they are taken to be.
-        uncertainty
-            Standard deviation of each of them, over its value [-].
-        coulomb_friction, viscous_friction
-            As estimated with them [N or N m, N s/m or N m s/rad].
-        covariance
-            Of these two, if masses and spring are right.
+        ``uncertainty`` is the relative standard deviation of masses and spring; ``covariance`` that
+        of Coulomb and viscous friction, as estimated with these masses and spring.
         """
-        P = np.diag([uncertainty**2] * 3 + [(_CARRIED * uncertainty) ** 2] * 2)
+        P = np.diag([uncertainty**2] * 3 + [(_FRICTION_RATIO * uncertainty) ** 2] * 2)
         of_one = 1.0 / np.array([coulomb_friction, max(viscous_friction, _least_viscous(arm))])
         if np.isfinite(covariance).all():
             P[_FRICTION, _FRICTION] += covariance * np.outer(of_one, of_one)
@@ -177,15 +193,7 @@ class ArmBelief:
 
     @classmethod
     def resumed(cls, arm: FlexibleArm, learned: LearnedPulses) -> "ArmBelief":
-        """Return what an earlier run has learned; friction may have changed since.
-
-        Parameters
-        ----------
-        arm
-            Its offset and kind count.
-        learned
-            By a landing.
-        """
+        """Return what an earlier run has learned; of ``arm`` the offset and the kind count."""
         m1, m2, ks, fc, c = (learned.values[name] for name in LEARNED)
         law = CoulombViscousFriction.symmetric(
             coulomb_friction=fc,
@@ -197,9 +205,9 @@ class ArmBelief:
         return cls(arm=body, covariance=learned.covariance).later()
 
     def later(self) -> "ArmBelief":
-        """Return the belief some time later: friction may have changed."""
+        """Return the estimate some time later: friction may have changed."""
         P = self.covariance.copy()
-        P[_FRICTION, _FRICTION] += _SINCE**2 * np.eye(2)
+        P[_FRICTION, _FRICTION] += _DRIFT**2 * np.eye(2)
         return replace(self, covariance=P)
 
     @property
@@ -217,18 +225,13 @@ class ArmBelief:
         return {name: value * spread for (name, value), spread in every}
 
     def after(self, flight: FlightLog) -> "ArmBelief":
-        """Return the belief after a series, corrected by where it has taken both masses.
+        """Return the estimate after a series, corrected by where it has taken both masses.
 
         While mass 1 slips, the motion is that of a linear system; the parameters, and the state of
         mass 2 at the begin, are those that explain the measured motion best, beside what was
         believed before (an iterated extended Kalman filter, the whole series as one observation).
         A motion that none explain, as of an arm that was pushed, and one that began late teach
         nothing.
-
-        Parameters
-        ----------
-        flight
-            As it was seen.
         """
         n = flight.slipping()
         if n < _LEAST_SAMPLES or flight.late:
@@ -308,20 +311,7 @@ class ArmBelief:
 
 
 def check_learned(learned: LearnedPulses, kind: AxisKind) -> None:
-    """Refuse what was learned of something else than an arm's masses, spring and friction.
-
-    Parameters
-    ----------
-    learned
-        By an earlier run.
-    kind
-        Of the axis it is for.
-
-    Raises
-    ------
-    InputError
-        If it is refused.
-    """
+    """Check that an earlier run has learned masses, spring and friction of such an arm."""
     for name, own, other in (("method", "landing", learned.method), ("kind", kind, learned.kind)):
         if other != own:
             raise InputError(

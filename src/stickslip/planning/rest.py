@@ -7,16 +7,14 @@ left of an error is what it did before the rest, and the swing meets mass 1 wher
 """
 
 import math
-from dataclasses import dataclass, replace
+from dataclasses import replace
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.planning.series.move import FEWEST_PULSES, Move
-from stickslip.planning.series.programme import Programme
-from stickslip.planning.series.search import Solution, landed
-
-__all__ = ["Rest", "with_rest"]
+from stickslip.planning.move import FEWEST_PULSES, Move
+from stickslip.planning.programme import Programme, Solution, landed
 
 _CREEPS = 0.02  # of its highest velocity: mass 1 only creeps
 _SHORTEST = 4  # pulses of a rest that is worth it
@@ -25,37 +23,19 @@ _EARLIER = 3  # pulses by which the second part may begin before the creeping en
 _HELD = 0.9  # of static friction, at most, holds mass 1 with the friction believed
 
 
-@dataclass(frozen=True, kw_only=True)
-class Rest:
-    """A series in two parts.
+class Rest(NamedTuple):
+    """A series in two parts, with a rest of mass 1 between them."""
 
-    Attributes
-    ----------
-    effort
-        Of every pulse [N or N m].
-    states
-        At every step.
-    begin, end
-        First pulse of the rest, and first after it.
-    """
-
-    effort: Float[np.ndarray, " n"]
-    states: Float[np.ndarray, "k 4"]
-    begin: int
-    end: int
+    effort: Float[np.ndarray, " n"]  # of every pulse [N or N m]
+    states: Float[np.ndarray, "k 4"]  # at every step
+    begin: int  # first pulse of the rest
+    end: int  # first pulse after it
 
 
 def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) -> Rest | None:
     """Return the series with its longest creeping made a rest; None if there is none to make.
 
-    Parameters
-    ----------
-    move
-        What is asked for.
-    programme, solution
-        Of the series without a rest.
-    gap
-        Of the second part's impulse, as the planner's.
+    ``gap`` is that of the impulse of the second part.
     """
     effort = landed(programme, solution)
     states = programme.states(effort)
@@ -71,13 +51,13 @@ def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) 
         if stopped is None:
             continue
         tried += 1
-        found = _gone_on(move, programme, stopped, last, gap)
+        found = _second_part(move, programme, stopped, last, gap)
         if found is not None or tried == _BEGINS:
             return found
     return None
 
 
-def _gone_on(
+def _second_part(
     move: Move, programme: Programme, stopped: Float[np.ndarray, " p"], last: int, gap: float
 ) -> Rest | None:
     """Return the series that rests once it has stopped; None if there is no second part."""
@@ -89,24 +69,20 @@ def _gone_on(
         if held is None or programme.pulses - end < FEWEST_PULSES:
             continue
         x1 = float(resting[-1, 0])
-        onward = replace(
+        second_move = replace(
             move,
             start=(0.0, 0.0, float(resting[-1, 2]) - x1, float(resting[-1, 3])),
-            way=move.way - x1,
+            travel=move.travel - x1,
         )
-        after = onward.solved(programme.pulses - end, gap=gap)
+        after = second_move.solved(programme.pulses - end, gap=gap)
         if after is not None:
-            second = onward.programme(programme.pulses - end)
+            second = second_move.programme(programme.pulses - end)
             ending = landed(second, after)
             if second.minima(ending)[:, 2].min(initial=np.inf) <= 0.0:
                 continue
             ahead = second.states(ending) + np.array([x1, 0.0, x1, 0.0])
-            return Rest(
-                effort=np.concatenate([stopped, held, ending]),
-                states=np.vstack([before[:-1], resting[:-1], ahead]),
-                begin=first,
-                end=end,
-            )
+            effort = np.concatenate([stopped, held, ending])
+            return Rest(effort, np.vstack([before[:-1], resting[:-1], ahead]), first, end)
     return None
 
 
@@ -159,12 +135,10 @@ def _holding(
     low, high = within.min(axis=1), within.max(axis=1)
     middle = 0.5 * (low + high) + law.offset
     effort = np.clip(middle, -move.effort_limit, move.effort_limit)[:pulses]
-    pushes = (
-        (high + law.offset - effort).max(initial=0.0),
-        (effort - law.offset - low).max(initial=0.0),
+    backward = (high + law.offset - effort).max(initial=0.0)
+    forward = (effort - law.offset - low).max(initial=0.0)
+    held = (
+        backward <= _HELD * law.static_friction_negative
+        and forward <= _HELD * law.static_friction_positive
     )
-    if pushes[0] > _HELD * law.static_friction_negative:
-        return None
-    if pushes[1] > _HELD * law.static_friction_positive:
-        return None
-    return effort
+    return effort if held else None

@@ -1,21 +1,174 @@
-"""Plan a series of pulses that brings a flexible arm to rest on a target."""
+"""Series of pulses that bring both masses of a flexible arm to rest on a target.
+
+The record of a series, its planner, and why there may be none.
+"""
 
 import math
 from dataclasses import dataclass, replace
+from enum import Enum
+from functools import cached_property
+from typing import Literal
 
 import numpy as np
+from jaxtyping import Float
 
-from stickslip.planning.series.move import LITTLE_WORK, MUCH_WORK, Move, Search
-from stickslip.planning.series.pulse_series import PulseSeries
-from stickslip.planning.series.refusal import refusal
-from stickslip.planning.series.rest import with_rest
-from stickslip.planning.series.search import Solution, landed
+from stickslip.planning.move import FEWEST_PULSES, LITTLE_WORK, MUCH_WORK, Move, Search
+from stickslip.planning.programme import Solution, landed, solve
+from stickslip.planning.rest import with_rest
 from stickslip.plants import FlexibleArm, check_affine
-from stickslip.records import InputError, StickslipError, positive, quantity_field, unit_of
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    StickslipError,
+    count_of,
+    positive,
+    quantity_field,
+    unit_of,
+)
 
-__all__ = ["PulseSeriesPlanner"]
+_LANDED = 1e-9  # of the travel: what rounding may leave, speeds over the frequency of mass 2
+_STRONGER = 128.0  # times the effort limit: no more is tried
+_WORK = 2e4  # of each trial of a limit, as of `solve`: the limit is guessed, not proven
+_STRONGER_TO = 1.05  # accuracy of the effort that would do
 
-_LANDED = 1e-9  # of the way: what rounding may leave, speeds over the frequency of mass 2
+
+class SeriesLimit(Enum):
+    """What makes a series impossible; the text says what it means and what to do."""
+
+    EFFORT = "effort"
+    DIRECTION = "direction"
+    BREAKAWAY = "breakaway"
+    PULSES = "pulses"
+    TOGETHER = "together"
+
+    @property
+    def text(self) -> str:
+        """What to do about it, as an instruction."""
+        return _REMEDIES[self]
+
+
+_REMEDIES = {
+    SeriesLimit.EFFORT: "allow more effort or more time",
+    SeriesLimit.DIRECTION: (
+        "allow more time, wait for mass 2 to swing less or the other way, or choose a target "
+        "farther away, so that mass 1 need not turn back"
+    ),
+    SeriesLimit.BREAKAWAY: (
+        "allow more time or more effort, wait until the spring helps to free mass 1, or choose a "
+        "target farther away"
+    ),
+    SeriesLimit.PULSES: "allow at least 4 pulses, one for each of the four states to be met",
+    SeriesLimit.TOGETHER: "allow more time and more effort, or choose another target",
+}
+
+
+class NoPulseSeriesError(InputError):
+    """No series of pulses does what is asked for.
+
+    Attributes
+    ----------
+    limit
+        The limit without which there would be one; ``TOGETHER`` if there would be none without any
+        single one of them.
+    """
+
+    def __init__(self, what: str, *, limit: SeriesLimit, remedy: str) -> None:
+        self.limit = limit
+        super().__init__(what, remedy=remedy)
+
+
+@dataclass(frozen=True, kw_only=True)
+class PulseSeries:
+    """Efforts that bring both masses of a flexible arm to rest on a target, and what they do.
+
+    ``effort[k]`` is held from ``time[k]`` to ``time[k+1]``; after the last the effort is 0, and
+    mass 1 stays where it is. The motion is what the plant does if it is as believed.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+    sampling_time
+        [s].
+    pulse_samples
+        Samples in each pulse.
+    target
+        Where both masses shall rest.
+    effort
+        Of each sample, shape (n,).
+    position, velocity
+        Of mass 1 at each sample instant, shape (n+1,).
+    load_position, load_velocity
+        Of mass 2, shape (n+1,).
+    effort_limit
+        That none of the efforts exceeds.
+    breakaway_margin
+        By how much the first effort exceeds what frees mass 1; infinite if it moves already.
+    slowest
+        The least speed of mass 1 between begin and end, between samples too; it is positive
+        unless mass 1 rests on the way.
+    least_duration
+        What no series of this effort limit takes less than, as far as proven [s]; the shortest
+        series takes between this and its duration.
+    least_impulse
+        What the impulse of no series without a rest is less than, over this time [N s or N m s].
+    rest
+        From when until when mass 1 rests on the way; None if it does not.
+    """
+
+    kind: AxisKind
+    sampling_time: float = quantity_field("sampling_time")
+    pulse_samples: int
+    target: float = quantity_field("position")
+    effort: Float[np.ndarray, " n"] = quantity_field("effort")
+    position: Float[np.ndarray, " n+1"] = quantity_field("position")
+    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
+    load_position: Float[np.ndarray, " n+1"] = quantity_field("position")
+    load_velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
+    effort_limit: float = quantity_field("effort")
+    breakaway_margin: float = quantity_field("effort")
+    slowest: float = quantity_field("velocity")
+    least_duration: float = quantity_field("time")
+    least_impulse: float
+    rest: tuple[float, float] | None = quantity_field("time", default=None)
+
+    def __post_init__(self) -> None:
+        for name in ("effort", "position", "velocity", "load_position", "load_velocity"):
+            array = np.array(getattr(self, name), dtype=np.float64)
+            array.flags.writeable = False
+            object.__setattr__(self, name, array)
+
+    @cached_property
+    def time(self) -> Float[np.ndarray, " samples"]:
+        """Sample instants [s], shape (n+1,)."""
+        time = np.arange(self.effort.size + 1) * self.sampling_time
+        time.flags.writeable = False
+        return time
+
+    @property
+    def duration(self) -> float:
+        """From the begin of the first pulse to the end of the last [s]."""
+        return self.effort.size * self.sampling_time
+
+    @property
+    def amplitudes(self) -> Float[np.ndarray, " pulses"]:
+        """Effort of each pulse [N or N m]."""
+        return self.effort[:: self.pulse_samples]
+
+    @property
+    def direction(self) -> Literal[1, -1]:
+        """Which way mass 1 moves."""
+        return 1 if self.target > self.position[0] else -1
+
+    @property
+    def peak_effort(self) -> float:
+        """The largest magnitude of effort [N or N m]."""
+        return float(np.abs(self.effort).max())
+
+    @property
+    def impulse(self) -> float:
+        """Time integral of the effort's magnitude [N s or N m s], the smallest possible."""
+        return float(np.abs(self.effort).sum()) * self.sampling_time
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -150,10 +303,10 @@ class PulseSeriesPlanner:
             search = move.shortest(self.excess)
         else:
             solution = move.solved(pulses, gap=self.impulse_gap)
-            search = Search(pulses=pulses, solution=solution, least=move.fewest)
+            search = Search(pulses, solution, move.fewest)
         count, solution = search.pulses, search.solution
         if solution is None:
-            raise refusal(move, count, at_most=pulses is None, kind=self.arm.kind)
+            raise _refusal(move, count, at_most=pulses is None, kind=self.arm.kind)
         if solution.gap > self.impulse_gap:
             work = LITTLE_WORK if pulses is None and self.excess > 0.0 else MUCH_WORK
             better = move.solved(count, gap=self.impulse_gap, begin=solution, work=work)
@@ -205,7 +358,7 @@ class PulseSeriesPlanner:
                 direction * (float(state[2]) - float(state[0])),
                 direction * float(state[3]),
             ),
-            way=abs(float(target) - float(state[0])),
+            travel=abs(float(target) - float(state[0])),
         )
 
     def _series(
@@ -230,12 +383,17 @@ class PulseSeriesPlanner:
             states, minima = programme.states(effort), programme.minima(effort)
             slowest = float(min(states[1:-1, 1].min(), minima[:, 2].min(initial=np.inf)))
         frequency = math.sqrt(self.arm.stiffness / self.arm.mass_2)
-        missing = (states[-1] - (move.way, 0.0, move.way, 0.0)) / (1.0, frequency, 1.0, frequency)
+        missing = (states[-1] - (move.travel, 0.0, move.travel, 0.0)) / (
+            1.0,
+            frequency,
+            1.0,
+            frequency,
+        )
         error = float(np.abs(missing).max())
         stops = slowest <= 0.0 and rest is None
-        if stops or error > _LANDED * move.way:
+        if stops or error > _LANDED * move.travel:
             raise StickslipError(
-                f"rounding errors leave {error:g} of {move.way:g} to go, at a least speed of "
+                f"rounding errors leave {error:g} of {move.travel:g} to go, at a least speed of "
                 f"{slowest:g}; give fewer pulses, or an effort limit nearer to what the move needs"
             )
         peak = float(np.abs(effort).max())
@@ -263,3 +421,80 @@ class PulseSeriesPlanner:
             least_impulse=solution.bound * self.effort_limit * pulses * self.pulse_width,
             rest=None if rest is None else (rest.begin * width, rest.end * width),
         )
+
+
+def _refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPulseSeriesError:
+    """Return the error that says which limit, lifted alone, would allow a series.
+
+    ``at_most`` says whether fewer pulses would have done.
+    """
+    effort = unit_of("effort", kind)
+    asked = (
+        f"no series of {'at most ' if at_most else ''}{count_of(pulses, 'pulse')} "
+        f"({pulses * move.pulse_width:g} s) brings both masses to rest "
+        f"{move.travel:g} {unit_of('position', kind)} away"
+    )
+    if pulses < FEWEST_PULSES:
+        limit, why = SeriesLimit.PULSES, "four states are to be met"
+    elif not move.frees:
+        limit = SeriesLimit.BREAKAWAY
+        why = (
+            f"it takes more than {move.breakaway:.6g} {effort} to free mass 1, and the limit is "
+            f"{move.effort_limit:g} {effort}"
+        )
+    elif move.fewest == 0:
+        limit = SeriesLimit.DIRECTION
+        why = "mass 2 swings farther than mass 1 may move, which would have to turn back"
+    elif (enough := _enough_effort(move, pulses)) is not None:
+        limit = SeriesLimit.EFFORT
+        why = (
+            f"it would take efforts of up to {enough:.3g} {effort}, and the limit is "
+            f"{move.effort_limit:g} {effort}"
+        )
+    elif move.frees_too_far or _possible_without("breakaway", move, pulses):
+        limit = SeriesLimit.BREAKAWAY
+        why = (
+            f"the first effort must exceed {move.breakaway:.6g} {effort} to free mass 1, which is "
+            "too much for this move"
+        )
+    elif _possible_without("direction", move, pulses):
+        limit, why = SeriesLimit.DIRECTION, "mass 1 would have to stop or turn back on the way"
+    else:
+        limit, why = SeriesLimit.TOGETHER, "several limits bind at once"
+    remedy = limit.text
+    if not at_most and limit is not SeriesLimit.PULSES and move.frees:
+        search = move.shortest()
+        if search.solution is not None and search.pulses != pulses:
+            enough = f"{search.pulses} pulses ({search.pulses * move.pulse_width:g} s)"
+            remedy = f"{enough} are enough; or {remedy}"
+    return NoPulseSeriesError(f"{asked}: {why}", limit=limit, remedy=remedy)
+
+
+def _enough_effort(move: Move, pulses: int) -> float | None:
+    """Return about the least effort limit with which there is a series, None if there is none."""
+
+    def does(times: float) -> bool:
+        stronger = replace(move, effort_limit=times * move.effort_limit)
+        return stronger.solved(pulses, work=_WORK) is not None
+
+    if not does(_STRONGER):
+        return None
+    low, high = 1.0, 2.0
+    while high < _STRONGER and not does(high):
+        low, high = high, 2.0 * high
+    while high > _STRONGER_TO * low:
+        middle = math.sqrt(low * high)
+        low, high = (low, middle) if does(middle) else (middle, high)
+    return high * move.effort_limit
+
+
+def _possible_without(limit: Literal["breakaway", "direction"], move: Move, pulses: int) -> bool:
+    programme = move.programme(pulses)
+    if limit == "breakaway":
+        lowest = programme.lowest.copy()
+        lowest[0] = lowest[1]
+        programme = replace(programme, lowest=lowest)
+    else:
+        fastest = move.effort_limit * pulses * move.pulse_width / move.arm.mass_1
+        programme = replace(programme, least_velocity=-10.0 * fastest)
+    return solve(programme, gap=1.0, work=_WORK).effort is not None

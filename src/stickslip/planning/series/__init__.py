@@ -1,1 +1,0 @@
-"""Series of pulses that take a flexible arm from rest to rest."""

@@ -1,0 +1,119 @@
+"""Plants: one mass, or two masses on a spring, with friction on the driven mass."""
+
+from dataclasses import dataclass
+from typing import Any, ClassVar, Generic
+
+from typing_extensions import TypeVar
+
+from stickslip.friction import CoulombViscousFriction, FrictionLaw
+from stickslip.records import AxisKind, InputError, positive, quantity_field, unit_of
+
+Law_co = TypeVar("Law_co", bound=FrictionLaw, default=CoulombViscousFriction, covariant=True)
+"""``SingleMass`` alone means one with `CoulombViscousFriction`, which is all that plans and
+controllers know; ``SingleMass[FrictionLaw]`` has any law, which a simulator knows."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class SingleMass(Generic[Law_co]):
+    """One mass (or inertia) moved by an effort against friction (van de Wijdeven 2002 B Eq. 1).
+
+    ``mass * acceleration = effort - offset - friction(velocity)``; at rest it stays while the
+    effort less the offset is within the static friction. Its state is ``(position, velocity)``.
+
+    Attributes
+    ----------
+    mass
+        Moving mass [kg], or inertia [kg m^2] of a rotary axis.
+    friction
+        The friction law: any of `stickslip.friction`.
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+
+    Raises
+    ------
+    InputError
+        If the mass is not positive and finite.
+
+    Examples
+    --------
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=700.0)
+    >>> SingleMass(mass=150.0, friction=law).mass
+    150.0
+    """
+
+    mass: float = quantity_field("mass")
+    friction: Law_co
+    kind: AxisKind = "linear"
+    flexible: ClassVar[bool] = False
+    parameter_names: ClassVar[tuple[str, ...]] = ("mass",)
+    state_names: ClassVar[tuple[str, ...]] = ("position", "velocity")
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "mass", positive("mass", self.mass, unit_of("mass", self.kind)))
+
+
+@dataclass(frozen=True, kw_only=True)
+class FlexibleArm(Generic[Law_co]):
+    """Two masses joined by a spring; effort and friction act on the first.
+
+    Van de Wijdeven (2002) A, Eqs. 2.1-2.3 with a stick rule: a resting first mass stays while
+    effort less offset less spring force is within the static friction. The second mass has no
+    friction. Its state is ``(position, velocity, load_position, load_velocity)``.
+
+    Attributes
+    ----------
+    mass_1, mass_2
+        Driven mass and load [kg], or inertias [kg m^2] of a rotary axis.
+    stiffness
+        Of the spring [N/m or N m/rad].
+    friction
+        The friction law of the driven mass: any of `stickslip.friction`.
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+
+    Raises
+    ------
+    InputError
+        If a mass or the stiffness is not positive and finite.
+
+    Examples
+    --------
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
+    >>> FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law).kind
+    'linear'
+    """
+
+    mass_1: float = quantity_field("mass")
+    mass_2: float = quantity_field("mass")
+    stiffness: float = quantity_field("stiffness")
+    friction: Law_co
+    kind: AxisKind = "linear"
+    flexible: ClassVar[bool] = True
+    parameter_names: ClassVar[tuple[str, ...]] = ("mass_1", "mass_2", "stiffness")
+    state_names: ClassVar[tuple[str, ...]] = (
+        "position",
+        "velocity",
+        "load_position",
+        "load_velocity",
+    )
+
+    def __post_init__(self) -> None:
+        for name, quantity in (("mass_1", "mass"), ("mass_2", "mass"), ("stiffness", "stiffness")):
+            value = positive(name, getattr(self, name), unit_of(quantity, self.kind))
+            object.__setattr__(self, name, value)
+
+
+def check_affine(plant: Any) -> None:
+    """Check that the friction of a `SingleMass` or `FlexibleArm` is affine in the velocity.
+
+    Raises
+    ------
+    InputError
+        If it is not a `CoulombViscousFriction`.
+    """
+    if not isinstance(plant.friction, CoulombViscousFriction):
+        raise InputError(
+            f"the plant's friction is a {type(plant.friction).__name__}, it must be a "
+            "CoulombViscousFriction here",
+            remedy="give one that comes near it; simulate the plant as it is",
+        )
