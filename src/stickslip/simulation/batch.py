@@ -1,10 +1,10 @@
 """Many trajectories at once."""
 
 import os
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
 
 import numpy as np
 from jaxtyping import Float
@@ -13,16 +13,17 @@ from numpy.typing import ArrayLike
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.records import AxisKind, InputError, quantity_field, unit_of
 from stickslip.simulation.kernels.arm_batch import LANES
-from stickslip.simulation.motion import make_arrays_read_only
 from stickslip.simulation.plant_kernels import (
     EVENT_BUDGET,
     initial_kernel_state,
     kernel_model,
     kernels_of,
 )
-from stickslip.simulation.simulate import budget_error, overflow_error
-
-__all__ = ["SimulatedBatch", "simulate_batch"]
+from stickslip.simulation.simulate import (
+    budget_error,
+    make_arrays_read_only,
+    overflow_error,
+)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -142,8 +143,13 @@ def simulate_batch(
     stored = np.empty((batch, rows + 1 if every else 1, width))
     start = _outputs(states, width)
     out = np.empty((batch, rows, width))
-    kernel = kernels_of(plants[0]).batch
-    _run(kernel, models, states, efforts, every, out, event_budget, sampling_time, threads)
+    kernel = partial(kernels_of(plants[0]).batch, models, states, efforts, every, out)
+    for trajectory, sample in _run(kernel, batch, threads):
+        if trajectory >= 0:
+            raise budget_error(sample * sampling_time, event_budget, trajectory)
+    finite = np.isfinite(states).all(axis=1)
+    if not finite.all():
+        raise overflow_error(f"trajectory {int(finite.argmin())}")
     if every:
         stored[:, 0], stored[:, 1:] = start, out
         time = np.arange(rows + 1) * (every * sampling_time)
@@ -190,35 +196,17 @@ def _outputs(states: Float[np.ndarray, "batch k"], width: int) -> Float[np.ndarr
 
 
 def _run(
-    kernel: Any,
-    models: Float[np.ndarray, "models p"],
-    states: Float[np.ndarray, "batch k"],
-    efforts: Float[np.ndarray, "rows n"],
-    every: int,
-    out: Float[np.ndarray, "batch s w"],
-    event_budget: int,
-    sampling_time: float,
-    threads: int | None,
-) -> None:
-    batch = states.shape[0]
+    kernel: Callable[[int, int], tuple[int, int]], batch: int, threads: int | None
+) -> list[tuple[int, int]]:
+    """Run a kernel over all trajectories, in parallel; return its results of each part."""
     workers = min(threads or os.cpu_count() or 1, -(-batch // LANES))
     if workers == 1:
-        results = [kernel(models, states, efforts, every, out, 0, batch)]
-    else:
-        # Whole groups of lanes, several parts a worker, so that uneven trajectories balance
-        part = max(LANES, -(-batch // (4 * workers * LANES)) * LANES)
-        kernel(models, states, efforts, every, out, 0, 0)  # compile once, before the threads do
-        with ThreadPoolExecutor(workers) as pool:
-            jobs = [
-                pool.submit(
-                    kernel, models, states, efforts, every, out, first, min(first + part, batch)
-                )
-                for first in range(0, batch, part)
-            ]
-            results = [job.result() for job in jobs]
-    for trajectory, sample in results:
-        if trajectory >= 0:
-            raise budget_error(sample * sampling_time, event_budget, trajectory)
-    finite = np.isfinite(states).all(axis=1)
-    if not finite.all():
-        raise overflow_error(f"trajectory {int(finite.argmin())}")
+        return [kernel(0, batch)]
+    # Whole groups of lanes, several parts a worker, so that uneven trajectories balance
+    part = max(LANES, -(-batch // (4 * workers * LANES)) * LANES)
+    kernel(0, 0)  # compile once, before the threads do
+    with ThreadPoolExecutor(workers) as pool:
+        jobs = [
+            pool.submit(kernel, first, min(first + part, batch)) for first in range(0, batch, part)
+        ]
+        return [job.result() for job in jobs]

@@ -13,18 +13,14 @@ from numpy.typing import NDArray
 from stickslip.compiled import compiled
 from stickslip.plants import Plant
 from stickslip.records import AxisLog, InputError, SensorSample, unit_of
-from stickslip.simulation.kernels.sensor import measure_one
-from stickslip.simulation.motion import SimulatedMotion
 from stickslip.simulation.plant_kernels import (
     EVENT_BUDGET,
     initial_kernel_state,
     kernel_model,
     kernels_of,
 )
-from stickslip.simulation.sensors import Noise, Sensors
-from stickslip.simulation.simulate import simulate
-
-__all__ = ["ClosedLoopRun", "Controller", "simulate_closed_loop"]
+from stickslip.simulation.sensors import Noise, Sensors, measure_one
+from stickslip.simulation.simulate import SimulatedMotion, simulate
 
 ControllerState = TypeVar("ControllerState")
 Vector = NDArray[np.float64]
@@ -245,16 +241,7 @@ def simulate_closed_loop(
         initial_state=initial_state,
         event_budget=event_budget,
     )
-    late = np.maximum(np.arange(samples + 1) - sensors.delay, 0)
-    shown = seen[:, late]
-    log = sensors.log(
-        motion,
-        name=name,
-        samples=(
-            shown[0],
-            shown[1],
-            None if rigid else shown[2],
-            None if rigid else shown[3],
-        ),
-    )
+    delayed = seen[:, np.maximum(np.arange(samples + 1) - sensors.delay, 0)]
+    load = (None, None) if rigid else (delayed[2], delayed[3])
+    log = sensors.log(motion, name=name, samples=(delayed[0], delayed[1], *load))
     return ClosedLoopRun(motion=motion, log=log, controller_state=controller_state)

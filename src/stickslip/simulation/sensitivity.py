@@ -13,11 +13,8 @@ from stickslip.simulation.kernels.sensitivity import (
     sample_matrices,
     sensitivity_run,
 )
-from stickslip.simulation.motion import SimulatedMotion, make_arrays_read_only
 from stickslip.simulation.plant_kernels import EVENT_BUDGET
-from stickslip.simulation.simulate import simulate
-
-__all__ = ["MotionSensitivity", "sensitivity_names", "simulate_sensitivity"]
+from stickslip.simulation.simulate import SimulatedMotion, make_arrays_read_only, simulate
 
 _FRICTION = (
     "coulomb_friction_positive",

@@ -1,16 +1,57 @@
-"""Sensors: what a controller or a log gets to see of a motion."""
+"""Sensors: the samples of a motion that a controller or a log has."""
 
 from dataclasses import dataclass
 from typing import Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float
+from numpy.typing import NDArray
 
+from stickslip.compiled import compiled
 from stickslip.records import AxisLog, InputError, non_negative, quantity_field
-from stickslip.simulation.kernels.sensor import measure_all
-from stickslip.simulation.motion import SimulatedMotion
+from stickslip.simulation.simulate import SimulatedMotion
 
-__all__ = ["Noise", "Sensors"]
+Vector = NDArray[np.float64]
+Settings = tuple[float, float, float, float, float]
+"""(sigma_w, sigma_v, encoder step, 1 for velocity from differences else 0, T)."""
+
+
+@compiled()
+def measure_one(
+    settings: Settings, last: float, x: float, v: float, noise_x: float, noise_v: float
+) -> tuple[float, float]:
+    """Return the position and velocity sample of one instant.
+
+    From the position sample before, the true position and velocity, and standard normal numbers.
+    """
+    sigma_w, sigma_v, step, differences, T = settings
+    position = x + sigma_w * noise_x
+    if step > 0.0:
+        position = step * np.floor(position / step + 0.5)
+    velocity = (position - last) / T if differences > 0.0 else v + sigma_v * noise_v
+    return position, velocity
+
+
+@compiled()
+def measure_all(
+    settings: Settings, delay: int, x: Vector, v: Vector, noise_x: Vector, noise_v: Vector
+) -> tuple[Vector, Vector]:
+    """Return the samples of a whole run, shape (n+1,) each, late by ``delay`` samples.
+
+    At time 0 a velocity from differences is 0: the axis is taken to have been there before.
+    """
+    n = x.size
+    position, velocity = np.empty(n), np.empty(n)
+    for k in range(n):
+        last = position[k - 1] if k > 0 else 0.0
+        position[k], velocity[k] = measure_one(settings, last, x[k], v[k], noise_x[k], noise_v[k])
+        if k == 0 and settings[3] > 0.0:
+            velocity[k] = 0.0
+    if delay > 0:
+        for k in range(n - 1, -1, -1):
+            seen = max(k - delay, 0)
+            position[k], velocity[k] = position[seen], velocity[seen]
+    return position, velocity
 
 
 class Noise(NamedTuple):
@@ -87,19 +128,9 @@ class Sensors:
             )
 
     def draw(self, samples: int, generator: np.random.Generator | None) -> Noise:
-        """Draw the noise of a run, channel by channel.
+        """Draw the noise of a run of n+1 samples, channel by channel.
 
-        Parameters
-        ----------
-        samples
-            Number of samples, n+1.
-        generator
-            Where randomness comes from; may be None when there is no noise.
-
-        Raises
-        ------
-        InputError
-            If there is noise and no generator.
+        The generator may be None when there is no noise.
         """
         if generator is None:
             if self.position_noise > 0 or self.velocity_noise > 0:
@@ -110,8 +141,8 @@ class Sensors:
             return Noise(*(np.zeros(samples) for _ in Noise._fields))
         return Noise(*(generator.standard_normal(samples) for _ in Noise._fields))
 
-    def settings(self, sampling_time: float) -> tuple[float, float, float, float, float]:
-        """Return what the sensor kernel needs, as numbers."""
+    def settings(self, sampling_time: float) -> Settings:
+        """Return the numbers that the sensor kernel works with."""
         return (
             self.position_noise,
             self.velocity_noise,
@@ -160,12 +191,12 @@ class Sensors:
         """
         noise = self.draw(motion.time.size, generator)
         settings = self.settings(motion.sampling_time)
-        position, velocity = measure_all(
+        own = measure_all(
             settings, self.delay, motion.position, motion.velocity, noise.position, noise.velocity
         )
-        load_position = load_velocity = None
+        load = (None, None)
         if self.load and motion.load_position is not None and motion.load_velocity is not None:
-            load_position, load_velocity = measure_all(
+            load = measure_all(
                 settings,
                 self.delay,
                 motion.load_position,
@@ -173,21 +204,14 @@ class Sensors:
                 noise.load_position,
                 noise.load_velocity,
             )
-        return self.log(
-            motion, name=name, samples=(position, velocity, load_position, load_velocity)
-        )
+        return self.log(motion, name=name, samples=(*own, *load))
 
     def log(
         self,
         motion: SimulatedMotion,
         *,
         name: str,
-        samples: tuple[
-            Float[np.ndarray, " samples"],
-            Float[np.ndarray, " samples"],
-            Float[np.ndarray, " samples"] | None,
-            Float[np.ndarray, " samples"] | None,
-        ],
+        samples: tuple[Vector, Vector, Vector | None, Vector | None],
     ) -> AxisLog:
         """Return the log that holds these samples of a motion."""
         effort = motion.commanded_effort

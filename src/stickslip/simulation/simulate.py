@@ -1,19 +1,109 @@
-"""One trajectory of a plant under a commanded effort."""
+"""One trajectory of a plant under a commanded effort, at once or sample by sample."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property, partial
+from typing import Any
 
 import numpy as np
+from jaxtyping import Bool, Float, Int8
 from numpy.typing import ArrayLike
 
 from stickslip.plants import Plant
-from stickslip.records import EventBudgetError, InputError, finite_vector, unit_of
-from stickslip.simulation.motion import SimulatedMotion
+from stickslip.records import (
+    AxisKind,
+    EventBudgetError,
+    InputError,
+    finite_vector,
+    quantity_field,
+    unit_of,
+)
 from stickslip.simulation.plant_kernels import (
     EVENT_BUDGET,
+    State,
     initial_kernel_state,
     kernel_model,
     kernels_of,
 )
 
-__all__ = ["budget_error", "overflow_error", "simulate"]
+
+def make_arrays_read_only(record: Any) -> None:
+    """Replace the arrays of a new frozen dataclass by read-only views of them."""
+    for name in record.__dataclass_fields__:
+        value = getattr(record, name)
+        if isinstance(value, np.ndarray):
+            view = value.view()
+            view.flags.writeable = False
+            object.__setattr__(record, name, view)
+
+
+@dataclass(frozen=True, kw_only=True)
+class SimulatedMotion:
+    """What a simulated plant really did, at every sample and at every event between them.
+
+    ``commanded_effort[k]`` is held from ``time[k]`` to ``time[k+1]``.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``; decides the units.
+    sampling_time
+        [s].
+    commanded_effort
+        Shape (n,).
+    position, velocity
+        Of the (first) mass, shape (n+1,).
+    load_position, load_velocity
+        Of the second mass of a flexible arm, shape (n+1,), or None.
+    event_time
+        When the (first) mass came to rest, broke away or reversed [s], shape (e,).
+    event_mode
+        What it did from then on: -1 and +1 slip in that direction, 0 rest; shape (e,).
+    grazing
+        Samples, shape (n,), in which the outcome of an event was too close to call: the velocity
+        or the force touched its limit to 1e-10 of its scale, with static friction above Coulomb
+        friction, where the motion depends on it discontinuously.
+    bristle_deflection
+        Of a friction law with bristles, shape (n+1,), or None.
+    """
+
+    kind: AxisKind
+    sampling_time: float = quantity_field("sampling_time")
+    commanded_effort: Float[np.ndarray, " n"] = quantity_field("effort")
+    position: Float[np.ndarray, " n+1"] = quantity_field("position")
+    velocity: Float[np.ndarray, " n+1"] = quantity_field("velocity")
+    load_position: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
+    load_velocity: Float[np.ndarray, " n+1"] | None = quantity_field("velocity", default=None)
+    event_time: Float[np.ndarray, " e"] = quantity_field("time")
+    event_mode: Int8[np.ndarray, " e"]
+    grazing: Bool[np.ndarray, " n"]
+    bristle_deflection: Float[np.ndarray, " n+1"] | None = quantity_field("position", default=None)
+
+    def __post_init__(self) -> None:
+        make_arrays_read_only(self)
+
+    @cached_property
+    def time(self) -> Float[np.ndarray, " samples"]:
+        """Sample instants [s], shape (n+1,)."""
+        time = np.arange(self.position.size) * self.sampling_time
+        time.flags.writeable = False
+        return time
+
+    @cached_property
+    def stuck(self) -> Bool[np.ndarray, " samples"]:
+        """Whether the (first) mass rests at each sample instant, shape (n+1,).
+
+        What the effort of the sample that begins there will do to it is not considered. On
+        bristles nothing rests quite.
+        """
+        stuck = self.velocity == 0.0
+        stuck.flags.writeable = False
+        return stuck
+
+    @property
+    def any_grazing(self) -> bool:
+        """Whether the outcome of any event was too close to call."""
+        return bool(self.grazing.any())
 
 
 def budget_error(time: float, event_budget: int, trajectory: int | None = None) -> EventBudgetError:
@@ -92,17 +182,17 @@ def simulate(
     while True:
         # One block of memory, which the allocator keeps for the next run more readily than several
         outputs = np.empty((3 if rigid else 5, n + 1))
-        out, deflection = outputs[:-1], outputs[-1]
         grazing = np.zeros(n, dtype=np.bool_)
         event_time, event_mode = np.empty(capacity), np.empty(capacity, dtype=np.int8)
         count, failed = kernels_of(plant).run(
-            model, state, effort, out, deflection, grazing, event_time, event_mode
+            model, state, effort, outputs, grazing, event_time, event_mode
         )
         if failed >= 0:
             raise budget_error(failed * sampling_time, event_budget)
         if count <= capacity:
             break
         capacity = count  # an eventful run: once more, with room for all of them
+    out, deflection = outputs[:-1], outputs[-1]
     if not np.isfinite(out[:, -1]).all():  # what is not finite stays so
         at = int(np.isfinite(out).all(axis=0).argmin())
         raise overflow_error(f"sample {at}")
@@ -119,3 +209,57 @@ def simulate(
         grazing=grazing,
         bristle_deflection=deflection if plant.friction.bristles is not None else None,
     )
+
+
+class PlantStepper:
+    """One sample of a plant at a time: ``init() -> state``, ``step(state, effort)``.
+
+    The step is the compiled kernel itself, pure and without a memory of its own, so that stepping
+    gives the same numbers as `simulate` to the last bit.
+
+    Parameters
+    ----------
+    plant
+        `SingleMass` or `FlexibleArm`.
+    sampling_time
+        [s].
+    event_budget
+        Events, and steps of integration where a law needs them, allowed in one sample.
+
+    Attributes
+    ----------
+    step
+        ``step(state, effort) -> (state, output)`` with the effort held over the sample [N or N m]
+        and the output ``(position, velocity)``, of the arm ``(position, velocity, load_position,
+        load_velocity)``, at its end. The last number of the state is NaN when the effort was not
+        finite, the motion has overflowed or the event budget was exceeded, and from then on: a step
+        that a compiled loop may take raises nothing.
+
+    Raises
+    ------
+    InputError
+        As `simulate` does for the plant, the sampling time and the event budget.
+
+    Examples
+    --------
+    >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, viscous_friction=0.0)
+    >>> stepper = PlantStepper(SingleMass(mass=150.0, friction=law), sampling_time=0.01)
+    >>> state, (position, velocity) = stepper.step(stepper.init(), 300.0)
+    >>> round(velocity, 9)
+    0.013333333
+    """
+
+    step: Callable[[State, float], tuple[State, State]]
+
+    def __init__(
+        self, plant: Plant, *, sampling_time: float, event_budget: int = EVENT_BUDGET
+    ) -> None:
+        self._plant = plant
+        model = kernel_model(plant, sampling_time, event_budget)
+        self.step = partial(kernels_of(plant).step, model)
+
+    def init(self, initial_state: State | None = None) -> State:
+        """Return the kernel's state for a plant's state (as `simulate` takes it)."""
+        return initial_kernel_state(self._plant, initial_state)

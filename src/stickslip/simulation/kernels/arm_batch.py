@@ -1,27 +1,20 @@
 """Many flexible arms at once, several in lockstep.
 
-What a sample does is in `arm_events`; here is its fast path for many trajectories side by side.
+A sample with events is in `arm`; here is its fast path for many trajectories side by side.
 """
+
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.simulation.kernels.arm_events import (
-    BLOCK_SIZE,
+from stickslip.simulation.kernels.arm import (
     BUDGET_EXCEEDED,
-    FC_N,
-    FC_P,
-    FINE,
-    FS_N,
-    FS_P,
-    GROWTH,
-    KS,
-    LOW_PART,
-    OFFSET,
     State,
     Vector,
     arm_events,
+    arm_fields,
     energy_root,
     largest_magnitude,
     slip_threshold,
@@ -29,8 +22,6 @@ from stickslip.simulation.kernels.arm_events import (
 )
 from stickslip.simulation.kernels.double_double import accumulate
 from stickslip.simulation.kernels.first_root import WORK_SIZE
-
-__all__ = ["LANES", "arm_batch"]
 
 BATCH_BLOCK = 64  # samples between renewals of the energy bound
 LANES = 16  # trajectories propagated in lockstep
@@ -54,28 +45,27 @@ def _aligned(size: int) -> Vector:
 
 
 @compiled()
-def _enter(t: Vector, i: int, model: Vector, mode: int) -> None:
+def _enter(t: Vector, i: int, m: Any, mode: int) -> None:
     """Prepare lane i for samples in a mode."""
-    E = BLOCK_SIZE * (mode + 1)
-    low_part = 1.0 if model[FINE] != 0.0 else 0.0
-    for j in range(BLOCK_SIZE):
-        t[j * LANES + i] = model[E + j]
-        t[(BLOCK_SIZE + j) * LANES + i] = low_part * model[E + LOW_PART + j]
-    t[_OFFSET * LANES + i] = model[OFFSET]
-    t[_F0 * LANES + i] = model[FC_P] if mode > 0 else (-model[FC_N] if mode < 0 else 0.0)
+    low_part = 1.0 if m.fine != 0.0 else 0.0
+    for j in range(20):
+        t[j * LANES + i] = m.high[mode + 1, j]
+        t[(20 + j) * LANES + i] = low_part * m.low[mode + 1, j]
+    t[_OFFSET * LANES + i] = m.offset
+    t[_F0 * LANES + i] = m.fc_p if mode > 0 else (-m.fc_n if mode < 0 else 0.0)
     t[_PV * LANES + i] = float(mode)
-    t[_PD * LANES + i] = -model[KS] if mode == 0 else 0.0
+    t[_PD * LANES + i] = -m.ks if mode == 0 else 0.0
     t[_PU * LANES + i] = 1.0 if mode == 0 else 0.0
 
 
 @compiled()
-def _bound(t: Vector, i: int, model: Vector, mode: int, R: float, u_max: float) -> None:
+def _bound(t: Vector, i: int, m: Any, mode: int, R: float, u_max: float) -> None:
     """Renew the bounds of lane i; R and u_max hold for the block of samples to come."""
     if mode == 0:
-        margin = stick_margin(model, R, u_max)
-        t[_MIN * LANES + i], t[_MAX * LANES + i] = margin - model[FS_N], model[FS_P] - margin
+        margin = stick_margin(m, R, u_max)
+        t[_MIN * LANES + i], t[_MAX * LANES + i] = margin - m.fs_n, m.fs_p - margin
     else:
-        t[_MIN * LANES + i], t[_MAX * LANES + i] = slip_threshold(model, R, u_max), np.inf
+        t[_MIN * LANES + i], t[_MAX * LANES + i] = slip_threshold(m, R, u_max), np.inf
 
 
 @compiled(inline=True)
@@ -126,13 +116,9 @@ def _advance(
 ) -> tuple[int, bool, bool]:
     """Propagate all lanes from sample k until one of them may have an event, or to ``stop``.
 
-    The states go to and fro between the two tables.
-
-    Returns
-    -------
-    k, passed, swapped
-        The sample reached; False if some lanes have an event in it; and whether the states at its
-        start are in ``new`` (then those at its end are in ``y``, for the lanes without an event).
+    The states go to and fro between the two tables. Returns the sample reached; False if some lanes
+    have an event in it; and whether the states at its start are in ``new`` (then those at its end
+    are in ``y``, for the lanes without an event).
     """
     while k < stop:
         if _lockstep(y, new, t, u, k, fine) > 0:
@@ -161,28 +147,7 @@ def arm_batch(
     models: NDArray[np.float64], states: NDArray[np.float64], efforts: NDArray[np.float64],
     every: int, out: NDArray[np.float64], first: int, last: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Propagate trajectories ``first`` to ``last`` (exclusive), storing some of their samples.
-
-    Parameters
-    ----------
-    models
-        Shape (1 or batch, MODEL_SIZE).
-    states
-        Shape (batch, 11); replaced by the last states.
-    efforts
-        Shape (1 or batch, n).
-    every
-        Store the state after every so many samples; 0 to store none.
-    out
-        Output, shape (batch, n // every, 4): (x1, v1, x2, v2).
-    first, last
-        The trajectories to propagate.
-
-    Returns
-    -------
-    trajectory, sample
-        The one that exceeded the event budget, or (-1, -1).
-    """
+    """Propagate trajectories ``first`` to ``last`` (exclusive), as `PlantKernels.batch`."""
     n = efforts.shape[1]
     shared = efforts.shape[0] == 1
     largest = 0.0
@@ -202,9 +167,9 @@ def arm_batch(
             for j in range(10):
                 y[j * LANES + i] = states[b, j]
             modes[i] = int(states[b, 10])
-            model = models[b if models.shape[0] > 1 else 0]
-            fine = fine or model[FINE] != 0.0
-            _enter(t, i, model, modes[i])
+            m = arm_fields(models[b if models.shape[0] > 1 else 0])
+            fine = fine or m.fine != 0.0
+            _enter(t, i, m, modes[i])
         due = every
         row = 0
         for k0 in range(0, n, BATCH_BLOCK):
@@ -217,16 +182,16 @@ def arm_batch(
                         u[j, i] = effort[j]
             for i in range(LANES):
                 b = start + min(i, lanes - 1)
-                model = models[b if models.shape[0] > 1 else 0]
+                m = arm_fields(models[b if models.shape[0] > 1 else 0])
                 if not shared:
                     effort = efforts[b, k0 : k0 + size]
                     largest = largest_magnitude(effort)
                     for j in range(size):
                         u[j, i] = effort[j]
-                u_max[i] = largest + abs(model[OFFSET])
-                R[i] = energy_root(model, y[LANES + i], y[2 * LANES + i], y[3 * LANES + i])
-                R[i] += size * model[GROWTH] * u_max[i]
-                _bound(t, i, model, modes[i], R[i], u_max[i])
+                u_max[i] = largest + abs(m.offset)
+                R[i] = energy_root(m, y[LANES + i], y[2 * LANES + i], y[3 * LANES + i])
+                R[i] += size * m.growth * u_max[i]
+                _bound(t, i, m, modes[i], R[i], u_max[i])
             j = 0
             while j < size:
                 stop = min(size, j + due) if every > 0 else size
@@ -239,10 +204,10 @@ def arm_batch(
                     for i in range(LANES):
                         if t[_PASSED * LANES + i] == 0.0:
                             b = start + min(i, lanes - 1)
-                            model = models[b if models.shape[0] > 1 else 0]
+                            m = arm_fields(models[b if models.shape[0] > 1 else 0])
                             state, mode, _, flags = arm_events(
-                                model, work, no_time, no_mode, 0, 0.0, modes[i],
-                                u[j, i] - model[OFFSET], _state(y, i),
+                                m, work, no_time, no_mode, 0, 0.0, modes[i],
+                                u[j, i] - m.offset, _state(y, i),
                             )  # fmt: skip
                             if flags & BUDGET_EXCEEDED:
                                 return b, k0 + j
@@ -250,8 +215,8 @@ def arm_batch(
                                 new[r * LANES + i] = value
                             if mode != modes[i]:
                                 modes[i] = mode
-                                _enter(t, i, model, mode)
-                                _bound(t, i, model, mode, R[i], u_max[i])
+                                _enter(t, i, m, mode)
+                                _bound(t, i, m, mode, R[i], u_max[i])
                     y, new = new, y
                     due -= 1
                     j += 1

@@ -13,14 +13,10 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 
-__all__ = ["DEGREE", "WORK_SIZE", "first_root"]
-
 Vector = NDArray[np.float64]
 
 DEGREE = 18  # the highest degree
-DEPTH = (
-    50  # bisections: 2^-50 of the interval is the distance at which its points are still distinct
-)
+DEPTH = 50  # bisections: points at a distance of 2^-50 of the interval are still distinct
 WORK_SIZE = (3 + DEPTH + 2, DEGREE + 1)  # the first three rows are left to the caller
 SAFETY = 1.0 + 1e-9  # on bounds, against their own rounding
 
@@ -81,12 +77,8 @@ def first_root(work: Vector, shift: int, n: int, sign: float) -> tuple[float, fl
     """Find the first zero in (0, 1] of a polynomial q of degree n with ``sign q(0) > 0``.
 
     Its coefficients, lowest first, stand in the first row of ``work`` from ``shift`` on: a slice of
-    an array costs a reference count, which is felt where this is called at every event.
-
-    Returns
-    -------
-    root, dip
-        The zero, or 2 if there is none; and without a zero, how near q came to one.
+    an array costs a reference count, which is felt where this is called at every event. Returns the
+    zero, or 2 if there is none; and without a zero, how near q came to one.
     """
     q_0 = work[0, shift]
     rest = 0.0

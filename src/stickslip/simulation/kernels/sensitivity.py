@@ -24,8 +24,6 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 
-__all__ = ["FRICTION_COLUMNS", "sample_matrices", "sensitivity_run"]
-
 FRICTION_COLUMNS = 5  # fc+, fc-, fs+, fs-, f0, after the parameters of the rates
 _TERMS = 18  # of the Taylor series at |A| h <= 1/2: 2^-18/18! = 6e-22
 _LONGEST = 0.5
@@ -88,10 +86,7 @@ def sample_matrices(
 ) -> tuple[Matrix, Blocks]:  # fmt: skip
     """Return the increments over a whole sample and their derivatives by the parameters.
 
-    Returns
-    -------
-    E, dE
-        Shapes (s, s+1) and (q, s, s+1): y(T) - y(0) = E (y, F).
+    E, shape (s, s+1), and dE, shape (q, s, s+1): y(T) - y(0) = E (y, F).
     """
     s, q = R.shape[0], dR.shape[0]
     E, dE = np.zeros((s, s + 1)), np.zeros((q, s, s + 1))
@@ -113,8 +108,7 @@ def sample_matrices(
 @compiled()
 def _enter(law: Vector, mode: int, q: int, u: float, dF: Vector) -> float:
     """Write dF/dp of a mode; return F = u - f0 - s fc."""
-    for j in range(FRICTION_COLUMNS):
-        dF[q + j] = 0.0
+    dF[q : q + FRICTION_COLUMNS] = 0.0
     dF[q + 4] = -1.0
     if mode > 0:
         dF[q] = -1.0
@@ -153,30 +147,13 @@ def sensitivity_run(
     effort: Vector, states: Matrix, event_time: Vector, event_mode: NDArray[np.int8],
     out: NDArray[np.float64],
 ) -> None:  # fmt: skip
-    """Write dy/dp of every sample of a simulated motion.
+    """Write dy/dp of every sample of a simulated motion to ``out``, shape (n+1, s, p).
 
-    Parameters
-    ----------
-    rates, slopes
-        Of the modes -1, 0, +1: shapes (3, s, s+1) and (3, q, s, s+1), the derivatives by the first
-        q parameters; see `sample_matrices`, which makes ``increments, increment_slopes`` of them.
-    norms
-        Fastest rate of each mode [1/s].
-    law
-        (fc+, fc-, fs+, fs-, f0).
-    ks
-        Stiffness; 0 for a single mass.
-    T
-        Sampling time.
-    effort
-        Shape (n,).
-    states
-        y at every sample, shape (s, n+1), as simulated.
-    event_time, event_mode
-        As simulated.
-    out
-        Output, shape (n+1, s, p); the parameters are the q of the rates, fc+, fc-, fs+, fs-, f0
-        and the s initial states.
+    ``rates``, shape (3, s, s+1), and ``slopes``, their derivatives by the first q parameters, are
+    those of the modes -1, 0, +1; `sample_matrices` makes the increments of them; ``norms`` are the
+    fastest rates [1/s]. ``law`` is (fc+, fc-, fs+, fs-, f0), ``ks`` the stiffness (0 for a single
+    mass), ``states`` y at every sample, shape (s, n+1), with the events as simulated. The
+    parameters are the q of the rates, fc+, fc-, fs+, fs-, f0 and the s initial states.
     """
     n = effort.size
     s, q = rates.shape[1], slopes.shape[1]
@@ -189,15 +166,11 @@ def sensitivity_run(
         S[i, first + i] = 1.0
     e = 0
     for k in range(n):
-        for i in range(s):
-            y[i] = states[i, k]
+        y[:] = states[:, k]
         mode = 1 if y[1] > 0.0 else (-1 if y[1] < 0.0 else 0)
         if mode == 0 and k > 0:
-            for j in range(p):
-                S[1, j] = 0.0
-        for i in range(s):
-            for j in range(p):
-                out[k, i, j] = S[i, j]
+            S[1] = 0.0
+        out[k] = S
         # A mass at rest at first has no velocity to vary unless it is set free at once
         if mode == 0 and k == 0 and not (event_time.size > 0 and event_time[0] == 0.0):
             S[1, first + 1] = 0.0
@@ -218,9 +191,7 @@ def sensitivity_run(
                     for m in range(1, s):
                         total += dE[j, i, m] * y[m]
                     N[i, j] += total
-            for i in range(s):
-                for j in range(p):
-                    S[i, j] = N[i, j]
+            S[:] = N
             continue
         passed = 0.0
         while e < event_time.size and event_time[e] < end:
@@ -241,14 +212,13 @@ def sensitivity_run(
                     r = rates[new + 1]
                     after = r[1, s] * force + (r[1, 2] * y[2] if s > 2 else 0.0)
                     ratio = after / before if before != 0.0 else 0.0
-                    for j in range(p):
-                        S[1, j] *= ratio
+                    S[1] *= ratio
                 mode = new
             e += 1
         _piece(
             rates[mode + 1], slopes[mode + 1], y, force, S, dF, norms[mode + 1],
             max(T - passed, 0.0), work,
         )  # fmt: skip
-    for i in range(s):
-        for j in range(p):
-            out[n, i, j] = 0.0 if i == 1 and states[1, n] == 0.0 else S[i, j]
+    out[n] = S
+    if states[1, n] == 0.0:
+        out[n, 1] = 0.0

@@ -10,24 +10,35 @@ c T/m goes to 0, where cancellation would spoil the textbook forms.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.numerics.named_fields import fields_at
 from stickslip.plants.closed_forms import phi1, phi2, stopping_distance, stopping_time
 from stickslip.simulation.kernels.double_double import accumulate
-from stickslip.simulation.kernels.event_list import GRAZING, record_event
 
-__all__ = ["mass_batch", "mass_model", "mass_run", "mass_step"]
+BOTH = ("f8", 2)  # values of both directions, the negative one first
+MASS_MODEL = np.dtype(
+    [
+        ("sampling_time", "f8"),
+        ("mass", "f8"),
+        ("coulomb", *BOTH),
+        ("static", *BOTH),
+        ("viscous", *BOTH),
+        ("offset", "f8"),
+        # Increments over a whole sample: dv = decay v + gain F, dx = travel v + shift F
+        ("decay", *BOTH),
+        ("gain", *BOTH),
+        ("travel", *BOTH),
+        ("shift", *BOTH),
+    ]
+)
+mass_fields = fields_at(MASS_MODEL)
 
-TIME, MASS, FC_N, FC_P, FS_N, FS_P, C_N, C_P, OFFSET = 0, 1, 2, 3, 4, 5, 6, 7, 8
-# Increments over a whole sample, for the negative and then the positive direction:
-# dv = DECAY v + GAIN F, dx = TRAVEL v + SHIFT F
-DECAY, GAIN, TRAVEL, SHIFT = 9, 10, 11, 12
-POSITIVE = 4  # from the negative direction's places to the positive direction's
-MODEL_SIZE = 17
-
+GRAZING = 1  # flag of a sample: the outcome of an event was too close to call
 GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
 
 Vector = NDArray[np.float64]
@@ -35,28 +46,47 @@ State = tuple[float, ...]  # (x, v, their low parts, mode)
 
 
 @compiled()
-def mass_model(
-    m: float, fc_n: float, fc_p: float, fs_n: float, fs_p: float, c_n: float, c_p: float,
-    offset: float, T: float,
-) -> Vector:  # fmt: skip
-    """Return the vector of numbers the kernels of this file work with."""
-    model = np.zeros(MODEL_SIZE)
-    model[TIME], model[MASS], model[OFFSET] = T, m, offset
-    model[FC_N], model[FC_P], model[FS_N], model[FS_P] = fc_n, fc_p, fs_n, fs_p
-    model[C_N], model[C_P] = c_n, c_p
+def record_event(
+    event_time: Vector, event_mode: NDArray[np.int8], count: int, time: float, mode: int
+) -> int:
+    """Write an event (its time, the mode after it) at ``count``, if there is room; return the next.
+
+    Events beyond the room are counted all the same, so that the caller knows how much is needed.
+    """
+    if count < event_time.size:
+        event_time[count] = time
+        event_mode[count] = mode
+    return count + 1
+
+
+@compiled()
+def fill_increments(model: Vector) -> None:
+    """Fill in the increments over a whole sample, from the parameters of the model."""
+    m = mass_fields(model)
+    T = m.sampling_time
     for side in range(2):
-        z = -model[C_N + side] * T / m
-        place = side * POSITIVE
-        model[DECAY + place] = math.expm1(z)
-        model[GAIN + place] = T / m * phi1(z)
-        model[TRAVEL + place] = T * phi1(z)
-        model[SHIFT + place] = T * T / m * phi2(z)
-    return model
+        z = -m.viscous[side] * T / m.mass
+        m.decay[side] = math.expm1(z)
+        m.gain[side] = T / m.mass * phi1(z)
+        m.travel[side] = T * phi1(z)
+        m.shift[side] = T * T / m.mass * phi2(z)
+
+
+@compiled(inline=True)
+def _force(m: Any, mode: int, U: float) -> float:
+    """Return the held force F = U - s fc while slipping."""
+    return U - m.coulomb[1] if mode > 0 else U + m.coulomb[0]
+
+
+@compiled(inline=True)
+def _sudden(m: Any) -> bool:
+    """Return whether static friction exceeds Coulomb friction: only then is a graze a jump."""
+    return m.static[1] > m.coulomb[1] or m.static[0] > m.coulomb[0]
 
 
 @compiled()
 def _events(
-    model: Vector, event_time: Vector, event_mode: NDArray[np.int8], count: int, t0: float,
+    p: Any, event_time: Vector, event_mode: NDArray[np.int8], count: int, t0: float,
     mode: int, U: float, x: float, v: float, xl: float, vl: float,
 ) -> tuple[float, float, float, float, int, int, int]:  # fmt: skip
     """Propagate over one sample in which the mass starts to move, stops or reverses.
@@ -67,36 +97,35 @@ def _events(
     """
     if not abs(U) + abs(v) < math.inf:
         return math.nan, math.nan, math.nan, math.nan, mode, count, 0
-    T, m = model[TIME], model[MASS]
+    T, m = p.sampling_time, p.mass
     rem = T
     flags = 0
     arrived = mode != 0
     if mode != 0:
-        F = U - model[FC_P] if mode > 0 else U + model[FC_N]
-        c = model[C_P] if mode > 0 else model[C_N]
+        side = 1 if mode > 0 else 0
+        F, c = _force(p, mode, U), p.viscous[side]
         if mode * F >= 0.0:
             # No zero: viscous friction has brought the velocity below the rounding of the increment
-            E = POSITIVE if mode > 0 else 0
-            x, xl = accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
-            v, vl = v * math.exp(-c * T / m) + model[GAIN + E] * F, 0.0
+            x, xl = accumulate(x, xl, p.travel[side] * v + p.shift[side] * F)
+            v, vl = v * math.exp(-c * T / m) + p.gain[side] * F, 0.0
             return x, v, xl, vl, (mode if v != 0.0 else 0), count, flags
         z = -c * v / F
         rem = max(T + m * v / F * stopping_time(z), 0.0)
         x, xl = accumulate(x, xl, -m * v * v / F * stopping_distance(z))
         v, vl = 0.0, 0.0
-        if rem < GRAZING_TOLERANCE * T and (model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]):
+        if rem < GRAZING_TOLERANCE * T and _sudden(p):
             flags = GRAZING
         mode = 0
     if rem > 0.0:
-        if model[FS_P] < U:
+        if p.static[1] < U:
             mode = 1
-        elif -model[FS_N] > U:
+        elif -p.static[0] > U:
             mode = -1
     if arrived or mode != 0:
         count = record_event(event_time, event_mode, count, t0 + (T - rem), mode)
     if mode != 0:
-        force = U - model[FC_P] if mode > 0 else U + model[FC_N]
-        z = -(model[C_P] if mode > 0 else model[C_N]) * rem / m
+        force = _force(p, mode, U)
+        z = -p.viscous[1 if mode > 0 else 0] * rem / m
         x, xl = accumulate(x, xl, rem * rem / m * phi2(z) * force)
         v, vl = rem / m * phi1(z) * force, 0.0
     return x, v, xl, vl, mode, count, flags
@@ -104,101 +133,71 @@ def _events(
 
 @compiled(inline=True)
 def _slip(
-    model: Vector, E: int, F: float, x: float, v: float, xl: float, vl: float
+    m: Any, side: int, F: float, x: float, v: float, xl: float, vl: float
 ) -> tuple[float, float, float, float]:
     """Propagate over a whole sample in one direction."""
-    nx, nxl = accumulate(x, xl, model[TRAVEL + E] * v + model[SHIFT + E] * F)
-    nv, nvl = accumulate(v, vl, model[DECAY + E] * v + model[GAIN + E] * F)
+    nx, nxl = accumulate(x, xl, m.travel[side] * v + m.shift[side] * F)
+    nv, nvl = accumulate(v, vl, m.decay[side] * v + m.gain[side] * F)
     return nx, nv, nxl, nvl
 
 
 @compiled(inline=True)
 def _sample(
-    model: Vector, mode: int, U: float, x: float, v: float, xl: float, vl: float
+    m: Any, mode: int, U: float, x: float, v: float, xl: float, vl: float
 ) -> tuple[float, float, float, float, bool]:
     """Propagate over a whole sample in one mode; the last is False if the mode may end in it."""
     if mode == 0:
-        return x, v, xl, vl, -model[FS_N] <= U <= model[FS_P]
-    F = U - model[FC_P] if mode > 0 else U + model[FC_N]
-    x, v, xl, vl = _slip(model, POSITIVE if mode > 0 else 0, F, x, v, xl, vl)
+        return x, v, xl, vl, -m.static[0] <= U <= m.static[1]
+    x, v, xl, vl = _slip(m, 1 if mode > 0 else 0, _force(m, mode, U), x, v, xl, vl)
     return x, v, xl, vl, mode * v > 0.0
 
 
 @compiled()
 def mass_step(model: Vector, state: State, effort: float) -> tuple[State, tuple[float, float]]:
-    """Propagate one sample under a held effort; pure.
+    """Propagate one sample under a held effort; pure. The output is (x, v).
 
-    Parameters
-    ----------
-    model
-        Vector of `MODEL_SIZE` numbers.
-    state
-        (x, v, their low parts, mode), five floats.
-    effort
-        Held over the sample.
-
-    Returns
-    -------
-    state, output
-        The state at the end and (x, v). The mode is NaN if the effort or the motion is not finite;
-        from such a state follows one of NaN.
+    The mode is NaN if the effort or the motion is not finite; from such a state follows one of NaN.
     """
     x, v, xl, vl, mode_float = state
+    m = mass_fields(model)
     has_failed = math.isnan(mode_float)
     mode = 0 if has_failed else int(mode_float)
-    U = math.nan if has_failed else effort - model[OFFSET]
-    nx, nv, nxl, nvl, ok = _sample(model, mode, U, x, v, xl, vl)
+    U = math.nan if has_failed else effort - m.offset
+    nx, nv, nxl, nvl, ok = _sample(m, mode, U, x, v, xl, vl)
     if not ok:
         nx, nv, nxl, nvl, mode, _, _ = _events(
-            model, np.empty(0), np.empty(0, dtype=np.int8), 0, 0.0, mode, U, x, v, xl, vl
+            m, np.empty(0), np.empty(0, dtype=np.int8), 0, 0.0, mode, U, x, v, xl, vl
         )
     return (nx, nv, nxl, nvl, float(mode) if abs(nv) < math.inf else math.nan), (nx, nv)
 
 
 @compiled()
 def mass_run(
-    model: Vector, state: State, effort: Vector, position: Vector, velocity: Vector,
+    model: Vector, state: State, effort: Vector, out: NDArray[np.float64],
     grazing: NDArray[np.bool_], event_time: Vector, event_mode: NDArray[np.int8],
-) -> tuple[State, int]:  # fmt: skip
-    """Propagate one trajectory and store every sample.
-
-    Parameters
-    ----------
-    model, state
-        As in `mass_step`.
-    effort
-        Shape (n,).
-    position, velocity
-        Outputs, shape (n + 1,).
-    grazing
-        Output, shape (n,), zero on entry: samples with an event too close to call.
-    event_time, event_mode
-        Outputs: the events as far as there is room.
-
-    Returns
-    -------
-    state, count
-        The last state and the number of events.
-    """
+) -> tuple[int, int]:  # fmt: skip
+    """Propagate one trajectory and store every sample, as `PlantKernels.run`."""
     x, v, xl, vl, mode_float = state
+    m = mass_fields(model)
     mode = int(mode_float)
+    position, velocity = out[0], out[1]
     n = np.uint64(effort.size)  # unsigned: no index counts from the end
-    T, offset = model[TIME], model[OFFSET]
-    sudden = model[FS_P] > model[FC_P] or model[FS_N] > model[FC_N]
+    T, offset = m.sampling_time, m.offset
+    sudden = _sudden(m)
     count = 0
     position[0], velocity[0] = x, v
     k = np.uint64(0)
     while k < n:
         if mode == 0:
-            while k < n and -model[FS_N] <= effort[k] - offset <= model[FS_P]:
+            while k < n and -m.static[0] <= effort[k] - offset <= m.static[1]:
                 k += np.uint64(1)
                 position[k], velocity[k] = x, v
         else:
             s = float(mode)
-            E = POSITIVE if mode > 0 else 0
-            fc = model[FC_P] if mode > 0 else -model[FC_N]
+            side = 1 if mode > 0 else 0
+            fc = m.coulomb[1] if mode > 0 else -m.coulomb[0]
             while k < n:
-                nx, nv, nxl, nvl = _slip(model, E, (effort[k] - offset) - fc, x, v, xl, vl)
+                nx, nv, nxl, nvl = _slip(m, side, (effort[k] - offset) - fc, x, v, xl, vl)
                 if not s * nv > 0.0:
                     break
                 if sudden and s * nv < GRAZING_TOLERANCE * (s * v):
@@ -208,13 +207,13 @@ def mass_run(
                 position[k], velocity[k] = x, v
         if k < n:
             x, v, xl, vl, mode, count, flags = _events(
-                model, event_time, event_mode, count, k * T, mode, effort[k] - offset, x, v, xl, vl
+                m, event_time, event_mode, count, k * T, mode, effort[k] - offset, x, v, xl, vl
             )
             if flags:
                 grazing[k] = True
             k += np.uint64(1)
             position[k], velocity[k] = x, v
-    return (x, v, xl, vl, float(mode)), count
+    return count, -1
 
 
 @compiled()
@@ -222,44 +221,22 @@ def mass_batch(
     models: NDArray[np.float64], states: NDArray[np.float64], efforts: NDArray[np.float64],
     every: int, out: NDArray[np.float64], first: int, last: int,
 ) -> tuple[int, int]:  # fmt: skip
-    """Propagate trajectories ``first`` to ``last`` (exclusive), storing some of their samples.
-
-    Parameters
-    ----------
-    models
-        Shape (1 or batch, MODEL_SIZE).
-    states
-        Shape (batch, 5); replaced by the last states.
-    efforts
-        Shape (1 or batch, n).
-    every
-        Store the state after every so many samples; 0 to store none.
-    out
-        Output, shape (batch, n // every, 2): position and velocity.
-    first, last
-        The trajectories to propagate.
-
-    Returns
-    -------
-    (-1, -1), as `arm_batch` does when no event budget was exceeded; a single mass needs none.
-    """
+    """Propagate trajectories ``first`` to ``last`` (exclusive), as `PlantKernels.batch`."""
     n = efforts.shape[1]
-    no_time = np.empty(0)
-    no_mode = np.empty(0, dtype=np.int8)
+    no_time, no_mode = np.empty(0), np.empty(0, dtype=np.int8)
     for b in range(first, last):
-        model = models[b if models.shape[0] > 1 else 0]
+        m = mass_fields(models[b if models.shape[0] > 1 else 0])
         effort = efforts[b if efforts.shape[0] > 1 else 0]
         x, v, xl, vl = states[b, 0], states[b, 1], states[b, 2], states[b, 3]
         mode = int(states[b, 4])
         due = every
         row = 0
-        offset = model[OFFSET]
         for k in range(n):
-            U = effort[k] - offset
-            nx, nv, nxl, nvl, ok = _sample(model, mode, U, x, v, xl, vl)
+            U = effort[k] - m.offset
+            nx, nv, nxl, nvl, ok = _sample(m, mode, U, x, v, xl, vl)
             if not ok:
                 nx, nv, nxl, nvl, mode, _, _ = _events(
-                    model, no_time, no_mode, 0, 0.0, mode, U, x, v, xl, vl
+                    m, no_time, no_mode, 0, 0.0, mode, U, x, v, xl, vl
                 )
             x, v, xl, vl = nx, nv, nxl, nvl
             due -= 1
