@@ -1,21 +1,28 @@
 import numpy as np
 import pytest
 
-from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.friction import CoulombViscousFriction, StribeckFriction
+from stickslip.planning import PulseLaw, PulseSeriesPlanner
+from stickslip.plants import FlexibleArm, SingleMass, check_affine
 from stickslip.records import InputError
+from stickslip.simulation import simulate_sensitivity
 
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.1)
+STRIBECK = StribeckFriction.symmetric(
+    coulomb_friction=1.0, static_friction=1.5, viscous_friction=0.4, stribeck_velocity=1e-3
+)
+MASS = SingleMass(mass=1.0, friction=STRIBECK)
+ARM = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STRIBECK)
 
 
-@pytest.mark.parametrize("mass", [0.0, -1.0, float("nan"), float("inf")])
-def test_refuses_a_mass_that_is_none(mass):
+@pytest.mark.parametrize("mass", [0.0, -1.0, np.nan, np.inf])
+def test_rejects_a_mass_that_is_not_positive_and_finite(mass):
     with pytest.raises(InputError, match=r"mass is .* kg, it must be (positive|finite)"):
         SingleMass(mass=mass, friction=LAW)
 
 
 @pytest.mark.parametrize("name", ["mass_1", "mass_2", "stiffness"])
-def test_refuses_an_arm_without_one_of_its_parts(name):
+def test_rejects_an_arm_without_one_of_its_parts(name):
     values = {"mass_1": 1.0, "mass_2": 1.0, "stiffness": 1.0, name: 0.0}
     with pytest.raises(InputError, match=f"{name} is 0 "):
         FlexibleArm(friction=LAW, **values)
@@ -26,8 +33,17 @@ def test_a_rotary_axis_names_its_own_unit():
         SingleMass(mass=-1.0, friction=LAW, kind="rotary")
 
 
-def test_energies():
-    arm = FlexibleArm(mass_1=2.0, mass_2=3.0, stiffness=4.0, friction=LAW)
-    assert arm.kinetic_energy(np.array([1.0]), np.array([2.0])).tolist() == [7.0]
-    assert arm.potential_energy(np.array([1.0]), np.array([3.0])).tolist() == [8.0]
-    assert SingleMass(mass=2.0, friction=LAW).kinetic_energy(np.array([3.0])).tolist() == [9.0]
+@pytest.mark.parametrize(
+    "plan",
+    [
+        lambda: check_affine(MASS),
+        lambda: PulseLaw.of(MASS),
+        lambda: PulseSeriesPlanner(arm=ARM, sampling_time=0.05, effort_limit=3.0),
+        lambda: simulate_sensitivity(MASS, [1.0, 2.0], sampling_time=0.01),
+    ],
+    ids=["check", "pulse law", "series of pulses", "sensitivity"],
+)
+@pytest.mark.usefixtures("without_shape_checks")
+def test_what_needs_affine_friction_rejects_another_law(plan):
+    with pytest.raises(InputError, match="the plant's friction is a StribeckFriction, it must be"):
+        plan()

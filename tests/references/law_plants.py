@@ -90,3 +90,15 @@ def random_plant(rng: np.random.Generator, name: str, *, arm: bool) -> Plant:
             friction=law,
         )
     return SingleMass(mass=float(rng.uniform(0.3, 3)), friction=law)
+
+
+def stored_energy(plant, motion):
+    """Return the kinetic energy of all masses and that of the spring at every sample [J]."""
+    if not plant.flexible:
+        return 0.5 * plant.mass * motion.velocity**2
+    stretch = motion.position - motion.load_position
+    return 0.5 * (
+        plant.mass_1 * motion.velocity**2
+        + plant.mass_2 * motion.load_velocity**2
+        + plant.stiffness * stretch**2
+    )

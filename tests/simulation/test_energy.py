@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from law_plants import stored_energy
 from numpy.random import default_rng
 
 from stickslip.friction import CoulombViscousFriction
@@ -67,14 +68,6 @@ def dissipated(plant, motion):
     return total
 
 
-def stored(plant, motion):
-    if isinstance(plant, SingleMass):
-        return plant.kinetic_energy(motion.velocity)
-    return plant.kinetic_energy(motion.velocity, motion.load_velocity) + plant.potential_energy(
-        motion.position, motion.load_position
-    )
-
-
 @pytest.mark.parametrize("arm", [False, True])
 @given(seed=st.integers(0, 2**32 - 1))
 @settings(max_examples=15, deadline=None)
@@ -83,7 +76,7 @@ def test_input_energy_is_stored_plus_dissipated(seed, arm):
     motion = simulate(plant, effort, sampling_time=T, initial_state=state)
     steps = np.diff(motion.position)
     given_in = (effort - plant.friction.offset) * steps  # exact under zero-order hold
-    energy = stored(plant, motion)
+    energy = stored_energy(plant, motion)
     lost = dissipated(plant, motion)
     balance = given_in.sum() - (energy[-1] - energy[0]) - lost
     scale = np.abs(given_in).sum() + energy.max() + lost
@@ -102,7 +95,7 @@ def test_without_viscous_friction_the_loss_is_force_times_path(arm):
         plant = SingleMass(mass=0.3, friction=law)
     motion = simulate(plant, effort, sampling_time=0.5)
     fine = simulate(plant, np.repeat(effort, 256), sampling_time=0.5 / 256)
-    energy = stored(plant, motion)
+    energy = stored_energy(plant, motion)
     given_in = float(effort @ np.diff(motion.position))
     loss = given_in - energy[-1]
     path = float(np.abs(np.diff(fine.position)).sum())
@@ -117,7 +110,7 @@ def test_a_frictionless_arm_keeps_its_energy_over_a_million_samples():
     motion = simulate(
         arm, np.zeros(1_000_000), sampling_time=0.01, initial_state=(0.0, 0.5, 0.4, -0.3)
     )
-    energy = stored(arm, motion)
+    energy = stored_energy(arm, motion)
     momentum = 1.0 * motion.velocity + 2.0 * motion.load_velocity
     assert np.ptp(energy) <= 1e-12 * energy[0]
     assert np.ptp(momentum) <= 1e-14

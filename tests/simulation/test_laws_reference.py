@@ -11,9 +11,8 @@ from numpy.random import default_rng
 from stickslip.friction import CoulombViscousFriction, StribeckFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import simulate
-from stickslip.simulation.laws.model import law_model
-from stickslip.simulation.laws.rates import TYPICAL_V, TYPICAL_Z
-from stickslip.simulation.laws.rosenbrock import STAGES, rosenbrock_step
+from stickslip.simulation.kernels.law_step import STAGES, law_fields, rosenbrock_step
+from stickslip.simulation.plant_kernels import kernel_model
 
 AGAINST_SCIPY = 2e-8  # of the largest value: SciPy steps over the kinks at reversals
 EXACT = 1e-10  # of the largest value: what steps to 1e-11 add up to
@@ -122,18 +121,18 @@ def test_steady_motion_is_on_the_stribeck_curve(law, effort):
 
 def test_the_method_is_of_order_five():
     plant = plant_of(dataclasses.replace(LUGRE, bristle_stiffness=1e3), arm=True)
-    model = law_model(plant, 1e-2, 1000)
-    work, start = np.empty((STAGES + 1, 5)), np.array([0.0, 2e-3, 1e-4, 0.01, 0.0])
+    m = law_fields(kernel_model(plant, 1e-2, 1000))
+    work, start = np.empty((STAGES + 1, 5)), np.array([0.0, 2e-3, 1e-4, 0.0, 0.01])
 
     def after(steps):
         y, new = start.copy(), np.empty(5)
         for _ in range(steps):
-            rosenbrock_step(model, 1.0, 8.0, y, 4e-3 / steps, work, new)
+            rosenbrock_step(m, 1.0, 8.0, y, 4e-3 / steps, work, new)
             y[:] = new
         return y
 
     reference = after(4096)
-    scale = np.array([model[TYPICAL_V], model[TYPICAL_V], model[TYPICAL_Z], 1e-3, 1e-3])
+    scale = np.array([m.typical_v, m.typical_v, m.typical_z, 1e-3, 1e-3])
     errors = [np.linalg.norm((after(n) - reference) / scale) for n in (16, 32, 64)]
     orders = np.log2(np.array(errors[:-1]) / errors[1:])
     assert np.all(orders > 4.7), (orders, errors)

@@ -2,7 +2,7 @@ import mpmath
 import numpy as np
 import pytest
 
-from stickslip.simulation.transition import arm_increment
+from stickslip.simulation.kernels.double_double import arm_increment
 
 # The two doubles hold 106 bits; the series and the squarings lose a few.
 DOUBLE_DOUBLE = 1e-30
@@ -33,7 +33,7 @@ def reference(m1, m2, ks, c, T, slipping):
     ],
 )
 def test_increment_has_thirty_digits(m1, m2, ks, c, T, slipping):
-    high, low = arm_increment(m1, m2, ks, c, T, slipping=slipping)
+    high, low = arm_increment((m1, m2, ks, c), T, slipping=slipping)
     for i, row in enumerate(reference(m1, m2, ks, c, T, slipping)):
         for j, exact in enumerate(row):
             with mpmath.workdps(60):

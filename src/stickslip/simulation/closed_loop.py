@@ -242,6 +242,6 @@ def simulate_closed_loop(
         event_budget=event_budget,
     )
     delayed = seen[:, np.maximum(np.arange(samples + 1) - sensors.delay, 0)]
-    load = (None, None) if rigid else (delayed[2], delayed[3])
-    log = sensors.log(motion, name=name, samples=(delayed[0], delayed[1], *load))
+    load = None if rigid else (delayed[2], delayed[3])
+    log = sensors.log(motion, name=name, samples=(delayed[0], delayed[1]), load=load)
     return ClosedLoopRun(motion=motion, log=log, controller_state=controller_state)

@@ -194,7 +194,7 @@ class Sensors:
         own = measure_all(
             settings, self.delay, motion.position, motion.velocity, noise.position, noise.velocity
         )
-        load = (None, None)
+        load = None
         if self.load and motion.load_position is not None and motion.load_velocity is not None:
             load = measure_all(
                 settings,
@@ -204,18 +204,20 @@ class Sensors:
                 noise.load_position,
                 noise.load_velocity,
             )
-        return self.log(motion, name=name, samples=(*own, *load))
+        return self.log(motion, name=name, samples=own, load=load)
 
     def log(
         self,
         motion: SimulatedMotion,
         *,
         name: str,
-        samples: tuple[Vector, Vector, Vector | None, Vector | None],
+        samples: tuple[Vector, Vector],
+        load: tuple[Vector, Vector] | None,
     ) -> AxisLog:
         """Return the log that holds these samples of a motion."""
         effort = motion.commanded_effort
         seen = self.velocity != "none"
+        x2, v2 = load if self.load and load is not None else (None, None)
         return AxisLog(
             name=name,
             kind=motion.kind,
@@ -223,6 +225,6 @@ class Sensors:
             effort=np.concatenate((effort, effort[-1:])),
             measured_position=samples[0],
             measured_velocity=samples[1] if seen else None,
-            measured_load_position=samples[2] if self.load else None,
-            measured_load_velocity=samples[3] if seen and self.load else None,
+            measured_load_position=x2,
+            measured_load_velocity=v2 if seen else None,
         )

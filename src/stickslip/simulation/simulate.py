@@ -101,6 +101,11 @@ class SimulatedMotion:
         return stuck
 
     @property
+    def event_count(self) -> int:
+        """How often the (first) mass came to rest, broke away or reversed."""
+        return self.event_time.size
+
+    @property
     def any_grazing(self) -> bool:
         """Whether the outcome of any event was too close to call."""
         return bool(self.grazing.any())

@@ -7,8 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.control import LandingController, LandingState
-from stickslip.control.landing.series import next_series
-from stickslip.control.landing.swing import Swing
+from stickslip.control.landing.arm_belief import Swing
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
@@ -244,16 +243,8 @@ def test_an_estimate_that_no_arm_could_have_is_a_reason_to_stop() -> None:
     swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=1.0)
     pulled = replace(ARM, friction=replace(UNKNOWN, offset=0.3, static_friction_positive=0.4,
                                            static_friction_negative=0.4))  # fmt: skip
-    why = next_series(
-        pulled,
-        swing,
-        1.0,
-        coulomb_friction=0.1,
-        viscous_friction=0.0,
-        static_friction=0.13,
-        sampling_time=T,
-        effort_limit=LIMIT,
-    )
+    landing = controller(arm=pulled)
+    why = landing._next_series(landing.init(), swing)
     assert isinstance(why, str)
     assert "offset" in why
 

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from stickslip.control.landing.belief import LEARNED, ArmBelief, FlightLog, check_learned
+from stickslip.control.landing.arm_belief import LEARNED, ArmBelief, FlightLog, check_learned
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError, LearnedPulses

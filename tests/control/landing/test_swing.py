@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from scipy.optimize import curve_fit
 
-from stickslip.control.landing.swing import Swing
+from stickslip.control.landing.arm_belief import Swing
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 

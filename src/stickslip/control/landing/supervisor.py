@@ -345,7 +345,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         return state.phases
 
     def deviations(self, state: S) -> dict[str, float]:
-        """Return standard deviations of Coulomb and viscous friction [SI]; infinite while unknown."""
+        """Return standard deviations of the estimated friction [SI]; infinite while unknown."""
         return dict(zip(FRICTION, np.sqrt(np.diag(self._covariance(state))).tolist(), strict=False))
 
     def _estimated(self, state: S) -> tuple[float, float]:

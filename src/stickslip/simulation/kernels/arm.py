@@ -66,6 +66,7 @@ MAGNITUDE = np.int64(0x7FFFFFFFFFFFFFFF)  # all bits of a double but its sign
 INVERSE = np.array([0.0] + [1.0 / k for k in range(1, DEGREE + 2)])
 BLOCK_MIN, BLOCK_MAX = 8, 128  # samples between renewals of the energy bound
 
+scalars: Any = to_fixed_tuple  # an array as a tuple of its elements
 Vector = NDArray[np.float64]
 State = tuple[float, ...]  # (x1, v1, d, v2, x2) and their five low parts
 
@@ -112,7 +113,7 @@ def increments(m: Any, mode: int) -> tuple[State, State]:
     Loops keep scalars in registers; an array handed to an inlined function costs its reference
     count at every sample.
     """
-    return to_fixed_tuple(m.high[mode + 1], 20), to_fixed_tuple(m.low[mode + 1], 20)
+    return scalars(m.high[mode + 1], 20), scalars(m.low[mode + 1], 20)
 
 
 @compiled(inline=True)

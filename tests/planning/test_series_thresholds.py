@@ -7,8 +7,8 @@ import pytest
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner, SeriesLimit
-from stickslip.planning.series.move import Move
-from stickslip.planning.series.rest import _holding, _stopped
+from stickslip.planning.move import Move
+from stickslip.planning.rest import _holding, _stopped
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError
 
@@ -127,7 +127,7 @@ def move_of(law: CoulombViscousFriction, stiffness: float = 1.0) -> Move:
         effort_limit=1.0,
         slowest=1e-3,
         start=REST,
-        way=1.0,
+        travel=1.0,
     )
 
 

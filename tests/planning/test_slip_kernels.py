@@ -7,9 +7,8 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning.series.arm_motion import ArmMotion, steps_per_sample
-from stickslip.planning.series.price_kernels import spread_over_rests
-from stickslip.planning.series.slip_kernels import short_response
+from stickslip.planning.arm_motion import ArmMotion, short_response, steps_per_sample
+from stickslip.planning.programme import spread_over_rests
 from stickslip.plants import FlexibleArm
 
 ROUNDING = 1e-13  # of values of about 1, after some tens of products
@@ -46,7 +45,7 @@ def test_the_short_response_is_the_matrix_exponential(
     m1: float, m2: float, ks: float, c: float, t: float
 ) -> None:
     np.testing.assert_allclose(
-        short_response(m1, m2, ks, c, t), expm(generator(m1, m2, ks, c) * t)[1], atol=ROUNDING
+        short_response((m1, m2, ks, c), t), expm(generator(m1, m2, ks, c) * t)[1], atol=ROUNDING
     )
 
 

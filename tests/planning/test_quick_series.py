@@ -10,7 +10,7 @@ from scipy import optimize
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner, SeriesLimit
-from stickslip.planning.series.bounds import swing_time
+from stickslip.planning.move import swing_time
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError
 from stickslip.simulation import simulate
