@@ -1,6 +1,5 @@
 """The law of a pulse against Eq. 3 in many digits, the report's numbers and the simulator."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from math import ceil
 from typing import Literal
@@ -185,6 +184,9 @@ def test_arrays_are_broadcast() -> None:
         (lambda: TABLE_1.width_for(-0.01, effort=300.0), "displacement is -0.01 m"),
         (lambda: TABLE_1.effort_for(0.0, width=0.01), "displacement is 0 m, it must be positive"),
         (lambda: TABLE_1.effort_for(0.01, width=0.0), "width is 0 s, it must be positive"),
+        (lambda: TABLE_1.displacement(1e300, 1.0), "more than can be computed"),
+        (lambda: TABLE_1.displacement("a", 1.0), "effort is 'a'"),
+        (lambda: TABLE_1.gain(np.nan), "effort is nan N"),
         (
             lambda: PulseLaw(mass=0.0, coulomb_friction=1.0, viscous_friction=0.0),
             "mass is 0 kg, it must be positive",
@@ -219,16 +221,3 @@ def test_an_offset_that_never_lets_go_is_refused() -> None:
         PulseLaw.of(balanced, direction=-1)
     less = replace(plant, friction=replace(friction, offset=np.nextafter(1.0, 0.0)))
     assert PulseLaw.of(less, direction=-1).coulomb_friction > 0.0
-
-
-@pytest.mark.parametrize(
-    ("call", "message"),
-    [
-        (lambda: TABLE_1.displacement(1e300, 1.0), "more than can be computed"),
-        (lambda: TABLE_1.displacement("a", 1.0), "effort is 'a'"),
-        (lambda: TABLE_1.gain(np.nan), "effort is nan N"),
-    ],
-)
-def test_what_is_no_pulse_is_refused(call: Callable[[], object], message: str) -> None:
-    with pytest.raises(InputError, match=message):
-        call()

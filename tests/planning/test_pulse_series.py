@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from pulse_series import ARM, LAW, REST, State, ends, with_friction
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner, SeriesLimit
@@ -13,39 +14,13 @@ from stickslip.plants import FlexibleArm
 from stickslip.records import InputError
 from stickslip.simulation import simulate
 
-LAW = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
-ARM = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=LAW)
 PLANNER = PulseSeriesPlanner(arm=ARM, sampling_time=0.05, effort_limit=1.0)
-REST = (0.0, 0.0, 0.0, 0.0)
 ROUNDING = 1e-11  # of the move: some hundred samples, each with a rounding error of 1e-16 or so
 PROVEN = 1.05  # the impulse over the least one: the planner aims at 1.02
-SETTLING = 10.0  # [s] after the last pulse, in which nothing may move any more
 REFERENCE = 5e-4  # of the move: half of the last digit with which the reference residuals are given
 
 
-def ends(
-    series: PulseSeries, arm: FlexibleArm, state: tuple[float, float, float, float]
-) -> tuple[float, float]:
-    """Simulate a series; return how far mass 1 is from the target, and mass 2's swing."""
-    after = np.zeros(round(SETTLING / series.sampling_time))
-    motion = simulate(
-        arm,
-        np.concatenate([series.effort, after]),
-        sampling_time=series.sampling_time,
-        initial_state=state,
-    )
-    assert motion.load_position is not None
-    assert motion.load_velocity is not None
-    assert motion.velocity[-1] == 0.0
-    frequency = np.sqrt(arm.stiffness / arm.mass_2)
-    distance = float(motion.position[-1]) - series.target
-    stretch = float(motion.load_position[-1] - motion.position[-1])
-    return distance, float(np.hypot(stretch, motion.load_velocity[-1] / frequency))
-
-
-def check(
-    series: PulseSeries, planner: PulseSeriesPlanner, state: tuple[float, float, float, float]
-) -> None:
+def check(series: PulseSeries, planner: PulseSeriesPlanner, state: State) -> None:
     """Check a series by what the simulator says of it and by every limit."""
     way = abs(series.target - state[0])
     distance, swing = ends(series, planner.arm, state)
@@ -100,8 +75,7 @@ def test_too_little_friction_leaves_what_the_reference_says(
 ) -> None:
     """Mass 1 then sticks nowhere on the way, so that the final error depends on the time only."""
     series = PLANNER.plan(REST, 1.0)
-    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1 * (1 + error), viscous_friction=0.1)
-    found = ends(series, replace(ARM, friction=law), REST)
+    found = ends(series, with_friction(0.1 * (1 + error)), REST)
     assert found[0] == pytest.approx(distance, abs=REFERENCE)
     assert found[1] == pytest.approx(swing, abs=REFERENCE)
 
@@ -114,15 +88,13 @@ def test_too_much_friction_leaves_about_what_the_reference_says(
 ) -> None:
     """How far mass 1 gets before it sticks depends on the plan, so that only the size agrees."""
     series = replace(PLANNER, sampling_time=0.0046).plan(REST, 1.0, pulses=1000)
-    law = CoulombViscousFriction.symmetric(coulomb_friction=0.1 * (1 + error), viscous_friction=0.1)
-    found = ends(series, replace(ARM, friction=law), REST)
+    found = ends(series, with_friction(0.1 * (1 + error)), REST)
     assert 0.5 * distance < -found[0] < 2.0 * distance
     assert 0.5 * swing < found[1] < 2.0 * swing
 
 
 def test_each_series_leaves_a_small_part_of_what_it_had_to_go() -> None:
-    law = CoulombViscousFriction.symmetric(coulomb_friction=0.101, viscous_friction=0.1)
-    true = replace(ARM, friction=law)
+    true = with_friction(0.101)
     state, error = REST, 1.0
     for _ in range(2):
         series = PLANNER.plan(state, 1.0)
@@ -148,9 +120,7 @@ def test_each_series_leaves_a_small_part_of_what_it_had_to_go() -> None:
 @pytest.mark.parametrize(
     "state", [(0.0, 0.0, 0.08, 0.0), (0.0, 0.0, -0.05, 0.2), (0.2, 0.0, 0.2, -0.6)]
 )
-def test_mass_2_may_swing_at_the_begin(
-    state: tuple[float, float, float, float], target: float
-) -> None:
+def test_mass_2_may_swing_at_the_begin(state: State, target: float) -> None:
     check(PLANNER.plan(state, target), PLANNER, state)
 
 
@@ -259,10 +229,7 @@ def test_mass_1_rests_on_the_way(target: float, pulses: int) -> None:
 
 def test_a_rest_on_the_way_leaves_less_of_a_friction_error() -> None:
     planner = replace(PLANNER, sampling_time=0.01)
-    weaker = replace(
-        ARM,
-        friction=CoulombViscousFriction.symmetric(coulomb_friction=0.095, viscous_friction=0.1),
-    )
+    weaker = with_friction(0.095)
     creeping, resting = (
         ends(replace(planner, rest_on_the_way=rest).plan(REST, 1.0), weaker, REST)
         for rest in (False, True)
@@ -283,7 +250,7 @@ def test_a_rest_on_the_way_leaves_less_of_a_friction_error() -> None:
 )
 def test_a_refusal_names_the_limit_that_binds(
     changes: dict[str, float],
-    state: tuple[float, float, float, float],
+    state: State,
     target: float,
     pulses: int | None,
     limit: SeriesLimit,
@@ -311,9 +278,7 @@ def test_the_effort_said_to_be_enough_is_enough() -> None:
         (REST, np.inf, "target"),
     ],
 )
-def test_a_request_that_makes_no_sense_is_refused(
-    state: tuple[float, float, float, float], target: float, words: str
-) -> None:
+def test_a_request_that_makes_no_sense_is_refused(state: State, target: float, words: str) -> None:
     with pytest.raises(InputError, match=words):
         PLANNER.plan(state, target)
 
@@ -326,6 +291,7 @@ def test_a_request_that_makes_no_sense_is_refused(
         ({"pulse_samples": 0}, "pulse_samples"),
         ({"slowest": 1.0}, "slowest"),
         ({"impulse_gap": 0.0}, "impulse_gap"),
+        *(({"excess": excess}, "excess") for excess in (-0.1, np.inf, np.nan)),
         ({"arm": replace(ARM, friction=replace(LAW, offset=0.2))}, "offset"),
     ],
 )

@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from pulse_series import REST
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner, SeriesLimit
@@ -15,7 +16,6 @@ from stickslip.records import InputError
 STATIC, OFFSET = 0.2, 0.03125
 HELD = 0.9  # of static friction, at most, holds mass 1
 CREEPS = 0.02  # of the highest velocity, below which mass 1 only creeps
-REST = (0.0, 0.0, 0.0, 0.0)
 ROUNDING = 1e-12
 LAW = CoulombViscousFriction.symmetric(
     coulomb_friction=0.005, static_friction=STATIC, viscous_friction=0.1, offset=0.001

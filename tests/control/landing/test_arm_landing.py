@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from landing_runs import fly
 
 from stickslip.control import LandingController, LandingState
 from stickslip.control.landing.arm_belief import Swing
@@ -12,7 +13,7 @@ from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import InputError, PositioningOutcome, SensorSample
-from stickslip.simulation import PlantStepper, Sensors, simulate_closed_loop
+from stickslip.simulation import PlantStepper
 
 T, LIMIT = 0.02, 2.0
 ARM = FlexibleArm(
@@ -50,23 +51,6 @@ def controller(**settings: Any) -> LandingController:
     return LandingController(**(usual | settings))
 
 
-class Pilot:
-    """Sends a controller to new targets at given times, and keeps what it saw."""
-
-    def __init__(self, landing: LandingController, *targets: tuple[float, float]) -> None:
-        self.landing = landing
-        self.targets = list(targets)
-        self.sampling_time = landing.sampling_time
-
-    def init(self) -> LandingState:
-        return self.landing.init()
-
-    def step(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
-        if self.targets and sample.time >= self.targets[0][0] - T / 2:
-            state = self.landing.retargeted(state, self.targets.pop(0)[1])
-        return self.landing.step(state, sample)
-
-
 def left(run: Any, target: float) -> tuple[float, float]:
     """Return where mass 1 truly is from the target, and how far mass 2 swings about it."""
     motion = run.motion
@@ -74,27 +58,10 @@ def left(run: Any, target: float) -> tuple[float, float]:
     return abs(motion.position[-1] - target), float(swing)
 
 
-def fly(
-    pilot: Pilot, *, seconds: float = LANDING, noise: float = 0.0, seed: int = 0, arm: Any = ARM
-) -> Any:
-    run = simulate_closed_loop(
-        arm,
-        pilot,
-        sampling_time=T,
-        samples=round(seconds / T),
-        sensors=Sensors(
-            position_noise=noise * POSITION_NOISE, velocity_noise=noise * VELOCITY_NOISE
-        ),
-        generator=np.random.default_rng(seed),
-    )
-    assert np.abs(run.motion.commanded_effort).max() <= LIMIT
-    return run
-
-
 @pytest.mark.parametrize("target", [1.0, -1.0])
 def test_the_arm_lands_without_noise(target: float) -> None:
     landing = controller(target=target)
-    run = fly(Pilot(landing))
+    run = fly(ARM, landing, seconds=LANDING)
     state = run.controller_state
     assert landing.outcome(state) is PositioningOutcome.REACHED
     assert landing.why(state) is None
@@ -129,7 +96,7 @@ def test_the_arm_lands_with_noise() -> None:
             position_noise=POSITION_NOISE,
             velocity_noise=VELOCITY_NOISE,
         )
-        run = fly(Pilot(landing), noise=1.0, seed=seed)
+        run = fly(ARM, landing, seconds=LANDING, noise=(POSITION_NOISE, VELOCITY_NOISE), seed=seed)
         reached = landing.outcome(run.controller_state) is PositioningOutcome.REACHED
         error, swing = left(run, 1.0)
         landed += reached and error + swing <= 3.0 * POSITION_NOISE
@@ -138,7 +105,7 @@ def test_the_arm_lands_with_noise() -> None:
 
 def test_a_new_target_on_the_way_and_after_the_end() -> None:
     landing = controller()
-    run = fly(Pilot(landing, (5.0, 0.4), (45.0, -0.3)), seconds=85.0)
+    run = fly(ARM, landing, (5.0, 0.4), (45.0, -0.3), seconds=85.0)
     state = run.controller_state
     assert landing.outcome(state) is PositioningOutcome.REACHED
     assert max(left(run, -0.3)) <= BOUND
@@ -265,7 +232,7 @@ def test_a_sample_with_a_gap_changes_nothing() -> None:
 def test_it_stops_with_a_reason_when_the_masses_are_wrong() -> None:
     wrong = replace(ARM, mass_1=1.1, mass_2=0.9, friction=UNKNOWN)
     landing = controller(arm=wrong, most_series=2)
-    run = fly(Pilot(landing), seconds=60.0)
+    run = fly(ARM, landing, seconds=60.0)
     state = run.controller_state
     assert landing.outcome(state) is PositioningOutcome.STOPPED
     assert landing.why(state) == "2 series have not landed it"

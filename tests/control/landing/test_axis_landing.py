@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
+from landing_runs import fly
 
 from stickslip.control import (
     AxisLandingController,
-    AxisLandingState,
     ExactPulseController,
     RestDetection,
 )
@@ -16,7 +16,6 @@ from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, LearnedPulses, PositioningOutcome, SensorSample
-from stickslip.simulation import Sensors, simulate_closed_loop
 
 T = 0.01
 AXES = 18
@@ -56,43 +55,6 @@ def controller(
     return AxisLandingController(**(usual | settings))
 
 
-class Pilot:
-    """Sends a controller to new targets at given times."""
-
-    def __init__(self, landing: AxisLandingController, *targets: tuple[float, float]) -> None:
-        self.landing = landing
-        self.targets = list(targets)
-        self.sampling_time = landing.sampling_time
-
-    def init(self) -> AxisLandingState:
-        return self.landing.init()
-
-    def step(self, state: AxisLandingState, sample: SensorSample) -> tuple[AxisLandingState, float]:
-        if self.targets and sample.time >= self.targets[0][0] - T / 2:
-            state = self.landing.retargeted(state, self.targets.pop(0)[1])
-        return self.landing.step(state, sample)
-
-
-def fly(
-    landing: AxisLandingController,
-    *targets: tuple[float, float],
-    axis: SingleMass[CoulombViscousFriction] = AXIS,
-    seconds: float = 6.0,
-    noise: float = 0.0,
-    seed: int = 0,
-) -> Any:
-    run = simulate_closed_loop(
-        axis,
-        Pilot(landing, *targets),
-        sampling_time=T,
-        samples=round(seconds / T),
-        sensors=Sensors(position_noise=noise, velocity_noise=10.0 * noise),
-        generator=np.random.default_rng(seed),
-    )
-    assert np.abs(run.motion.commanded_effort).max() <= landing.effort_limit
-    return run
-
-
 def an_axis(generator: np.random.Generator) -> tuple[Any, float, float]:
     """Return an axis, the effort it may take, and a way there; masses over two decades."""
     m = 10.0 ** generator.uniform(0.0, 2.5)
@@ -120,7 +82,7 @@ def test_random_axes_land_there_and_on_the_next_target() -> None:
             effort_limit=limit,
         )
         second = -0.4 * way
-        run = fly(landing, (5.0, second), axis=axis, seconds=10.0)
+        run = fly(axis, landing, (5.0, second), seconds=10.0)
         state, half = run.controller_state, round(5.0 / T)
         assert landing.outcome(state) is PositioningOutcome.REACHED
         assert abs(run.motion.position[half] - way) <= BOUND * abs(way)
@@ -150,7 +112,7 @@ def test_random_axes_land_with_noise() -> None:
             velocity_noise=10.0 * noise,
             rest=RestDetection.for_encoder(resolution=1e-9 * noise, noise=noise, samples=10),
         )
-        run = fly(landing, axis=axis, seconds=5.0, noise=noise, seed=k)
+        run = fly(axis, landing, seconds=5.0, noise=(noise, 10.0 * noise), seed=k)
         reached = landing.outcome(run.controller_state) is PositioningOutcome.REACHED
         # The rest is told to a third of a deviation or so
         error = abs(run.motion.position[-1] - way)
@@ -160,7 +122,7 @@ def test_random_axes_land_with_noise() -> None:
 
 def test_the_estimate_goes_on_and_pulses_begin_with_it() -> None:
     landing = controller()
-    run = fly(landing)
+    run = fly(AXIS, landing, seconds=6.0)
     state = run.controller_state
     found, sure = landing.estimates(state), landing.deviations(state)
     assert found["coulomb_friction"] == pytest.approx(100.0, rel=LEARNED)
@@ -175,12 +137,12 @@ def test_the_estimate_goes_on_and_pulses_begin_with_it() -> None:
 
 def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
     landing = controller()
-    state = fly(landing).controller_state
+    state = fly(AXIS, landing, seconds=6.0).controller_state
     learned = LearnedPulses.from_dict(landing.learned(state).to_dict())
     assert learned.method == "exact"
     again = controller(guess=1.0).resumed(learned)
     assert again.learned(again.init()).values == pytest.approx(dict(learned.values))
-    run = fly(again)
+    run = fly(AXIS, again, seconds=6.0)
     assert again.outcome(run.controller_state) is PositioningOutcome.REACHED
     pulses = ExactPulseController(
         sampling_time=T,
@@ -205,7 +167,7 @@ def test_before_it_has_moved_nothing_is_learned() -> None:
 
 def test_a_new_target_on_the_way_begins_anew() -> None:
     landing = controller()
-    run = fly(landing, (0.4, -0.1))
+    run = fly(AXIS, landing, (0.4, -0.1), seconds=6.0)
     state = run.controller_state
     assert landing.outcome(state) is PositioningOutcome.REACHED
     assert abs(run.motion.position[-1] + 0.1) <= 1e-6
@@ -258,7 +220,7 @@ def test_a_sample_with_a_gap_changes_nothing() -> None:
 
 def test_pulses_keep_to_their_longest_width() -> None:
     landing = controller(longest_width=0.02)
-    state = fly(landing).controller_state
+    state = fly(AXIS, landing, seconds=6.0).controller_state
     assert state.pulses is not None
     assert state.pulses.longest_width == 0.02
 

@@ -1,8 +1,8 @@
-"""The simulator against the high-precision reference on plants and efforts drawn at random.
+"""The simulator against the 30-digit event-driven reference, in every stored case and at random.
 
-The stored cases have plants of round numbers; these have masses over four decades, a spring over
-six, viscous friction over thirteen and sampling times with omega T from 0.001 to 6. The reference
-runs anew, with fewer digits than for storing.
+The stored cases have plants of round numbers; the random ones have masses over four decades, a
+spring over six, viscous friction over thirteen and sampling times with omega T from 0.001 to 6.
+Their reference runs anew, with fewer digits than for storing.
 """
 
 import random
@@ -10,10 +10,41 @@ import random
 import pytest
 from against_reference import REFERENCE_TOLERANCE, largest_error, motion_of
 from make_reference import compute
-from reference_cases import Case, runs_of
+from reference_cases import Case, StoredRun, read, runs_of
 
-DIGITS = 70
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm
+from stickslip.simulation import simulate
+
+RUNS = [run for name in ("single_mass", "flexible_arm", "design_case") for run in read(name)]
+DIGITS = 70  # of the random cases
 SEEDS = range(120)
+
+
+@pytest.mark.parametrize("stored", RUNS, ids=lambda run: run.case.name)
+def test_run_agrees_with_the_reference(stored: StoredRun) -> None:
+    motion = motion_of(stored.case)
+    assert largest_error(stored, motion) <= REFERENCE_TOLERANCE
+    assert {k: bool(motion.stuck[k]) for k in stored.at_rest} == stored.at_rest
+    if not stored.events["touch"]:  # a stop of no duration may be counted as none
+        assert motion.event_count == sum(stored.events.values())
+
+
+@pytest.mark.parametrize(
+    ("load_velocity", "flagged"), [(0.0, True), (2.0**-20, False), (-(2.0**-20), False)]
+)
+def test_a_velocity_that_grazes_zero_is_flagged(load_velocity: float, flagged: bool) -> None:
+    """v1 = 1 + (1 - v2(0)) cos(omega t) touches zero if the load starts at rest, else it does not.
+
+    With static friction above Coulomb friction, staying and going on are then equally right.
+    """
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=0.125, static_friction=0.1875, viscous_friction=0.0
+    )
+    arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
+    start = (0.0, 2.0 - load_velocity, 0.0, load_velocity)
+    motion = simulate(arm, [0.125] * 4, sampling_time=1.0, initial_state=start)
+    assert motion.any_grazing == flagged
 
 
 def _log_uniform(draw: random.Random, low: float, high: float) -> float:

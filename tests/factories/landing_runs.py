@@ -1,0 +1,46 @@
+"""Landings in the sampled loop, with new targets on the way."""
+
+from typing import Any
+
+import numpy as np
+
+from stickslip.control import Supervisor
+from stickslip.plants import Plant
+from stickslip.records import SensorSample
+from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
+
+
+class Pilot:
+    """Sends a landing controller to new targets at given times."""
+
+    def __init__(self, landing: Supervisor[Any], *targets: tuple[float, float]) -> None:
+        self.landing = landing
+        self.targets = list(targets)
+        self.sampling_time = landing.sampling_time
+        self.init = landing.init
+
+    def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
+        if self.targets and sample.time >= self.targets[0][0] - self.sampling_time / 2:
+            state = self.landing.retargeted(state, self.targets.pop(0)[1])
+        return self.landing.step(state, sample)
+
+
+def fly(
+    plant: Plant,
+    landing: Supervisor[Any],
+    *targets: tuple[float, float],
+    seconds: float,
+    noise: tuple[float, float] = (0.0, 0.0),
+    seed: int = 0,
+) -> ClosedLoopRun[Any]:
+    """Run a landing with deviations of position and velocity noise; targets are (time, place)."""
+    run = simulate_closed_loop(
+        plant,
+        Pilot(landing, *targets),
+        sampling_time=landing.sampling_time,
+        samples=round(seconds / landing.sampling_time),
+        sensors=Sensors(position_noise=noise[0], velocity_noise=noise[1]),
+        generator=np.random.default_rng(seed),
+    )
+    assert np.abs(run.motion.commanded_effort).max() <= landing.effort_limit
+    return run
