@@ -637,6 +637,9 @@ class SelectedModelEstimator:
     ) -> Float[np.ndarray, " p"] | None:
         """Return the largest change of the parameters by a term that is nearly significant.
 
+        A significant term that was not selected, as its columns are next to a combination of the
+        others, counts whatever its change.
+
         Parameters
         ----------
         model, rows
@@ -644,16 +647,19 @@ class SelectedModelEstimator:
         terms
             Those that were tried.
         """
-        open_ = {
-            score.term
+        tuning = self.tuning.intervals
+        least_ratios = {
+            score.term: tuning.smallest_ratio
+            if score.p_value > self.tuning.search.largest_p_value
+            else _EXACT
             for score in model.scores
-            if not score.selected and score.p_value < self.tuning.intervals.largest_p_value
+            if not score.selected and score.p_value < tuning.largest_p_value
         }
         own = rows.values()
         norms = np.linalg.norm(rows.columns, axis=0)
         largest, found = 0.0, None
         for term in terms:
-            if term.name not in open_ or term.name == SATURATION:
+            if term.name not in least_ratios or term.name == SATURATION:
                 continue
             shapes = (
                 term.shapes[:: max(len(term.shapes) // 3, 1)]
@@ -662,7 +668,7 @@ class SelectedModelEstimator:
             )
             for shape in shapes:
                 more = np.column_stack([rows.columns, model.term_columns(term, shape)])
-                if smallest_ratio(more) < self.tuning.intervals.smallest_ratio:
+                if smallest_ratio(more) < least_ratios[term.name]:
                     continue
                 shift = least_squares(more, rows.target)[: own.size] - own
                 size = float(np.linalg.norm(shift * norms))
