@@ -560,11 +560,14 @@ def test_contradicting_settings_are_rejected(settings: dict[str, Any]) -> None:
         SelectedModelEstimator(**settings)
 
 
-def test_reversed_sign_is_named_beside_a_given_mass() -> None:
+@pytest.mark.parametrize(
+    ("mass", "status"), [(3.0, Status.MODEL_MISMATCH), (None, Status.UNPHYSICAL)]
+)
+def test_reversed_sign_is_named(mass: float | None, status: Status) -> None:
     log = log_of()
-    estimate = SelectedModelEstimator(inertia=3.0).fit(replace(log, effort=-log.effort))
-    assert estimate.status is Status.MODEL_MISMATCH
-    assert "sign" in estimate.diagnostics.notes[0]
+    estimate = SelectedModelEstimator(inertia=mass).fit(replace(log, effort=-log.effort))
+    assert estimate.status is status
+    assert "sign of the effort or of the position is reversed" in estimate.diagnostics.notes[0]
 
 
 # The parts

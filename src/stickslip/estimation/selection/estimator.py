@@ -20,6 +20,7 @@ from stickslip.estimation.selection.plausibility import (
     PlausibilityTuning,
     implausible_time,
     implausible_units,
+    reversed_sign,
     ripple_of_degrees,
     too_slow_sampling,
     unexplained_effort,
@@ -418,6 +419,9 @@ class SelectedModelEstimator:
                 include=DWELL in self.include,
             )
             estimate = replace(estimate, selection=select(further=score))
+        reverse = reversed_sign(model, kind, self.tuning.plausibility)
+        if reverse and estimate.status is Status.UNPHYSICAL:
+            estimate = judged(estimate, [reverse], Status.UNPHYSICAL)
         estimate = judged(estimate, [cause for cause in causes if cause])
         short = untested(model) if self.select else ""
         if short and estimate.status.usable:
