@@ -6,10 +6,14 @@ from dataclasses import replace
 import numpy as np
 
 from stickslip.records import (
+    ArmRun,
+    ArmSeries,
     AxisKind,
     Ending,
     EstimatorScore,
     EstimatorStudy,
+    LandingPhase,
+    LandingPhaseName,
     LearnedPulses,
     ParameterScore,
     Positioning,
@@ -17,8 +21,6 @@ from stickslip.records import (
     PositioningRun,
     PulseRecord,
 )
-
-__all__ = ["NAME", "make", "make_run", "study"]
 
 NAME = 'task <b>&"x"</b>'
 
@@ -109,6 +111,130 @@ def make(*runs: PositioningRun, kind: AxisKind = "linear") -> Positioning:
         learned=LearnedPulses(method="exact", kind=kind, values={}, covariance=np.eye(1)),
         notes=("a <note>",),
         file="a <task>.toml",
+        sha256="ab" * 32,
+        stickslip_version="1.2.3",
+    )
+
+
+def _flown(move: int, start: float, target: float, ends: float | None) -> ArmSeries:
+    phase = np.linspace(0.0, 1.0, 41)
+    share = phase**2 * (3.0 - 2.0 * phase)
+    return ArmSeries(
+        move=move,
+        start_time=start,
+        sampling_time=0.05,
+        pulses=40,
+        target=target,
+        coulomb_friction=0.149,
+        viscous_friction=0.101,
+        effort=np.sign(np.sin(np.arange(40.0))),
+        position=target - 0.2 + 0.2 * share,
+        load_position=target - 0.2 + 0.2 * share,
+        start_swing=0.05,
+        final_position=ends,
+        final_swing=None if ends is None else 2e-5,
+    )
+
+
+def make_arm(
+    *,
+    samples: int = 600,
+    moves: int = 1,
+    number: int = 1,
+    phases: bool = True,
+    sensed: bool = True,
+    series: int = 2,
+) -> PositioningRun:
+    end = 30.0 * moves
+    time = np.linspace(0.0, end, samples + 1)
+    within = time % 30.0
+    gone = 1.0 - np.exp(-within)
+    load = gone + np.where(within < 14.0, 0.2 * np.sin(time), 2e-5 * np.sin(time))
+    target = np.where(np.minimum(time // 30.0, moves - 1) % 2 == 0, 1.0, 0.0)
+    start = 1.0 - target
+    position, load = start + (target - start) * gone, start + (target - start) * load
+    noise = 1e-4 * np.random.default_rng(number).standard_normal(samples + 1) * sensed
+    names: tuple[tuple[LandingPhaseName, float], ...] = (
+        ("feedback", 0.0),
+        ("resting", 8.0),
+        ("series", 12.0),
+        ("done", 16.0),
+    )
+    starts: list[tuple[LandingPhaseName, float]] = [
+        (name, 30.0 * k + at) for k in range(moves) for name, at in names
+    ]
+    ends = [*(at for _, at in starts[1:]), end]
+    arm = ArmRun(
+        target=target,
+        position=position,
+        load_position=load,
+        measured_position=position + noise,
+        measured_load_position=load + noise,
+        resting=within > 14.0,
+        series=tuple(
+            _flown(1 + k % moves, 12.0 + 0.1 * k, 1.0, 0.9999 if k else None) for k in range(series)
+        )
+        if phases
+        else (),
+    )
+    return PositioningRun(
+        number=number,
+        time=time,
+        error=arm.error,
+        measured_error=arm.measured_error,
+        effort=np.sin(time[:-1]) * (time[:-1] < 14.0),
+        estimate_time=np.linspace(0.0, end, 50),
+        estimates={
+            "coulomb_friction": 0.15 - 0.1 * 0.5 ** np.arange(50.0),
+            "viscous_friction": np.full(50, 0.1),
+        },
+        moves=tuple(
+            PositioningMove(
+                number=k + 1,
+                start_time=30.0 * k,
+                end_time=30.0 * (k + 1),
+                start=float(k % 2),
+                target=float((k + 1) % 2),
+                ending=Ending.REACHED,
+                reason=None,
+                final_error=-1.234e-5,
+                late_errors=(-2e-5, 1e-5),
+                settling_time=14.0,
+                peak_effort=1.0,
+                pulses=(),
+                swing=2.346e-5,
+            )
+            for k in range(moves)
+        ),
+        arm=arm,
+        phases=tuple(
+            LandingPhase(name=name, start_time=at, end_time=until, reason=f"because <{k}>")
+            for k, ((name, at), until) in enumerate(zip(starts, ends, strict=True))
+        )
+        if phases
+        else (),
+        deviations={"coulomb_friction": np.where(np.arange(50) < 3, np.inf, 0.01)},
+    )
+
+
+def make_landing(*runs: PositioningRun) -> Positioning:
+    return Positioning(
+        name='arm <b>&"x"</b>',
+        kind="linear",
+        method="landing",
+        controller="feedback, then series of pulses",
+        tolerance=1e-4,
+        scenario={
+            "axis": {"load_mass": (1.0, "kg"), "stiffness": (1.0, "N/m")},
+            "controller": {"effort_limit": (1.0, "N")},
+        },
+        truth={"coulomb_friction": 0.15, "viscous_friction": 0.1},
+        believed={"load_mass": "the axis, taken as known", "stiffness": "the scenario"},
+        runs=runs or (make_arm(),),
+        limits={},
+        learned=None,
+        notes=("Known: <all>.",),
+        file="arm <1>.toml",
         sha256="ab" * 32,
         stickslip_version="1.2.3",
     )

@@ -9,147 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from pages import MOST_BYTES, plots_of
+from results import make_arm, make_landing
 
 from stickslip.presentation import write_report
-from stickslip.records import (
-    ArmRun,
-    ArmSeries,
-    Ending,
-    LandingPhase,
-    LandingPhaseName,
-    Positioning,
-    PositioningMove,
-    PositioningRun,
-)
+from stickslip.records import Ending, Positioning
 
 MOST_FILM = 200_000  # of what the film shows, however long the run
 MOST_POINTS = 2100  # what a series is thinned to, with room for its ends
-NAME = 'arm <b>&"x"</b>'
-TOLERANCE = 1e-4
-
-
-def flown(move: int, start: float, target: float, ends: float | None) -> ArmSeries:
-    phase = np.linspace(0.0, 1.0, 41)
-    way = phase**2 * (3.0 - 2.0 * phase)
-    return ArmSeries(
-        move=move,
-        start_time=start,
-        sampling_time=0.05,
-        pulses=40,
-        target=target,
-        coulomb_friction=0.149,
-        viscous_friction=0.101,
-        effort=np.sign(np.sin(np.arange(40.0))),
-        position=target - 0.2 + 0.2 * way,
-        load_position=target - 0.2 + 0.2 * way,
-        start_swing=0.05,
-        final_position=ends,
-        final_swing=None if ends is None else 2e-5,
-    )
-
-
-def make_arm(
-    *,
-    samples: int = 600,
-    moves: int = 1,
-    number: int = 1,
-    phases: bool = True,
-    sensed: bool = True,
-    series: int = 2,
-) -> PositioningRun:
-    end = 30.0 * moves
-    time = np.linspace(0.0, end, samples + 1)
-    within = time % 30.0
-    gone = 1.0 - np.exp(-within)
-    load = gone + np.where(within < 14.0, 0.2 * np.sin(time), 2e-5 * np.sin(time))
-    target = np.where(np.minimum(time // 30.0, moves - 1) % 2 == 0, 1.0, 0.0)
-    start = 1.0 - target
-    position, load = start + (target - start) * gone, start + (target - start) * load
-    noise = 1e-4 * np.random.default_rng(number).standard_normal(samples + 1) * sensed
-    names: tuple[tuple[LandingPhaseName, float], ...] = (
-        ("feedback", 0.0),
-        ("resting", 8.0),
-        ("series", 12.0),
-        ("done", 16.0),
-    )
-    starts: list[tuple[LandingPhaseName, float]] = [
-        (name, 30.0 * k + at) for k in range(moves) for name, at in names
-    ]
-    ends = [*(at for _, at in starts[1:]), end]
-    arm = ArmRun(
-        target=target,
-        position=position,
-        load_position=load,
-        measured_position=position + noise,
-        measured_load_position=load + noise,
-        resting=within > 14.0,
-        series=tuple(
-            flown(1 + k % moves, 12.0 + 0.1 * k, 1.0, 0.9999 if k else None) for k in range(series)
-        )
-        if phases
-        else (),
-    )
-    return PositioningRun(
-        number=number,
-        time=time,
-        error=arm.error,
-        measured_error=arm.measured_error,
-        effort=np.sin(time[:-1]) * (time[:-1] < 14.0),
-        estimate_time=np.linspace(0.0, end, 50),
-        estimates={
-            "coulomb_friction": 0.15 - 0.1 * 0.5 ** np.arange(50.0),
-            "viscous_friction": np.full(50, 0.1),
-        },
-        moves=tuple(
-            PositioningMove(
-                number=k + 1,
-                start_time=30.0 * k,
-                end_time=30.0 * (k + 1),
-                start=float(k % 2),
-                target=float((k + 1) % 2),
-                ending=Ending.REACHED,
-                reason=None,
-                final_error=-1.234e-5,
-                late_errors=(-2e-5, 1e-5),
-                settling_time=14.0,
-                peak_effort=1.0,
-                pulses=(),
-                swing=2.346e-5,
-            )
-            for k in range(moves)
-        ),
-        arm=arm,
-        phases=tuple(
-            LandingPhase(name=name, start_time=at, end_time=until, reason=f"because <{k}>")
-            for k, ((name, at), until) in enumerate(zip(starts, ends, strict=True))
-        )
-        if phases
-        else (),
-        deviations={"coulomb_friction": np.where(np.arange(50) < 3, np.inf, 0.01)},
-    )
-
-
-def positioning(*runs: PositioningRun) -> Positioning:
-    return Positioning(
-        name=NAME,
-        kind="linear",
-        method="landing",
-        controller="feedback, then series of pulses",
-        tolerance=TOLERANCE,
-        scenario={
-            "axis": {"load_mass": (1.0, "kg"), "stiffness": (1.0, "N/m")},
-            "controller": {"effort_limit": (1.0, "N")},
-        },
-        truth={"coulomb_friction": 0.15, "viscous_friction": 0.1},
-        believed={"load_mass": "the axis, taken as known", "stiffness": "the scenario"},
-        runs=runs or (make_arm(),),
-        limits={},
-        learned=None,
-        notes=("Known: <all>.",),
-        file="arm <1>.toml",
-        sha256="ab" * 32,
-        stickslip_version="1.2.3",
-    )
 
 
 def written(result: Positioning, folder: Path) -> str:
@@ -163,7 +29,7 @@ def data(text: str, anchor: str) -> Any:
 
 
 def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
-    text = written(positioning(), tmp_path)
+    text = written(make_landing(), tmp_path)
     assert len(text) < MOST_BYTES
     for word in (
         "flexible arm, linear",
@@ -200,7 +66,7 @@ def test_everything_of_an_arm_is_on_the_page(tmp_path: Path) -> None:
 
 
 def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
-    motion = plots_of(written(positioning(), tmp_path))["motion-1"]
+    motion = plots_of(written(make_landing(), tmp_path))["motion-1"]
     names = [trace["name"] for trace in motion["data"]]
     assert {"mass 1", "mass 2", "target", "tolerance", "effort"} == set(names)
     shades = motion["layout"]["shapes"]
@@ -212,7 +78,7 @@ def test_the_motion_lies_on_its_phases(tmp_path: Path) -> None:
 
 
 def test_estimates_have_bands_and_the_truth(tmp_path: Path) -> None:
-    plots = plots_of(written(positioning(), tmp_path))
+    plots = plots_of(written(make_landing(), tmp_path))
     drawn = [trace["name"] for trace in plots["estimate-coulomb-friction"]["data"]]
     assert "95 % interval" in drawn
     assert "true value" in drawn
@@ -222,7 +88,7 @@ def test_estimates_have_bands_and_the_truth(tmp_path: Path) -> None:
 
 
 def test_the_film_shows_what_happened(tmp_path: Path) -> None:
-    result = positioning()
+    result = make_landing()
     text = written(result, tmp_path)
     film = data(text, "film")
     run = result.runs[0]
@@ -252,7 +118,7 @@ def test_the_film_shows_what_happened(tmp_path: Path) -> None:
 
 
 def test_the_gauge_is_of_powers_of_ten(tmp_path: Path) -> None:
-    film = data(written(positioning(), tmp_path), "film")
+    film = data(written(make_landing(), tmp_path), "film")
     arm = make_arm().arm
     assert arm is not None
     gauge = np.array(film["gauge"])
@@ -266,7 +132,7 @@ def test_the_gauge_is_of_powers_of_ten(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize("moves", [1, 40])
 def test_a_long_task_stays_a_page(moves: int, tmp_path: Path) -> None:
-    result = positioning(make_arm(samples=60_000, moves=moves, series=60))
+    result = make_landing(make_arm(samples=60_000, moves=moves, series=60))
     text = written(result, tmp_path)
     assert len(text) < MOST_BYTES
     assert len(json.dumps(data(text, "film"))) < MOST_FILM
@@ -282,7 +148,7 @@ def test_a_long_task_stays_a_page(moves: int, tmp_path: Path) -> None:
 def test_a_controller_without_phases_has_a_page_too(tmp_path: Path) -> None:
     run = make_arm(phases=False, sensed=False)
     move = replace(run.moves[0], ending=Ending.SWINGING, settling_time=None)
-    text = written(replace(positioning(run), runs=(replace(run, moves=(move,)),)), tmp_path)
+    text = written(replace(make_landing(run), runs=(replace(run, moves=(move,)),)), tmp_path)
     assert "Mass 1 rests within the tolerance" in text
     assert "Series of pulses" not in text
     assert "Shaded are the phases" not in text
@@ -292,7 +158,7 @@ def test_a_controller_without_phases_has_a_page_too(tmp_path: Path) -> None:
 
 
 def test_several_runs_are_told_apart(tmp_path: Path) -> None:
-    text = written(positioning(make_arm(), make_arm(number=2)), tmp_path)
+    text = written(make_landing(make_arm(), make_arm(number=2)), tmp_path)
     plots = plots_of(text)
     assert {"motion-1", "motion-2", "series-2-1"} <= set(plots)
     assert "Run 2: target reached" in text
@@ -315,5 +181,5 @@ def test_an_arm_that_stays_is_drawn_too(tmp_path: Path) -> None:
         series=(),
     )
     held = replace(run, arm=arm, phases=(), error=arm.error, effort=np.zeros_like(run.effort))
-    film = data(written(positioning(held), tmp_path), "film")
+    film = data(written(make_landing(held), tmp_path), "film")
     assert set(film["position"]) == {0.0}

@@ -16,7 +16,7 @@ from pages import MOST_BYTES, Page
 
 from stickslip.presentation import write_report
 from stickslip.presentation.page import packed_plotly
-from stickslip.records import Identification, InputError, Status
+from stickslip.records import Identification, Status
 
 FIGURES = (
     "curve-plot",
@@ -29,17 +29,6 @@ FIGURES = (
     "correlation-plot",
     "motion-plot",
 )
-ADDRESSES = (
-    "src",
-    "href",
-    "action",
-    "data",
-    "poster",
-    "srcset",
-    "background",
-    "cite",
-    "formaction",
-)
 MOST_POINTS = 6100  # a closed band of 2 x 2000 points, or a cloud of 3000, with room
 
 
@@ -47,23 +36,11 @@ def page_of(identification: Identification, folder: Path) -> Page:
     return Page(write_report(identification, folder / "report.html"))
 
 
-def test_every_figure_is_on_the_page_with_data_words_and_caption(
-    identification: Identification, tmp_path: Path
-) -> None:
-    page = page_of(identification, tmp_path)
-    plots = page.plots()
-    assert tuple(plots) == FIGURES
-    for anchor, plot in plots.items():
-        assert all(len(trace["x"]) == len(trace["y"]) > 1 for trace in plot["data"]), anchor
-    drawn = {given["id"]: given for tag, given in page.tags if given.get("class") == "plot"}
-    assert set(drawn) == set(FIGURES)
-    assert all(len(given["aria-label"]) > 20 for given in drawn.values())
-
-
 def test_axes_are_labelled_with_the_units_of_the_axis_kind(
     identification: Identification, tmp_path: Path
 ) -> None:
     plots = page_of(identification, tmp_path).plots()
+    assert tuple(plots) == FIGURES
     assert plots["curve-plot"]["layout"]["xaxis"]["title"]["text"] == "velocity <i>v</i> [m/s]"
     log = replace(identification.log, kind="rotary")
     estimate = replace(identification.estimate, kind="rotary")
@@ -74,32 +51,6 @@ def test_axes_are_labelled_with_the_units_of_the_axis_kind(
                 assert re.search(
                     r"\[(rad|rad/s|N m|N m s/rad|kg m²|J|s|-)\]$", axis["title"]["text"]
                 )
-
-
-def test_nothing_is_fetched(identification: Identification, tmp_path: Path) -> None:
-    page = page_of(identification, tmp_path)
-    for tag, given in page.tags:
-        assert tag not in {"link", "iframe", "object", "embed", "base", "img"}
-        for name in ADDRESSES:
-            assert given.get(name, "#").startswith("#"), (tag, given)
-        assert "url(" not in given.get("style", "")
-        assert not any(name.startswith("on") for name in given), "inline handlers"
-    assert "url(" not in page.styles
-    assert "@import" not in page.styles
-    policy = next(g["content"] for t, g in page.tags if "http-equiv" in g)
-    assert policy.startswith("default-src 'none';")
-    assert "http" not in policy
-
-
-def test_every_link_of_the_page_leads_somewhere_on_it(
-    identification: Identification, tmp_path: Path
-) -> None:
-    page = page_of(identification, tmp_path)
-    names = page.identifiers()
-    assert len(names) == len(set(names))
-    links = [given["href"] for tag, given in page.tags if tag == "a"]
-    assert len(links) == 7
-    assert {link.removeprefix("#") for link in links} <= set(names)
 
 
 def test_names_cannot_become_part_of_the_page(
@@ -297,38 +248,6 @@ def test_nan_in_a_figure_becomes_a_gap(identification: Identification, tmp_path:
     estimate = next(t for t in plots["evolution-mass"]["data"] if t["name"] == "estimate")
     assert estimate["y"][:100] == [None] * 100
     assert None not in estimate["y"][100:]
-
-
-def test_the_same_identification_gives_the_same_page(
-    identification: Identification, tmp_path: Path
-) -> None:
-    first = write_report(identification, tmp_path / "a.html").read_bytes()
-    assert write_report(identification, tmp_path / "b.html").read_bytes() == first
-
-
-@pytest.mark.parametrize("place", ["missing/report.html", ""])
-def test_a_page_that_cannot_be_written_leaves_nothing(
-    place: str, identification: Identification, tmp_path: Path
-) -> None:
-    with pytest.raises(InputError, match=r"; (make the folder|name a file)"):
-        write_report(identification, tmp_path / place)
-    assert list(tmp_path.iterdir()) == []
-
-
-def test_an_interrupted_page_leaves_the_old_one(
-    identification: Identification, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    target = tmp_path / "report.html"
-    target.write_text("old")
-    monkeypatch.setattr("stickslip.presentation.page.rendered", _interrupt)
-    with pytest.raises(KeyboardInterrupt):
-        write_report(identification, target)
-    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
-    assert target.read_text() == "old"
-
-
-def _interrupt(_: object) -> str:
-    raise KeyboardInterrupt
 
 
 @pytest.fixture(scope="session")

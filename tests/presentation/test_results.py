@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 from pages import MOST_BYTES, Page
-from results import make, study
+from results import make, make_landing, study
 
 from stickslip.presentation import figures_of, write_report
 from stickslip.presentation.results import PAGES, Result
@@ -15,7 +15,12 @@ from stickslip.records import (
     EstimatorComparison,
     EstimatorStudy,
     Identification,
+    InputError,
     Positioning,
+)
+
+ADDRESSES = frozenset(
+    ("src", "href", "action", "data", "poster", "srcset", "background", "cite", "formaction")
 )
 
 
@@ -27,29 +32,80 @@ def compared(identification: Identification) -> EstimatorComparison:
     )
 
 
-MADE: dict[type, Callable[[Identification], Result]] = {
-    Identification: lambda identification: identification,
-    EstimatorComparison: compared,
-    EstimatorStudy: lambda _: study(),
-    Positioning: lambda _: make(),
+MADE: dict[str, Callable[[Identification], Result]] = {
+    "identification": lambda identification: identification,
+    "comparison": compared,
+    "study": lambda _: study(),
+    "positioning": lambda _: make(),
+    "landing": lambda _: make_landing(),
 }
+KINDS = {Identification, EstimatorComparison, EstimatorStudy, Positioning}
 
 
-@pytest.mark.parametrize("kind", PAGES)
-def test_a_page_stands_alone_and_draws_all_its_figures(
-    kind: type, identification: Identification, tmp_path: Path
-) -> None:
-    result = MADE[kind](identification)
+@pytest.fixture(params=MADE)
+def result(request: pytest.FixtureRequest, identification: Identification) -> Result:
+    return MADE[request.param](identification)
+
+
+def test_every_kind_of_result_is_tested() -> None:
+    assert set(PAGES) == KINDS
+
+
+def test_a_page_stands_alone(result: Result, tmp_path: Path) -> None:
     path = write_report(result, tmp_path / "page.html")
     assert path.stat().st_size < MOST_BYTES
     page = Page(path)
     names = page.identifiers()
     assert len(names) == len(set(names))
-    links = [given["href"] for tag, given in page.tags if tag == "a"]
-    assert links
-    assert {link.removeprefix("#") for link in links} <= set(names)
-    assert not re.search(r"(?:src|href)=.(?:https?:)?//", page.source.split("<script")[0])
-    figures = figures_of(result)
-    assert set(figures) == set(page.plots()) <= set(names)
+    assert any(tag == "a" for tag, _ in page.tags)
+    for tag, given in page.tags:
+        assert tag not in {"link", "iframe", "object", "embed", "base", "img", "b"}
+        for address in ADDRESSES:
+            assert given.get(address, "#").startswith("#"), (tag, given)
+        assert "url(" not in given.get("style", "")
+        assert not any(name.startswith("on") for name in given), "inline handlers"
+        if tag == "a":
+            assert given["href"].removeprefix("#") in names
+    assert "url(" not in page.styles
+    assert "@import" not in page.styles
+    policy = next(given["content"] for _, given in page.tags if "http-equiv" in given)
+    assert policy.startswith("default-src 'none';")
+    assert "http" not in policy
+    assert write_report(result, tmp_path / "again.html").read_bytes() == path.read_bytes()
+
+
+def test_every_figure_is_on_the_page_with_words_and_units(result: Result, tmp_path: Path) -> None:
+    page = Page(write_report(result, tmp_path / "page.html"))
+    plots, figures = page.plots(), figures_of(result)
+    drawn = {given["id"]: given for _, given in page.tags if given.get("class") == "plot"}
+    assert set(figures) == set(plots) == set(drawn)
+    assert all(len(given["aria-label"]) > 20 for given in drawn.values())
+    for plot in plots.values():
+        assert all(len(trace["x"]) == len(trace["y"]) for trace in plot["data"])
+        for key, axis in plot["layout"].items():
+            if key.startswith(("xaxis", "yaxis")) and axis.get("type") != "category":
+                assert re.search(r"\[[^\]]+\]$", axis["title"]["text"]), axis["title"]
     for plot in figures.values():
         plot.to_matplotlib().canvas.draw()
+
+
+@pytest.mark.parametrize("place", ["missing/report.html", ""])
+def test_a_page_that_cannot_be_written_leaves_nothing(place: str, tmp_path: Path) -> None:
+    with pytest.raises(InputError, match=r"; (make the folder|name a file)"):
+        write_report(make(), tmp_path / place)
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_an_interrupted_page_leaves_the_old_one(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    def interrupt(_: object) -> str:
+        raise KeyboardInterrupt
+
+    target = tmp_path / "report.html"
+    target.write_text("old")
+    monkeypatch.setattr("stickslip.presentation.page.rendered", interrupt)
+    with pytest.raises(KeyboardInterrupt):
+        write_report(make(), target)
+    assert [path.name for path in tmp_path.iterdir()] == ["report.html"]
+    assert target.read_text() == "old"

@@ -12,6 +12,7 @@ from stickslip.records import (
     InputError,
     ParameterEstimate,
     Status,
+    parameter_label,
     unit_of,
 )
 
@@ -60,7 +61,9 @@ def test_every_parameter_has_a_unit_and_every_status_a_remedy() -> None:
         assert status.trusted == (status is Status.OK)
 
 
-def test_every_status_has_its_own_word() -> None:
+def test_every_status_has_its_own_word_and_every_parameter_its_own_label() -> None:
     words = [status.word for status in Status]
     assert len(set(words)) == len(words)
     assert all(word and not word.endswith(".") for word in words)
+    labels = {parameter_label(name) for name in PARAMETER_NAMES}
+    assert len(labels) == len(PARAMETER_NAMES)

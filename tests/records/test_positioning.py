@@ -1,85 +1,45 @@
-"""The record of a positioning task says everything in its JSON form, in plain types."""
+"""The records of a positioning task judge by the truth, and say everything in their JSON form."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import FrozenInstanceError, replace
 
 import numpy as np
 import pytest
+from results import make, make_arm, make_landing, make_run
 
-from stickslip.records import (
-    Ending,
-    LearnedPulses,
-    Positioning,
-    PositioningMove,
-    PositioningRun,
-    PulseRecord,
+from stickslip.records import ArmRun, ArmSeries, Ending, Positioning, PositioningRun
+
+SERIES = ArmSeries(
+    move=1,
+    start_time=1.0,
+    sampling_time=0.5,
+    pulses=2,
+    target=1.0,
+    coulomb_friction=0.15,
+    viscous_friction=0.1,
+    effort=np.array([1.0, 1.0, -1.0, -1.0]),
+    position=np.array([0.0, 0.2, 0.6, 0.9, 1.0]),
+    load_position=np.array([0.0, 0.1, 0.5, 0.9, 1.001]),
+    start_swing=0.02,
+    final_position=0.98,
+    final_swing=0.03,
+)
+ARM = ArmRun(
+    target=np.array([1.0, 1.0, 1.0, 0.5, 0.5]),
+    position=np.array([0.0, 0.5, 0.9, 0.9, 0.51]),
+    load_position=np.array([0.0, 0.2, 1.2, 0.8, 0.49]),
+    measured_position=np.array([0.1, 0.5, 0.9, 0.9, 0.5]),
+    measured_load_position=np.array([0.0, 0.2, 1.2, 0.8, 0.5]),
+    resting=np.array([True, False, False, True, True]),
+    series=(SERIES,),
 )
 
 
-def move(number: int, ending: Ending) -> PositioningMove:
-    return PositioningMove(
-        number=number,
-        start_time=1.0 * (number - 1),
-        end_time=1.0 * number,
-        start=0.0,
-        target=0.01,
-        ending=ending,
-        reason=None if ending.reached else "nothing helps",
-        final_error=1e-6,
-        late_errors=(-1e-6, 2e-6),
-        settling_time=0.25 if ending.reached else None,
-        peak_effort=300.0,
-        pulses=(
-            PulseRecord(
-                time=0.0,
-                levels=((300.0, 0.03), (-150.0, 0.01)),
-                error=0.01,
-                predicted_displacement=0.0101,
-                achieved_displacement=0.00999,
-                moved=True,
-            ),
-        ),
-    )
-
-
-def run(number: int, endings: Sequence[Ending] = (Ending.REACHED,)) -> PositioningRun:
-    time = np.linspace(0.0, 1.0 * len(endings), 11)
-    return PositioningRun(
-        number=number,
-        time=time,
-        error=0.01 - 0.005 * time,
-        measured_error=0.01 - 0.005 * time,
-        effort=np.linspace(300.0, 0.0, 10),
-        estimate_time=np.array([0.0, 0.3]),
-        estimates={"pulse_gain": np.array([2.75, 2.0])},
-        moves=tuple(move(k + 1, each) for k, each in enumerate(endings)),
-    )
-
-
-def positioning(*runs: PositioningRun) -> Positioning:
-    return Positioning(
-        name="a task",
-        kind="linear",
-        method="pwc",
-        controller="adaptive pulse width control",
-        tolerance=2e-5,
-        scenario={"axis": {"mass": (150.0, "kg")}, "task": {"targets": ([0.01], "m")}},
-        truth={"pulse_gain": 2.0},
-        believed={"mass": "the scenario"},
-        runs=runs or (run(1),),
-        limits={"static_friction_positive": (None, 173.0)},
-        learned=LearnedPulses(
-            method="pwc",
-            kind="linear",
-            values={"pulse_gain": 2.0, "effort": 300.0},
-            covariance=np.eye(1),
-        ),
-        notes=("a note",),
-        file="task.toml",
-        sha256="ab" * 32,
-        stickslip_version="1.2.3",
-    )
+def ended(*endings: Ending) -> PositioningRun:
+    run = make_run(1, moves=len(endings))
+    moves = zip(run.moves, endings, strict=True)
+    return replace(run, moves=tuple(replace(move, ending=each) for move, each in moves))
 
 
 def plain(value: object) -> bool:
@@ -90,76 +50,123 @@ def plain(value: object) -> bool:
     return value is None or type(value) in {str, int, float, bool}
 
 
-def test_everything_is_in_the_json_form_as_plain_types() -> None:
-    document = positioning(run(1), run(2, (Ending.HUNTING,))).to_dict()
+def has(document: object, path: str) -> bool:
+    """Return whether a table, or a table within it, has these keys."""
+    if isinstance(document, list):
+        return any(has(each, path) for each in document)
+    if not isinstance(document, dict):
+        return False
+    key, _, rest = path.partition(".")
+    return (key in document and (not rest or has(document[key], rest))) or any(
+        has(each, path) for each in document.values()
+    )
+
+
+@pytest.mark.parametrize(
+    ("made", "absent"), [(make(make_run(1), make_run(2)), "arm."), (make_landing(), "pulses.")]
+)
+def test_everything_is_in_the_json_form_as_plain_types(made: Positioning, absent: str) -> None:
+    document = made.to_dict()
     assert plain(document)
     assert json.loads(json.dumps(document)) == document
-    assert document["schema"] == 2
-    assert document["ending"] == "hunting"
-    assert document["units"]["pulse_gain"] == "m/s^2"
+    legend = document.pop("legend")
+    for path in legend:
+        assert path.startswith(absent) or has(document, path), path
+
+
+def test_the_json_form_of_a_task_and_of_its_runs() -> None:
+    document = make(make_run(1), make_run(2, ending=Ending.STUCK)).to_dict()
+    assert (document["schema"], document["ending"]) == (2, "stuck")
+    assert document["units"]["coulomb_friction_positive"] == "N"
     assert document["scenario"]["axis"]["mass"] == {"value": 150.0, "unit": "kg"}
     assert document["limits"] == {"static_friction_positive": [None, 173.0]}
-    assert document["learned"]["method"] == "pwc"
+    assert document["learned"]["method"] == "exact"
     assert document["provenance"]["input_sha256"] == "ab" * 32
     first, second = document["runs"]
     assert len(first["time"]) == len(first["error"]) == len(first["effort"]) + 1
-    assert first["estimates"] == {"pulse_gain": [2.75, 2.0]}
-    assert first["moves"][0]["pulses"][0]["levels"] == [[300.0, 0.03], [-150.0, 0.01]]
+    assert first["moves"][0]["pulses"][0]["levels"] == [[300.0, 0.03], [-120.0, 0.01]]
     assert second["moves"][0]["settling_time"] is None
-    assert second["moves"][0]["reason"] == "nothing helps"
+    assert replace(make(), learned=None).to_dict()["learned"] is None
+
+
+def test_the_json_form_of_an_arm() -> None:
+    (run,) = make_landing(replace(make_arm(), arm=ARM)).to_dict()["runs"]
+    assert [each["name"] for each in run["phases"]] == ["feedback", "resting", "series", "done"]
+    assert run["phases"][1]["reason"] == "because <1>"
+    assert run["moves"][0]["swing"] == 2.346e-5
+    assert run["arm"]["series"][0]["samples"] == 4
+    assert run["arm"]["series"][0]["planned_effort"] == [1.0, 1.0, -1.0, -1.0]
+    assert run["arm"]["load_position"] == [0.0, 0.2, 1.2, 0.8, 0.49]
 
 
 def test_a_task_ends_as_the_first_move_of_its_last_run_that_does_not_reach() -> None:
     reached, hunting, stuck = Ending.REACHED, Ending.HUNTING, Ending.STUCK
-    assert positioning(run(1, (hunting,)), run(2)).ending is reached
-    assert positioning(run(1), run(2, (reached, stuck, hunting))).ending is stuck
-    assert positioning(run(1), run(2, (reached, hunting))).last.number == 2
+    assert make(ended(hunting), ended(reached)).ending is reached
+    assert make(ended(reached), ended(reached, stuck, hunting)).ending is stuck
+    assert make(ended(reached), ended(reached, hunting)).last.number == 2
+    assert len(make_run(1, moves=2).pulses) == 6  # of all moves
 
 
-def test_a_controller_that_stopped_says_why() -> None:
-    done = positioning(run(1, (Ending.STOPPED,)))
-    assert done.ending_text.startswith("The controller stopped, as nothing helps; widen")
-    assert done.to_dict()["ending_text"] == done.ending_text
-    assert positioning(run(1, (Ending.STUCK,))).ending_text == Ending.STUCK.text
-
-
-def test_a_controller_is_not_its_own_remedy() -> None:
-    hunting = positioning(run(1, (Ending.HUNTING,)))
-    assert "method exact" in hunting.ending_text
-    exact = replace(hunting, method="exact").ending_text
-    assert "method exact" not in exact
-    assert exact.endswith("does not settle; give better first guesses, or a longest_width.")
-
-
-def test_offsets_count_where_directions_are_apart() -> None:
-    plain = positioning(run(1))
-    offset = replace(plain, scenario={"axis": {"offset": (5.0, "N")}})
-    apart = replace(run(1), estimates={"coulomb_friction_positive": np.array([1.0, 2.0])})
-    assert not plain.counts_offset
-    assert not offset.counts_offset
-    assert replace(offset, runs=(apart,)).counts_offset
-    assert not replace(plain, runs=(apart,)).counts_offset
-
-
-def test_every_ending_names_what_happened_and_a_remedy() -> None:
+def test_the_ending_says_why_and_names_a_remedy() -> None:
     for ending in Ending:
         assert ending.word
         assert ending.text.endswith(".")
         assert ending.reached or "; " in ending.text
+    stopped = make(make_run(1, ending=Ending.STOPPED))
+    assert stopped.ending_text.startswith("The controller stopped, as nothing <helps>; widen")
+    assert stopped.to_dict()["ending_text"] == stopped.ending_text
+    assert make(make_run(1, ending=Ending.STUCK)).ending_text == Ending.STUCK.text
+    # A controller is not its own remedy
+    hunting = replace(make(make_run(1, ending=Ending.HUNTING)), method="pwc")
+    assert "method exact" in hunting.ending_text
+    exact = replace(hunting, method="exact").ending_text
+    assert exact.endswith("does not settle; give better first guesses, or a longest_width.")
+
+
+@pytest.mark.parametrize(
+    ("ending", "words"),
+    [
+        (Ending.REACHED, "Both masses stay"),
+        (Ending.STUCK, "(method landing)"),
+        (Ending.SWINGING, "Mass 1 rests"),
+    ],
+)
+def test_the_ending_of_an_arm_has_its_own_words(ending: Ending, words: str) -> None:
+    run = make_arm()
+    moves = tuple(replace(move, ending=ending) for move in run.moves)
+    assert words in make_landing(replace(run, moves=moves)).ending_text
+
+
+def test_offsets_count_where_directions_are_apart() -> None:
+    offset = make()
+    plain = replace(offset, scenario={"axis": {"mass": (150.0, "kg")}})
+    alike = replace(make_run(1), estimates={"coulomb_friction": np.ones(7)})
+    assert offset.counts_offset
+    assert not plain.counts_offset
+    assert not replace(offset, runs=(alike,)).counts_offset
 
 
 def test_nothing_can_be_changed_afterwards() -> None:
-    done = positioning()
+    done = make(replace(make_run(1), deviations={"mass": np.ones(7)}))
     with pytest.raises(FrozenInstanceError):
         done.name = "another"  # type: ignore[misc]
-    for table in (done.truth, done.believed, done.scenario["axis"], done.runs[0].estimates):
+    (run,) = done.runs
+    for table in (done.truth, done.believed, done.scenario["axis"], run.estimates, run.deviations):
         with pytest.raises(TypeError):
             table["mass"] = 1.0  # type: ignore[index]
 
 
-def test_without_anything_learned_there_is_null() -> None:
-    assert replace(positioning(), learned=None).to_dict()["learned"] is None
+def test_the_error_of_an_arm_is_that_of_the_mass_that_is_farther() -> None:
+    np.testing.assert_allclose(ARM.error, [1.0, 0.8, -0.2, -0.4, -0.01])
+    np.testing.assert_allclose(ARM.measured_error, [1.0, 0.8, -0.2, -0.4, 0.0])
 
 
-def test_pulses_of_a_run_are_those_of_all_its_moves() -> None:
-    assert len(run(1, (Ending.REACHED, Ending.REACHED)).pulses) == 2
+def test_a_series_knows_its_times_and_its_errors() -> None:
+    assert (SERIES.duration, SERIES.end_time) == (2.0, 3.0)
+    np.testing.assert_allclose(SERIES.time, [1.0, 1.5, 2.0, 2.5, 3.0])
+    assert SERIES.planned_error == pytest.approx(-0.001)
+    assert SERIES.final_error == pytest.approx(0.02)
+    assert SERIES.final_load_error == pytest.approx(0.02 + 0.03)
+    restless = replace(SERIES, final_position=None, final_swing=None)
+    assert restless.final_error is restless.final_load_error is None
+    assert restless.to_dict()["final_error"] is None
