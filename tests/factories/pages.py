@@ -5,10 +5,12 @@ import gzip
 import html.parser
 import json
 import re
+import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
-__all__ = ["MOST_BYTES", "Page", "plots_of"]
+import pytest
 
 MOST_BYTES = 1_500_000
 """Size of a page; the drawing library is 0.53 MB of it."""
@@ -21,12 +23,43 @@ def plots_of(text: str) -> dict[str, Any]:
     return json.loads(gzip.decompress(base64.b64decode(found[1])))
 
 
+def browsed(page: Path, *options: str) -> str:
+    """Return the document of a page after Chromium has run it without a complaint, or skip."""
+    browser = shutil.which("chromium") or shutil.which("chromium-browser")
+    if browser is None:
+        pytest.skip("no Chromium on this machine to render the page with")
+    outcome = subprocess.run(
+        [
+            browser,
+            "--headless",
+            "--no-sandbox",
+            "--disable-gpu",
+            "--disable-quic",
+            "--no-first-run",
+            "--disable-background-networking",
+            "--disable-component-update",
+            "--disable-sync",
+            "--enable-logging=stderr",
+            *options,
+            f"--user-data-dir={page.parent / 'profile'}",
+            "--dump-dom",
+            page.as_uri(),
+        ],
+        capture_output=True,
+        text=True,
+        timeout=120,
+        check=True,
+    )
+    assert [line for line in outcome.stderr.splitlines() if ":CONSOLE" in line] == []
+    return outcome.stdout
+
+
 class Page(html.parser.HTMLParser):
     """Tags with attributes, visible text, styles and drawings of a page."""
 
-    def __init__(self, path: Path) -> None:
+    def __init__(self, page: Path | str) -> None:
         super().__init__()
-        self.source = path.read_text()
+        self.source = page.read_text() if isinstance(page, Path) else page
         self.tags: list[tuple[str, dict[str, str]]] = []
         self.text = ""
         self.styles = ""

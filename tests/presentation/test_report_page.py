@@ -4,15 +4,13 @@ import base64
 import gzip
 import hashlib
 import re
-import shutil
-import subprocess
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
-from pages import MOST_BYTES, Page
+from pages import MOST_BYTES, Page, browsed
 
 from stickslip.presentation import write_report
 from stickslip.presentation.page import packed_plotly
@@ -250,14 +248,6 @@ def test_nan_in_a_figure_becomes_a_gap(identification: Identification, tmp_path:
     assert None not in estimate["y"][100:]
 
 
-@pytest.fixture(scope="session")
-def browser() -> str:
-    found = shutil.which("chromium") or shutil.which("chromium-browser")
-    if found is None:
-        pytest.skip("no Chromium on this machine to render the page with")
-    return found
-
-
 def test_plotly_is_the_bundle_whose_version_is_stated() -> None:
     """The hash is that of the file in the npm package."""
     text = gzip.decompress(base64.b64decode(packed_plotly()))
@@ -267,33 +257,10 @@ def test_plotly_is_the_bundle_whose_version_is_stated() -> None:
 
 
 def test_a_browser_draws_every_figure_without_a_complaint(
-    browser: str, identification: Identification, tmp_path: Path
+    identification: Identification, tmp_path: Path
 ) -> None:
     page = write_report(identification, tmp_path / "report.html")
-    outcome = subprocess.run(
-        [
-            browser,
-            "--headless",
-            "--no-sandbox",
-            "--disable-gpu",
-            "--disable-quic",
-            "--no-first-run",
-            "--disable-background-networking",
-            "--disable-component-update",
-            "--disable-sync",
-            "--enable-logging=stderr",
-            "--virtual-time-budget=5000",
-            f"--user-data-dir={tmp_path / 'profile'}",
-            "--dump-dom",
-            page.as_uri(),
-        ],
-        capture_output=True,
-        text=True,
-        timeout=120,
-        check=True,
-    )
-    complaints = [line for line in outcome.stderr.splitlines() if ":CONSOLE" in line]
-    assert complaints == []
-    drawn = re.findall(r'class="plot js-plotly-plot" id="([\w-]+)"', outcome.stdout)
+    document = browsed(page, "--virtual-time-budget=5000")
+    drawn = re.findall(r'class="plot js-plotly-plot" id="([\w-]+)"', document)
     assert sorted(drawn) == sorted(FIGURES)
-    assert outcome.stdout.count('class="main-svg"') >= len(FIGURES)
+    assert document.count('class="main-svg"') >= len(FIGURES)

@@ -1,97 +1,14 @@
 """The page of the conjunction: its own sections, and text that stays text."""
 
-import numpy as np
 import pytest
+from reproductions import conjunction_reproduction
 
 from studies.van_de_wijdeven.page import reproduction_page
-from studies.van_de_wijdeven.records import (
-    Claim,
-    ConjunctionReproduction,
-    FrictionErrorEffect,
-    LandingScore,
-    ReferenceSeries,
-    Spread,
-    SuccessiveSeries,
-)
-
-
-def score(controller: str, case: str, *, lands: bool) -> LandingScore:
-    spread = Spread(median=2e-7, upper_95=4e-7, worst=5e-7)
-    return LandingScore(
-        controller=controller,
-        case=case,
-        arms=3,
-        moves=6,
-        landed=1.0 if lands else 0.0,
-        landed_in_four=1.0 if lands else None,
-        error_1=spread,
-        error_2=spread,
-        swing=spread,
-        time_ratio=Spread(median=6.0, upper_95=7.5, worst=8.0) if lands else None,
-        series=Spread(median=2.0, upper_95=3.0, worst=3.0) if lands else None,
-        misjudged=0.0 if lands else None,
-        farthest=0.3,
-        peak_effort=0.987,
-    )
 
 
 @pytest.fixture(scope="module")
 def page() -> str:
-    reproduction = ConjunctionReproduction(
-        title="The arm <lands>",
-        setting="Surrogate values.",
-        values={},
-        figures=(),
-        claims=(
-            Claim(
-                place="Concluding remarks",
-                statement="It lands.",
-                criterion="it does",
-                measured="it did",
-                agrees=True,
-                why="learning",
-            ),
-        ),
-        reference_series=(
-            ReferenceSeries(
-                pulse_width=0.5,
-                pulses=10,
-                expected_duration=5.0,
-                duration=5.5,
-                impulse=1.25,
-                peak_effort=0.75,
-                residual=2e-15,
-            ),
-        ),
-        friction_errors=(
-            FrictionErrorEffect(
-                friction_error=-0.01,
-                expected_error=0.0049,
-                expected_swing=0.002,
-                error=0.00487,
-                swing=0.00199,
-            ),
-        ),
-        successive_series=(
-            SuccessiveSeries(
-                friction_error=0.05,
-                learning=True,
-                error=np.array([0.025, -2e-6, 1e-9]),
-                swing=np.array([0.01, 1e-6, 3e-9]),
-            ),
-            SuccessiveSeries(
-                friction_error=-0.05, learning=False, error=np.array([0.5]), swing=np.array([0.6])
-            ),
-        ),
-        landing_scores=(
-            score("landing", "no noise", lands=True),
-            score("PID <fast>", "no noise", lands=False),
-        ),
-        how_compared="All are told the same.",
-        options={"arms": 3, "seed": 1},
-        stickslip_version="0.1.0",
-    )
-    return reproduction_page(reproduction, {})
+    return reproduction_page(conjunction_reproduction(), {})
 
 
 @pytest.mark.parametrize(

@@ -4,150 +4,16 @@ import re
 import struct
 from dataclasses import replace
 
-import numpy as np
 import pytest
+from reproductions import pulse_figure, pulse_panel, pulse_reproduction, sketch
 
 from studies.van_de_wijdeven.page import picture, reproduction_page
-from studies.van_de_wijdeven.records import (
-    CarriedRuns,
-    Claim,
-    ControllerScore,
-    Curve,
-    Panel,
-    PrintedNumber,
-    PulseReproduction,
-    Reading,
-    ReproducedFigure,
-    ResolutionScore,
-)
-
-
-def claim(**verdicts: bool) -> Claim:
-    return Claim(
-        place="4, Fig. 6",
-        statement=f"b̂ and Â_2 are below t_p,max: {len(verdicts)}.",
-        criterion="they are",
-        measured="; ".join(verdicts),
-        agrees=all(verdicts.values()),
-        why="As f_c is.",
-        readings=tuple(
-            Reading(name=name, agrees=agrees, measured=f"seen <{name}>")
-            for name, agrees in verdicts.items()
-        ),
-    )
-
-
-def panel(*, staircase: bool = False, lines: int = 2) -> Panel:
-    x = np.arange(5.0)
-    roles = ("first", "second")
-    return Panel(
-        title="a panel",
-        x_label="time [s]",
-        y_label="f_p [N]",
-        curves=tuple(
-            Curve(label=role, role=role, x=x, y=(-1.0) ** x * (k + 1), staircase=staircase)
-            for k, role in enumerate(roles[:lines])
-        ),
-    )
-
-
-def figure(number: str, *panels: Panel, columns: int = 2) -> ReproducedFigure:
-    return ReproducedFigure(
-        number=number, title="b̂ at t_p,max", caption="Of f̂_c.", columns=columns, panels=panels
-    )
-
-
-def sketch() -> ReproducedFigure:
-    return ReproducedFigure(
-        number="2",
-        title="Model",
-        caption="A mass.",
-        columns=1,
-        panels=(),
-        sketch="mass with friction",
-    )
+from studies.van_de_wijdeven.records import PulseReproduction
 
 
 @pytest.fixture
 def reproduction() -> PulseReproduction:
-    return PulseReproduction(
-        title="Part B",
-        setting="With Table 1.",
-        values={
-            "table_1": {
-                "mass": (150.0, "kg"),
-                "viscous_friction": (700.0, "N s/m"),
-                "pulse_effort": (300.0, "N"),
-            },
-            "runs": {"duration": (2.0, "s")},
-        },
-        figures=(figure("1", panel()), sketch()),
-        claims=(
-            claim(one=True, other=True),
-            claim(one=True, other=False, third=False),
-            claim(one=False),
-        ),
-        printed_numbers=tuple(
-            PrintedNumber(
-                place="3.1", quantity="t_p", printed=shown, value=0.07071, unit=unit, how="Eq. 4"
-            )
-            for shown, unit in (("0.071", "s"), ("0.070", "1"))
-        ),
-        carried_runs=tuple(
-            CarriedRuns(
-                controller=controller,
-                reading="u_p as printed",
-                longest_pulse=longest,
-                final_error=np.array([2.5e-6, -1.234567e-3]),
-                reached=np.array([True, False]),
-                time=np.array([0.41, np.nan]),
-                pulses=np.array([4, 84]),
-                reversed_pulses=np.array([0, 41]),
-                estimates={
-                    "pulse_gain": np.array([1.909, 1.301]),
-                    **(
-                        {"coulomb_friction": np.array([103.1, 130.4])}
-                        if controller == "PAPWC"
-                        else {}
-                    ),
-                },
-            )
-            for controller in ("PWC", "PAPWC")
-            for longest in (None, 0.03)
-        ),
-        controller_scores=(
-            ControllerScore(
-                controller="PWC, t_p ≤ 1",
-                axes=30,
-                within_tolerance=0.8333,
-                hunting=0.1667,
-                median_error=1.27e-5,
-                error_95=4.2e-4,
-                worst_error=7.5181e-3,
-                median_time=None,
-                median_pulses=None,
-                peak_effort=1.0,
-            ),
-        ),
-        how_compared="By <hand>.",
-        resolution_scores=(
-            ResolutionScore(
-                encoder_step=1e-8,
-                static_ratio=1.3,
-                friction_change=0.01,
-                sampling_time=1e-3,
-                axes=40,
-                smallest_step=1.3e-7,
-                median_error=5.8e-9,
-                error_95=1.6e-8,
-                within_a_step=0.82,
-                median_pulses=7.0,
-                still_moving=0,
-            ),
-        ),
-        options={"axes": 30, "seed": 1},
-        stickslip_version="1.2.3",
-    )
+    return pulse_reproduction()
 
 
 def page_of(reproduction: PulseReproduction) -> str:
@@ -243,17 +109,19 @@ def test_a_sketch_is_drawn_in_the_place_of_panels() -> None:
 
 
 def test_a_staircase_is_no_slope() -> None:
-    assert picture(figure("5", panel(staircase=True))) != picture(figure("5", panel()))
+    assert picture(pulse_figure("5", pulse_panel(staircase=True))) != picture(
+        pulse_figure("5", pulse_panel())
+    )
 
 
 def test_many_panels_share_one_legend() -> None:
-    one_row = figure("3", panel(), panel())
-    two_rows = figure("3", *([panel()] * 4))
-    lone_lines = figure("3", *([panel(lines=1)] * 4))
+    one_row = pulse_figure("3", pulse_panel(), pulse_panel())
+    two_rows = pulse_figure("3", *([pulse_panel()] * 4))
+    lone_lines = pulse_figure("3", *([pulse_panel(lines=1)] * 4))
     sizes = [struct.unpack(">II", picture(each)[16:24]) for each in (one_row, two_rows, lone_lines)]
     assert sizes[1] == sizes[2] != sizes[0]
-    renamed = replace(panel(lines=1), title="another")
-    assert picture(figure("3", *([panel(lines=1)] * 3), renamed)) != picture(lone_lines)
+    renamed = replace(pulse_panel(lines=1), title="another")
+    assert picture(pulse_figure("3", *([pulse_panel(lines=1)] * 3), renamed)) != picture(lone_lines)
 
 
 def test_the_document_says_which_part_it_is(reproduction: PulseReproduction) -> None:
