@@ -1,7 +1,11 @@
-"""Finished reproductions made from closed forms, so that pages and printed tables need no run."""
+"""Finished reproductions made from closed forms, and checks of the files of any reproduction."""
+
+import json
+import struct
 
 import numpy as np
 
+from studies.van_de_wijdeven import Reproduced
 from studies.van_de_wijdeven.records import (
     CarriedRuns,
     Claim,
@@ -302,3 +306,30 @@ def conjunction_reproduction() -> ConjunctionReproduction:
         options={"arms": 3, "seed": 1},
         stickslip_version="0.1.0",
     )
+
+
+def check_files(reproduced: Reproduced, figures: list[str]) -> None:
+    """Check that page, numbers and one picture a figure are in the folder, and nothing else."""
+    names = {f"figure-{number}.png" for number in figures}
+    names |= {reproduced.page.name, reproduced.numbers.name}
+    assert {path.name for path in reproduced.page.parent.iterdir()} == names
+    for path in reproduced.pictures:
+        data = path.read_bytes()
+        assert data[:8] == b"\x89PNG\r\n\x1a\n"
+        width, height = struct.unpack(">II", data[16:24])
+        assert width > 1000
+        assert height > 400
+
+
+def check_numbers(reproduced: Reproduced, figures: list[str], options: dict[str, int]) -> None:
+    """Check what every document of numbers says, and that its legend is about its own keys."""
+    found = json.loads(reproduced.numbers.read_text())
+    assert found["schema"] == 1
+    assert found["provenance"]["options"] == options
+    assert [each["number"] for each in found["figures"]] == figures
+    claims = reproduced.reproduction.claims
+    assert [each["agrees"] for each in found["claims"]] == [each.agrees for each in claims]
+    for path in set(found["legend"]) - {"loop"}:
+        place = found
+        for key in path.split("."):
+            place = (place[0] if isinstance(place, list) else place)[key]
