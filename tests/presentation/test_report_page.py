@@ -7,6 +7,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -34,6 +35,14 @@ def page_of(identification: Identification, folder: Path) -> Page:
     return Page(write_report(identification, folder / "report.html"))
 
 
+def changed(found: Identification, **changes: Any) -> Identification:
+    """Return an identification whose estimate, or the diagnostics of which, are others."""
+    own = {key: changes[key] for key in changes if hasattr(found.estimate, key)}
+    rest = {key: changes[key] for key in changes if key not in own}
+    diagnostics = replace(found.estimate.diagnostics, **rest)
+    return replace(found, estimate=replace(found.estimate, diagnostics=diagnostics, **own))
+
+
 def test_axes_are_labelled_with_the_units_of_the_axis_kind(
     identification: Identification, tmp_path: Path
 ) -> None:
@@ -41,8 +50,8 @@ def test_axes_are_labelled_with_the_units_of_the_axis_kind(
     assert tuple(plots) == FIGURES
     assert plots["curve-plot"]["layout"]["xaxis"]["title"]["text"] == "velocity <i>v</i> [m/s]"
     log = replace(identification.log, kind="rotary")
-    estimate = replace(identification.estimate, kind="rotary")
-    plots = page_of(replace(identification, log=log, estimate=estimate), tmp_path).plots()
+    rotary = replace(changed(identification, kind="rotary"), log=log)
+    plots = page_of(rotary, tmp_path).plots()
     for plot in plots.values():
         for key, axis in plot["layout"].items():
             if key.startswith(("xaxis", "yaxis")):
@@ -56,17 +65,10 @@ def test_names_cannot_become_part_of_the_page(
 ) -> None:
     nasty = "</script><script>alert(1)</script><img src=x onerror=alert(2)>\"'&"
     good = make(name=nasty)
-    estimate = replace(
-        good.estimate,
-        diagnostics=replace(good.estimate.diagnostics, notes=(nasty,)),
-        provenance=replace(
-            good.estimate.provenance,
-            files=(nasty,),
-            assumptions=(nasty,),
-            options={nasty: nasty},
-        ),
+    provenance = replace(
+        good.estimate.provenance, files=(nasty,), assumptions=(nasty,), options={nasty: nasty}
     )
-    page = page_of(replace(good, estimate=estimate), tmp_path)
+    page = page_of(changed(good, notes=(nasty,), provenance=provenance), tmp_path)
     assert page.text.count(nasty) == 7  # title, heading, note, file, assumption, option and value
     assert not [tag for tag, _ in page.tags if tag == "img"]
     assert sum(tag == "script" for tag, _ in page.tags) == 3
@@ -111,16 +113,12 @@ def test_an_estimate_that_failed_says_so_first_and_draws_what_was_recorded(
 
 
 def test_reasons_and_notes_are_said_in_words(doubtful: Identification, tmp_path: Path) -> None:
-    diagnostics = replace(
-        doubtful.estimate.diagnostics,
-        verdicts=tuple(
-            replace(each, reason="it looks like coulomb_friction_negative")
-            for each in doubtful.estimate.diagnostics.verdicts
-        ),
-        notes=("viscous_friction was hard",),
+    verdicts = tuple(
+        replace(each, reason="it looks like coulomb_friction_negative")
+        for each in doubtful.estimate.diagnostics.verdicts
     )
-    estimate = replace(doubtful.estimate, diagnostics=diagnostics)
-    text = page_of(replace(doubtful, estimate=estimate), tmp_path).text
+    noted = changed(doubtful, verdicts=verdicts, notes=("viscous_friction was hard",))
+    text = page_of(noted, tmp_path).text
     assert "not identified: it looks like Coulomb friction (backward)" in text
     assert "viscous friction was hard" in text
     assert "coulomb_friction" not in text
@@ -131,8 +129,8 @@ def test_a_value_that_cannot_be_is_not_called_identified(
 ) -> None:
     parameters = dict(identification.estimate.parameters)
     parameters["mass"] = replace(parameters["mass"], value=-2.0, ci95=(-2.1, -1.9))
-    estimate = replace(identification.estimate, parameters=parameters, status=Status.UNPHYSICAL)
-    text = page_of(replace(identification, estimate=estimate), tmp_path).text
+    negative = changed(identification, parameters=parameters, status=Status.UNPHYSICAL)
+    text = page_of(negative, tmp_path).text
     assert "✓ identified" not in text
     assert text.count("not to be used") == 3
     assert text.count("unphysical: it cannot be negative") == 1
@@ -142,8 +140,7 @@ def test_a_value_that_cannot_be_is_not_called_identified(
 def test_a_page_of_every_status_is_headed_by_its_word(
     status: Status, identification: Identification, tmp_path: Path
 ) -> None:
-    estimate = replace(identification.estimate, status=status)
-    text = page_of(replace(identification, estimate=estimate), tmp_path).text
+    text = page_of(changed(identification, status=status), tmp_path).text
     assert status.word in text
     assert status.text in text
 
@@ -162,8 +159,7 @@ def test_without_an_offset_none_is_spoken_of(
         values={key: identification.evolution.values[key] for key in parameters},
         stds={key: identification.evolution.stds[key] for key in parameters},
     )
-    estimate = replace(identification.estimate, parameters=parameters)
-    without = replace(identification, estimate=estimate, evolution=evolution)
+    without = replace(changed(identification, parameters=parameters), evolution=evolution)
     plot = page_of(without, tmp_path).plots()[curve]
     assert plot["data"][-1]["name"] == "fitted law"
     assert plot["layout"]["yaxis"]["title"]["text"] == "friction [N]"
@@ -183,14 +179,11 @@ def test_the_evolution_ends_at_the_interval_of_the_table(
         key: np.full_like(each, parameters[key].std)
         for key, each in identification.evolution.stds.items()
     }
-    found = replace(
-        identification,
-        estimate=replace(identification.estimate, parameters=parameters),
-        evolution=replace(identification.evolution, stds=stds),
-    )
+    evolution = replace(identification.evolution, stds=stds)
+    found = replace(changed(identification, parameters=parameters), evolution=evolution)
+    plots = page_of(found, tmp_path).plots()
     for key, parameter in parameters.items():
-        anchor = f"evolution-{key.replace('_', '-')}"
-        band = page_of(found, tmp_path).plots()[anchor]["data"][0]
+        band = plots[f"evolution-{key.replace('_', '-')}"]["data"][0]
         last = max(band["x"])
         ends = [y for x, y in zip(band["x"], band["y"], strict=True) if x == last]
         assert parameter.ci95 is not None
@@ -209,13 +202,8 @@ def test_small_jitter_keeps_its_digits(identification: Identification, tmp_path:
 def test_figures_of_merit_that_do_not_exist_are_said_in_words(
     doubtful: Identification, tmp_path: Path
 ) -> None:
-    diagnostics = replace(
-        doubtful.estimate.diagnostics,
-        relative_residual=float("nan"),
-        condition_number=float("inf"),
-    )
-    estimate = replace(doubtful.estimate, diagnostics=diagnostics)
-    text = page_of(replace(doubtful, estimate=estimate), tmp_path).text
+    bare = changed(doubtful, relative_residual=float("nan"), condition_number=float("inf"))
+    text = page_of(bare, tmp_path).text
     assert "Unexplainednot available" in text
     assert "Condition numberinfinite" in text
 
