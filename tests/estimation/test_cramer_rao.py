@@ -1,10 +1,12 @@
 """The Cramer-Rao bound: closed forms, a Monte Carlo that attains it, and what it refuses."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import chi2
 
-from stickslip.estimation import MaximumLikelihoodEstimator, cramer_rao_bound
+from stickslip.estimation import CramerRaoBound, MaximumLikelihoodEstimator, cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import InputError
@@ -24,6 +26,10 @@ of the parameters (Bonferroni); 400 runs gave ratios of 0.94 to 1.03."""
 
 COASTING = 1e-5
 """Relative; the last run of equal readings also holds the end of the motion into the rest."""
+
+
+def bound_of(sensors: Sensors, effort: np.ndarray = EFFORT, **settings: Any) -> CramerRaoBound:
+    return cramer_rao_bound(SERVO, effort, sampling_time=SAMPLING_TIME, sensors=sensors, **settings)
 
 
 def test_velocity_of_a_sliding_mass_in_closed_form() -> None:
@@ -48,9 +54,7 @@ def test_velocity_of_a_sliding_mass_in_closed_form() -> None:
 @pytest.mark.slow
 def test_maximum_likelihood_attains_the_bound() -> None:
     sensors = Sensors(position_noise=1e-2, velocity_noise=0.1)
-    bound = cramer_rao_bound(
-        SERVO, EFFORT, sampling_time=SAMPLING_TIME, sensors=sensors, initial_state=STATE
-    )
+    bound = bound_of(sensors, initial_state=STATE)
     truth = {"inertia": 0.05, "viscous_friction": 0.1, "coulomb_friction": 0.5, "offset": 0.05}
     motion = simulate(SERVO, EFFORT, sampling_time=SAMPLING_TIME, initial_state=STATE)
     generator = np.random.default_rng(1)
@@ -65,14 +69,10 @@ def test_maximum_likelihood_attains_the_bound() -> None:
         assert classical == pytest.approx(bound.std[name], rel=0.1)
 
 
-def test_what_a_scenario_does_not_tell_is_unbounded() -> None:
+def test_undetermined_parameters_are_unbounded() -> None:
     """One way only: Coulomb friction and offset are the same force."""
-    bound = cramer_rao_bound(
-        SERVO,
-        1.2 + 0.3 * np.sin(9.0 * TIME),
-        sampling_time=SAMPLING_TIME,
-        sensors=Sensors(position_noise=1e-3, velocity="none"),
-    )
+    one_way = 1.2 + 0.3 * np.sin(9.0 * TIME)
+    bound = bound_of(Sensors(position_noise=1e-3, velocity="none"), one_way)
     assert bound.std["coulomb_friction"] == np.inf
     assert bound.std["offset"] == np.inf
     assert bound.std["inertia"] < 1e-3
@@ -80,12 +80,7 @@ def test_what_a_scenario_does_not_tell_is_unbounded() -> None:
 
 def test_readings_of_an_encoder_at_rest_are_one() -> None:
     sensors = Sensors(encoder_step=1e-3, velocity="none")
-    short, long = (
-        cramer_rao_bound(
-            SERVO, np.append(EFFORT, np.zeros(rest)), sampling_time=SAMPLING_TIME, sensors=sensors
-        )
-        for rest in (500, 20_000)
-    )
+    short, long = (bound_of(sensors, np.append(EFFORT, np.zeros(rest))) for rest in (500, 20_000))
     for name, std in short.std.items():
         assert long.std[name] == pytest.approx(std, rel=COASTING)
 
@@ -118,4 +113,4 @@ def test_every_parameter_of_an_arm_is_bounded() -> None:
 )
 def test_exact_sensors_have_no_bound(sensors: Sensors) -> None:
     with pytest.raises(InputError, match="nothing bounds an estimate"):
-        cramer_rao_bound(SERVO, EFFORT, sampling_time=SAMPLING_TIME, sensors=sensors)
+        bound_of(sensors)

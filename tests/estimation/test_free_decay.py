@@ -1,5 +1,7 @@
 """Markho's free decay: the closed form in high precision, and logs of a mass on a spring."""
 
+from dataclasses import replace
+
 import mpmath
 import numpy as np
 import pytest
@@ -98,9 +100,8 @@ def test_intervals_cover(noise: float) -> None:
 
 def test_an_effort_before_the_decay_is_left_out() -> None:
     free = log_of(0.0)
-    pushed = AxisLog(
-        name="pushed",
-        kind="linear",
+    pushed = replace(
+        free,
         time=np.concatenate([free.time[0] - 0.005 * np.arange(100, 0, -1), free.time]),
         effort=np.concatenate([np.linspace(3.0, 25.0, 100), free.effort]),
         measured_position=np.concatenate([np.full(100, 0.5), free.measured_position]),
@@ -109,22 +110,13 @@ def test_an_effort_before_the_decay_is_left_out() -> None:
     assert found.value("coulomb_friction") == pytest.approx(COULOMB, rel=1e-4)
 
 
-def test_a_load_that_moves_is_refused() -> None:
+def test_logs_without_a_free_decay_are_refused() -> None:
     with pytest.raises(InputError, match="the load moves by"):
         FreeDecayEstimator(inertia=MASS).fit(log_of(0.0, load=2.0))
-
-
-def test_a_log_without_a_decay_is_refused() -> None:
-    time = np.arange(0.0, 10.0, 0.01)
-    log = AxisLog(
-        name="pushed",
-        kind="linear",
-        time=time,
-        effort=np.sin(time),
-        measured_position=1.0 - np.cos(time),
-    )
+    free = log_of(0.0)
+    pushed = replace(free, effort=np.sin(free.time))
     with pytest.raises(InputError, match="extremes of a swing, 4 are needed"):
-        FreeDecayEstimator(inertia=MASS).fit(log)
+        FreeDecayEstimator(inertia=MASS).fit(pushed)
 
 
 @pytest.mark.parametrize("settings", [{}, {"inertia": 1.0, "stiffness": 1.0}])
@@ -133,8 +125,9 @@ def test_one_of_inertia_and_stiffness_is_needed(settings: dict[str, float]) -> N
         FreeDecayEstimator(**settings)
 
 
-def test_extremes_must_alternate_and_be_enough() -> None:
-    with pytest.raises(InputError, match="4 are needed"):
-        DecayingExtremes(position=np.array([1.0, -1.0, 0.5]), deviation=np.ones(3))
-    with pytest.raises(InputError, match="in turn"):
-        DecayingExtremes(position=np.array([1.0, -1.0, -1.5, 0.5]), deviation=np.ones(4))
+@pytest.mark.parametrize(
+    ("position", "words"), [([1.0, -1.0, 0.5], "4 are needed"), ([1, -1, -1.5, 0.5], "in turn")]
+)
+def test_extremes_must_alternate_and_be_enough(position: list[float], words: str) -> None:
+    with pytest.raises(InputError, match=words):
+        DecayingExtremes(position=np.array(position), deviation=np.ones(len(position)))

@@ -127,8 +127,7 @@ def test_it_agrees_with_least_squares_on_emps(benchmark_data: Find) -> None:
     assert found.diagnostics.relative_residual < other.diagnostics.relative_residual
 
 
-def test_settings_are_checked() -> None:
-    with pytest.raises(InputError, match="feedback is 0"):
-        IdimInstrumentalVariables(feedback=0.0)
-    with pytest.raises(InputError, match="cutoff is -1"):
-        IdimInstrumentalVariables(cutoff=-1.0)
+@pytest.mark.parametrize(("name", "value"), [("feedback", 0.0), ("cutoff", -1.0)])
+def test_settings_are_checked(name: str, value: float) -> None:
+    with pytest.raises(InputError, match=f"{name} is {value:g}"):
+        IdimInstrumentalVariables(**{name: value})

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.estimation import (
+    DesignedInput,
     InputLimits,
     MaximumLikelihoodEstimator,
     cramer_rao_bound,
@@ -29,6 +30,19 @@ BEYOND = 5.0
 """Standard deviations from the truth that one estimate in a million exceeds."""
 
 
+def design(
+    plant: SingleMass = STAGE, *, limits: InputLimits = LIMITS, duration: float = DURATION
+) -> DesignedInput:
+    return design_input(
+        plant,
+        duration=duration,
+        sampling_time=SAMPLING_TIME,
+        sensors=SENSORS,
+        limits=limits,
+        generator=np.random.default_rng(1),
+    )
+
+
 def within(effort: np.ndarray) -> bool:
     motion = simulate(STAGE, effort, sampling_time=SAMPLING_TIME)
     way = np.max(np.abs(motion.position - motion.position[0]))
@@ -45,14 +59,7 @@ def determined(effort: np.ndarray) -> float:
 
 
 def test_a_designed_input_keeps_the_limits_and_beats_every_sine() -> None:
-    designed = design_input(
-        STAGE,
-        duration=DURATION,
-        sampling_time=SAMPLING_TIME,
-        sensors=SENSORS,
-        limits=LIMITS,
-        generator=np.random.default_rng(1),
-    )
+    designed = design()
     assert within(designed.effort)
     time = SAMPLING_TIME * np.arange(designed.effort.size)
     sines = [
@@ -72,21 +79,14 @@ def test_a_designed_input_keeps_the_limits_and_beats_every_sine() -> None:
 
 
 @pytest.mark.slow
-def test_ten_times_as_long_tells_at_least_ten_times_as_much() -> None:
-    told = []
+def test_ten_times_as_long_determines_at_least_ten_times_as_much() -> None:
+    content = []
     for duration in (DURATION, 10.0 * DURATION):
-        designed = design_input(
-            STAGE,
-            duration=duration,
-            sampling_time=SAMPLING_TIME,
-            sensors=SENSORS,
-            limits=LIMITS,
-            generator=np.random.default_rng(1),
-        )
+        designed = design(duration=duration)
         bound = designed.bound
-        told.append(np.linalg.slogdet(bound.information)[1] / len(bound.names))
+        content.append(np.linalg.slogdet(bound.information)[1] / len(bound.names))
         assert within(designed.effort)
-    assert told[1] >= told[0] + np.log(10.0)
+    assert content[1] >= content[0] + np.log(10.0)
 
 
 @pytest.mark.parametrize(
@@ -103,37 +103,13 @@ def test_an_effort_that_does_not_free_the_axis_is_named(
         coulomb_friction=20.0, viscous_friction=200.0, offset=offset
     )
     with pytest.raises(InputError, match=words):
-        design_input(
-            SingleMass(mass=95.0, friction=law),
-            duration=1.0,
-            sampling_time=SAMPLING_TIME,
-            sensors=SENSORS,
-            limits=InputLimits(effort=effort),
-            generator=np.random.default_rng(1),
-        )
+        design(SingleMass(mass=95.0, friction=law), duration=1.0, limits=InputLimits(effort=effort))
 
 
-def test_what_cannot_be_told_is_refused() -> None:
+def test_impossible_designs_are_refused() -> None:
     with pytest.raises(InputError, match="no input within the limits"):
-        design_input(
-            STAGE,
-            duration=1.0,
-            sampling_time=SAMPLING_TIME,
-            sensors=SENSORS,
-            limits=InputLimits(effort=120.0, travel=1e-12),
-            generator=np.random.default_rng(1),
-        )
+        design(duration=1.0, limits=InputLimits(effort=120.0, travel=1e-12))
     with pytest.raises(InputError, match="the input has 10 samples"):
-        design_input(
-            STAGE,
-            duration=0.05,
-            sampling_time=SAMPLING_TIME,
-            sensors=SENSORS,
-            limits=LIMITS,
-            generator=np.random.default_rng(1),
-        )
-
-
-def test_limits_are_positive() -> None:
+        design(duration=0.05)
     with pytest.raises(InputError, match="travel limit is -1"):
         InputLimits(effort=1.0, travel=-1.0)

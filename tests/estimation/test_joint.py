@@ -81,10 +81,14 @@ def fitted(trio: list[AxisLog]) -> FrictionEstimate:
     return JointEstimator().fit(trio)
 
 
-def near(estimate: FrictionEstimate, name: str, value: float) -> bool:
+def std_of(estimate: FrictionEstimate, name: str) -> float:
     std = estimate.parameters[name].std
     assert std is not None
-    return abs(estimate.value(name) - value) < DEVIATIONS * std
+    return std
+
+
+def near(estimate: FrictionEstimate, name: str, value: float) -> bool:
+    return abs(estimate.value(name) - value) < DEVIATIONS * std_of(estimate, name)
 
 
 def test_common_parameters_and_those_of_each_log_are_found(fitted: FrictionEstimate) -> None:
@@ -120,10 +124,8 @@ def test_a_noisy_log_does_not_spoil_a_good_one() -> None:
     alone = SelectedModelEstimator(select=False).fit(good)
     joint = JointEstimator(single=SelectedModelEstimator(select=False)).fit([good, noisy])
     for name in TRUTH:
-        own, common = alone.parameters[name].std, joint.parameters[name].std
-        assert own is not None
-        assert common is not None
-        assert common < 1.3 * own, name  # an unweighted fit has more than ten times as much
+        # An unweighted fit has more than ten times as much
+        assert std_of(joint, name) < 1.3 * std_of(alone, name), name
 
 
 @pytest.mark.slow
@@ -131,12 +133,11 @@ def test_intervals_shrink_with_the_number_of_logs() -> None:
     single = SelectedModelEstimator(select=False)
     logs = [log_of(f"log {k}", noise=0.2, seed=k) for k in range(9)]
     joint = JointEstimator(single=single).fit(logs)
+    alone = [single.fit(log) for log in logs]
     for name in TRUTH:
-        stds = np.array([single.fit(log).parameters[name].std for log in logs], dtype=float)
-        common = joint.parameters[name].std
-        assert common is not None
+        stds = np.array([std_of(estimate, name) for estimate in alone])
         # One over the square root of nine; each standard deviation is known to 20 %
-        assert common == pytest.approx(1.0 / np.sqrt(np.sum(stds**-2.0)), rel=0.5)
+        assert std_of(joint, name) == pytest.approx(1.0 / np.sqrt(np.sum(stds**-2.0)), rel=0.5)
 
 
 def test_a_log_that_differs_is_named_with_parameter_and_size() -> None:
@@ -268,7 +269,7 @@ def test_the_estimate_of_one_log_has_the_usual_names(
         own = fitted.of_log(log.name)
         assert set(own.parameters) == {*TRUTH, "offset", "effort_delay"}
         assert own.value("offset") == fitted.value(f"offset[{log.name}]")
-        std = own.parameters["effort_delay"].std
+        std = std_of(own, "effort_delay")
         assert std == pytest.approx(float(np.sqrt(own.covariance[-1, -1])), rel=SAME)
         error = predict_effort(own, log) - log.effort
         noise = {"morning": 0.01, "noon": 0.02, "evening": 0.04}[log.name]
@@ -366,10 +367,7 @@ def pair(**changes: Any) -> list[AxisLog]:
         (lambda: pair(kind="rotary"), ("first is of a linear axis", "second of a rotary")),
         (lambda: pair(name="first"), ("two logs have the name 'first'",)),
         (lambda: [log_of("first"), replace(log_of("first"), name="copy")], ("copy", "same log")),
-        (
-            lambda: pair(measured_load_position=np.zeros(10000)),
-            ("second", "flexible arm"),
-        ),
+        (lambda: pair(measured_load_position=np.zeros(10000)), ("second", "flexible arm")),
         (list, ("no log is given",)),
         (lambda: pair(effort=np.zeros(10000)), ("second", "effort is 0 N")),
         (lambda: [log_of("first"), "missing.csv"], ("missing.csv",)),

@@ -1,5 +1,6 @@
 """Maximum likelihood on the exact simulator: truth recovered, honest intervals, limits told."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -22,6 +23,7 @@ TRUTH = {
 }
 
 ENCODER = Sensors(encoder_step=COUNT, velocity="none")
+QUIET = Sensors(position_noise=1e-4, velocity="none")
 
 NOISELESS_TOLERANCE = 1e-6
 """Relative; the search ends where a step would gain less than 1e-4 in the likelihood, and without
@@ -55,10 +57,14 @@ def logged(
     effort: np.ndarray,
     sensors: Sensors,
     generator: np.random.Generator,
+    *,
     state: tuple[float, ...] | None = None,
+    acting: np.ndarray | None = None,
 ) -> AxisLog:
-    motion = simulate(plant, effort, sampling_time=SAMPLING_TIME, initial_state=state)
-    return sensors.measure(motion, generator)
+    """Return a log of the effort, under another one that acts if it is given."""
+    acting = effort if acting is None else acting
+    motion = simulate(plant, acting, sampling_time=SAMPLING_TIME, initial_state=state)
+    return replace(sensors.measure(motion, generator), effort=np.append(effort, effort[-1]))
 
 
 def check_truth(estimator: MaximumLikelihoodEstimator, log: AxisLog, truth: Any) -> None:
@@ -72,7 +78,7 @@ def check_truth(estimator: MaximumLikelihoodEstimator, log: AxisLog, truth: Any)
 
 def test_without_noise_the_truth_is_found() -> None:
     generator = np.random.default_rng(1)
-    log = logged(servo(), multisine(generator), Sensors(), generator, (0.3, 1.5))
+    log = logged(servo(), multisine(generator), Sensors(), generator, state=(0.3, 1.5))
     estimate = MaximumLikelihoodEstimator().fit(log)
     for name, value in TRUTH.items():
         assert estimate.value(name) == pytest.approx(value, rel=NOISELESS_TOLERANCE)
@@ -97,18 +103,11 @@ def test_directions_of_their_own_are_found() -> None:
 @pytest.mark.slow
 def test_a_correlated_sensor_error_is_whitened() -> None:
     generator = np.random.default_rng(3)
-    motion = simulate(servo(), multisine(generator), sampling_time=SAMPLING_TIME)
-    error = np.zeros(motion.position.size)
+    log = logged(servo(), multisine(generator), Sensors(velocity="none"), generator)
+    error = np.zeros(len(log))
     for k in range(1, error.size):
         error[k] = 0.98 * error[k - 1] + 1e-3 * generator.standard_normal()
-    log = Sensors(velocity="none").measure(motion)
-    log = AxisLog(
-        name="coloured",
-        kind="rotary",
-        time=log.time,
-        effort=log.effort,
-        measured_position=log.measured_position + error,
-    )
+    log = replace(log, measured_position=log.measured_position + error)
     estimator = MaximumLikelihoodEstimator()
     check_truth(estimator, log, TRUTH)
     noise = estimator.maximum(log).noise["position"]
@@ -122,15 +121,7 @@ def test_the_delay_of_the_effort_is_found(delay: int) -> None:
     generator = np.random.default_rng(4)
     effort = multisine(generator, 2500)
     late = np.concatenate((np.zeros(delay), effort[: effort.size - delay]))
-    motion = simulate(servo(), late, sampling_time=SAMPLING_TIME)
-    seen = ENCODER.measure(motion)
-    log = AxisLog(
-        name="late",
-        kind="rotary",
-        time=seen.time,
-        effort=np.append(effort, effort[-1]),
-        measured_position=seen.measured_position,
-    )
+    log = logged(servo(), effort, ENCODER, generator, acting=late)
     estimate = MaximumLikelihoodEstimator(largest_delay=2).fit(log)
     told = f"the effort acts {delay} sample{'' if delay == 1 else 's'} late (likeliest of 0 to 2)"
     assert told in estimate.diagnostics.notes
@@ -160,16 +151,10 @@ def test_a_short_log_of_positions_alone_is_fitted(per_direction: bool) -> None:
 def test_an_effort_that_acts_late_is_among_the_causes_named() -> None:
     generator = np.random.default_rng(4)
     effort = multisine(generator, 2500)
-    motion = simulate(servo(), np.append([0.0, 0.0], effort[:-2]), sampling_time=SAMPLING_TIME)
-    seen = Sensors(position_noise=1e-4, velocity="none").measure(motion, generator)
-    log = AxisLog(
-        name="late",
-        kind="rotary",
-        time=seen.time,
-        effort=np.append(effort, effort[-1]),
-        measured_position=seen.measured_position,
+    late = np.append([0.0, 0.0], effort[:-2])
+    estimate = MaximumLikelihoodEstimator().fit(
+        logged(servo(), effort, QUIET, generator, acting=late)
     )
-    estimate = MaximumLikelihoodEstimator().fit(log)
     assert estimate.status is Status.BIASED
     assert any("largest_delay" in note for note in estimate.diagnostics.notes)
 
@@ -178,11 +163,10 @@ def test_an_axis_that_rests_on_a_count_gives_one_reading() -> None:
     """Ten times as long at rest tells nothing more: values and intervals stay what they are."""
     generator = np.random.default_rng(5)
     moving = multisine(generator, 4000)
-    sensors = ENCODER
     fits = []
     for rest in (100, 20_000):
         effort = np.concatenate((moving, np.zeros(rest)))
-        log = logged(servo(), effort, sensors, generator, (0.0003, 0.0))
+        log = logged(servo(), effort, ENCODER, generator, state=(0.0003, 0.0))
         fits.append(MaximumLikelihoodEstimator().fit(log))
     for name in TRUTH:
         short, long = (fit.diagnostics.classical_std[name] for fit in fits)
@@ -283,14 +267,10 @@ def test_an_axis_that_hardly_moves_is_told() -> None:
 @pytest.mark.slow
 def test_gaps_and_a_horizon_give_every_stretch_a_first_state() -> None:
     generator = np.random.default_rng(11)
-    log = logged(
-        servo(), multisine(generator), Sensors(position_noise=1e-4, velocity="none"), generator
-    )
-    keep = np.ones(len(log), dtype=bool)
-    keep[2000:2200] = False
-    gappy = AxisLog(
-        name="gappy",
-        kind="rotary",
+    log = logged(servo(), multisine(generator), QUIET, generator)
+    keep = np.delete(np.arange(len(log)), slice(2000, 2200))
+    gappy = replace(
+        log,
         time=log.time[keep],
         effort=log.effort[keep],
         measured_position=log.measured_position[keep],
@@ -306,15 +286,7 @@ def test_a_force_that_the_model_lacks_is_told() -> None:
     generator = np.random.default_rng(12)
     effort = multisine(generator)
     disturbed = effort + 0.1 * np.sin(2 * np.pi * 0.11 * np.arange(effort.size) * SAMPLING_TIME)
-    motion = simulate(servo(), disturbed, sampling_time=SAMPLING_TIME)
-    seen = Sensors(position_noise=1e-4, velocity="none").measure(motion, generator)
-    log = AxisLog(
-        name="disturbed",
-        kind="rotary",
-        time=seen.time,
-        effort=np.append(effort, effort[-1]),
-        measured_position=seen.measured_position,
-    )
+    log = logged(servo(), effort, QUIET, generator, acting=disturbed)
     notes = MaximumLikelihoodEstimator(noise="white").fit(log).diagnostics.notes
     assert any("disturbing force" in note for note in notes)
 

@@ -1,5 +1,7 @@
 """Any estimate held against its log: the effort it leaves, and the motion it makes."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -84,28 +86,19 @@ def test_what_is_left_counts_every_term_of_the_estimate() -> None:
     assert replay(sprung, estimate) is None
     # Lost samples are resampled, clipped ones are left out
     kept = np.random.default_rng(2).uniform(size=time.size) > 0.003
-    again = unexplained_effort(
-        AxisLog(
-            name="uneven",
-            kind="linear",
-            time=time[kept],
-            effort=np.clip(effort[kept], -4.5, 4.5),
-            measured_position=position(time[kept]),
-        ),
-        estimate,
+    uneven = replace(
+        sprung,
+        time=time[kept],
+        effort=np.clip(effort[kept], -4.5, 4.5),
+        measured_position=position(time[kept]),
     )
+    again = unexplained_effort(uneven, estimate)
     assert again is not None
     assert again < 0.01
 
 
 def test_what_is_not_identified_cannot_be_replayed(log: AxisLog) -> None:
-    still = AxisLog(
-        name="one way",
-        kind="linear",
-        time=log.time,
-        effort=np.full(len(log), 5.0),
-        measured_position=0.1 * log.time,
-    )
-    estimate = EnergyEstimator().fit(still)
-    assert replay(still, estimate) is None
-    assert unexplained_effort(still, estimate) is None
+    one_way = replace(log, effort=np.full(len(log), 5.0), measured_position=0.1 * log.time)
+    estimate = EnergyEstimator().fit(one_way)
+    assert replay(one_way, estimate) is None
+    assert unexplained_effort(one_way, estimate) is None

@@ -1,6 +1,7 @@
 """Static friction and Stribeck velocity from simulated logs."""
 
 import functools
+import itertools
 
 import numpy as np
 import pytest
@@ -68,10 +69,7 @@ def reasons_of(estimate: FrictionEstimate) -> dict[str, str]:
     return {each.parameter: each.reason for each in estimate.diagnostics.verdicts}
 
 
-METHODS = {
-    "known inertia": EnergyEstimator(inertia=1.0),
-    "inertia sought": EnergyEstimator(),
-}
+METHODS = {"known inertia": EnergyEstimator(inertia=1.0), "inertia sought": EnergyEstimator()}
 
 
 @pytest.mark.parametrize("method", METHODS)
@@ -82,19 +80,18 @@ def test_known_stribeck_velocity(method):
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("method", METHODS)
-@pytest.mark.parametrize("sensors", [NOISY, ENCODER], ids=["noisy", "encoder"])
-def test_stribeck_velocity_sought(method, sensors):
+@pytest.mark.parametrize(
+    ("method", "sensors", "tolerance"),
+    [
+        *itertools.product(METHODS, (NOISY, ENCODER), (IN_NOISE,)),
+        ("inertia sought", Sensors(), WITHOUT_NOISE),
+    ],
+)
+def test_stribeck_velocity_sought(method, sensors, tolerance):
     estimate = StribeckEstimator(method=METHODS[method]).fit(log_of(law_of(), sensors))
-    assert_found(estimate, IN_NOISE)
+    assert_found(estimate, tolerance)
     assert "stribeck_velocity" in estimate.parameters
     assert estimate.estimator == "stribeck-energy"
-
-
-@pytest.mark.slow
-def test_stribeck_velocity_to_a_thousandth_without_noise():
-    estimate = StribeckEstimator(method=METHODS["inertia sought"]).fit(log_of(law_of(), Sensors()))
-    assert_found(estimate, WITHOUT_NOISE)
 
 
 @pytest.mark.slow
@@ -155,16 +152,6 @@ def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):
     assert reasons_of(estimate)["stribeck_velocity"].startswith("friction rises by")
 
 
-def test_an_axis_at_rest_tells_nothing():
-    time = np.arange(3000) * T
-    noise = default_rng(1).normal(0.0, 1e-6, 3000)
-    log = AxisLog(
-        name="rest", kind="linear", time=time, effort=np.sin(time), measured_position=noise
-    )
-    estimate = StribeckEstimator(method=EnergyEstimator()).fit(log)
-    assert estimate.status is Status.INSUFFICIENT_EXCITATION
-
-
 @pytest.mark.parametrize("method", METHODS)
 @pytest.mark.parametrize(("sensors", "tolerance"), [(Sensors(), 2e-3), (NOISY, 0.05)])
 def test_on_line(method, sensors, tolerance):
@@ -180,16 +167,6 @@ def test_on_line(method, sensors, tolerance):
         history[-1][names.index("coulomb_friction")],
         history[-1][names.index("viscous_friction")],
     ]
-
-
-def test_recursive_least_squares_take_the_same_regressors():
-    law, terms = law_of(), FrictionTerms.asked(per_direction=False, offset=True, stribeck=EFFECT)
-    velocity = default_rng(2).normal(0.0, 0.2, 500)
-    rows = terms.force_columns(velocity, np.sign(velocity))
-    rls = RecursiveLeastSquares()
-    state = rls.init(initial_values=[0.0] * 4, initial_variance=1e8)
-    _, history = rls.run(state, rows, law.friction(velocity) + law.offset)
-    np.testing.assert_allclose(history[-1], [TRUTH[name] for name in terms.names], rtol=1e-6)
 
 
 def test_recursive_least_squares_find_the_stribeck_velocity_from_a_guess():

@@ -13,8 +13,6 @@ from stickslip.estimation.selection.search import smallest_ratio
 from stickslip.estimation.selection.significance import Basis, Partial, significance
 from stickslip.records import LogDeviation
 
-__all__ = ["Consistency", "ConsistencyTuning", "compared"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class ConsistencyTuning:
@@ -34,24 +32,15 @@ class ConsistencyTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class Consistency:
-    """What the comparison of the logs gave.
+    """Result of the comparison of the logs.
 
-    Attributes
-    ----------
-    p_value
-        Of no difference at all [-]; None if nothing could be compared.
-    deviations
-        Significant differences, the clearest first.
-    shifts
-        One row for each [SI]: the difference of its parameter, and the change of the others if that
-        log has its own value.
-    rows
-        Those given, without what the differences explain: their least-squares solution is that of
-        the other logs.
+    Each deviation has a row of shifts [SI]: the difference of its parameter, and the change of the
+    others if that log has its own value. The rows are those given, without what the differences
+    explain: their least-squares solution is that of the other logs.
     """
 
-    p_value: float | None
-    deviations: tuple[LogDeviation, ...]
+    p_value: float | None  # of no difference at all; None if nothing could be compared
+    deviations: tuple[LogDeviation, ...]  # the significant ones, the clearest first
     shifts: Float[np.ndarray, "k p"]
     rows: ModelRows
 
@@ -70,34 +59,27 @@ class _Trial:
         return float(np.sum(self.partial.coordinates**2))
 
 
+def compared_logs(logs: int) -> range:
+    """Return the numbers of the logs that are compared with the others: of two, the second."""
+    return range(logs) if logs > 2 else range(1, logs)
+
+
 def compared(
     rows: ModelRows, logs: Sequence[str], common: Sequence[str], tuning: ConsistencyTuning
 ) -> Consistency:
-    """Return in which common parameters which logs differ from the others.
+    """Compare the common parameters of the named logs.
 
     Each difference is a column: that of the parameter in the rows of one log, zero in the others.
     It is tested as a term of the model is, robust to correlated residuals, and its p-value is
     multiplied by the number of differences (Bonferroni). The clearest difference joins the model
     before the search continues. Of two logs, the second is compared with the first.
-
-    Parameters
-    ----------
-    rows
-        Of the joint fit.
-    logs
-        Names of the logs.
-    common
-        Names of the parameters to compare.
-    tuning
-        Of the test.
     """
     if rows.log is None or not common:
         none = np.zeros((0, len(rows.names)))
         return Consistency(p_value=None, deviations=(), shifts=none, rows=rows)
-    several = range(len(logs)) if len(logs) > 2 else range(1, len(logs))
-    pairs = [(k, rows.names.index(name)) for k in several for name in common]
+    pairs = [(k, rows.names.index(name)) for k in compared_logs(len(logs)) for name in common]
     columns, overall = rows.columns, None
-    found: list[tuple[_Trial, float]] = []
+    found: list[tuple[_Trial, float]] = []  # with p-values over all differences tried
     while pairs:
         basis = Basis.of(columns, rows.target, rows.log)
         trials = [_tried(rows, basis, columns, *pair, tuning) for pair in pairs]
@@ -116,12 +98,12 @@ def compared(
     deviations: list[LogDeviation] = []
     shifts: list[Float[np.ndarray, " p"]] = []
     # Each difference beside all the others: the first ones changed as more were found
-    for place, (trial, p_value) in enumerate(found):
-        others = np.delete(columns, p + place, axis=1)
+    for place, (trial, p_value) in enumerate(found, p):
+        others = np.delete(columns, place, axis=1)
         basis = Basis.of(others, rows.target, rows.log)
-        partial = basis.partial(columns[:, p + place : p + place + 1]) or trial.partial
-        final = replace(trial, partial=partial)
-        deviations.append(_deviation(rows, others, basis, final, p_value, logs, tuning))
+        partial = basis.partial(columns[:, place : place + 1]) or trial.partial
+        final = replace(trial, partial=partial, p_value=p_value)
+        deviations.append(_deviation(rows, others, basis, final, logs, tuning))
         shift = values[:p] - least_squares(others, rows.target)[:p]
         shift[trial.parameter] = partial.values[0]
         shifts.append(shift)
@@ -162,7 +144,6 @@ def _deviation(
     columns: Float[np.ndarray, "n q"],
     basis: Basis,
     trial: _Trial,
-    p_value: float,
     logs: Sequence[str],
     tuning: ConsistencyTuning,
 ) -> LogDeviation:
@@ -173,8 +154,8 @@ def _deviation(
     found = robust_uncertainty(vectors, np.eye(vectors.shape[1])[-1:], residual, log=rows.log)
     ratio = abs(difference / float(trial.partial.coordinates[0]))  # from coordinates to values
     column = _column(rows, trial.log, trial.parameter)
-    others = np.column_stack([columns, column])
-    value = float(least_squares(others, rows.target)[trial.parameter])
+    joined = np.column_stack([columns, column])
+    value = float(least_squares(joined, rows.target)[trial.parameter])
     relative = difference / (value or float(np.finfo(float).tiny))
     own = rows.log == trial.log
     effect = float(np.linalg.norm(column[own])) * abs(difference)
@@ -185,6 +166,6 @@ def _deviation(
         difference=difference,
         std=ratio * float(np.sqrt(found.covariance[0, 0])),
         relative=relative,
-        p_value=p_value,
+        p_value=trial.p_value,
         material=abs(relative) > tuning.smallest_difference and share > tuning.smallest_share,
     )

@@ -12,13 +12,15 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import MotionSummary, Regression
 from stickslip.estimation.fit.solve import provenance_of, solve
 from stickslip.estimation.joint.consistency import Consistency, ConsistencyTuning, compared
-from stickslip.estimation.joint.model import JointModel, difference_terms, joint_rows
-from stickslip.estimation.joint.rows import JointMotions, StackedRows
-from stickslip.estimation.prepare import PreparedLog
-from stickslip.estimation.selection.estimator import (
-    SelectedModelEstimator,
-    judged,
+from stickslip.estimation.joint.model import (
+    JointModel,
+    JointMotions,
+    StackedRows,
+    difference_terms,
+    joint_rows,
 )
+from stickslip.estimation.prepare import PreparedLog
+from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
     column_noise,
@@ -33,21 +35,9 @@ from stickslip.estimation.selection.plausibility import (
     unsettled_delay,
     wrong_inertia,
 )
-from stickslip.estimation.selection.search import (
-    DELAY_TERM,
-    Model,
-    half_width,
-    search,
-    with_terms,
-)
+from stickslip.estimation.selection.search import DELAY_TERM, Model, half_width, search, with_terms
 from stickslip.estimation.selection.summary import selection_of
-from stickslip.estimation.selection.terms import (
-    DELAY,
-    DWELL,
-    SATURATION,
-    Term,
-    candidate_terms,
-)
+from stickslip.estimation.selection.terms import DELAY, DWELL, SATURATION, Term, candidate_terms
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.estimation.weak_form.windows import Weight
@@ -67,8 +57,6 @@ from stickslip.records import (
     unit_of,
     unit_text,
 )
-
-__all__ = ["JointEstimator", "JointTuning"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -90,9 +78,9 @@ class _Member:
     """One log as prepared."""
 
     log: PreparedLog
-    motions: SlipMotions
+    motions: SlipMotions  # with the time counted from the middle
     notes: tuple[str, ...]
-    middle: float
+    middle: float  # time of the log [s]
 
     @property
     def name(self) -> str:
@@ -166,18 +154,7 @@ class JointEstimator:
         return self.details(logs).estimate
 
     def details(self, logs: Sequence[AxisLog]) -> Fit:
-        """Return the estimate with its rows, for a report.
-
-        Parameters
-        ----------
-        logs
-            As `fit` takes them.
-
-        Raises
-        ------
-        InputError
-            As `fit`.
-        """
+        """Return the estimate with its rows, for a report; see `fit`."""
         unknown = [name for name in self.delays if name not in {log.name for log in logs}]
         if unknown:
             raise InputError(
@@ -208,24 +185,18 @@ class JointEstimator:
             if parameter.identified and name == shared_name(name)
         ]
         consistency = compared(rows, model.logs, common, self.tuning.consistency)
-        single = self.single
+
+        def rows_of(wide: Model) -> ModelRows:
+            return joint_rows(cast("JointModel", wide), kind, rows.names)
+
         shifts = [
-            shift
-            for shift in (
-                single.between_windows(
-                    model,
-                    rows,
-                    estimate,
-                    lambda wide: joint_rows(cast("JointModel", wide), kind, rows.names),
-                ),
-                single.of_other_terms(model, rows, terms),
-                None
-                if DELAY in model.names or any(model.delay_known)
-                else single.of_unknown_delay(model, rows),
-                *consistency.shifts,
-            )
-            if shift is not None
+            self.single.between_windows(model, rows, estimate, rows_of),
+            self.single.of_other_terms(model, rows, terms),
+            *consistency.shifts,
         ]
+        if DELAY not in model.names and not any(model.delay_known):
+            shifts.insert(2, self.single.of_unknown_delay(model, rows))
+        shifts = [shift for shift in shifts if shift is not None]
         differences: dict[bool, list[str]] = {True: [], False: []}  # by whether they matter
         for each in consistency.deviations:
             differences[each.material].append(difference_text(each, model.logs, logs[0].kind))
@@ -235,19 +206,15 @@ class JointEstimator:
             estimate, regression = self._solved(members, model, consistency.rows, notes, widened)
         causes = [wrong, unsettled_delay(model, tuning.search)]
         for k, each in enumerate(members):
-            alone = model.of_log(k)
-            causes += [
-                f"{each.name}: {cause}" if cause else ""
-                for cause in (
-                    implausible_units(each.log, each.motions, tuning.plausibility),
-                    too_slow_sampling(each.log, each.motions, tuning.plausibility),
-                    wrong_inertia(alone, kind, logs[0].unit(kind), tuning.plausibility)
-                    or reversed_sign(alone, kind, tuning.plausibility),
-                    unexplained_effort(
-                        each.motions, alone, model_rows(alone, kind), tuning.plausibility
-                    ),
-                )
-            ]
+            alone, plausibility = model.of_log(k), tuning.plausibility
+            own = (
+                implausible_units(each.log, each.motions, plausibility),
+                too_slow_sampling(each.log, each.motions, plausibility),
+                wrong_inertia(alone, kind, logs[0].unit(kind), plausibility)
+                or reversed_sign(alone, kind, plausibility),
+                unexplained_effort(each.motions, alone, model_rows(alone, kind), plausibility),
+            )
+            causes += [f"{each.name}: {cause}" for cause in own if cause]
         causes += differences[True]
         estimate = replace(
             estimate,
@@ -283,7 +250,7 @@ class JointEstimator:
         self, members: Sequence[_Member], inertia: float | None
     ) -> tuple[JointModel, Sequence[Term]]:
         """Return the model that the logs support together, and the terms that were tried."""
-        single = self.single
+        single, smallest = self.single, self.tuning.smallest_level
         start = self._start(members, inertia)
         motions = JointMotions(
             stretches=tuple(m for each in members for m in each.motions.stretches),
@@ -301,14 +268,13 @@ class JointEstimator:
             if term.name not in left_out or term.name in single.include
         ]
         model = self._searched(start, terms, left_out)
-        again = model.with_levels(self.tuning.smallest_level)
+        again = model.with_levels(smallest)
         change = np.log(np.array(again.levels) / np.array(start.levels))
         if np.ptp(change) > np.log(self.tuning.level_change):
             start = replace(start, levels=again.levels)
-            again = self._searched(start, terms, left_out).with_levels(self.tuning.smallest_level)
-        return again.without_differences(), [
-            term for term in terms if term.name not in left_out and single.select
-        ]
+            again = self._searched(start, terms, left_out).with_levels(smallest)
+        tried = [term for term in terms if term.name not in left_out and single.select]
+        return again.without_differences(), tried
 
     def _searched(self, start: JointModel, terms: Sequence[Term], left_out: set[str]) -> JointModel:
         """Return the model with its included and selected terms."""
@@ -317,8 +283,7 @@ class JointEstimator:
         if single.select:
             offered = [term for term in terms if term.name not in left_out]
             offered += difference_terms(start.logs, inertia=start.inertia is None)
-            most = tuning.most_terms + len(start.logs)
-            more = replace(tuning, most_terms=most)
+            more = replace(tuning, most_terms=tuning.most_terms + len(start.logs))
             model = search(model, offered, more, ripple="ripple" not in left_out)
         return cast("JointModel", model)
 
@@ -470,17 +435,7 @@ def _motion(members: Sequence[_Member], model: JointModel) -> MotionSummary:
 
 
 def difference_text(deviation: LogDeviation, logs: Sequence[str], kind: AxisKind) -> str:
-    """Return in words by how much one log differs, and the remedy.
-
-    Parameters
-    ----------
-    deviation
-        Of the log.
-    logs
-        Names of all logs.
-    kind
-        Of the axis.
-    """
+    """Return in words by how much one of the named logs differs, and the remedy."""
     others = "the others" if len(logs) > 2 else logs[0]
     what = in_words(deviation.parameter)
     if deviation.relative > -1.0:
@@ -503,10 +458,7 @@ def difference_text(deviation: LogDeviation, logs: Sequence[str], kind: AxisKind
 
 
 def _joint_logs(
-    members: Sequence[_Member],
-    model: JointModel,
-    consistency: Consistency,
-    error_rate: float,
+    members: Sequence[_Member], model: JointModel, consistency: Consistency, error_rate: float
 ) -> JointLogs:
     logs = [each.log.log for each in members]
     return JointLogs(

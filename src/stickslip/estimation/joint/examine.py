@@ -16,34 +16,15 @@ from stickslip.estimation.selection.evaluation.figures import (
 )
 from stickslip.records import AxisLog, Identification
 
-__all__ = ["examine_jointly"]
-
 
 def examine_jointly(
-    logs: Sequence[AxisLog],
-    estimator: JointEstimator,
-    truth: Mapping[str, float] | None = None,
+    logs: Sequence[AxisLog], estimator: JointEstimator, truth: Mapping[str, float] | None = None
 ) -> Identification:
     """Fit several logs and compute all that the report shows.
 
-    Parameters
-    ----------
-    logs
-        Of one rigid axis, with different names.
-    estimator
-        Of several logs.
-    truth
-        True parameter values by name [SI], where the logs were simulated; only passed on.
-
-    Returns
-    -------
-    The estimate with friction curve, energy balance and residuals, one log after another. They
-    are left out where a parameter is not identified.
-
-    Raises
-    ------
-    InputError
-        As ``estimator.fit`` does.
+    The truth (parameter values by name [SI], of simulated logs) is only passed on. The result has
+    friction curve, energy balance and residuals, one log after another; they are left out where a
+    parameter is not identified. Raises as ``estimator.fit``.
     """
     fit = estimator.details(logs)
     estimate, model = fit.estimate, cast("JointModel", fit.model)
@@ -52,9 +33,7 @@ def examine_jointly(
         return found
     level = np.array(model.levels)[model.rows.log]
     unweighted = replace(
-        fit.rows,
-        target=fit.rows.target * level,
-        regressors=fit.rows.regressors * level[:, None],
+        fit.rows, target=fit.rows.target * level, regressors=fit.rows.regressors * level[:, None]
     )
     rows = replace(force_rows(estimate, model, unweighted), time=fit.rows.time)
     stretches = [

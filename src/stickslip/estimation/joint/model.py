@@ -6,19 +6,20 @@ The rows of log i are divided by the level of its residual, so that a noisy log 
 good one (weighted least squares).
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
-from jaxtyping import Bool, Float
+from jaxtyping import Bool, Float, Int
 
-from stickslip.estimation.joint.rows import StackedRows
+from stickslip.estimation.joint.consistency import compared_logs
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows, with_shapes
 from stickslip.estimation.selection.search import LARGEST_STEP, Model
 from stickslip.estimation.selection.terms import DELAY, Term
-from stickslip.estimation.weak_form.shape import Shape
-
-__all__ = ["JointModel", "difference_terms", "joint_rows"]
+from stickslip.estimation.weak_form.motion import SlipMotions
+from stickslip.estimation.weak_form.rows import WindowRows
+from stickslip.estimation.weak_form.shape import Column, Shape
 
 _OWN_TERMS = (DELAY, "offset drift", "friction drift", "gain drift")
 _OWN_PARAMETERS = (
@@ -32,9 +33,56 @@ _OWN_PARAMETERS = (
 _DIFFERENCE = "difference of "
 
 
-def _own_name(parameter: str, log: str) -> str:
-    """Return the name of a parameter that a log has for itself."""
-    return f"{parameter}[{log}]"
+class JointMotions(SlipMotions):
+    """The motion of several logs, the time of each counted from the middle of that log."""
+
+    @property
+    def reference_time(self) -> float:
+        """Middle of every log [s], at which drifting parameters have the values given."""
+        return 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class StackedRows(WindowRows):
+    """Rows of several logs, whose sampling times and windows may differ."""
+
+    parts: tuple[WindowRows, ...]  # of each log
+
+    @classmethod
+    def of(cls, parts: Sequence[WindowRows]) -> "StackedRows":
+        """Return the rows of all logs, one log after another."""
+        moves = np.cumsum([0, *(part.moves for part in parts)])
+        return cls(
+            motions=tuple(motion for part in parts for motion in part.motions),
+            weight=max((part.weight for part in parts), key=lambda weight: weight.duration),
+            delay=0.0,  # each log has its own
+            middles=tuple(middles for part in parts for middles in part.middles),
+            move=np.concatenate([part.move + k for part, k in zip(parts, moves, strict=False)]),
+            parts=tuple(parts),
+        )
+
+    @cached_property
+    def log(self) -> Int[np.ndarray, " n"]:
+        """Number of the log that each row is from [-]."""
+        return np.repeat(np.arange(len(self.parts)), [part.size for part in self.parts])
+
+    @cached_property
+    def indicators(self) -> Float[np.ndarray, "n k"]:
+        """Whether each row is from each log, 1 or 0 [-]."""
+        return (self.log[:, None] == np.arange(len(self.parts))).astype(float)
+
+    def moved(self, samples: int) -> "StackedRows":
+        """Return rows of the same windows a sample later (1) or earlier (-1)."""
+        return StackedRows.of([part.moved(samples) for part in self.parts])
+
+    def widened(self, factor: float) -> "StackedRows":
+        """Return rows of windows that are wider by a factor [-]."""
+        return StackedRows.of([part.widened(factor) for part in self.parts])
+
+    def _filtered(
+        self, column: Column, taps_of: Callable[[WindowRows], Float[np.ndarray, " k"]]
+    ) -> Float[np.ndarray, " n"]:
+        return np.concatenate([part._filtered(column, taps_of) for part in self.parts])
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,38 +91,22 @@ class DifferenceTerm(Term):
 
     It competes with the terms in the search, so that a log of another axis is not explained by a
     term. The final model does not contain it.
-
-    Attributes
-    ----------
-    log
-        Number of that log [-].
-    column
-        ``"acceleration"``, ``"velocity"`` or ``"direction"``, of `StackedRows`.
     """
 
-    log: int
-    column: str
+    log: int  # number of that log
+    column: str  # "acceleration", "velocity" or "direction", of StackedRows
 
 
 def difference_terms(logs: Sequence[str], *, inertia: bool) -> tuple[DifferenceTerm, ...]:
-    """Return the differences of inertia, viscous and Coulomb friction.
-
-    Parameters
-    ----------
-    logs
-        Names of the logs. Of two logs, the second is compared with the first.
-    inertia
-        Whether the inertia is estimated.
-    """
+    """Return the differences of viscous and Coulomb friction, and of inertia if it is sought."""
     columns = ("velocity", "direction", *(("acceleration",) if inertia else ()))
-    own = range(len(logs)) if len(logs) > 2 else range(1, len(logs))
-    tests = len(own) * len(columns)
+    own = compared_logs(len(logs))
     return tuple(
         DifferenceTerm(
             name=f"{_DIFFERENCE}{column} in {logs[k]}",
             text="one log differs from the others",
             shapes=(Shape(names=(column,), columns=()),),
-            tests=tests,
+            tests=len(own) * len(columns),
             log=k,
             column=column,
         )
@@ -85,24 +117,12 @@ def difference_terms(logs: Sequence[str], *, inertia: bool) -> tuple[DifferenceT
 
 @dataclass(frozen=True, kw_only=True)
 class JointModel(Model):
-    """A force balance of several logs.
+    """A force balance of several logs."""
 
-    Attributes
-    ----------
-    rows
-        The windows of all logs, with the delay of the effort of each.
-    logs
-        Names of the logs.
-    levels
-        Root mean square of the residual of each log [N or N m].
-    delay_known
-        Whether the delay of each log was given.
-    """
-
-    rows: StackedRows
-    logs: tuple[str, ...]
-    levels: tuple[float, ...]
-    delay_known: tuple[bool, ...]
+    rows: StackedRows  # windows of all logs, with the delay of the effort of each
+    logs: tuple[str, ...]  # names
+    levels: tuple[float, ...]  # root mean square of the residual of each log [N or N m]
+    delay_known: tuple[bool, ...]  # whether the delay of each log was given
 
     def scaled(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
         """Return rows over the level of their log."""
@@ -132,13 +152,7 @@ class JointModel(Model):
         return delays[~self._delay_known]
 
     def with_delays(self, delays: Float[np.ndarray, " k"]) -> "JointModel":
-        """Return the model with other delays of the effort, over the same windows if they fit.
-
-        Parameters
-        ----------
-        delays
-            As `delays` returns them [samples].
-        """
+        """Return the model with other `delays` [samples], over the same windows if they fit."""
         every = np.array([part.delay for part in self.rows.parts])
         every[~self._delay_known] = delays
         parts = [self.of_log(k).shifted(delay).rows for k, delay in enumerate(every.tolist())]
@@ -147,10 +161,7 @@ class JointModel(Model):
     def stepped(self, largest_delay: float) -> tuple["JointModel", float]:
         """Return the model after a Gauss-Newton step of all delays, and the largest step [samples].
 
-        Parameters
-        ----------
-        largest_delay
-            Of the effort, either way [s].
+        The delays stay within the largest, either way [s].
         """
         steps = np.zeros(len(self.logs))
         found = np.clip(self.coefficients(DELAY), -LARGEST_STEP, LARGEST_STEP)
@@ -201,10 +212,7 @@ class JointModel(Model):
     def with_levels(self, smallest: float) -> "JointModel":
         """Return the model with the levels of the residual that it leaves in each log.
 
-        Parameters
-        ----------
-        smallest
-            Level relative to the effort [-].
+        They are at least the smallest, relative to the effort.
         """
         basis = self.basis()
         squares = (basis.residual * np.array(self.levels)[self.rows.log]) ** 2
@@ -228,16 +236,8 @@ def joint_rows(
     """Return the rows of a joint model in the parameters that are reported.
 
     Common parameters come first. Those of a log have its name in brackets. Friction per direction
-    contains the offset of the first log; the offsets of the others are relative to it.
-
-    Parameters
-    ----------
-    model
-        As selected.
-    inertia_name
-        ``"mass"`` or ``"inertia"``.
-    shapes
-        Names of the shapes to add as parameters; None for those that the logs determine.
+    contains the offset of the first log; the offsets of the others are relative to it. The named
+    shapes are added as parameters, None for those that the logs determine.
     """
     bent = next((name for name in ("stribeck", "low speed") if name in model.names), None)
     excess = None if bent is None else float(model.coefficients(bent)[0])
@@ -247,10 +247,12 @@ def joint_rows(
     named = {name: np.concatenate([each[name] for each in columns]) for name in common}
     for parameter in _OWN_PARAMETERS:
         for k, log in enumerate(model.logs):
-            if parameter in columns[k]:
-                named[_own_name(parameter, log)] = _placed(columns[k][parameter], k, parts)
+            if parameter in columns[k]:  # zero in the other logs
+                own = np.zeros(model.rows.log.size)
+                own[model.rows.log == k] = columns[k][parameter]
+                named[f"{parameter}[{log}]"] = own
             elif parameter == "offset" and model.offset and k > 0:
-                named[_own_name(parameter, log)] = model.rows.indicators[:, k]
+                named[f"{parameter}[{log}]"] = model.rows.indicators[:, k]
     rows = ModelRows(
         names=tuple(named),
         columns=model.scaled(np.column_stack(list(named.values()))),
@@ -258,12 +260,3 @@ def joint_rows(
         log=model.rows.log,
     )
     return with_shapes(rows, model, shapes)
-
-
-def _placed(
-    column: Float[np.ndarray, " _"], place: int, parts: Sequence[ModelRows]
-) -> Float[np.ndarray, " n"]:
-    """Return a column of one log, with zeros in the others."""
-    return np.concatenate(
-        [column if k == place else np.zeros(part.target.size) for k, part in enumerate(parts)]
-    )

@@ -18,12 +18,7 @@ from stickslip.estimation.likelihood.windows import run_means, run_starts
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant, SingleMass
 from stickslip.records import InputError, ReadOnlyMapping, unit_of
-from stickslip.simulation import (
-    MotionSensitivity,
-    Sensors,
-    sensitivity_names,
-    simulate_sensitivity,
-)
+from stickslip.simulation import MotionSensitivity, Sensors, sensitivity_names, simulate_sensitivity
 
 _DITHER = 0.25
 """Noise in encoder steps from which on equal readings in a row are readings of their own."""

@@ -18,7 +18,7 @@ from stickslip.estimation.likelihood.search import (
     staged_search,
     with_static_friction,
 )
-from stickslip.estimation.likelihood.windows import ChannelNoise, Window, whitened
+from stickslip.estimation.likelihood.windows import ChannelNoise, Window, whitened, windows_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
@@ -79,7 +79,8 @@ class _Found:
     parameters: AxisParameters
     windows: list[Window]
     maximum: Maximum
-    delay: int
+    delay: int  # [samples]
+    sought_delay: bool
     static: StaticRange | None = None
     notes: tuple[str, ...]
     clipped: bool
@@ -252,12 +253,12 @@ class MaximumLikelihoodEstimator:
         Their least-squares solution is the likeliest parameters; their Gramian is the Fisher
         information.
         """
-        return self._rows(self._found(log))
+        return _rows_at(self._found(log))
 
     def details(self, log: AxisLog) -> Fit:
         """Return the estimate with its rows, for a report."""
         found = self._found(log)
-        rows = self._rows(found)
+        rows = _rows_at(found)
         provenance = provenance_of(log, options_of(self))
         estimate = solve(rows, estimator=self.name, provenance=provenance)
         return Fit(
@@ -267,11 +268,6 @@ class MaximumLikelihoodEstimator:
             load_inertia=self.load_inertia,
             stiffness=self.stiffness,
         )
-
-    def _rows(self, found: _Found) -> Regression:
-        rows = _rows_at(found)
-        delay = found.delay if self.largest_delay else None
-        return replace(rows, effort_delay=delay, biased=rows.biased or found.clipped)
 
     def _found(self, log: AxisLog) -> _Found:
         """Search the likeliest parameters, and the likeliest delay."""
@@ -304,13 +300,18 @@ class MaximumLikelihoodEstimator:
         guess = first_guess(log, parameters, self.initial_values or {}, cutoff=cutoff)
         best: _Found | None = None
         for delay in range(self.largest_delay + 1):
+
+            def cut(pieces: int, delay: int = delay) -> list[Window]:
+                skipped, flexible = self.largest_delay, parameters.flexible
+                return windows_of(
+                    log, low_pass, pieces, delay=delay, skipped=skipped, flexible=flexible
+                )
+
             windows, maximum, note = staged_search(
                 log,
-                low_pass,
+                cut,
                 parameters,
                 guess if best is None else best.maximum.values,
-                delay=delay,
-                skipped=self.largest_delay,
                 horizon=self.horizon,
                 coloured=coloured,
             )
@@ -321,6 +322,7 @@ class MaximumLikelihoodEstimator:
                     windows=windows,
                     maximum=maximum,
                     delay=delay,
+                    sought_delay=self.largest_delay > 0,
                     notes=(*whole.notes, *wrong, *note),
                     clipped=whole.clipped,
                 )
@@ -429,5 +431,6 @@ def _rows_at(found: _Found) -> Regression:
         effect=float(np.sqrt(effect)),
         smallest_singular_ratio=max(ratio, _SMALLEST_RATIO),
         resolution=0.0,
-        biased=biased,
+        effort_delay=found.delay if found.sought_delay else None,
+        biased=biased or found.clipped,
     )

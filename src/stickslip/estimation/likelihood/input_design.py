@@ -32,7 +32,7 @@ _LEAST_DETERMINED = -100.0  # logarithm of the determinant where nothing is
 
 @dataclass(frozen=True, kw_only=True)
 class InputLimits:
-    """What an axis allows.
+    """Limits of an axis.
 
     Attributes
     ----------
@@ -50,28 +50,21 @@ class InputLimits:
 
     def __post_init__(self) -> None:
         positive("effort limit", self.effort, "N or N m")
-        for name, value, unit in (
-            ("speed limit", self.speed, "m/s or rad/s"),
-            ("travel limit", self.travel, "m or rad"),
-        ):
-            if value is not None:
-                positive(name, value, unit)
-
-    def excess(self, found: MotionSensitivity) -> float:
-        """Return by how much a motion exceeds the limits [-]; 0 if it does not."""
-        motion = found.motion
-        total = 0.0
         if self.speed is not None:
-            total += max(float(np.max(np.abs(motion.velocity))) / (_USED * self.speed) - 1.0, 0.0)
+            positive("speed limit", self.speed, "m/s or rad/s")
         if self.travel is not None:
-            way = float(np.max(np.abs(motion.position - motion.position[0])))
-            total += max(way / (_USED * self.travel) - 1.0, 0.0)
-        return total
+            positive("travel limit", self.travel, "m or rad")
+
+    def excess(self, largest_speed: float, largest_travel: float) -> float:
+        """Return by how much a motion exceeds the limits [-]; 0 if it does not."""
+        pairs = ((self.speed, largest_speed), (self.travel, largest_travel))
+        excess = [reached / (_USED * limit) - 1.0 for limit, reached in pairs if limit is not None]
+        return sum((max(each, 0.0) for each in excess), start=0.0)
 
 
 @dataclass(frozen=True, kw_only=True)
 class DesignedInput:
-    """An input and what it is expected to tell.
+    """An input and the bound on the parameters that is expected with it.
 
     Attributes
     ----------
@@ -169,7 +162,7 @@ def design_input(
             found = simulate_sensitivity(plant, effort, sampling_time=sampling_time)
         except EventBudgetError:
             return -_LEAST_DETERMINED
-        excess = limits.excess(found)
+        excess = limits.excess(*_extent(found))
         determinant = _determinant(bound_of(plant, found, sensors, names))
         value = -determinant + _PENALTY * excess
         if excess == 0.0 and determinant > _LEAST_DETERMINED and (best is None or value < best[0]):
@@ -187,23 +180,27 @@ def design_input(
     starts.sort(key=lambda start: start[0])
     for _, design, frequencies in starts[:_REFINED]:
         minimize(
-            cost,
-            design,
-            args=(frequencies,),
-            method="Powell",
-            options={"maxfev": _EVALUATIONS},
+            cost, design, args=(frequencies,), method="Powell", options={"maxfev": _EVALUATIONS}
         )
     if best is None:
         raise _refusal(plant, limits)
     effort = best[1]
     found = simulate_sensitivity(plant, effort, sampling_time=sampling_time)
+    largest_speed, largest_travel = _extent(found)
     return DesignedInput(
         sampling_time=sampling_time,
         effort=effort,
         bound=bound_of(plant, found, sensors, names),
-        largest_speed=float(np.max(np.abs(found.motion.velocity))),
-        largest_travel=float(np.max(np.abs(found.motion.position - found.motion.position[0]))),
+        largest_speed=largest_speed,
+        largest_travel=largest_travel,
     )
+
+
+def _extent(found: MotionSensitivity) -> tuple[float, float]:
+    """Return the largest speed and distance from the start [m/s or rad/s, m or rad]."""
+    position = found.motion.position
+    travel = float(np.max(np.abs(position - position[0])))
+    return float(np.max(np.abs(found.motion.velocity))), travel
 
 
 def _families(slowest: float, fastest: float) -> list[tuple[Float[np.ndarray, " tones"], int]]:
@@ -238,13 +235,13 @@ def _refusal(plant: Plant, limits: InputLimits) -> InputError:
         "forwards": law.offset + law.static_friction_positive,
         "backwards": law.static_friction_negative - law.offset,
     }
-    held = {way: effort for way, effort in takes.items() if effort >= limits.effort}
+    held = {direction: effort for direction, effort in takes.items() if effort >= limits.effort}
     if held:
-        way = f" {next(iter(held))}" if len(held) == 1 else ""
+        direction = f" {next(iter(held))}" if len(held) == 1 else ""
         least = max(held.values())
         return InputError(
-            f"an effort of at most {limits.effort:g} {unit} does not free the axis{way}, which "
-            f"takes {min(held.values()):g} {unit}",
+            f"an effort of at most {limits.effort:g} {unit} does not free the axis{direction}, "
+            f"which takes {min(held.values()):g} {unit}",
             remedy=f"allow more than {least:g} {unit}, or correct the friction and offset that are "
             "believed",
         )
@@ -256,11 +253,7 @@ def _refusal(plant: Plant, limits: InputLimits) -> InputError:
 
 def _turning_rate(plant: Plant, limits: InputLimits) -> float:
     """Return a frequency [Hz] above which the effort hardly moves the axis."""
-    mass = sum(
-        getattr(plant, name)
-        for name in ("mass", "mass_1", "mass_2")
-        if name in plant.__dataclass_fields__
-    )
+    mass = sum(value for name, value in vars(plant).items() if name.startswith("mass"))
     if limits.speed is not None:
         return _FASTEST * limits.effort / (mass * limits.speed)
     if limits.travel is not None:

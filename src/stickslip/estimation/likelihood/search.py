@@ -10,22 +10,15 @@ jumps where it passes an effort of the log. There is no derivative to follow: `w
 compares the likelihood level by level.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.likelihood.axis_parameters import SIDES, AxisParameters
-from stickslip.estimation.likelihood.windows import (
-    ChannelNoise,
-    Window,
-    likeliest_noise,
-    whitened,
-    windows_of,
-)
+from stickslip.estimation.likelihood.windows import ChannelNoise, Window, likeliest_noise, whitened
 from stickslip.estimation.point_estimate import NORMAL_95
-from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.records import (
     AxisLog,
     EventBudgetError,
@@ -216,32 +209,25 @@ def _damped(
 
 def staged_search(
     log: AxisLog,
-    low_pass: LowPass,
+    cut: Callable[[int], list[Window]],
     parameters: AxisParameters,
     start: Float[np.ndarray, " p"],
     *,
-    delay: int,
-    skipped: int,
     horizon: float | None,
     coloured: bool,
 ) -> tuple[list[Window], Maximum, tuple[str, ...]]:
     """Return the likeliest parameters, over short pieces first, then over what is asked for.
 
     Errors are taken as white until the last search: a correlation near one forgives a wrong guess
-    whatever adds up slowly, and keeps the search near it. The effort comes late by the delay
-    [samples], and at least as many samples are skipped. The horizon is the duration of a piece in
-    the last search [s], None for whole stretches. The windows of the last search come with its
-    maximum, and a note if the model explains pieces of the log much better than the whole.
+    whatever adds up slowly, and keeps the search near it. The log is cut into so many pieces a
+    stretch. The horizon is the duration of a piece in the last search [s], None for whole
+    stretches. The windows of the last search come with its maximum, and a note if the model
+    explains pieces of the log much better than the whole.
     """
     longest = max(len(part) for part in log.segments())
     last = 1
     if horizon is not None:
         last = max(round((longest - 1) * log.sampling_time / horizon), 1)
-
-    def cut(pieces: int) -> list[Window]:
-        return windows_of(
-            log, low_pass, delay=delay, skipped=skipped, pieces=pieces, flexible=parameters.flexible
-        )
 
     def roughly(windows: list[Window], at: Float[np.ndarray, " p"]) -> Maximum:
         steps, gain = _TRIED, _ROUGH

@@ -186,7 +186,7 @@ class Window:
 
 
 def windows_of(
-    log: AxisLog, low_pass: LowPass, *, delay: int, skipped: int, pieces: int, flexible: bool
+    log: AxisLog, low_pass: LowPass, pieces: int, *, delay: int, skipped: int, flexible: bool
 ) -> list[Window]:
     """Return the stretches of a log without gaps, each cut into pieces of equal length.
 
