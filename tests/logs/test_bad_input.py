@@ -1,4 +1,4 @@
-"""What cannot be used is refused in one line that says what, where and the remedy."""
+"""Logs and schemas that cannot be used: one line with what, where and the remedy."""
 
 import os
 from pathlib import Path
@@ -101,7 +101,7 @@ def test_missing_file(tmp_path):
     assert "no such file or folder" in refusal(tmp_path / "nowhere.csv")
 
 
-def test_a_name_that_no_file_can_have(tmp_path):
+def test_impossible_file_name(tmp_path):
     assert "cannot be read" in refusal(tmp_path / ("x" * 5000 + ".csv"))
 
 
@@ -116,12 +116,12 @@ def test_a_name_that_no_file_can_have(tmp_path):
         ("1e-300 * force * 1e-300", "is zero in all 3 samples"),
     ],
 )
-def test_factors_that_nothing_can_be_computed_with(expression, what, file):
+def test_factors_out_of_range(expression, what, file):
     schema = LogSchema(kind="linear", effort=expression, units={"effort": "N"})
     assert what in refusal(file(HEAD + "0,0,1\n1,2,3\n2,3,1\n"), schema)
 
 
-def test_that_no_effort_acts_has_to_be_said(file):
+def test_zero_effort_must_be_stated(file):
     path = file(HEAD + "0,0,0\n1,2,0\n2,3,0\n")
     schema = LogSchema(kind="linear", effort="0 * pos", units={"effort": "N"})
     assert read_log(path, schema).effort.tolist() == [0.0, 0.0, 0.0]
@@ -132,14 +132,14 @@ def test_that_no_effort_acts_has_to_be_said(file):
             read_log(path, schema)
 
 
-def test_a_pipe_is_refused(tmp_path):
+def test_pipe(tmp_path):
     pipe = tmp_path / "log.csv"
     os.mkfifo(pipe)
     assert "this is a pipe or a device, which are not supported" in refusal(pipe)
 
 
 @pytest.mark.usefixtures("without_shape_checks")
-def test_a_data_frame_is_no_path():
+def test_data_frame_is_no_path():
     with pytest.raises(InputError, match=r"type DataFrame is not the path .*log_from_frame"):
         read_log(pd.DataFrame({"t": [0.0, 1.0]}))
 
@@ -177,7 +177,7 @@ def test_columns_of_different_lengths(tmp_path):
     assert "t has 200 samples and f has 199" in refusal(path)
 
 
-def test_a_fault_in_an_array_is_counted_as_its_users_count(tmp_path):
+def test_index_of_a_fault_in_an_array(tmp_path):
     position = DATA["x"].copy()
     position[7] = np.nan
     np.savez(tmp_path / "log.npz", **{**DATA, "x": position})
@@ -202,7 +202,7 @@ def test_a_fault_in_an_array_is_counted_as_its_users_count(tmp_path):
         ({"files": {"a": "log.csv"}}, "", "names files in a folder, and this is one file"),
     ],
 )
-def test_schemas_that_do_not_fit(schema, start, what, file):
+def test_bad_schemas(schema, start, what, file):
     message = refusal(file(HEAD + GOOD), LogSchema(kind="linear", **schema))
     assert message.startswith(start)
     assert what in message
@@ -247,7 +247,7 @@ def test_missing_schema_file(file, tmp_path):
 
 
 @pytest.mark.usefixtures("without_shape_checks")
-def test_a_kind_there_is_not():
+def test_unknown_kind():
     with pytest.raises(InputError, match="'round'; state one of: linear, rotary"):
         LogSchema(kind="round")
 
@@ -280,13 +280,13 @@ def test_bad_folders(motor, signal, start, what, tmp_path):
     assert what in message
 
 
-def test_a_schema_file_is_named(file):
+def test_schema_file_is_named(file):
     schema = file('kind = "linear"\neffort = "force +"\n', "axis.toml")
     assert refusal(file(HEAD + GOOD), schema).startswith("axis.toml, effort: ")
     assert refusal(file(HEAD + GOOD), schema, axis=2).startswith("axis.toml: axis '2' was chosen")
 
 
-def test_a_log_that_may_not_be_read(file, monkeypatch):
+def test_log_without_permission(file, monkeypatch):
     path = file(HEAD + GOOD)
 
     def denied(*_args, **_kwargs):
@@ -296,7 +296,7 @@ def test_a_log_that_may_not_be_read(file, monkeypatch):
     assert "the log cannot be read (Permission denied)" in refusal(path)
 
 
-def test_frames_in_which_nothing_moves():
+def test_frame_without_motion():
     from stickslip.logs import log_from_frame
 
     still = pd.DataFrame({"t": [0.0, 1.0], "x": [2.0, 2.0], "f": [1.0, 1.0]})

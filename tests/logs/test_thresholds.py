@@ -1,4 +1,4 @@
-"""Both sides of the thresholds of reading: jitter, the length of a preamble, the side of time."""
+"""Time stamps, preambles and matrices: jitter, gaps, and both sides of the thresholds."""
 
 import numpy as np
 import pytest
@@ -16,14 +16,56 @@ SCHEMA = LogSchema(
 )
 
 
+@pytest.fixture
+def read(tmp_path):
+    def from_times(time):
+        path = tmp_path / "log.csv"
+        rows = [f"{t!r},{k},1" for k, t in enumerate(np.asarray(time).tolist())]
+        path.write_text("\n".join(["t,x,f", *rows, ""]))
+        return read_log(path, SCHEMA)
+
+    return from_times
+
+
+def test_uniform_time_needs_no_note(read):
+    log = read(np.round(np.arange(100) * 0.001, 6))
+    assert log.source.assumptions == ()
+    assert log.sampling_time == pytest.approx(0.001, rel=1e-12)
+
+
+def test_note_on_jitter(read):
+    time = np.arange(100) * 0.01
+    time[50] += 0.001
+    (told,) = read(time).source.assumptions
+    assert told == (
+        "steps of the time stamps deviate by up to 10 % from the sampling time of 0.01 s"
+    )
+
+
+def test_gaps_split_the_log(read):
+    time = np.arange(30) * 0.5
+    time[10:] += 2.0
+    time[20:] += 3.0
+    log = read(time)
+    (told,) = log.source.assumptions
+    assert told == (
+        "2 gaps split the log into 3 segments; the first is 2.5 s long, before log.csv, row 12"
+    )
+    assert [len(segment) for segment in log.segments()] == [10, 10, 10]
+
+
+def test_one_gap(read):
+    time = np.arange(30) * 0.5
+    time[29:] += 2.0
+    (told,) = read(time).source.assumptions
+    assert told.startswith("1 gap splits the log into 2 segments")
+
+
 @pytest.mark.parametrize(("deviation", "noted"), [(0.9e-6, False), (1.1e-6, True)])
-def test_jitter_is_noted_from_a_millionth_of_a_step(tmp_path, deviation, noted):
+def test_jitter_is_noted_from_a_millionth_of_a_step(read, deviation, noted):
     time = np.arange(100.0)
     time[50:] += deviation
-    path = tmp_path / "log.csv"
-    rows = [f"{t!r},{k},1" for k, t in enumerate(time.tolist())]
-    path.write_text("\n".join(["t,x,f", *rows, ""]))
-    assert bool(read_log(path, SCHEMA).source.assumptions) == noted
+    assert bool(read(time).source.assumptions) == noted
 
 
 @pytest.mark.parametrize(("preamble", "readable"), [(498, True), (499, False)])

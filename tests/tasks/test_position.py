@@ -1,4 +1,4 @@
-"""A positioning task from its scenario: moves, runs, what is learned, and how it is judged."""
+"""A positioning task from its scenario: moves, runs, learned values, and endings."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -16,7 +16,7 @@ GUESS = "mass = 150.0\ncoulomb_friction = 80.0"
 FULLER = f"{GUESS}\nviscous_friction = 500.0"
 TASK = "target = 0.01\ntolerance = 2e-5\nduration = 2.0\nsampling_time = 0.01"
 
-# Report part B, run 1 with F(0) = 1e5: the cycle of one sample at full effort [m]
+# van de Wijdeven (2002), part B, run 1 with F(0) = 1e5: the cycle of one sample at full effort [m]
 CYCLE = (-0.072e-3, 0.114e-3)
 PRINTED = 0.5e-6  # of numbers printed with three decimals of a millimetre
 
@@ -45,7 +45,7 @@ def run(tmp_path: Path) -> Run:
     return run_scenario
 
 
-def test_the_reports_pulse_width_control_hunts_as_printed(run: Run) -> None:
+def test_published_pulse_width_control_hunts(run: Run) -> None:
     result = run("pwc")
     assert result.ending is Ending.HUNTING
     assert result.last.late_errors == pytest.approx(CYCLE, abs=PRINTED)
@@ -55,7 +55,7 @@ def test_the_reports_pulse_width_control_hunts_as_printed(run: Run) -> None:
     assert result.name == "a task"
 
 
-def test_runs_go_on_from_what_was_learned(run: Run) -> None:
+def test_runs_resume(run: Run) -> None:
     result = run('papwc"\nlongest_width = 0.03\nforgetting = 1.0 #', task=f"{TASK}\nruns = 3")
     assert [each.number for each in result.runs] == [1, 2, 3]
     assert result.ending is Ending.REACHED
@@ -70,7 +70,7 @@ def test_runs_go_on_from_what_was_learned(run: Run) -> None:
         assert each.error[0] == 0.01
 
 
-def test_moves_follow_each_other_without_a_jump_of_the_axis(run: Run) -> None:
+def test_moves_follow_each_other(run: Run) -> None:
     task = TASK.replace("target = 0.01", "start = 0.002\ntargets = [0.01, 0.004, 0.0045]")
     result = run("exact", task=task, guess=FULLER)
     moves = result.runs[0].moves
@@ -90,7 +90,7 @@ def test_moves_follow_each_other_without_a_jump_of_the_axis(run: Run) -> None:
     )
 
 
-def test_the_efforts_of_the_pulses_are_those_of_the_run(run: Run) -> None:
+def test_efforts_of_the_pulses(run: Run) -> None:
     result = run("exact", guess=FULLER)
     each = result.runs[0]
     drawn = np.zeros_like(each.effort)
@@ -104,7 +104,7 @@ def test_the_efforts_of_the_pulses_are_those_of_the_run(run: Run) -> None:
     assert result.last.peak_effort == np.max(np.abs(each.effort))
 
 
-def test_noise_is_that_of_the_seed(run: Run) -> None:
+def test_noise_follows_the_seed(run: Run) -> None:
     sensors = 'encoder_step = 1e-6\nposition_noise = 1e-6\nvelocity = "none"\nseed = '
     first, again, other = (
         run("exact", guess=FULLER, sensors=sensors + seed).runs[0].measured_error
@@ -114,7 +114,7 @@ def test_noise_is_that_of_the_seed(run: Run) -> None:
     assert np.any(first != other)
 
 
-def test_the_controller_is_stricter_by_what_the_sensors_may_be_off(run: Run) -> None:
+def test_tolerance_of_the_controller_allows_for_the_sensors(run: Run) -> None:
     sensors = 'encoder_step = 1e-6\nposition_noise = 1e-6\nvelocity = "none"'
     result = run("exact", guess=FULLER, sensors=sensors)
     # 20 um less half a step and three standard deviations of a mean of ten
@@ -122,7 +122,7 @@ def test_the_controller_is_stricter_by_what_the_sensors_may_be_off(run: Run) -> 
     assert result.ending is Ending.REACHED
 
 
-def test_a_rotary_axis_has_its_own_units(run: Run) -> None:
+def test_rotary_axis(run: Run) -> None:
     axis = 'kind = "rotary"\n' + AXIS.replace("mass", "inertia")
     result = run("papwc", axis=axis, guess=GUESS.replace("mass", "inertia"))
     assert result.scenario["axis"]["inertia"] == (150.0, "kg m^2")
@@ -148,9 +148,7 @@ GAINS = "position_gain = 2e4\nvelocity_gain = 1.5e3\n"
         ("pid-reset", 'integral_gain = 1e4\nreset_law = "stribeck"\nreset_speed = 1e-4'),
     ],
 )
-def test_feedback_controllers_have_no_pulses_and_learn_nothing(
-    method: str, settings: str, run: Run
-) -> None:
+def test_feedback_controllers_learn_nothing(method: str, settings: str, run: Run) -> None:
     result = run(method, GAINS + settings, guess="")
     assert result.learned is None
     assert not result.runs[0].pulses
@@ -158,20 +156,20 @@ def test_feedback_controllers_have_no_pulses_and_learn_nothing(
     assert abs(result.last.final_error) < 0.005
 
 
-def test_pd_control_stops_short_where_the_force_no_longer_frees_the_axis(run: Run) -> None:
+def test_pd_control_stops_short(run: Run) -> None:
     result = run("pd", GAINS, guess="")
     assert result.ending is Ending.STUCK
     assert 0.0 < 2e4 * abs(result.last.final_error) <= 130.0
 
 
-def test_a_motion_beyond_all_numbers_is_refused_with_its_scenario(run: Run) -> None:
+def test_effort_beyond_all_numbers(run: Run) -> None:
     settings = "position_gain = 1e307\nvelocity_gain = 1e3"
     axis = AXIS.replace("mass = 150.0", "mass = 1e-300")
     with pytest.raises(InputError, match=r"a_task\.toml: .*not a finite number of N"):
         run("pd", settings, axis=axis, guess="", limit=1e308)
 
 
-def test_progress_goes_from_the_first_sample_to_the_last(tmp_path: Path) -> None:
+def test_progress(tmp_path: Path) -> None:
     told: list[tuple[int, int]] = []
     scenario = Path(__file__).parents[2] / "examples" / "scenarios" / "papwc.toml"
     read = read_scenario(scenario)
@@ -182,7 +180,7 @@ def test_progress_goes_from_the_first_sample_to_the_last(tmp_path: Path) -> None
     assert [done for done, _ in told] == sorted(done for done, _ in told)
 
 
-def test_an_impossible_guess_between_runs_is_told_and_not_fatal(run: Run) -> None:
+def test_run_that_cannot_resume_starts_anew(run: Run) -> None:
     # A first guess of b so large that the first pulse, far too short, teaches a negative one is
     # not to be had; what cannot be gone on from is made by hand
     from stickslip.control import PulseWidthController
@@ -225,9 +223,7 @@ def falling(to: float) -> np.ndarray:
         (np.where(TIME < 0.96, 0.01, 1e-5), PositioningOutcome.REACHED, Ending.UNDER_WAY),
     ],
 )
-def test_a_move_is_judged_by_the_truth(
-    error: np.ndarray, outcome: PositioningOutcome | None, expected: Ending
-) -> None:
+def test_ending(error: np.ndarray, outcome: PositioningOutcome | None, expected: Ending) -> None:
     assert ending(error, 2e-5, outcome) is expected
 
 
@@ -246,20 +242,20 @@ STEPS = np.array([3.0, -1.0, 1.0, -1.0])[np.minimum(np.arange(1001) // 150, 3)]
         (0.5 * np.exp(-2.0 * TIME) * np.cos(8.5 * TIME), True, Ending.UNDER_WAY),  # never sticks
     ],
 )
-def test_an_axis_that_an_integral_frees_again_and_again_is_not_stuck(
+def test_ending_under_integral_control(
     error: np.ndarray, integrates: bool, expected: Ending
 ) -> None:
     assert ending(1e-3 * error, 2e-5, None, integrates=integrates) is expected
 
 
-def test_an_axis_at_rest_has_arrived_however_late() -> None:
+def test_late_rest_settles() -> None:
     error = np.concatenate((np.linspace(0.01, 1e-4, 990), np.full(10, 1e-5)))
     assert settling_time(np.arange(1000) * 0.01, error, 2e-5) == pytest.approx(9.9)
     error[-1] += 1e-9
     assert settling_time(np.arange(1000) * 0.01, error, 2e-5) is None
 
 
-def test_the_time_to_the_tolerance_is_the_last_entry() -> None:
+def test_settling_time() -> None:
     error = falling(1e-5)
     assert settling_time(TIME, error, 2e-5) == pytest.approx(0.5)
     error[70] = 1e-3
@@ -269,13 +265,13 @@ def test_the_time_to_the_tolerance_is_the_last_entry() -> None:
     assert settling_time(TIME, 0.0 * error, 2e-5) == 0.0
 
 
-def test_turns_smaller_than_what_counts_are_none() -> None:
+def test_reversals() -> None:
     assert reversals(1e-5 * np.sin(30.0 * TIME), 2.1e-5) == 0
     assert reversals(1e-4 * np.sin(2.0 * np.pi * 3.0 * TIME), 2e-5) == 6
     assert reversals(TIME, 2e-5) == 0
 
 
-def test_files_are_looked_for_beside_the_scenario(tmp_path: Path) -> None:
+def test_files_are_beside_the_scenario(tmp_path: Path) -> None:
     path = tmp_path / "task.toml"
     path.write_text(
         f"[axis]\n{AXIS}\n[task]\n{TASK}\n[guess]\nlearned = 'sub/learned.json'\n"
