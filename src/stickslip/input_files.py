@@ -13,16 +13,6 @@ from typing import Any, TypeVar, get_args, get_type_hints
 
 from stickslip.records import InputError
 
-__all__ = [
-    "nearest",
-    "not_a_table",
-    "read_json",
-    "read_toml",
-    "record_from",
-    "unknown_key",
-    "wrong_value",
-]
-
 Record = TypeVar("Record")
 
 _UNKNOWN = "unexpected_keyword_argument"

@@ -112,7 +112,7 @@ def test_a_controller_answers_about_its_state(variants: Variants[Controller], me
         samples=asked.task.samples,
     )
     assert np.max(np.abs(run.log.effort)) <= asked.controller.effort_limit
-    target = asked.task.goals[0]
+    target = asked.task.all_targets[0]
     assert abs(target - run.motion.position[-1]) < LEFT * abs(target)
     for state in (controller.init(), run.controller_state):
         outcome = controller.outcome(state)
@@ -146,7 +146,7 @@ def test_another_target_is_approached(variants: Variants[Controller], method: st
     if type(controller).retargeted is PositionController.retargeted:
         assert method == "feedback"  # its reference holds the targets
         return
-    target = -asked.task.goals[0]
+    target = -asked.task.all_targets[0]
     state = controller.retargeted(controller.init(), target)
     run = simulate_closed_loop(
         asked.axis.build(),

@@ -199,16 +199,16 @@ def test_rest_on_bristles() -> None:
     time = 0.01 * np.arange(200)
     creeping = 1e-5 + 1e-8 * np.exp(-np.arange(200) / 50.0)
     at_last = np.concatenate((np.linspace(1e-3, 3e-5, 189), creeping[:11]))
-    still = 0.01 * TOLERANCE
+    rest_motion = 0.01 * TOLERANCE
     assert ending(at_last, TOLERANCE, None) is Ending.UNDER_WAY
-    assert ending(at_last, TOLERANCE, None, still=still) is Ending.REACHED
+    assert ending(at_last, TOLERANCE, None, rest_motion=rest_motion) is Ending.REACHED
     assert settling_time(time, at_last, TOLERANCE) is None
-    assert settling_time(time, at_last, TOLERANCE, still=still) == pytest.approx(1.89)
+    assert settling_time(time, at_last, TOLERANCE, rest_motion=rest_motion) == pytest.approx(1.89)
     outside = creeping + TOLERANCE
     assert ending(outside, TOLERANCE, None) is Ending.UNDER_WAY
-    assert ending(outside, TOLERANCE, None, still=still) is Ending.STUCK
+    assert ending(outside, TOLERANCE, None, rest_motion=rest_motion) is Ending.STUCK
     moves = TOLERANCE * (2.0 + np.linspace(0.0, 1.0, 200))
-    assert ending(moves, TOLERANCE, None, still=still) is Ending.UNDER_WAY
+    assert ending(moves, TOLERANCE, None, rest_motion=rest_motion) is Ending.UNDER_WAY
 
 
 def test_arm_with_a_stribeck_effect(tmp_path: Path) -> None:

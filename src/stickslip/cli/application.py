@@ -53,8 +53,8 @@ def run(arguments: Sequence[str]) -> int:
         command, bound, _ = app.parse_args(arguments, print_error=False, exit_on_error=False)
     except CycloptsError as error:
         known = [name for name in app if not name.startswith("-")]
-        asked = [each for each in arguments[:1] if each in known]
-        say(f"{one_line(str(error)).rstrip('.')}; see: {' '.join(['stickslip', *asked])} --help")
+        named = [each for each in arguments[:1] if each in known]
+        say(f"{one_line(str(error)).rstrip('.')}; see: {' '.join(['stickslip', *named])} --help")
         return _BAD_INPUT
     if command in {app.help_print, app.version_print}:
         with reader_may_leave():

@@ -48,7 +48,7 @@ def reader_may_leave() -> Generator[None]:
     except BrokenPipeError:
         _send_the_rest_nowhere()
     except SystemExit:
-        # rich leaves in this way when its pipe is closed, having sent the rest nowhere.
+        # rich exits so when its pipe is closed, and discards the rest.
         return
     except OSError as error:
         from stickslip.records import InputError

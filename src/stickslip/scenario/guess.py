@@ -102,11 +102,11 @@ class FirstGuesses:
             return self.values[name]
         if name in self.missing:
             raise self.missing[name]
-        shown = "inertia" if name == "mass" and self.kind == "rotary" else name
+        body = "inertia" if name == "mass" and self.kind == "rotary" else name
         raise InputError(
-            f"{shown} is missing, the controller needs a first guess of it",
+            f"{body} is missing, the controller needs a first guess of it",
             where="[guess]",
-            remedy=f"give {shown} in {unit_of(name, self.kind)}, or an estimate file that holds it",
+            remedy=f"give {body} in {unit_of(name, self.kind)}, or an estimate file that holds it",
         )
 
     def value(self, name: str) -> float:

@@ -51,18 +51,17 @@ class Scenario(Setup):
         """Check that the effort limit moves the axis both ways, and that the axis can rest."""
         law, unit = self.axis.friction(), unit_of("effort", self.kind)
         offset, limit = law.offset, self.controller.effort_limit
-        forward, backward = law.breakaway()
         other = "" if self.axis.flexible else ", or use method pid"
-        for direction, static, needed in (
-            ("positive", forward, forward + offset),
-            ("negative", backward, backward - offset),
-        ):
+        # The offset opposes a motion in one direction, and helps it in the other
+        sides = (("positive", offset), ("negative", -offset))
+        for (direction, lost), static in zip(sides, law.breakaway(), strict=True):
+            needed = static + lost
             if limit <= needed:
-                lost = f" and offset {offset:g} {unit}" if offset else ""
+                and_offset = f" and offset {offset:g} {unit}" if offset else ""
                 raise InputError(
                     f"effort_limit is {limit:g} {unit}, and the axis breaks away in the "
                     f"{direction} direction above {needed:g} {unit} (static friction {static:g} "
-                    f"{unit}{lost})",
+                    f"{unit}{and_offset})",
                     where="[controller]",
                     remedy=f"allow more than {needed:g} {unit}",
                 )
@@ -73,17 +72,15 @@ class Scenario(Setup):
                     where="[axis]",
                     remedy=f"balance the offset{other}",
                 )
-        for direction, coulomb, slowing in (
-            ("positive", law.coulomb_friction_positive, law.coulomb_friction_positive + offset),
-            ("negative", law.coulomb_friction_negative, law.coulomb_friction_negative - offset),
-        ):
-            if slowing <= 0 and self.controller.learns:
-                lost = f", and the offset {offset:g} {unit}" if offset else ""
+        for direction, lost in sides:
+            coulomb = float(getattr(law, f"coulomb_friction_{direction}"))
+            if coulomb + lost <= 0 and self.controller.learns:
+                and_offset = f", and the offset {offset:g} {unit}" if offset else ""
                 balance = "balance the offset" if offset else "give the friction that there is"
                 raise InputError(
                     f"the Coulomb friction is {coulomb:g} {unit} in the {direction} "
-                    f"direction{lost}: once it moves that way the axis does not stop by itself, "
-                    "and pulses need a rest",
+                    f"direction{and_offset}: once it moves that way the axis does not stop by "
+                    "itself, and pulses need a rest",
                     where="[axis]",
                     remedy=f"{balance}{other}",
                 )

@@ -255,10 +255,10 @@ def read_study(path: Path | str) -> StudyFile:
                 where=f"{path}, [input]",
                 remedy=f"leave {name} out, or the file",
             )
-    sent = document.table("input", FileInput if "file" in given else SineInput)
+    effort = document.table("input", FileInput if "file" in given else SineInput)
     sensors = document.table("sensors", SensorsTable, optional=True)
     try:
-        scenario = StudyScenario(runs=head.runs, axis=axis, input=sent, sensors=sensors)
+        scenario = StudyScenario(runs=head.runs, axis=axis, input=effort, sensors=sensors)
     except InputError as error:
         raise error.at(str(path)) from None
     return StudyFile(scenario=scenario, title=head.name, path=path, sha256=document.sha256)

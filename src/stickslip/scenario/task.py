@@ -42,7 +42,10 @@ class TaskTable(Table):
             )
         if self.targets == ():
             raise InputError("targets is empty", remedy="name one position or more")
-        for name, value in (("start", self.start), *(("target", each) for each in self.goals)):
+        for name, value in (
+            ("start", self.start),
+            *(("target", each) for each in self.all_targets),
+        ):
             if not math.isfinite(value):
                 unit = unit_of("position", kind_in(info))
                 raise InputError(
@@ -57,7 +60,7 @@ class TaskTable(Table):
             )
         if self.runs < 1:
             raise InputError(f"runs is {self.runs}, it must be at least 1", remedy="run it once")
-        every = self.runs * len(self.goals) * (self.duration / self.sampling_time)
+        every = self.runs * len(self.all_targets) * (self.duration / self.sampling_time)
         if not every <= _MOST_SAMPLES:
             raise InputError(
                 f"the task takes {every:.3g} samples over all moves and runs, it may take "
@@ -67,7 +70,7 @@ class TaskTable(Table):
         return self
 
     @property
-    def goals(self) -> tuple[float, ...]:
+    def all_targets(self) -> tuple[float, ...]:
         """The targets in their order [m or rad]."""
         if self.targets is not None:
             return self.targets

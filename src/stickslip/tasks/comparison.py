@@ -253,14 +253,14 @@ def compare_scenario(
         If the scenario cannot be used, or what is known of the axis cannot be.
     """
     read = scenario if isinstance(scenario, Read) else read_study(scenario)
-    asked, known = read.scenario, task or EstimationTask()
-    count = asked.runs if runs is None else runs
+    study, known = read.scenario, task or EstimationTask()
+    count = study.runs if runs is None else runs
     check_runs(count)
-    plant = asked.axis.build()
+    plant = study.axis.build()
     if isinstance(plant, FlexibleArm):
         known = replace(known, load_inertia=plant.mass_2, stiffness=plant.stiffness)
     names = _chosen_names(only, known, plant.kind)
-    generators = np.random.default_rng(asked.sensors.seed).spawn(count)
+    generators = np.random.default_rng(study.sensors.seed).spawn(count)
     first = measured_log(read, generators[0])
     inertia = _inertia_of(_fitted("energy", known, None, first).estimate)
     opening = {name: _timed(name, known, inertia, first) for name in names}
@@ -281,7 +281,7 @@ def compare_scenario(
             name: energy if name == "energy" else _fitted(name, known, inertia, log)
             for name in names
         }
-        own = _bound(read, plant, known, log)[0] if asked.input.random_phases else bound
+        own = _bound(read, plant, known, log)[0] if study.input.random_phases else bound
         return _Run(found=found, bound=own)
 
     runs_done = [
@@ -292,17 +292,17 @@ def compare_scenario(
             advance=advance,
         ),
     ]
-    truth = _truth(asked.axis, known)
+    truth = _truth(study.axis, known)
     return EstimatorStudy(
         name=read.name,
         kind=plant.kind,
         runs=count,
         samples=len(first),
-        scenario=asked.tables(),
+        scenario=study.tables(),
         truth=truth,
         bound={name: _rms(np.array([run.bound[name] for run in runs_done])) for name in bound},
         scores=tuple(
-            _score(name, runs_done, opening[name][1], truth, delay=asked.input.effort_delay)
+            _score(name, runs_done, opening[name][1], truth, delay=study.input.effort_delay)
             for name in names
         ),
         notes=notes,
@@ -314,17 +314,17 @@ def compare_scenario(
 
 def measured_log(read: StudyFile, generator: np.random.Generator) -> AxisLog:
     """Return the log of one run: disturbed, started anywhere within an encoder step, measured."""
-    asked = read.scenario
-    plant, sensors = asked.axis.build(), asked.sensors.build()
-    effort, step = asked.input.build(read.path.parent, generator)
-    acting = asked.input.acting(effort) + disturbance(
+    study = read.scenario
+    plant, sensors = study.axis.build(), study.sensors.build()
+    effort, step = study.input.build(read.path.parent, generator)
+    acting = study.input.acting(effort) + disturbance(
         effort.size,
-        asked.input.disturbance,
-        asked.input.disturbance_correlation,
+        study.input.disturbance,
+        study.input.disturbance_correlation,
         generator,
     )
     start = float(generator.uniform(0.0, sensors.encoder_step)) if sensors.encoder_step else 0.0
-    state = (start, 0.0) * (2 if asked.axis.flexible else 1)
+    state = (start, 0.0) * (2 if study.axis.flexible else 1)
     motion = simulate(plant, acting, sampling_time=step, initial_state=state)
     log = sensors.measure(motion, generator, name=read.name)
     commanded = log.effort.copy()

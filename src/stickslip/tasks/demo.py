@@ -55,9 +55,9 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
     """Simulate the surrogate arm with its sensors, identify it, land it, and write all files.
 
     The arm of van de Wijdeven (2002), part A: two masses and a spring, friction on the first mass,
-    pushed one way for 5 s, the other way for 5 s, then left alone until 60 s. It is identified from
-    that log; with this estimate for its first guess, and the same sensors, feedback and series of
-    pulses then land both masses at rest on a target.
+    driven by a positive effort for 5 s, a negative one for 5 s, then none until 60 s. It is
+    identified from that log; with this estimate for its first guess, and the same sensors, feedback
+    and series of pulses then land both masses at rest on a target.
 
     Parameters
     ----------

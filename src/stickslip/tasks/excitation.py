@@ -38,13 +38,13 @@ def excite(
     Parameters
     ----------
     believed
-        What is believed of the axis, by name [SI]: ``inertia`` (or mass), friction alike in both
+        Approximate parameters by name [SI]: ``inertia`` (or mass), friction alike in both
         directions or for each, ``offset``, and ``load_inertia`` and ``stiffness`` of an arm. A
         rough guess will do.
     kind
         ``"linear"`` or ``"rotary"``; None takes that of the estimate, or linear.
     estimate
-        File that ``stickslip identify --json`` wrote; what ``believed`` holds comes before it.
+        File that ``stickslip identify --json`` wrote; ``believed`` takes precedence over it.
     duration, sampling_time
         Of the effort [s].
     effort_limit, speed_limit, travel_limit

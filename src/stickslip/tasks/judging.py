@@ -24,30 +24,32 @@ def settling_time(
     error: Float[np.ndarray, " n"],
     tolerance: float,
     *,
-    still: float = 0.0,
+    rest_motion: float = 0.0,
 ) -> float | None:
     """Return the time until the true error [m or rad] was within the tolerance for good [s].
 
     None if it never is: if at the end the axis is outside, or moves and has only just come in.
-    ``still`` is the largest motion of an axis at rest [m or rad].
+    ``rest_motion`` is the largest motion of an axis at rest [m or rad].
     """
-    sample = _settled(error, tolerance, still)
+    sample = _settled(error, tolerance, rest_motion)
     return None if sample is None else float(time[sample] - time[0])
 
 
-def _settled(error: Float[np.ndarray, " n"], tolerance: float, still: float = 0.0) -> int | None:
+def _settled(
+    error: Float[np.ndarray, " n"], tolerance: float, rest_motion: float = 0.0
+) -> int | None:
     """Return the sample from which on the error is within the tolerance for good, if any."""
     outside = np.flatnonzero(np.abs(error) > tolerance)
     sample = int(outside[-1]) + 1 if outside.size else 0
     stays = error.size - sample
     if stays >= max(_LEAST_STAY, _STAY * error.size):
         return sample
-    return sample if stays >= _LEAST_STAY and _rests(error[-_LEAST_STAY:], still) else None
+    return sample if stays >= _LEAST_STAY and _rests(error[-_LEAST_STAY:], rest_motion) else None
 
 
-def _rests(error: Float[np.ndarray, " n"], still: float) -> bool:
+def _rests(error: Float[np.ndarray, " n"], rest_motion: float) -> bool:
     """Return whether an axis moves no farther than one at rest."""
-    return bool(np.ptp(error) <= still)
+    return bool(np.ptp(error) <= rest_motion)
 
 
 def ending(
@@ -56,17 +58,17 @@ def ending(
     outcome: PositioningOutcome | None,
     *,
     integrates: bool = False,
-    still: float = 0.0,
+    rest_motion: float = 0.0,
 ) -> Ending:
     """Return the ending of a move, by the true error over the whole move [m or rad].
 
     ``integrates`` is whether the effort grows while the axis rests outside the tolerance, and so
-    frees it in the end; ``still`` is the largest motion of an axis at rest [m or rad].
+    frees it in the end; ``rest_motion`` is the largest motion of an axis at rest [m or rad].
     """
-    if _settled(error, tolerance, still) is not None:
+    if _settled(error, tolerance, rest_motion) is not None:
         return Ending.REACHED
     if hunts(error[error.size // 2 :], tolerance) or (
-        integrates and _sticks_and_slips(error, tolerance, still)
+        integrates and _sticks_and_slips(error, tolerance, rest_motion)
     ):
         return Ending.HUNTING
     if outcome is PositioningOutcome.STOPPED:
@@ -74,7 +76,7 @@ def ending(
     if outcome is PositioningOutcome.REACHED and abs(error[-1]) > tolerance:
         return Ending.MISJUDGED
     late = error[-max(2, int(_REST * error.size)) :]
-    return Ending.STUCK if _rests(late, still) and not integrates else Ending.UNDER_WAY
+    return Ending.STUCK if _rests(late, rest_motion) and not integrates else Ending.UNDER_WAY
 
 
 def arm_ending(
@@ -105,14 +107,14 @@ def arm_ending(
     return Ending.SWINGING if abs(late[-1]) <= tolerance else Ending.STUCK
 
 
-def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float, still: float) -> bool:
+def _sticks_and_slips(error: Float[np.ndarray, " n"], tolerance: float, rest_motion: float) -> bool:
     """Return whether an axis, once it was at its target, rested outside and reversed again.
 
     Its rests may last longer than the remainder of the move.
     """
     there = np.flatnonzero(np.sign(error) != np.sign(error[0]))
     since = error[int(there[0]) - 1 :] if there.size else error[-1:]
-    held = (np.abs(np.diff(since)) * _LEAST_STAY <= still) & (np.abs(since[1:]) > tolerance)
+    held = (np.abs(np.diff(since)) * _LEAST_STAY <= rest_motion) & (np.abs(since[1:]) > tolerance)
     moves_on = np.flatnonzero(~np.concatenate(([False], held, [False])))
     return bool(np.max(np.diff(moves_on)) > _LEAST_STAY) and hunts(since, tolerance)
 

@@ -65,12 +65,12 @@ def position(
 
 
 def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Positioning:
-    asked, folder = read.scenario, read.path.parent
-    task, axis, table = asked.task, asked.axis, asked.controller
-    built = asked.build(folder)
+    scenario, folder = read.scenario, read.path.parent
+    task, axis, table = scenario.task, scenario.axis, scenario.controller
+    built = scenario.build(folder)
     sources, notes = built.sources, (*axis.notes(), *built.notes)
-    generator = np.random.default_rng(asked.sensors.seed) if asked.sensors.noisy else None
-    samples = len(task.goals) * task.samples
+    generator = np.random.default_rng(scenario.sensors.seed) if scenario.sensors.noisy else None
+    samples = len(task.all_targets) * task.samples
     runs: list[PositioningRun] = []
     learned: LearnedPulses | None = None
     for number in range(1, task.runs + 1):
@@ -79,20 +79,24 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
             progress(done + k, task.runs * samples)
 
         recorder = Recorder(
-            built.controller, task.goals, task.samples, flexible=axis.flexible, advance=advance
+            built.controller,
+            task.all_targets,
+            task.samples,
+            flexible=axis.flexible,
+            advance=advance,
         )
         run: ClosedLoopRun[Any] = simulate_closed_loop(
             axis.build(),
             recorder,
             sampling_time=task.sampling_time,
             samples=samples,
-            sensors=asked.sensors.build(),
+            sensors=scenario.sensors.build(),
             generator=generator,
             initial_state=(task.start, 0.0) * (2 if axis.flexible else 1),
             name=read.name,
         )
         recorder.end_move(run.controller_state)
-        runs.append(_judged(number, run, recorder, built.controller, asked))
+        runs.append(_judged(number, run, recorder, built.controller, scenario))
         try:
             found = built.controller.learned(run.controller_state)
         except InputError as error:
@@ -101,7 +105,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         learned = found or learned
         if found is not None and number < task.runs:
             try:
-                built = asked.build(folder, found)
+                built = scenario.build(folder, found)
             except InputError as error:
                 notes += (
                     f"What run {number} has learned cannot be gone on from ({error.what}); the "
@@ -114,7 +118,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
         method=table.method,
         controller=table.title,
         tolerance=task.tolerance,
-        scenario=asked.tables(),
+        scenario=scenario.tables(),
         truth=_truth(axis, table.effort_limit, runs[0].estimates),
         believed=sources,
         runs=tuple(runs),
@@ -136,41 +140,45 @@ def _judged(
 ) -> PositioningRun:
     """Return a run with its moves, each judged by the truth."""
     task, n, motion = scenario.task, scenario.task.samples, run.motion
-    goals = np.append(np.repeat(task.goals, n), task.goals[-1])
+    targets = np.append(np.repeat(task.all_targets, n), task.all_targets[-1])
     arm = swing = None
     if scenario.axis.flexible:
         swing = _swings(run, scenario)
-        arm = _arm_run(run, goals, swing, task)
+        arm = _arm_run(run, targets, swing, task)
     integrates = controller.integrates(task.tolerance)
     moves: list[PositioningMove] = []
-    ends = zip(task.goals, recorder.outcomes, recorder.reasons, strict=True)
-    for k, (goal, outcome, reason) in enumerate(ends):
+    ends = zip(task.all_targets, recorder.outcomes, recorder.reasons, strict=True)
+    for k, (target, outcome, reason) in enumerate(ends):
         # The move's last sample is the first of the next one, but for the target
         there = slice(k * n, (k + 1) * n + 1)
-        own = driven = goal - motion.position[there]
+        own = driven = target - motion.position[there]
         if arm is not None:
-            load = goal - arm.load_position[there]
+            load = target - arm.load_position[there]
             own = np.where(np.abs(load) > np.abs(driven), load, driven)
             ended = arm_ending(own, driven, task.tolerance, outcome)
         else:
             ended = ending(
-                own, task.tolerance, outcome, integrates=integrates, still=scenario.still
+                own,
+                task.tolerance,
+                outcome,
+                integrates=integrates,
+                rest_motion=scenario.rest_motion,
             )
         begin, end = float(motion.time[k * n]), float(motion.time[(k + 1) * n])
-        last = k == len(task.goals) - 1
+        last = k == len(task.all_targets) - 1
         moves.append(
             PositioningMove(
                 number=k + 1,
                 start_time=begin,
                 end_time=end,
                 start=float(motion.position[k * n]),
-                target=goal,
+                target=target,
                 ending=ended,
                 reason=reason,
                 late_errors=(float(np.min(own[n // 2 :])), float(np.max(own[n // 2 :]))),
                 final_error=float(own[-1]),
                 settling_time=settling_time(
-                    motion.time[there], own, task.tolerance, still=scenario.still
+                    motion.time[there], own, task.tolerance, rest_motion=scenario.rest_motion
                 ),
                 peak_effort=float(np.max(np.abs(motion.commanded_effort[k * n : (k + 1) * n]))),
                 pulses=tuple(
@@ -185,8 +193,8 @@ def _judged(
     return PositioningRun(
         number=number,
         time=motion.time,
-        error=goals - motion.position if arm is None else arm.error,
-        measured_error=goals - run.log.measured_position if arm is None else arm.measured_error,
+        error=targets - motion.position if arm is None else arm.error,
+        measured_error=targets - run.log.measured_position if arm is None else arm.measured_error,
         effort=motion.commanded_effort,
         estimate_time=recorder.times,
         estimates=recorder.estimates,
@@ -247,7 +255,7 @@ def _load(values: Float[np.ndarray, " n"] | None) -> Float[np.ndarray, " n"]:
 
 def _arm_run(
     run: ClosedLoopRun[Any],
-    goals: Float[np.ndarray, " n"],
+    targets: Float[np.ndarray, " n"],
     swing: Float[np.ndarray, " n"],
     task: TaskTable,
 ) -> ArmRun:
@@ -282,7 +290,7 @@ def _arm_run(
             )
         )
     return ArmRun(
-        target=goals,
+        target=targets,
         position=motion.position,
         load_position=_load(motion.load_position),
         measured_position=run.log.measured_position,

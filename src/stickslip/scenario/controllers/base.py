@@ -39,7 +39,7 @@ REST_SAMPLES: Any = key(
     says="10; with ideal sensors 1, without a velocity 2",
 )
 
-_STILL = 0.01
+_REST_MOTION = 0.01
 """Share of the tolerance: an axis on bristles that moves no farther rests."""
 
 _CONTINUOUS = 1e-9
@@ -67,21 +67,25 @@ class Setup:
         return self.axis.kind
 
     @property
-    def still(self) -> float:
+    def rest_motion(self) -> float:
         """Largest motion of an axis at rest [m or rad]; on bristles nothing rests exactly."""
-        return _STILL * self.task.tolerance if self.axis.bristles else 0.0
+        return _REST_MOTION * self.task.tolerance if self.axis.bristles else 0.0
 
     def rest(self, given: int | None) -> RestDetection:
         """Return when the axis counts as resting, by its sensors; ``given`` is in samples."""
         sensors = self.sensors
         ideal = sensors.position_noise == 0.0 and sensors.encoder_step == 0.0
-        exact = sensors.velocity == "measured" and sensors.velocity_noise == 0.0 and not self.still
+        exact = (
+            sensors.velocity == "measured"
+            and sensors.velocity_noise == 0.0
+            and not self.rest_motion
+        )
         if ideal and exact:
             window = self._window(given, usual=1, least=1)
             return RestDetection(samples=window, spread=0.0, speed=0.0)
         if ideal:
-            window = self._window(given, usual=_REST_SAMPLES if self.still else 2, least=2)
-            return RestDetection(samples=window, spread=self.still)
+            window = self._window(given, usual=_REST_SAMPLES if self.rest_motion else 2, least=2)
+            return RestDetection(samples=window, spread=self.rest_motion)
         window = self._window(given, usual=_REST_SAMPLES, least=2)
         noise = sensors.position_noise
         step = sensors.encoder_step or _CONTINUOUS * noise
@@ -121,7 +125,7 @@ class Setup:
         """
         sensors, tolerance = self.sensors, self.task.tolerance
         noise = _SURELY * sensors.position_noise / sqrt(samples)
-        off = 0.5 * (sensors.encoder_step + self.still) + noise
+        off = 0.5 * (sensors.encoder_step + self.rest_motion) + noise
         if tolerance <= off:
             unit = unit_of("position", self.kind)
             raise InputError(
@@ -138,10 +142,10 @@ class Setup:
         own = self.tolerance_at(rest)
         note = "The axis counts as resting in the sample in which its velocity is 0."
         if rest.samples > 1:
-            still = "" if rest.speed is None else " and no velocity is seen"
+            velocity = "" if rest.speed is None else " and no velocity is seen"
             note = (
                 f"The axis counts as resting when {count_of(rest.samples, 'position')} in a row "
-                f"lie within {prefixed(rest.spread, unit)}{still}."
+                f"lie within {prefixed(rest.spread, unit)}{velocity}."
             )
         if own == self.task.tolerance:
             return (note,)

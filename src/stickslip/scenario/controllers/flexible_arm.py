@@ -83,7 +83,7 @@ class _ArmController(GainsByRule):
         samples = max(1, ceil(half_swing / task.sampling_time))
         return LandingController(
             sampling_time=task.sampling_time,
-            target=task.goals[0],
+            target=task.all_targets[0],
             tolerance=setup.tolerance_over(samples, "half a swing of mass 2", "sample faster"),
             arm=arm,
             effort_limit=self.effort_limit,
@@ -197,13 +197,13 @@ class ArmFeedback(_ArmController):
         whole = task.samples * task.sampling_time
         phases: list[FeedbackController] = []
         moves: list[Move] = []
-        for start, goal in pairwise((task.start, *task.goals)):
-            phase = landing.approach(start, goal, memory)
+        for start, target in pairwise((task.start, *task.all_targets)):
+            phase = landing.approach(start, target, memory)
             (move,) = phase.reference.moves
             if move.duration > whole:
                 raise InputError(
                     f"duration is {whole:g} s, and the reference takes {move.duration:.3g} s to "
-                    f"{goal:g} {unit_of('position', landing.kind)}",
+                    f"{target:g} {unit_of('position', landing.kind)}",
                     where="[task]",
                     remedy="give each move more time, or allow more effort",
                 )

@@ -41,7 +41,7 @@ class _Feedback(Controller):
             )
         return PIDController(
             sampling_time=setup.task.sampling_time,
-            target=setup.task.goals[0],
+            target=setup.task.all_targets[0],
             effort_limit=self.effort_limit,
             velocity="measured" if filter_time is None else "differentiated",
             filter_time=filter_time or 0.0,
@@ -98,7 +98,7 @@ class PIDControl(_Feedback):
             return super().build(setup, first)
         return PIDController.for_mass(
             sampling_time=setup.task.sampling_time,
-            target=setup.task.goals[0],
+            target=setup.task.all_targets[0],
             mass=first.mass(),
             bandwidth=self.bandwidth,
             effort_limit=self.effort_limit,

@@ -48,7 +48,7 @@ class _Pulses(Controller):
         rest = setup.rest(self.rest_samples)
         return {
             "sampling_time": setup.task.sampling_time,
-            "target": setup.task.goals[0],
+            "target": setup.task.all_targets[0],
             "tolerance": setup.tolerance_at(rest),
             "rest": rest,
             "kind": setup.kind,
@@ -208,7 +208,7 @@ class AxisLanding(GainsByRule):
         uncertainty = uncertainties.get("mass_uncertainty", AxisLandingController.mass_uncertainty)
         controller = AxisLandingController(
             sampling_time=setup.task.sampling_time,
-            target=setup.task.goals[0],
+            target=setup.task.all_targets[0],
             tolerance=setup.tolerance_at(rest),
             axis=SingleMass(mass=mass, friction=law, kind=setup.kind),
             effort_limit=self.effort_limit,
