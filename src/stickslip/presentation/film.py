@@ -91,7 +91,7 @@ def film(run: PositioningRun, positioning: Positioning) -> Markup:
 
 
 class _Gauge:
-    """How far each mass is from its target, on a logarithmic scale across the stage [px]."""
+    """The distance of each mass from its target, on a logarithmic scale across the stage [px]."""
 
     left, right = _GAUGE_LEFT, _GAUGE_RIGHT
 

@@ -147,7 +147,7 @@ class Verdict(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Diagnostics(Record):
-    """What the result certifies about itself."""
+    """Measures of the quality of a result."""
 
     relative_residual: float  #: Norm of the residual over norm of the fitted signal [-].
     #: The same on data left out of the fit [-]; None if the log is too short to leave any out.
@@ -167,7 +167,7 @@ class Diagnostics(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class Provenance(Record):
-    """What produced a result."""
+    """The origin of a result."""
 
     stickslip_version: str  #: Version of this package.
     files: tuple[str, ...]  #: Names of the input files; empty for a log made in memory.
@@ -178,7 +178,7 @@ class Provenance(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class TermScore(Record):
-    """What one term would add to the selected model, or what it adds as a part of it."""
+    """The contribution of a term to the selected model, whether it is a part of it or not."""
 
     term: str  #: Name of the term, such as ``"stribeck"``.
     text: str  #: Its meaning for the axis, in words.

@@ -41,7 +41,7 @@ class EnergyBalance:
 
 @dataclass(frozen=True, kw_only=True)
 class EstimateEvolution(Record):
-    """How the estimates settle as the log goes on."""
+    """The estimates from the samples up to each instant of the log."""
 
     time: Float[np.ndarray, " n"]  #: Time stamps [s].
     values: Mapping[str, Float[np.ndarray, " n"]]  #: By parameter name [SI].
@@ -119,7 +119,7 @@ class Identification:
 
     @property
     def name(self) -> str:
-        """What was identified, in words."""
+        """Name of the log, or of several."""
         if not self.further:
             return self.log.name
         names = [log.name for log in self.logs]

@@ -37,7 +37,7 @@ _LEGEND = {
     "arm.series.final_error": "target of the series less where mass 1 truly came to rest",
     "arm.series.final_load_error": "how far from it mass 2 truly got at most, in its swing",
 }
-"""What the keys of the JSON document mean, as far as their names do not say it."""
+"""Meaning of the keys of the JSON document, as far as their names do not say it."""
 
 _PHASE_WORDS: dict[LandingPhaseName, str] = {
     "feedback": "Feedback",

@@ -25,7 +25,7 @@ _LARGEST = 1e15  # SI: a damaged number rather than one that some axis has
 
 
 class PositioningOutcome(Enum):
-    """How far a pulse controller has come; the text says what it means and what to do."""
+    """Progress of a pulse controller; the text says what it means and what to do."""
 
     MOVING = "moving"
     REACHED = "reached"
@@ -69,7 +69,7 @@ class PulseRecord(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class LearnedPulses(Record):
-    """What a pulse controller has learned, for its next run.
+    """Values that a pulse controller has learned, for its next run.
 
     Attributes
     ----------

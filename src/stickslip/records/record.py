@@ -1,4 +1,4 @@
-"""What records have in common: read-only mappings, a JSON form, and outcomes in words."""
+"""The base of records: read-only mappings, a JSON form, and outcomes in words."""
 
 from collections.abc import Iterator, Mapping
 from dataclasses import fields

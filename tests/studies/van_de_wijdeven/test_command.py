@@ -1,12 +1,19 @@
 """``python -m studies.van_de_wijdeven``: options, printed tables, and refusals."""
 
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 from reproductions import conjunction_reproduction, energy_reproduction, pulse_reproduction
 from stage_log import Outcome, Run
 
-from studies.van_de_wijdeven import Reproduced
+from stickslip.records import InputError
+from studies.van_de_wijdeven import (
+    Reproduced,
+    reproduce_conjunction,
+    reproduce_part_a,
+    reproduce_part_b,
+)
 from studies.van_de_wijdeven.__main__ import main
 
 MADE = {
@@ -121,3 +128,22 @@ def test_the_help_says_what_it_does(run: Run) -> None:
         "surrogate",
     ):
         assert word in outcome.out
+
+
+@pytest.mark.parametrize("setting", ["seed", "workers"])
+@pytest.mark.parametrize(
+    ("reproduce", "size", "fewest"),
+    [
+        (reproduce_part_a, "runs", 5),
+        (reproduce_part_b, "axes", 25),
+        (reproduce_conjunction, "arms", 1),
+    ],
+)
+def test_bad_settings_are_refused(
+    reproduce: Callable[..., Reproduced], size: str, fewest: int, setting: str, tmp_path: Path
+) -> None:
+    least = {size: fewest, "seed": 0, "workers": 1}
+    for name in (size, setting):
+        with pytest.raises(InputError, match=f"{name} is {least[name] - 1}"):
+            reproduce(tmp_path / "out", **least | {name: least[name] - 1})
+    assert list(tmp_path.iterdir()) == []

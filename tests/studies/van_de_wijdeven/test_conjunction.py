@@ -1,13 +1,11 @@
 """The conjunction from one call: its files, its claims, its reference points."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
 from reproductions import check_files, check_numbers
 
-from stickslip.records import InputError
 from studies.van_de_wijdeven import Reproduced, reproduce_conjunction
 from studies.van_de_wijdeven.conjunction import study
 from studies.van_de_wijdeven.records import ConjunctionReproduction, LandingScore, Spread
@@ -145,15 +143,3 @@ def test_every_remark_agrees(record: ConjunctionReproduction) -> None:
     by_words = {claim.statement: claim for claim in record.claims}
     landed = by_words["Pulse control and energy-based estimation of friction work together."]
     assert landed.numbers["together"] <= BOUND < landed.numbers["feedback_alone"]
-
-
-@pytest.mark.parametrize(
-    ("arms", "seed", "workers", "words"),
-    [(0, 1, 1, "arms is 0"), (1, -1, 1, "seed is -1"), (1, 1, 0, "workers is 0")],
-)
-def test_bad_settings_are_refused(
-    arms: int, seed: int, workers: int, words: str, tmp_path: Path
-) -> None:
-    with pytest.raises(InputError, match=words):
-        reproduce_conjunction(tmp_path / "out", arms=arms, seed=seed, workers=workers)
-    assert list(tmp_path.iterdir()) == []

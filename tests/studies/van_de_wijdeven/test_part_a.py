@@ -289,22 +289,6 @@ def test_what_is_kept_of_many_runs_holds_no_samples() -> None:
     assert largest < 3e7
 
 
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"runs": 4}, "runs is 4"),
-        ({"seed": -1}, "seed is -1"),
-        ({"workers": 0}, "workers is 0"),
-    ],
-)
-def test_impossible_settings_are_refused(
-    settings: dict[str, int], words: str, tmp_path: Path
-) -> None:
-    with pytest.raises(InputError, match=words):
-        reproduce_part_a(tmp_path / "out", **settings)
-    assert list(tmp_path.iterdir()) == []
-
-
 def test_a_place_that_cannot_be_written_is_found_beforehand(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("kept")
     with pytest.raises(InputError, match="is a file, not a folder"):
