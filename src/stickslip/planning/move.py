@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 
 from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
-from stickslip.planning.programme import Programme, Solution, solve
+from stickslip.planning.programme import REFUTED, Programme, Solution, solve
 from stickslip.plants import FlexibleArm
 
 # Entries in the matrices of one search for efforts, about a microsecond each: to prove what can be
@@ -157,22 +157,6 @@ class Move:
         """Whether no series of any length can do it, by bounds without a linear programme."""
         return self.fewest == 0 or not self.frees or self.frees_too_far
 
-    def tried(
-        self,
-        pulses: int,
-        *,
-        gap: float = _ANY_GAP,
-        begin: Solution | None = None,
-        work: float = MUCH_WORK,
-    ) -> Solution | None:
-        """Solve the programme of so many pulses; None if bounds exclude a solution.
-
-        A solution without efforts says whether it is refuted, or only has not been found.
-        """
-        if self.hopeless or pulses < self.fewest:
-            return None
-        return solve(self.programme(pulses), gap=gap, begin=begin, work=work)
-
     def solved(
         self,
         pulses: int,
@@ -180,10 +164,11 @@ class Move:
         gap: float = _ANY_GAP,
         begin: Solution | None = None,
         work: float = MUCH_WORK,
-    ) -> Solution | None:
-        """Solve the programme of so many pulses; None if no solution is found."""
-        solution = self.tried(pulses, gap=gap, begin=begin, work=work)
-        return None if solution is None or solution.effort is None else solution
+    ) -> Solution:
+        """Solve the programme of so many pulses, as `solve`, if bounds do not refute it already."""
+        if self.hopeless or pulses < self.fewest:
+            return REFUTED
+        return solve(self.programme(pulses), gap=gap, begin=begin, work=work)
 
     def shortest(self, excess: float = 0.0) -> Search:
         """Return about the fewest pulses that do, or a share ``excess`` more.
@@ -201,10 +186,10 @@ class Move:
 
         def trial(pulses: int, work: float = LITTLE_WORK) -> Solution | None:
             nonlocal least
-            solution = self.tried(pulses, work=work)
-            if solution is None or solution.refuted:
+            solution = self.solved(pulses, work=work)
+            if solution.refuted:
                 least = max(least, pulses + 1)
-            return None if solution is None or solution.effort is None else solution
+            return None if solution.effort is None else solution
 
         rough = self._roughly(guess, most, max(_ROUGHLY, 0.25 * excess))
         high = max(self.fewest, min(most, math.ceil(rough * (1.0 + 0.5 * excess))))

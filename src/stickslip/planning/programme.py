@@ -13,7 +13,7 @@ leaves nothing to gain, the plan is optimal at full rate.
 import math
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Literal, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -305,6 +305,11 @@ class Solution(NamedTuple):
     def gap(self) -> float:
         """How far the cost is from its bound at most, as a share of it."""
         return 1.0 - self.bound / self.cost if self.cost > 0.0 else 0.0
+
+
+_NONE: tuple[Any, Any] = (np.zeros(0, dtype=np.intp), np.zeros((0, 2)))
+REFUTED = Solution(None, math.inf, 0.0, *_NONE, refuted=True)
+"""What bounds without a programme have proven to have no solution."""
 
 
 def landed(programme: Programme, solution: Solution) -> Float[np.ndarray, " n"]:

@@ -20,7 +20,7 @@ _CREEPS = 0.02  # of its highest velocity: mass 1 only creeps
 _SHORTEST = 4  # pulses of a rest that is worth it
 _BEGINS = 8  # pulses tried for it to begin with
 _EARLIER = 3  # pulses by which the second part may begin before the creeping ends
-_HELD = 0.9  # of static friction, at most, holds mass 1 with the friction believed
+_HELD = 0.9  # of static friction, at most, holds mass 1 with the friction as planned
 
 
 class Rest(NamedTuple):
@@ -75,7 +75,7 @@ def _second_part(
             travel=move.travel - x1,
         )
         after = second_move.solved(programme.pulses - end, gap=gap)
-        if after is not None:
+        if after.effort is not None:
             second = second_move.programme(programme.pulses - end)
             ending = landed(second, after)
             if second.minima(ending)[:, 2].min(initial=np.inf) <= 0.0:

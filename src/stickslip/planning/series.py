@@ -82,7 +82,7 @@ class PulseSeries:
     """Efforts that bring both masses of a flexible arm to rest on a target, and what they do.
 
     ``effort[k]`` is held from ``time[k]`` to ``time[k+1]``; after the last the effort is 0, and
-    mass 1 stays where it is. The motion is what the plant does if it is as believed.
+    mass 1 stays where it is. The motion is that of a plant as planned with.
 
     Attributes
     ----------
@@ -184,7 +184,7 @@ class PulseSeriesPlanner:
     Attributes
     ----------
     arm
-        Masses, spring and friction as they are believed to be.
+        Masses, spring and friction that it plans with.
     sampling_time
         [s].
     effort_limit
@@ -205,7 +205,7 @@ class PulseSeriesPlanner:
     rest_on_the_way
         Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
         most series of about the shortest time. Held by static friction it does not gather the
-        error of a friction that is not as believed.
+        error of a friction that differs from the plan.
 
     Raises
     ------
@@ -302,15 +302,15 @@ class PulseSeriesPlanner:
         if pulses is None:
             search = move.shortest(self.excess)
         else:
-            solution = move.solved(pulses, gap=self.impulse_gap)
-            search = Search(pulses, solution, move.fewest)
+            found = move.solved(pulses, gap=self.impulse_gap)
+            search = Search(pulses, None if found.effort is None else found, move.fewest)
         count, solution = search.pulses, search.solution
         if solution is None:
             raise _refusal(move, count, at_most=pulses is None, kind=self.arm.kind)
         if solution.gap > self.impulse_gap:
             work = LITTLE_WORK if pulses is None and self.excess > 0.0 else MUCH_WORK
             better = move.solved(count, gap=self.impulse_gap, begin=solution, work=work)
-            solution = better or solution
+            solution = solution if better.effort is None else better
         origin = float(state[0])
         return self._series(move, count, solution, search.least, origin, direction, float(target))
 
@@ -475,7 +475,7 @@ def _enough_effort(move: Move, pulses: int) -> float | None:
 
     def does(times: float) -> bool:
         stronger = replace(move, effort_limit=times * move.effort_limit)
-        return stronger.solved(pulses, work=_WORK) is not None
+        return stronger.solved(pulses, work=_WORK).effort is not None
 
     if not does(_STRONGER):
         return None

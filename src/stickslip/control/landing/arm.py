@@ -100,7 +100,7 @@ class LandingState(SupervisorState):
         The samples of the last series, the one at its begin first; none once it has been judged, or
         if there is nothing to learn from it.
     static_ratio
-        Static over Coulomb friction as it is believed to be [-].
+        Static over Coulomb friction, as assumed so far [-].
     belief
         Masses, spring and friction as learned from the series; None if they are taken as given.
     """
@@ -179,7 +179,7 @@ class LandingController(Supervisor[LandingState]):
     tolerance
         How far from the target at most, each of mass 1 and the swing of mass 2 about mass 1.
     arm
-        Masses and spring as they are believed to be; of its friction the offset and the ratio of
+        First guess of masses and spring; of its friction the offset and the ratio of
         static to Coulomb friction are used.
     arm_uncertainty
         Standard deviation of masses and spring, over their values [-]. Above 0 they and the
@@ -310,7 +310,7 @@ class LandingController(Supervisor[LandingState]):
     def _landing(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
         if state.track and len(state.track) <= state.flights[-1].planned.effort.size:
             state = replace(state, track=(*state.track, sample))
-        state = self._decided(state, sample)
+        state = self._transition(state, sample)
         if state.phase.name != "series":
             return state, 0.0
         effort = float(state.flights[-1].planned.effort[state.sent])
@@ -322,7 +322,7 @@ class LandingController(Supervisor[LandingState]):
         # Of a series that a new target has cut short nothing is learned
         return self._enter(replace(state, track=()), sample, "resting", reason)
 
-    def _decided(self, state: LandingState, sample: SensorSample) -> LandingState:
+    def _transition(self, state: LandingState, sample: SensorSample) -> LandingState:
         """Return the state, in the phase that is due: every transition but those of feedback."""
         phase = state.phase
         name, reason = phase.name, phase.reason
@@ -338,8 +338,8 @@ class LandingController(Supervisor[LandingState]):
                 name, reason = "stopped", "mass 1 does not come to rest"
         elif name == "resting":
             swing = self._swing(state)
-            state = self._judged(state, swing)
-            if self._off(state, swing) <= self.tolerance:
+            state = self._after_series(state, swing)
+            if self._miss(state, swing) <= self.tolerance:
                 name, reason = "done", "both masses are within the tolerance"
             elif state.series_since_target >= self.most_series:
                 name, reason = "stopped", f"{self.most_series} series have not landed it"
@@ -363,7 +363,7 @@ class LandingController(Supervisor[LandingState]):
         travel is too short for a pulse that frees mass 1, mass 1 is first taken to a place beyond,
         from where another series comes back without a swing to take up.
         """
-        arm, target = self._believed(state), state.target
+        arm, target = self._estimated_arm(state), state.target
         coulomb, viscous = self._friction(state)
         static = coulomb * state.static_ratio
         error, amplitude = target - swing.position, swing.amplitude
@@ -434,7 +434,7 @@ class LandingController(Supervisor[LandingState]):
     def _swing(self, state: LandingState) -> Swing:
         return Swing.seen(
             state.window.seen(),
-            arm=self._believed(state),
+            arm=self._estimated_arm(state),
             sampling_time=self.sampling_time,
             position_noise=self.position_noise,
             velocity_noise=self.velocity_noise,
@@ -454,15 +454,15 @@ class LandingController(Supervisor[LandingState]):
         """Return whether masses and spring are learned."""
         return self.arm_uncertainty > 0.0 or state.belief is not None
 
-    def _believed(self, state: LandingState) -> FlexibleArm:
-        """Return the arm as it is believed to be now; `_friction` says its friction."""
+    def _estimated_arm(self, state: LandingState) -> FlexibleArm:
+        """Return the arm with masses and spring as estimated now; `_friction` has its friction."""
         return self.arm if state.belief is None else state.belief.arm
 
-    def _off(self, state: LandingState, swing: Swing) -> float:
+    def _miss(self, state: LandingState, swing: Swing) -> float:
         """Return the larger of what mass 1 is off the target and mass 2 swings about mass 1."""
         return max(abs(state.target - swing.position), swing.amplitude)
 
-    def _judged(self, state: LandingState, swing: Swing) -> LandingState:
+    def _after_series(self, state: LandingState, swing: Swing) -> LandingState:
         """Note how the last series ended, if it is not known yet, and learn from it."""
         if not state.track:
             return state
@@ -495,7 +495,7 @@ class LandingController(Supervisor[LandingState]):
         return max(deviations * self.position_noise, share * travel)
 
     def _belief(self, state: LandingState) -> ArmBelief:
-        """Return what is believed of the arm, before it was learned by the estimator."""
+        """Return the estimate of the arm; before the first series that of the running estimator."""
         if state.belief is not None:
             return state.belief
         coulomb, viscous = self._friction(state)

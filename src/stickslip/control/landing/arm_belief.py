@@ -229,7 +229,7 @@ class ArmBelief:
 
         While mass 1 slips, the motion is that of a linear system; the parameters, and the state of
         mass 2 at the begin, are those that explain the measured motion best, beside what was
-        believed before (an iterated extended Kalman filter, the whole series as one observation).
+        known before (an iterated extended Kalman filter, the whole series as one observation).
         A motion that none explain, as of an arm that was pushed, and one that began late teach
         nothing.
         """

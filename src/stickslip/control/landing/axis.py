@@ -82,7 +82,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         Standard deviation of a sampled position, its rounding to encoder steps included; 0 for
         none.
     axis
-        Mass as it is believed to be; of its friction the offset and the ratio of static to Coulomb
+        First guess of the mass; of its friction the offset and the ratio of static to Coulomb
         friction are used.
     rest
         How the pulses tell that the mass rests; None for a sensor without noise.
@@ -193,12 +193,12 @@ class AxisLandingController(Supervisor[AxisLandingState]):
 
     def _first_pulses(self, state: AxisLandingState) -> ExactPulseController:
         """Return the controller of pulses that begins with the friction as estimated."""
-        believed = self.axis.friction
+        guess = self.axis.friction
         coulomb, viscous = self._estimated(state)
-        coulomb = max(coulomb, LEAST_FRICTION * self.effort_limit, 1.01 * abs(believed.offset))
-        known = believed.coulomb_friction_positive
-        static = coulomb * (believed.static_friction_positive / known if known > 0.0 else 1.0)
-        highest = 0.99 * self.effort_limit - abs(believed.offset)
+        coulomb = max(coulomb, LEAST_FRICTION * self.effort_limit, 1.01 * abs(guess.offset))
+        known = guess.coulomb_friction_positive
+        static = coulomb * (guess.static_friction_positive / known if known > 0.0 else 1.0)
+        highest = 0.99 * self.effort_limit - abs(guess.offset)
         spread = np.sqrt(np.diag(self._covariance(state))) / max(coulomb, 1e-300)
         return ExactPulseController(
             kind=self.kind,
@@ -212,7 +212,7 @@ class AxisLandingController(Supervisor[AxisLandingState]):
                 coulomb_friction=min(coulomb, highest),
                 viscous_friction=max(viscous, 0.0),
                 static_friction=min(max(static, coulomb), highest),
-                offset=believed.offset,
+                offset=guess.offset,
             ),
             friction_uncertainty=float(np.clip(spread[0], _SURELY, 1.0)),
             mass_uncertainty=self.mass_uncertainty,

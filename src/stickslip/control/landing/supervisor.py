@@ -90,16 +90,13 @@ class SupervisorState:
         Where the axis shall rest.
     phases
         All so far, the last is the present one.
-    feedback
-        The controller of the feedback phase, whose time begins with that phase; None outside it.
-    feedback_state
-        Its state [as of the controller].
+    feedback, feedback_state
+        The controller of the feedback phase, whose time begins with that phase, and its state [as
+        of the controller]; None and empty outside it.
     estimator_state
         Of the estimator that runs along [its own units]; in a feedback phase that of its begin.
-    window
-        In which rest is looked for.
-    renewed
-        Whether the target is new, so that feedback begins with the next sample.
+    window, renewed
+        Where rest is looked for; whether feedback to a new target begins with the next sample.
     """
 
     target: float = quantity_field("position")

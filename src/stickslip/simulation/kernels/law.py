@@ -206,12 +206,6 @@ def _attempt(
     return step, (grown if step < rem else max(h, grown))
 
 
-@compiled(inline=True)
-def _set(y: Vector, new: Vector) -> None:
-    for n in range(STATES):
-        y[n] = new[n]
-
-
 @compiled()
 def _with_stiction(
     m: Any, U: float, y: Vector, h: float, mode: int, t0: float,
@@ -245,7 +239,7 @@ def _with_stiction(
         if step == 0.0:
             continue
         taken = _crossing(m, s, U, y, step, work, new, spare)
-        _set(y, new)
+        y[:] = new
         t += taken
         if taken < step or s * y[1] <= 0.0:
             y[1] = 0.0
@@ -289,7 +283,7 @@ def _with_bristles(
         if abs(new[1]) > significant and mode != int(s):
             mode = int(s)
             count = record_event(event_time, event_mode, count, t0 + t, mode)
-        _set(y, new)
+        y[:] = new
         if taken < step:
             y[1] = 0.0
         t += taken
@@ -338,9 +332,7 @@ def law_step(
     or the motion is not finite or the budget was exceeded; from such a state follows one of NaN.
     """
     m = law_fields(model)
-    y = np.empty(STATES)
-    for n in range(STATES):
-        y[n] = state[n]
+    y = np.array(state[:STATES])
     h, mode_float = state[5], state[6]
     mode = 0 if math.isnan(mode_float) else int(mode_float)
     U = math.nan if math.isnan(mode_float) else effort - m.offset
@@ -375,9 +367,7 @@ def law_run(
     """
     m = law_fields(model)
     memory = _new_memory()
-    y = np.empty(STATES)
-    for n in range(STATES):
-        y[n] = state[n]
+    y = np.array(state[:STATES])
     h, mode = state[5], int(state[6])
     rows = out.shape[0]
     count = 0

@@ -49,10 +49,8 @@ def _piece(
     h /= steps
     a, b = work[0], work[1]
     for _ in range(steps):
-        for i in range(s):
-            a[i, p] = y[i]
-            for j in range(p):
-                a[i, j] = S[i, j]
+        a[:, :p] = S
+        a[:, p] = y
         for k in range(1, _TERMS + 1):
             r = h / k
             for i in range(s):
@@ -73,10 +71,8 @@ def _piece(
                         b[i, j] += dR[j, i, s] * F
                 for j in range(p + 1):
                     b[i, j] *= r
-            for i in range(s):
-                y[i] += b[i, p]
-                for j in range(p):
-                    S[i, j] += b[i, j]
+            y += b[:, p]
+            S += b[:, :p]
             a, b = b, a
 
 
@@ -93,15 +89,13 @@ def sample_matrices(
     y, S, none = np.zeros(s), np.zeros((s, q)), np.zeros(q)
     work = np.zeros((2, s, q + 1))
     for j in range(s + 1):
-        for i in range(s):
-            y[i] = 1.0 if i == j else 0.0
-            for k in range(q):
-                S[i, k] = 0.0
+        y[:], S[:] = 0.0, 0.0
+        if j < s:
+            y[j] = 1.0
         _piece(R, dR, y, 1.0 if j == s else 0.0, S, none, norm, T, work)
-        for i in range(s):
-            E[i, j] = y[i] - (1.0 if i == j else 0.0)
-            for k in range(q):
-                dE[k, i, j] = S[i, k]
+        E[:, j], dE[:, :, j] = y, S.T
+        if j < s:
+            E[j, j] -= 1.0
     return E, dE
 
 
