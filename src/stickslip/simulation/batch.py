@@ -28,7 +28,7 @@ from stickslip.simulation.simulate import (
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedBatch:
-    """What is kept of many simulated trajectories.
+    """The stored samples of many simulated trajectories.
 
     Attributes
     ----------

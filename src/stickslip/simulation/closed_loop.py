@@ -51,10 +51,8 @@ class ClosedLoopRun(Generic[ControllerState]):
 
     Attributes
     ----------
-    motion
-        The truth, which the controller did not see.
-    log
-        What the sensors showed, beside the efforts the controller commanded.
+    motion, log
+        The truth, and the sensors' samples of it beside the efforts the controller commanded.
     controller_state
         The controller's state after the last sample.
     """
@@ -142,21 +140,15 @@ def simulate_closed_loop(
         Anything with ``init() -> state`` and a pure ``step(state, sample) -> (state, effort)``,
         where ``sample`` is a `SensorSample`. If it has a ``sampling_time`` [s], that must be the
         loop's.
-    sampling_time
-        [s].
-    samples
-        Number of samples to run.
-    sensors
-        Ideal ones if None.
-    generator
-        Where the sensors' noise comes from; may be None when there is none.
+    sampling_time, samples
+        Of the loop [s], and how many to run.
+    sensors, generator
+        Ideal sensors if None; the source of their noise, may be None when there is none.
     initial_state
         ``(position, velocity)`` [m or rad, m/s or rad/s], of the arm ``(position, velocity,
         load_position, load_velocity)``; at rest at 0 if None.
-    name
-        Name of the log.
-    event_budget
-        Events allowed in one sample.
+    name, event_budget
+        Name of the log; events allowed in one sample.
 
     Returns
     -------

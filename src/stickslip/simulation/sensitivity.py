@@ -1,4 +1,4 @@
-"""How a simulated motion changes with every parameter of its plant, to first order and exactly."""
+"""Derivatives of a simulated motion by every parameter of its plant, exact to first order."""
 
 from dataclasses import dataclass
 from typing import Any
@@ -44,10 +44,9 @@ class MotionSensitivity:
 
     Attributes
     ----------
-    motion
-        The motion.
-    names
-        Of the parameters: those of the plant and its friction law, then the initial state.
+    motion, names
+        The motion, and the parameters: those of the plant and its friction law, then the initial
+        state.
     position, velocity
         Derivative of position and velocity of the (first) mass by each parameter [unit of the
         quantity per unit of the parameter], shape (n+1, p).

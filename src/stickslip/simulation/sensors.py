@@ -160,24 +160,8 @@ class Sensors:
     ) -> AxisLog:
         """Return what these sensors record of a motion.
 
-        Parameters
-        ----------
-        motion
-            The truth.
-        generator
-            Where the noise comes from; may be None when there is none.
-        name
-            Name of the log.
-
-        Returns
-        -------
-        A log of n+1 samples; its last effort is the one held last, which the motion does not
-        continue.
-
-        Raises
-        ------
-        InputError
-            If there is noise and no generator.
+        The generator may be None when there is no noise. The log has n+1 samples; its last effort
+        is the one held last, which the motion does not continue.
 
         Examples
         --------

@@ -39,7 +39,7 @@ def make_arrays_read_only(record: Any) -> None:
 
 @dataclass(frozen=True, kw_only=True)
 class SimulatedMotion:
-    """What a simulated plant really did, at every sample and at every event between them.
+    """The true motion of a simulated plant, at every sample and at every event between them.
 
     ``commanded_effort[k]`` is held from ``time[k]`` to ``time[k+1]``.
 
@@ -239,11 +239,6 @@ class PlantStepper:
         load_velocity)``, at its end. The last number of the state is NaN when the effort was not
         finite, the motion has overflowed or the event budget was exceeded, and from then on: a step
         that a compiled loop may take raises nothing.
-
-    Raises
-    ------
-    InputError
-        As `simulate` does for the plant, the sampling time and the event budget.
 
     Examples
     --------
