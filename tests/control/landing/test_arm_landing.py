@@ -12,7 +12,7 @@ from stickslip.control.landing.arm_belief import Swing
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
-from stickslip.records import InputError, PositioningOutcome, SensorSample
+from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.simulation import PlantStepper
 
 T, LIMIT = 0.02, 2.0
@@ -216,19 +216,6 @@ def test_an_estimate_that_no_arm_could_have_is_a_reason_to_stop() -> None:
     assert "offset" in why
 
 
-def test_a_sample_with_a_gap_changes_nothing() -> None:
-    landing = controller()
-    state = landing.init()
-    for k in range(20):
-        state, _ = landing.step(state, SensorSample(k * T, 0.0, 0.0, 0.0, 0.0))
-    for channel in range(1, 5):
-        values = [20 * T, 0.0, 0.0, 0.0, 0.0]
-        values[channel] = np.nan
-        after, effort = landing.step(state, SensorSample(*values))
-        assert after is state
-        assert np.isnan(effort)
-
-
 def test_it_stops_with_a_reason_when_the_masses_are_wrong() -> None:
     wrong = replace(ARM, mass_1=1.1, mass_2=0.9, friction=UNKNOWN)
     landing = controller(arm=wrong, most_series=2)
@@ -256,32 +243,3 @@ def test_a_breakaway_believed_too_low_is_raised() -> None:
     assert state.static_ratio == pytest.approx(raised[-1])
     for flight, ratio in zip(state.flights, raised, strict=False):
         assert flight.planned.effort[0] > ratio * flight.coulomb_friction
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"sampling_time": 0.0}, "sampling_time"),
-        ({"tolerance": -1e-5}, "tolerance"),
-        ({"target": np.inf}, "target"),
-        ({"effort_limit": 0.0}, "effort_limit"),
-        ({"position_noise": -1.0}, "position_noise"),
-        ({"velocity_noise": np.nan}, "velocity_noise"),
-        ({"most_series": 0}, "most_series"),
-        ({"wait_limit": 0.0}, "wait_limit"),
-        ({"arm": ARM, "effort_limit": 0.15}, "not above what frees"),
-    ],
-)
-def test_bad_settings_are_refused(settings: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        controller(**settings)
-
-
-def test_what_is_asked_of_a_state_too_early_is_refused() -> None:
-    landing = controller()
-    state = landing.init()
-    assert landing.outcome(state) is PositioningOutcome.MOVING
-    with pytest.raises(InputError, match="nothing has been learned"):
-        landing.learned(state)
-    with pytest.raises(InputError, match="target"):
-        landing.retargeted(state, np.nan)

@@ -159,12 +159,6 @@ def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
         controller().resumed(wrong)
 
 
-def test_before_it_has_moved_nothing_is_learned() -> None:
-    landing = controller(guess=0.0)
-    with pytest.raises(InputError, match="nothing has been learned"):
-        landing.learned(landing.init())
-
-
 def test_a_new_target_on_the_way_begins_anew() -> None:
     landing = controller()
     run = fly(AXIS, landing, (0.4, -0.1), seconds=6.0)
@@ -209,35 +203,8 @@ def test_it_stops_where_no_pulse_can_help_and_says_why() -> None:
     assert effort == 0.0
 
 
-def test_a_sample_with_a_gap_changes_nothing() -> None:
-    landing = controller()
-    state, _ = landing.step(landing.init(), SensorSample(0.0, 0.0, 0.0, np.nan, np.nan))
-    for gap in ((np.nan, 0.0), (0.0, np.nan)):
-        after, effort = landing.step(state, SensorSample(T, *gap, np.nan, np.nan))
-        assert after is state
-        assert np.isnan(effort)
-
-
 def test_pulses_keep_to_their_longest_width() -> None:
     landing = controller(longest_width=0.02)
     state = fly(AXIS, landing, seconds=6.0).controller_state
     assert state.pulses is not None
     assert state.pulses.longest_width == 0.02
-
-
-@pytest.mark.parametrize(
-    ("settings", "words"),
-    [
-        ({"sampling_time": 0.0}, "sampling_time"),
-        ({"tolerance": 0.0}, "tolerance"),
-        ({"target": np.nan}, "target"),
-        ({"effort_limit": 50.0}, "not above what frees"),
-        ({"position_noise": -1.0}, "position_noise"),
-        ({"wait_limit": 0.0}, "wait_limit"),
-        ({"mass_uncertainty": -0.1}, "mass_uncertainty"),
-        ({"longest_width": 1e-4}, "longest_width"),
-    ],
-)
-def test_bad_settings_are_refused(settings: dict[str, Any], words: str) -> None:
-    with pytest.raises(InputError, match=words):
-        controller(**settings)

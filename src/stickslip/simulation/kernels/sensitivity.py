@@ -71,8 +71,8 @@ def _piece(
                         b[i, j] += dR[j, i, s] * F
                 for j in range(p + 1):
                     b[i, j] *= r
-            y += b[:, p]
-            S += b[:, :p]
+            np.add(y, b[:, p], y)
+            np.add(S, b[:, :p], S)
             a, b = b, a
 
 

@@ -1,6 +1,10 @@
-"""The clock of each phase of a landing, on made samples whose times are exact in binary."""
+"""What both landings share: settings, gaps, and the clock of each phase.
+
+The clock is tested on samples whose times are exact in binary.
+"""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import ceil
 from typing import Any
 
@@ -11,7 +15,7 @@ from stickslip.control import AxisLandingController, LandingController
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import SensorSample
+from stickslip.records import InputError, PositioningOutcome, SensorSample
 
 T = 1.0 / 128.0
 LIMIT = 16  # samples that the mass may take to come to rest after the reference
@@ -146,3 +150,54 @@ def test_an_arm_plans_with_the_eightieth_sample_of_a_resting_phase(start: float)
     after, _ = steps(ARM, start, rests, planned + 1)
     assert len(after.phases) == 3
     assert after.phase.start == start + planned * T
+
+
+BOTH = pytest.mark.parametrize("landing", [AXIS, ARM], ids=["axis", "arm"])
+SHARED = [
+    ({"sampling_time": 0.0}, "sampling_time"),
+    ({"tolerance": -1e-5}, "tolerance"),
+    ({"target": np.inf}, "target"),
+    ({"target": np.nan}, "target"),
+    ({"effort_limit": 0.0}, "effort_limit"),
+    ({"effort_limit": 1.0}, "not above what frees"),
+    ({"position_noise": -1.0}, "position_noise"),
+    ({"velocity_noise": np.nan}, "velocity_noise"),
+    ({"wait_limit": 0.0}, "wait_limit"),
+]
+
+
+@pytest.mark.parametrize(
+    ("landing", "settings", "words"),
+    [
+        *((landing, *row) for landing in (AXIS, ARM) for row in SHARED),
+        (AXIS, {"mass_uncertainty": -0.1}, "mass_uncertainty"),
+        (AXIS, {"longest_width": 1e-4}, "longest_width"),
+        (ARM, {"most_series": 0}, "most_series"),
+    ],
+)
+def test_settings_out_of_range_are_rejected(
+    landing: Any, settings: dict[str, float], words: str
+) -> None:
+    with pytest.raises(InputError, match=words):
+        replace(landing, **settings)
+
+
+@BOTH
+def test_a_sample_with_a_gap_changes_nothing(landing: Any) -> None:
+    state, _ = steps(landing, 0.0, rests, 20)
+    for channel in range(1, 5 if landing is ARM else 3):
+        values = [20 * T, 0.0, 0.0, 0.0, 0.0]
+        values[channel] = np.nan
+        after, effort = landing.step(state, SensorSample(*values))
+        assert after is state
+        assert np.isnan(effort)
+
+
+@BOTH
+def test_before_it_has_moved_nothing_is_learned(landing: Any) -> None:
+    state = landing.init()
+    assert landing.outcome(state) is PositioningOutcome.MOVING
+    with pytest.raises(InputError, match="nothing has been learned"):
+        landing.learned(state)
+    with pytest.raises(InputError, match="target"):
+        landing.retargeted(state, np.nan)
