@@ -1,11 +1,8 @@
 """Instrumental variables: unbiased where least squares is not, and alike on a real axis."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
-import scipy.io
+from benchmark_logs import Find, emps
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
 from stickslip.estimation.fit.rows import Regression
@@ -13,8 +10,6 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, InputError, Status
 from stickslip.simulation import Sensors, simulate
-
-Find = Callable[[str], Path]
 
 T = 0.001
 TRUTH = {"mass": 1.0, "viscous_friction": 1.0, "coulomb_friction": 1.0, "offset": 0.2}
@@ -111,14 +106,7 @@ def test_a_known_inertia_and_directions_of_their_own() -> None:
 
 
 def test_it_agrees_with_least_squares_on_emps(benchmark_data: Find) -> None:
-    data = scipy.io.loadmat(benchmark_data("emps/DATA_EMPS.mat"))
-    log = AxisLog(
-        name="emps",
-        kind="linear",
-        time=data["t"].ravel(),
-        effort=data["vir"].ravel() * data["gtau"].item(),
-        measured_position=data["qm"].ravel(),
-    )
+    log = emps(benchmark_data)
     found, other = IdimInstrumentalVariables().fit(log), IdimLeastSquares().fit(log)
     assert found.status is Status.OK
     for name, parameter in other.parameters.items():

@@ -1,16 +1,11 @@
 """IDIM least squares: every published digit of the EMPS benchmark, and the TX40 joints."""
 
-from collections.abc import Callable
-from pathlib import Path
-
 import numpy as np
 import pytest
-import scipy.io
+from benchmark_logs import Find, emps
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares
 from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
-
-Find = Callable[[str], Path]
 
 RATIOS = {1: 32.0, 4: -48.0}
 PUBLISHED_TX40 = {1: (8.05, 7.14), 4: (1.11, 2.48)}
@@ -33,17 +28,6 @@ PUBLISHED_DIRECTIONS = {
 PRINTED_DIGITS = 4
 
 
-def emps(find: Find, name: str) -> AxisLog:
-    data = scipy.io.loadmat(find(f"emps/{name}.mat"))
-    return AxisLog(
-        name=name,
-        kind="linear",
-        time=data["t"].ravel(),
-        effort=data["vir"].ravel() * data["gtau"].item(),
-        measured_position=data["qm"].ravel(),
-    )
-
-
 def tx40(find: Find, joint: int) -> AxisLog:
     folder = find("staubli_tx40")
     current, position = (
@@ -61,7 +45,7 @@ def tx40(find: Find, joint: int) -> AxisLog:
 
 @pytest.fixture(scope="module")
 def emps_estimate(benchmark_data: Find) -> FrictionEstimate:
-    return IdimLeastSquares().fit(emps(benchmark_data, "DATA_EMPS"))
+    return IdimLeastSquares().fit(emps(benchmark_data))
 
 
 @pytest.mark.parametrize("name", PUBLISHED_EMPS)
@@ -85,7 +69,7 @@ def test_published_cross_test_on_pulses(
 
 
 def test_every_published_digit_per_direction(benchmark_data: Find) -> None:
-    estimate = IdimLeastSquares(per_direction=True).fit(emps(benchmark_data, "DATA_EMPS"))
+    estimate = IdimLeastSquares(per_direction=True).fit(emps(benchmark_data))
     found = {name: round(estimate.value(name), PRINTED_DIGITS) for name in estimate.parameters}
     assert found == PUBLISHED_DIRECTIONS
     assert round(100 * estimate.diagnostics.relative_residual, PRINTED_DIGITS) == 3.1117

@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 import pytest
-import scipy.io
+from benchmark_logs import emps
 from numpy.random import default_rng
 
 from stickslip.estimation import (
@@ -139,15 +139,8 @@ def test_without_a_step_none_is_found(method):
 
 @pytest.mark.slow
 def test_emps_shows_no_static_friction_but_one_that_rises(benchmark_data):
-    data = scipy.io.loadmat(benchmark_data("emps/DATA_EMPS.mat"))
-    log = AxisLog(
-        name="EMPS",
-        kind="linear",
-        time=data["t"].ravel(),
-        effort=data["vir"].ravel() * data["gtau"].item(),
-        measured_position=data["qm"].ravel(),
-    )
-    estimate = StribeckEstimator(method=EnergyEstimator(per_direction=True)).fit(log)
+    estimator = StribeckEstimator(method=EnergyEstimator(per_direction=True))
+    estimate = estimator.fit(emps(benchmark_data))
     assert not estimate.parameters["stribeck_velocity"].identified
     assert reasons_of(estimate)["stribeck_velocity"].startswith("friction rises by")
 
