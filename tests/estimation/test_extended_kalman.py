@@ -217,9 +217,9 @@ def test_the_sharp_filter_catches_up_with_what_was_kept() -> None:
         for k in range(len(log)):
             sample = (float(log.effort[k]), float(log.measured_position[k]), float(v[k]), 0.0, 0.0)
             state, _ = one.step(state, sample)
-            if state[at.STAGE] == at.TRUSTED:
+            if at.fields(state).stage == at.TRUSTED:
                 seen.setdefault(title, k)
-        assert state[at.STAGE] == at.TRUSTED
+        assert at.fields(state).stage == at.TRUSTED
         spreads[title] = np.sqrt(np.diag(one.covariance(state)))
     # It begins when enough is known, and goes through four kept samples while one comes in
     assert seen["too few"] == seen["none"]

@@ -38,8 +38,6 @@ from stickslip.records import (
     positive,
 )
 
-__all__ = ["ExtendedKalmanFilter"]
-
 _FRICTION = ("viscous_friction", "coulomb_friction", "offset")
 _FIRST_FORCE = 0.1
 """Force noise at the start of its estimation, over the force at rest. Too large a value costs some
@@ -154,11 +152,7 @@ class ExtendedKalmanFilter(OnlineMethod):
 
     @property
     def kernel(self) -> Kernel:
-        """The compiled step ``kernel(state, u, x, v, x2, v2) -> taken``, in place.
-
-        Effort [N or N m] held from this sample to the next, position [m or rad] and velocity [m/s
-        or rad/s]; the last two are not read.
-        """
+        """The compiled step (see `OnlineMethod.kernel`); it does not read the load."""
         return ekf_step
 
     @property
@@ -193,46 +187,39 @@ class ExtendedKalmanFilter(OnlineMethod):
                 remedy="give them, or use fit",
             )
         T = positive("sampling time", sampling_time, "s")
-        s = np.zeros(at.MEMORY + _CHANNELS * self.memory)
-        s[SAMPLING_TIME], s[at.MASS] = T, self.inertia
-        if self.force_noise is None:
-            s[at.FORCE_VARIANCE] = self._first_force(spreads["coulomb_friction"] or 0.0) ** 2
-            s[at.ADAPTED] = 1.0
-        else:
-            s[at.FORCE_VARIANCE] = self.force_noise**2
-        s[at.GATE_SCALE], s[at.PARAMETERS] = 1.0, len(self._names)
+        vector = np.zeros(at.MEMORY + _CHANNELS * self.memory)
+        s = at.fields(vector)
+        vector[SAMPLING_TIME] = s.period = T
+        s.mass, s.parameters, s.gate_scale = self.inertia, len(self._names), 1.0
+        force = self.force_noise
+        if force is None:
+            force = _FIRST_FORCE * (self.rest_force or spreads["coulomb_friction"] or 0.0)
+            s.adapted = 1
+        s.force_variance = force**2
         lay_admission(
-            at.admission(s),
+            s.admission,
             sampling_time=T,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
             measured=(velocity_measured, False, False),
         )
         for batches in (at.BATCHES, at.SHARP_BATCHES):
-            lay_batches(s, batches)
-        s[at.POSITION_VARIANCE] = (self.position_noise or 0.0) ** 2
-        s[at.VELOCITY_VARIANCE] = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
-        s[at.REST_SPEED] = self.rest_speed or 0.0
-        s[at.REST_VARIANCE] = (self.rest_force or 0.0) ** 2
+            lay_batches(vector, batches)
+        s.position_variance = (self.position_noise or 0.0) ** 2
+        s.velocity_variance = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
+        s.rest_speed, s.rest_variance = self.rest_speed or 0.0, (self.rest_force or 0.0) ** 2
         sharpens = self.exact_events and self.rest_speed and not self.force_noise
-        s[at.STAGE] = at.LEARNING if sharpens else at.LEFT
+        s.stage = at.LEARNING if sharpens else at.LEFT
         variances = np.zeros(at.FRICTION)
         for k, name in enumerate(self._names):
-            s[VALUES + k] = s[at.CAREFUL + 2 + k] = (self.initial_values or {}).get(name, 0.0)
-            s[at.DRIFT + k] = T * (self.drift or {}).get(name, 0.0) ** 2
+            s.values[k] = (self.initial_values or {}).get(name, 0.0)
+            s.drift[k] = T * (self.drift or {}).get(name, 0.0) ** 2
             variances[k] = (spreads[name] or 0.0) ** 2
-        walk = slice(at.CAREFUL + at.WALK, at.CAREFUL + at.WALK + at.FRICTION)
-        s[walk] = s[at.DRIFT : at.DRIFT + at.FRICTION] + at.RESOLUTION * variances
-        _spread(s, at.CAREFUL)[2:, 2:] = np.diag(variances)
-        good = at.GOOD + at.FRICTION
-        s[at.GOOD : good] = s[VALUES : VALUES + at.FRICTION]
-        s[good : good + at.FRICTION**2] = np.diag(variances).ravel()
-        forget_motion(s)
-        return s
-
-    def _first_force(self, coulomb: float) -> float:
-        """Return the disturbance force that adaptation starts from [N or N m]: it is too large."""
-        return _FIRST_FORCE * (self.rest_force or coulomb)
+        s.careful.z[2:] = s.good = s.values
+        s.careful.walk = s.drift + at.RESOLUTION * variances
+        s.careful.P[2:, 2:] = s.good_covariance = np.diag(variances)
+        forget_motion(vector)
+        return vector
 
     @property
     def _names(self) -> tuple[str, ...]:
@@ -243,41 +230,15 @@ class ExtendedKalmanFilter(OnlineMethod):
         return slice(VALUES, VALUES + len(self._names))
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
-        """Take the samples of a log without gaps.
+        """Take the samples of a log without gaps; return the state and the estimates after each.
 
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step.
-        log
-            The samples.
-
-        Returns
-        -------
-        The new state, and the estimates after each sample [SI].
-
-        Raises
-        ------
-        InputError
-            If the log has a gap or another sampling time than the state, or holds no velocity
-            where the state was made for one.
+        The log must have the sampling time of the state, and a velocity where it was made for one.
         """
         after, history, _ = self._run(state, log)
         return after, history
 
     def normalised_innovations(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
-        """Return the squared innovations over their variances, summed over the sensors [-].
-
-        Parameters
-        ----------
-        state, log
-            As of `run`.
-
-        Raises
-        ------
-        InputError
-            As `run` does.
-        """
+        """Return the squared innovations of a run over their variances, sums of a sample [-]."""
         return self._run(state, log)[2]
 
     def _run(
@@ -286,7 +247,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         """Return the new state, the estimates and the squared innovations over their variances."""
         check_fits(log, float(state[SAMPLING_TIME]))
         measured = log.measured_velocity
-        if measured is None and np.isfinite(state[at.VELOCITY_VARIANCE]):
+        if measured is None and np.isfinite(at.fields(state).velocity_variance):
             raise InputError(
                 "the log holds no velocity, the state was made for a measured one",
                 where=log.name,
@@ -305,9 +266,9 @@ class ExtendedKalmanFilter(OnlineMethod):
         It holds for white innovations and friction as in the model, and serves gates and planning.
         The uncertainty of the estimates is that of `intervals`, which need neither.
         """
-        p = len(self._names)
-        used = at.SHARP if state[at.STAGE] == at.TRUSTED else at.CAREFUL
-        return _spread(state, used)[2 : 2 + p, 2 : 2 + p].copy()
+        p, s = len(self._names), at.fields(state)
+        used = s.sharp if s.stage == at.TRUSTED else s.careful
+        return used.P[2 : 2 + p, 2 : 2 + p].copy()
 
     def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
         """Return 95 % intervals of the estimates, in the order of `parameter_names` [SI].
@@ -318,22 +279,22 @@ class ExtendedKalmanFilter(OnlineMethod):
         are enough batches of samples in slip.
         """
         p = len(self._names)
-        trusted = state[at.STAGE] == at.TRUSTED
         information = np.zeros((at.FRICTION, at.FRICTION))
         information[:p, :p] = np.linalg.inv(self.covariance(state))
         values = state[VALUES : VALUES + p]
-        if trusted:
+        if at.fields(state).stage == at.TRUSTED:
             return intervals_of(state, at.SHARP_BATCHES, values, information)
         intervals = intervals_of(state, at.BATCHES, values, information)
         return widened(state, at.CONTRASTS, intervals, information)
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
+        s = at.fields(state)
         return health_of(
-            at.admission(state),
-            force_events=state[at.FORCE_EVENTS],
-            resets=state[at.RESETS],
-            force_noise=float(np.sqrt(state[at.FORCE_VARIANCE])),
+            s.admission,
+            force_events=s.force_events,
+            resets=s.resets,
+            force_noise=float(np.sqrt(s.force_variance)),
         )
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
@@ -458,8 +419,3 @@ def _half_widths(estimate: FrictionEstimate) -> Float[np.ndarray, " p"]:
         for p in estimate.parameters.values()
     ]
     return np.array(widths)
-
-
-def _spread(state: State, filter_at: int) -> Float[np.ndarray, "5 5"]:
-    """Return P of one of the two filters, as a view."""
-    return state[filter_at + at.COVARIANCE : filter_at + at.WALK].reshape(at.STATES, at.STATES)

@@ -33,13 +33,14 @@ Against faults of the log and of the model:
   replaced by it.
 """
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.faults.admission import (
     ADMISSION_DTYPE,
-    ADMISSION_SIZE,
     admit,
     restart_admission,
 )
@@ -58,105 +59,84 @@ from stickslip.estimation.online.intervals.contrasts import (
     scale_contrasts,
 )
 from stickslip.estimation.online.kalman.motion import predicted
-from stickslip.estimation.online.recursion import SAMPLING_TIME, VALUES
+from stickslip.estimation.online.recursion import VALUES
 from stickslip.numerics.kalman import measure
-from stickslip.numerics.named_fields import fields_at
-
-__all__ = [
-    "ADAPTED",
-    "ADMISSION",
-    "BATCHES",
-    "CAREFUL",
-    "CONTRASTS",
-    "COVARIANCE",
-    "DRIFT",
-    "FORCE_EVENTS",
-    "FORCE_VARIANCE",
-    "FRICTION",
-    "GATE_SCALE",
-    "GOOD",
-    "INNOVATION",
-    "KNOWN",
-    "LEARNING",
-    "LEFT",
-    "MASS",
-    "MEMORY",
-    "PARAMETERS",
-    "POSITION_VARIANCE",
-    "RESETS",
-    "RESOLUTION",
-    "REST_SPEED",
-    "REST_VARIANCE",
-    "SHARP",
-    "SHARP_BATCHES",
-    "STAGE",
-    "STATES",
-    "TRUSTED",
-    "VELOCITY_VARIANCE",
-    "WALK",
-    "admission",
-    "ekf_run",
-    "ekf_step",
-    "forget_motion",
-]
+from stickslip.numerics.named_fields import fields_at, places
 
 STATES = 5
-FRICTION = 3  # of these: c, f_c, o; those of the filter in use stand at VALUES
+FRICTION = 3  # of these: c, f_c, o
+LEARNING, REPLAYING, TRUSTED, LEFT = 0, 1, 2, 3  # stages of the sharp filter
 
-(
-    MASS,
-    FORCE_VARIANCE,  # of a disturbing force, white from sample to sample
-    POSITION_VARIANCE,
-    VELOCITY_VARIANCE,  # infinite where no velocity is measured
-    REST_SPEED,  # below which the axis may be at rest; 0 where every sample is taken as it is
-    REST_VARIANCE,  # of the unknown force there
-    KNOWN,  # whether there was a sample before
-    HELD_EFFORT,
-    INNOVATION,  # e' S^-1 e of the last sample
-    STAGE,  # what the sharp filter does
-    CHANGE,  # mean squared change of the effort from sample to sample
-    SAMPLES,  # that it is the mean of
-    BEHIND,  # how much less likely the sharp filter made the samples than the careful one [nat]
-    LACK,  # score of a lack of speed after breakaways: sum of r e / S, r of RESPONSE
-    LACK_VARIANCE,  # of that score: sum of r^2 / S
-    STORED,  # samples that are kept
-    REPLAYED,  # how many of them the sharp filter has taken
-    PARAMETERS,  # of c, f_c and o, those that are estimated
-    HELD_UNKNOWN,  # whether the force in the current interval is unknown
-    GATE_SCALE,  # running mean of squared innovations over their variances
-    ADAPTED,  # number of adaptations of the force variance, from 1 on; 0 if it is given
-    MISMATCH,  # sum of squared innovations over their variances since the last one
-    MISMATCHED,  # number of measurements in it
-    FORCE_EVENTS,  # samples whose innovation asked for an unknown force
-    RESETS,  # times that a state was replaced by the last valid one
-    LARGEST_SPEED,
-    ANCHOR,  # position at which the axis seems to rest
-    DUE_SPEED,  # velocity and way that it should have gained since, under the effort above friction
-    DUE_WAY,
-) = range(VALUES + FRICTION, VALUES + FRICTION + 29)
-DRIFT = DUE_WAY + 1  # variances by which c, f_c and o wander in a sample
-CAREFUL = DRIFT + FRICTION
+_FILTER = np.dtype(
+    [
+        ("z", "f8", (STATES,)),
+        ("P", "f8", (STATES, STATES)),
+        ("walk", "f8", (FRICTION,)),  # variances that friction gains in a sample
+        # r: error of z if every breakaway gave a speed of one less than predicted
+        ("response", "f8", (STATES,)),
+    ]
+)
+STATE = np.dtype(
+    [
+        ("values", "f8", (FRICTION,)),  # c, f_c, o of the filter in use
+        # Settings
+        ("period", "f8"),  # sampling time
+        ("mass", "f8"),
+        ("position_variance", "f8"),
+        ("velocity_variance", "f8"),  # infinite where no velocity is measured
+        ("rest_speed", "f8"),  # below it the axis may be at rest; 0: samples are taken as they are
+        ("rest_variance", "f8"),  # of the unknown force there
+        ("parameters", "i8"),  # of c, f_c and o, those that are estimated
+        ("drift", "f8", (FRICTION,)),  # variances by which c, f_c and o wander in a sample
+        # What changes
+        ("force_variance", "f8"),  # of a disturbing force, white from sample to sample
+        ("known", "i8"),  # whether there was a sample before
+        ("held_effort", "f8"),
+        ("held_unknown", "i8"),  # whether the force in the current interval is unknown
+        ("innovation", "f8"),  # e' S^-1 e of the last sample
+        ("stage", "i8"),  # of the sharp filter
+        ("change", "f8"),  # mean squared change of the effort from sample to sample
+        ("samples", "i8"),  # that it is the mean of
+        ("behind", "f8"),  # log likelihood of the careful filter over that of the sharp one [nat]
+        ("lack", "f8"),  # score of a lack of speed after breakaways: sum of r e / S
+        ("lack_variance", "f8"),  # of that score: sum of r^2 / S
+        ("stored", "i8"),  # samples that are kept
+        ("replayed", "i8"),  # how many of them the sharp filter has taken
+        ("gate_scale", "f8"),  # running mean of squared innovations over their variances
+        ("adapted", "i8"),  # adaptations of the force variance, from 1 on; 0 if it is given
+        ("mismatch", "f8"),  # sum of squared innovations over their variances since the last one
+        ("mismatched", "i8"),  # number of measurements in it
+        ("force_events", "i8"),  # samples whose innovation asked for an unknown force
+        ("resets", "i8"),  # times that a state was replaced by the last valid one
+        ("largest_speed", "f8"),
+        ("anchor", "f8"),  # position at which the axis seems to rest
+        ("due_speed", "f8"),  # velocity and travel due since, under the effort above friction
+        ("due_travel", "f8"),
+        ("careful", _FILTER),
+        ("sharp", _FILTER),
+        ("good", "f8", (FRICTION,)),  # friction and its covariance at the last valid batch
+        ("good_covariance", "f8", (FRICTION, FRICTION)),
+        ("admission", ADMISSION_DTYPE),
+        ("batches", "f8", (batch_size(FRICTION),)),  # of the careful filter
+        ("sharp_batches", "f8", (batch_size(FRICTION),)),
+        ("contrasts", "f8", (contrast_size(FRICTION),)),  # of the careful filter
+        ("spell", "i8"),  # groups of the current samples
+        ("spell_vector", "f8", (FRICTION,)),  # eta and J of the careful filter when these began
+        ("spell_information", "f8", (FRICTION, FRICTION)),
+    ]
+)
+fields = fields_at(STATE, start=VALUES)
+State = Float[np.ndarray, " s"]
 
-# Within the part of a filter: its states, then
-COVARIANCE = STATES
-WALK = COVARIANCE + STATES * STATES  # variances that friction gains in a sample
-RESPONSE = (
-    WALK + FRICTION
-)  # r: error of z if every breakaway gave a speed of one less than predicted
-SHARP = CAREFUL + RESPONSE + STATES
-GOOD = SHARP + RESPONSE + STATES  # friction and its covariance at the last valid batch
-ADMISSION = GOOD + FRICTION + FRICTION * FRICTION
-BATCHES = ADMISSION + ADMISSION_SIZE  # of the careful filter
-SHARP_BATCHES = BATCHES + batch_size(FRICTION)
-CONTRASTS = SHARP_BATCHES + batch_size(FRICTION)  # of the careful filter
-SPELL = CONTRASTS + contrast_size(FRICTION)  # groups of the current samples
-SPELL_START = SPELL + 1  # eta and J of the careful filter when these began
-MEMORY = SPELL_START + FRICTION + FRICTION * FRICTION
-# From there on u, x, v of the first samples, to the end of the state
 
-admission = fields_at(ADMISSION_DTYPE, start=ADMISSION)
+def _place(name: str) -> int:
+    offsets: Any = STATE.fields
+    return VALUES + offsets[name][1] // STATE["period"].itemsize
 
-LEARNING, REPLAYING, TRUSTED, LEFT = 0.0, 1.0, 2.0, 3.0  # stages of the sharp filter
+
+BATCHES, SHARP_BATCHES, CONTRASTS = map(_place, ("batches", "sharp_batches", "contrasts"))
+MEMORY = VALUES + places(STATE)
+"""Place from which on u, x and v of the first samples follow, to the end of the state."""
 
 RESOLUTION = 1e-15
 """Variance that a parameter gains in a sample, over that which the filter began with: without it,
@@ -191,29 +171,29 @@ _PLAUSIBLE = 5.0
 
 
 @compiled(inline=True)
-def _carry(s: Float[np.ndarray, " s"], at: int, u: float) -> bool:
+def _predict(s: Any, f: Any, careful: bool, u: float) -> bool:
     """Predict: z by the axis' own motion, P by F P F' + Q; return whether by the exact one."""
-    T, m = s[SAMPLING_TIME], s[MASS]
-    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+    T, m = s.period, s.mass
+    P = f.P
     F = np.zeros((2, STATES))
-    x, v, q = s[at], s[at + 1], s[FORCE_VARIANCE] if at == CAREFUL else 0.0
+    x, v, q = f.z[0], f.z[1], s.force_variance if careful else 0.0
     rested = v == 0.0
-    slow = max(s[REST_SPEED], _SURE * np.sqrt(P[1, 1]))
-    unclear = s[REST_SPEED] > 0.0 and abs(v) < slow
-    if unclear and at == SHARP:
+    slow = max(s.rest_speed, _SURE * np.sqrt(P[1, 1]))
+    unclear = s.rest_speed > 0.0 and abs(v) < slow
+    if unclear and not careful:
         # Friction stops the spread of the velocity within m P_vv / (2 f_c), and to linearise that
         # is sound if a position sensor would hardly see it
-        unclear = m * P[1, 1] > 2.0 * max(s[at + 3], 0.0) * np.sqrt(s[POSITION_VARIANCE])
-    if s[HELD_UNKNOWN] > 0.0:
+        unclear = m * P[1, 1] > 2.0 * max(f.z[3], 0.0) * np.sqrt(s.position_variance)
+    if s.held_unknown:
         unclear = True
-        q = max(s[REST_VARIANCE], admission(s).largest_effort ** 2)
+        q = max(s.rest_variance, s.admission.largest_effort**2)
     if unclear:
-        q = max(q, s[REST_VARIANCE])
+        q = max(q, s.rest_variance)
         F[0, 0], F[0, 1], F[1, 1] = 1.0, T, 1.0
         x += v * T
     else:
-        x, v = predicted(m, x, v, s[at + 2], s[at + 3], s[at + 4], u, T, F)
-    s[at], s[at + 1] = x, v
+        x, v = predicted(m, x, v, f.z[2], f.z[3], f.z[4], u, T, F)
+    f.z[0], f.z[1] = x, v
     moved = np.zeros((2, STATES))
     for i in range(2):
         for j in range(STATES):
@@ -230,11 +210,11 @@ def _carry(s: Float[np.ndarray, " s"], at: int, u: float) -> bool:
                 total += moved[i, k] * F[j, k]
             P[i, j] = total
     # r by F r, and the lack of speed at a breakaway
-    lack_x, lack_v = 0.0, -np.sign(v) if rested and at == SHARP else 0.0
+    lack_x, lack_v = 0.0, -np.sign(v) if rested and not careful else 0.0
     for k in range(STATES):
-        lack_x += F[0, k] * s[at + RESPONSE + k]
-        lack_v += F[1, k] * s[at + RESPONSE + k]
-    s[at + RESPONSE], s[at + RESPONSE + 1] = lack_x, lack_v
+        lack_x += F[0, k] * f.response[k]
+        lack_v += F[1, k] * f.response[k]
+    f.response[0], f.response[1] = lack_x, lack_v
     # A force of variance q held over the sample
     q /= m * m
     P[0, 0] += 0.25 * q * T**4
@@ -242,52 +222,48 @@ def _carry(s: Float[np.ndarray, " s"], at: int, u: float) -> bool:
     P[1, 0] += 0.5 * q * T**3
     P[1, 1] += q * T * T
     for i in range(FRICTION):
-        P[2 + i, 2 + i] += s[at + WALK + i]
+        P[2 + i, 2 + i] += f.walk[i]
     return not unclear
 
 
 @compiled(inline=True)
-def _correct(
-    s: Float[np.ndarray, " s"], at: int, k: int, measured: float, variance: float
-) -> tuple[float, float]:
-    """Take a measurement of state k: z <- z + K e, P <- P - K S K' with K = P_k / S.
+def _correct(s: Any, f: Any, k: int, measured: float, variance: float) -> tuple[float, float]:
+    """Correct by a measurement of state k: z <- z + K e, P <- P - K S K' with K = P_k / S.
 
     Returns e^2 / S and log S of the innovation e; zeros for one without information.
     """
     if np.isnan(measured):
         return 0.0, 0.0
-    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+    P = f.P
     S = P[k, k] + variance
     if not (S > 0.0 and np.isfinite(S)):
         return 0.0, 0.0
-    e = measured - s[at + k]
-    lack = s[at + RESPONSE + k]
-    s[LACK] += lack * e / S
-    s[LACK_VARIANCE] += lack * lack / S
+    e = measured - f.z[k]
+    lack = f.response[k]
+    s.lack += lack * e / S
+    s.lack_variance += lack * lack / S
     gain = np.empty(STATES)
     measure(k, variance, P, gain, STATES)
     for i in range(STATES):
-        s[at + i] += gain[i] * e
-        s[at + RESPONSE + i] -= gain[i] * lack
+        f.z[i] += gain[i] * e
+        f.response[i] -= gain[i] * lack
     return e * e / S, np.log(S)
 
 
 @compiled(inline=True)
-def _squared_innovation(
-    s: Float[np.ndarray, " s"], at: int, k: int, measured: float, variance: float
-) -> float:
+def _squared_innovation(f: Any, k: int, measured: float, variance: float) -> float:
     """Return e^2 / S of a measurement of state k; 0 where it holds no information or is missing."""
-    S = s[at + COVARIANCE + k * (STATES + 1)] + variance
+    S = f.P[k, k] + variance
     if np.isnan(measured) or not (S > 0.0 and np.isfinite(S)):
         return 0.0
-    return (measured - s[at + k]) ** 2 / S
+    return (measured - f.z[k]) ** 2 / S
 
 
 @compiled(inline=True)
-def _add_force(s: Float[np.ndarray, " s"], at: int, q: float) -> None:
+def _add_force(s: Any, f: Any, q: float) -> None:
     """Add to P what an unknown force of variance q does in a sample: P + q B B' / m^2."""
-    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
-    b0, b1 = 0.5 * s[SAMPLING_TIME] ** 2 / s[MASS], s[SAMPLING_TIME] / s[MASS]
+    P = f.P
+    b0, b1 = 0.5 * s.period**2 / s.mass, s.period / s.mass
     P[0, 0] += q * b0 * b0
     P[0, 1] += q * b0 * b1
     P[1, 0] += q * b0 * b1
@@ -295,47 +271,45 @@ def _add_force(s: Float[np.ndarray, " s"], at: int, q: float) -> None:
 
 
 @compiled(inline=True)
-def _take(
-    s: Float[np.ndarray, " s"], at: int, u: float, x: float, v: float
-) -> tuple[bool, float, float]:
-    """Take a sample after the effort u into the filter at a place.
+def _take(s: Any, f: Any, careful: bool, u: float, x: float, v: float) -> tuple[bool, float, float]:
+    """Take a sample after the effort u into a filter.
 
     Returns whether the exact motion led to it, e' S^-1 e, and how unlikely it was [nat].
     """
-    exactly = _carry(s, at, u)
-    square_x = _squared_innovation(s, at, 0, x, s[POSITION_VARIANCE])
-    square_v = _squared_innovation(s, at, 1, v, s[VELOCITY_VARIANCE])
-    limit = _GATE * max(1.0, s[GATE_SCALE])
+    exactly = _predict(s, f, careful, u)
+    square_x = _squared_innovation(f, 0, x, s.position_variance)
+    square_v = _squared_innovation(f, 1, v, s.velocity_variance)
+    limit = _GATE * max(1.0, s.gate_scale)
     if max(square_x, square_v) > limit:
-        T, m = s[SAMPLING_TIME], s[MASS]
+        T, m = s.period, s.mass
         q = 0.0
         if square_x > limit:
-            q = ((x - s[at]) * 2.0 * m / (T * T)) ** 2
+            q = ((x - f.z[0]) * 2.0 * m / (T * T)) ** 2
         if square_v > limit:
-            q = max(q, ((v - s[at + 1]) * m / T) ** 2)
-        _add_force(s, at, q)
-        if at == CAREFUL:
-            s[FORCE_EVENTS] += 1.0
-    elif exactly and at == CAREFUL:
-        s[LARGEST_SPEED] = max(s[LARGEST_SPEED], abs(s[CAREFUL + 1]))
+            q = max(q, ((v - f.z[1]) * m / T) ** 2)
+        _add_force(s, f, q)
+        if careful:
+            s.force_events += 1
+    elif exactly and careful:
+        s.largest_speed = max(s.largest_speed, abs(f.z[1]))
     bounded = min(square_x, limit) + min(square_v, limit)
-    if exactly and at == CAREFUL:
+    if exactly and careful:
         seen = (0.0 if np.isnan(x) else 1.0) + (0.0 if np.isnan(v) else 1.0)
-        if np.isinf(s[VELOCITY_VARIANCE]):
+        if np.isinf(s.velocity_variance):
             seen = 0.0 if np.isnan(x) else 1.0
         if seen > 0.0:
-            s[GATE_SCALE] += _GATE_MEMORY * (bounded / seen - s[GATE_SCALE])
-            s[MISMATCH] += bounded
-            s[MISMATCHED] += seen
-    square_x, log_x = _correct(s, at, 0, x, s[POSITION_VARIANCE])
-    square_v, log_v = _correct(s, at, 1, v, s[VELOCITY_VARIANCE])
+            s.gate_scale += _GATE_MEMORY * (bounded / seen - s.gate_scale)
+            s.mismatch += bounded
+            s.mismatched += seen
+    square_x, log_x = _correct(s, f, 0, x, s.position_variance)
+    square_v, log_v = _correct(s, f, 1, v, s.velocity_variance)
     return exactly, bounded, 0.5 * (square_x + square_v + log_x + log_v)
 
 
 @compiled(inline=True)
-def _scale_friction(s: Float[np.ndarray, " s"], at: int, factor: float) -> None:
+def _scale_friction(f: Any, factor: float) -> None:
     """Multiply the covariance of friction by a factor, and keep its correlations."""
-    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+    P = f.P
     root = np.sqrt(factor)
     for i in range(STATES):
         for j in range(STATES):
@@ -343,142 +317,136 @@ def _scale_friction(s: Float[np.ndarray, " s"], at: int, factor: float) -> None:
 
 
 @compiled(inline=True)
-def _adapt(s: Float[np.ndarray, " s"]) -> None:
+def _adapt(vector: State, s: Any) -> None:
     """Let the force variance follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
 
     The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
     the information so far was counted too high by their mean square, and is reduced.
     """
-    if s[ADAPTED] == 0.0 or s[MISMATCHED] < _ADAPTATION:
+    if s.adapted == 0 or s.mismatched < _ADAPTATION:
         return
-    mean = s[MISMATCH] / s[MISMATCHED]
-    s[MISMATCH], s[MISMATCHED] = 0.0, 0.0
-    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(s[ADAPTED]))
+    mean = s.mismatch / s.mismatched
+    s.mismatch, s.mismatched = 0.0, 0
+    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(s.adapted))
     if mean > _OVERCONFIDENT:
         gamma = 1.0
-    s[ADAPTED] += 1.0
+    s.adapted += 1
     factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** gamma
-    most = admission(s).largest_effort ** 2
+    most = s.admission.largest_effort**2
     least = most * _LEAST_FORCE * _LEAST_FORCE
-    s[FORCE_VARIANCE] = min(max(factor * s[FORCE_VARIANCE], least), max(most, least))
+    s.force_variance = min(max(factor * s.force_variance, least), max(most, least))
     if mean > _OVERCONFIDENT:
         factor = min(mean, _LARGEST_ADAPTATION)
-        _scale_friction(s, CAREFUL, factor)
-        scale_batches(s, BATCHES, FRICTION, 1.0 / factor)
-        scale_contrasts(s, CONTRASTS, FRICTION, 1.0 / factor)
-        for i in range(FRICTION + FRICTION * FRICTION):
-            s[SPELL_START + i] /= factor
+        _scale_friction(s.careful, factor)
+        scale_batches(vector, BATCHES, FRICTION, 1.0 / factor)
+        scale_contrasts(vector, CONTRASTS, FRICTION, 1.0 / factor)
+        for i in range(FRICTION):
+            s.spell_vector[i] /= factor
+            for j in range(FRICTION):
+                s.spell_information[i, j] /= factor
 
 
 @compiled(inline=True)
-def _inverse(s: Float[np.ndarray, " s"], at: int, J: Float[np.ndarray, "3 3"]) -> bool:
-    """Write the inverse of the covariance of friction to J (zeros for what is not estimated)."""
-    P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
+def _information(s: Any, f: Any, J: Float[np.ndarray, "3 3"], eta: Float[np.ndarray, " 3"]) -> bool:
+    """Write P^-1 of friction to J, zeros for what is not estimated, and J theta to eta."""
+    P = f.P
     a, b, c = P[2, 2], P[2, 3], P[3, 3]
-    for i in range(FRICTION):
-        for j in range(FRICTION):
-            J[i, j] = 0.0
-    if s[PARAMETERS] < FRICTION:
+    J[:] = 0.0
+    if s.parameters < FRICTION:
         det = a * c - b * b
         J[0, 0], J[0, 1], J[1, 0], J[1, 1] = c / det, -b / det, -b / det, a / det
-        return det > 0.0 and a > 0.0
-    d, e, f = P[2, 4], P[3, 4], P[4, 4]
-    det = a * (c * f - e * e) - b * (b * f - d * e) + d * (b * e - c * d)
-    J[0, 0], J[1, 1], J[2, 2] = (c * f - e * e) / det, (a * f - d * d) / det, (a * c - b * b) / det
-    J[0, 1], J[0, 2], J[1, 2] = (d * e - b * f) / det, (b * e - c * d) / det, (b * d - a * e) / det
-    J[1, 0], J[2, 0], J[2, 1] = J[0, 1], J[0, 2], J[1, 2]
+    else:
+        d, e, g = P[2, 4], P[3, 4], P[4, 4]
+        det = a * (c * g - e * e) - b * (b * g - d * e) + d * (b * e - c * d)
+        J[0, 0] = (c * g - e * e) / det
+        J[1, 1] = (a * g - d * d) / det
+        J[2, 2] = (a * c - b * b) / det
+        J[0, 1] = J[1, 0] = (d * e - b * g) / det
+        J[0, 2] = J[2, 0] = (b * e - c * d) / det
+        J[1, 2] = J[2, 1] = (b * d - a * e) / det
+    for i in range(FRICTION):
+        eta[i] = 0.0
+        for j in range(FRICTION):
+            eta[i] += J[i, j] * f.z[2 + j]
     return det > 0.0 and a > 0.0
 
 
 @compiled(inline=True)
-def _keep_batch(s: Float[np.ndarray, " s"], at: int, batches: int) -> None:
+def _keep_batch(vector: State, s: Any, f: Any, batches: int) -> None:
     """Keep the information of a filter at the end of a batch."""
-    J, eta = np.empty((FRICTION, FRICTION)), np.zeros(FRICTION)
-    if _inverse(s, at, J):
-        for i in range(FRICTION):
-            for j in range(FRICTION):
-                eta[i] += J[i, j] * s[at + 2 + j]
-        close_batch(s, batches, FRICTION, J, eta)
+    J, eta = np.empty((FRICTION, FRICTION)), np.empty(FRICTION)
+    if _information(s, f, J, eta):
+        close_batch(vector, batches, FRICTION, J, eta)
 
 
 @compiled(inline=True)
-def _contrast(s: Float[np.ndarray, " s"]) -> None:
+def _contrast(vector: State, s: Any) -> None:
     """Add what the careful filter learned to the groups of its samples, when these change."""
-    groups = classify(s, CONTRASTS, s[CAREFUL + 1])
-    if groups == int(s[SPELL]):
+    groups = classify(vector, CONTRASTS, s.careful.z[1])
+    if groups == s.spell:
         return
-    J, eta = np.empty((FRICTION, FRICTION)), np.zeros(FRICTION)
-    if not _inverse(s, CAREFUL, J):
+    J, eta = np.empty((FRICTION, FRICTION)), np.empty(FRICTION)
+    if not _information(s, s.careful, J, eta):
         return
-    start = s[SPELL_START + FRICTION : MEMORY].reshape(FRICTION, FRICTION)
     for i in range(FRICTION):
-        for j in range(FRICTION):
-            eta[i] += J[i, j] * s[CAREFUL + 2 + j]
-    for i in range(FRICTION):
-        before = s[SPELL_START + i]
-        s[SPELL_START + i] = eta[i]
+        before = s.spell_vector[i]
+        s.spell_vector[i] = eta[i]
         eta[i] -= before
         for j in range(FRICTION):
-            before = start[i, j]
-            start[i, j] = J[i, j]
+            before = s.spell_information[i, j]
+            s.spell_information[i, j] = J[i, j]
             J[i, j] -= before
-    add_information(s, CONTRASTS, FRICTION, int(s[SPELL]), J, eta)
-    s[SPELL] = groups
+    add_information(vector, CONTRASTS, FRICTION, s.spell, J, eta)
+    s.spell = groups
 
 
 @compiled(inline=True)
-def _is_plausible(s: Float[np.ndarray, " s"]) -> bool:
+def _is_plausible(s: Any) -> bool:
     """Return whether friction is within `_PLAUSIBLE` times the largest effort."""
-    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
-    most = _PLAUSIBLE * admission(s).largest_effort
-    viscous = abs(s[CAREFUL + 2]) - _PLAUSIBLE * np.sqrt(max(P[2, 2], 0.0))
-    coulomb = abs(s[CAREFUL + 3]) - _PLAUSIBLE * np.sqrt(max(P[3, 3], 0.0))
-    offset = abs(s[CAREFUL + 4]) - _PLAUSIBLE * np.sqrt(max(P[4, 4], 0.0))
-    return viscous * s[LARGEST_SPEED] <= most and coulomb <= most and offset <= most
+    P = s.careful.P
+    most = _PLAUSIBLE * s.admission.largest_effort
+    viscous = abs(s.careful.z[2]) - _PLAUSIBLE * np.sqrt(max(P[2, 2], 0.0))
+    coulomb = abs(s.careful.z[3]) - _PLAUSIBLE * np.sqrt(max(P[3, 3], 0.0))
+    offset = abs(s.careful.z[4]) - _PLAUSIBLE * np.sqrt(max(P[4, 4], 0.0))
+    return viscous * s.largest_speed <= most and coulomb <= most and offset <= most
 
 
 @compiled(inline=True)
-def _is_valid(s: Float[np.ndarray, " s"], at: int) -> bool:
+def _is_valid(f: Any) -> bool:
     """Return whether a filter's states are finite and its variances finite and not negative."""
     total = 0.0
     valid = True
     for i in range(STATES):
-        variance = s[at + COVARIANCE + i * (STATES + 1)]
-        total += s[at + i] + variance
+        variance = f.P[i, i]
+        total += f.z[i] + variance
         valid = valid and variance >= 0.0
     return valid and np.isfinite(total)
 
 
 @compiled(inline=True)
-def _keep_good(s: Float[np.ndarray, " s"]) -> None:
+def _keep_good(s: Any) -> None:
     """Keep friction and its covariance as the last valid ones."""
-    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
-    for i in range(FRICTION):
-        s[GOOD + i] = s[CAREFUL + 2 + i]
-        for j in range(FRICTION):
-            s[GOOD + FRICTION + i * FRICTION + j] = P[2 + i, 2 + j]
+    s.good[:] = s.careful.z[2:]
+    s.good_covariance[:] = s.careful.P[2:, 2:]
 
 
 @compiled(inline=True)
-def _reset(s: Float[np.ndarray, " s"]) -> None:
+def _reset(s: Any) -> None:
     """Return to the friction of the last valid state; the motion begins again."""
-    s[RESETS] += 1.0
-    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
-    for i in range(STATES):
-        s[CAREFUL + i], s[SHARP + i] = 0.0, 0.0
-        s[CAREFUL + RESPONSE + i], s[SHARP + RESPONSE + i] = 0.0, 0.0
-    for i in range(FRICTION):
-        s[CAREFUL + 2 + i] = s[GOOD + i]
-        for j in range(FRICTION):
-            P[2 + i, 2 + j] = s[GOOD + FRICTION + i * FRICTION + j]
-    s[STAGE] = LEFT
-    s[GATE_SCALE], s[MISMATCH], s[MISMATCHED] = 1.0, 0.0, 0.0
-    s[SPELL] = EVERYWHERE
+    s.resets += 1
+    for f in (s.careful, s.sharp):
+        f.z[:] = 0.0
+        f.response[:] = 0.0
+    s.careful.z[2:] = s.good
+    s.careful.P[2:, 2:] = s.good_covariance
+    s.stage = LEFT
+    s.gate_scale, s.mismatch, s.mismatched = 1.0, 0.0, 0
+    s.spell = EVERYWHERE
     _forget_motion(s)
 
 
 @compiled(inline=True)
-def _knows_the_events(s: Float[np.ndarray, " s"]) -> bool:
+def _knows_the_events(s: Any) -> bool:
     """Return whether stops and breakaways can be linearised about the friction as known.
 
     The sample of a breakaway is certain when the error of f_c +- o is smaller than the change of
@@ -486,195 +454,187 @@ def _knows_the_events(s: Float[np.ndarray, " s"]) -> bool:
     be small beside the sensors' noise: otherwise one measurement after a breakaway may reverse the
     predicted motion.
     """
-    P = s[CAREFUL + COVARIANCE : CAREFUL + WALK].reshape(STATES, STATES)
+    P = s.careful.P
     spread = _LOOSER * (P[3, 3] + P[4, 4] + 2.0 * abs(P[3, 4]))
-    speed = spread * (s[SAMPLING_TIME] / s[MASS]) ** 2
-    way = 0.25 * speed * s[SAMPLING_TIME] ** 2
-    hidden = speed < _HIDDEN * s[VELOCITY_VARIANCE] and way < _HIDDEN * s[POSITION_VARIANCE]
-    return spread < s[CHANGE] and hidden and s[CAREFUL + 3] > 0.0
+    speed = spread * (s.period / s.mass) ** 2
+    travel = 0.25 * speed * s.period**2
+    hidden = speed < _HIDDEN * s.velocity_variance and travel < _HIDDEN * s.position_variance
+    return spread < s.change and hidden and s.careful.z[3] > 0.0
 
 
 @compiled(inline=True)
-def _sharpen(s: Float[np.ndarray, " s"]) -> None:
+def _sharpen(vector: State, s: Any) -> None:
     """Begin the sharp filter, with the first sample that is kept or else with this one."""
-    for i in range(WALK):
-        s[SHARP + i] = s[CAREFUL + i]
-    P = s[SHARP + COVARIANCE : SHARP + WALK].reshape(STATES, STATES)
-    s[BEHIND] = 0.0
-    s[STAGE] = TRUSTED
-    clear_batches(s, SHARP_BATCHES)
+    f = s.sharp
+    f.z[:] = s.careful.z
+    f.P[:] = s.careful.P
+    s.behind = 0.0
+    s.stage = TRUSTED
+    clear_batches(vector, SHARP_BATCHES)
     # It catches up with the samples that come in while there is room for these
-    if 0.0 < s[STORED] * _PACE <= (_PACE - 1) * ((s.size - MEMORY) // 3):
-        s[STAGE] = REPLAYING
-        s[REPLAYED] = 1.0
-        s[SHARP], s[SHARP + 1] = s[MEMORY + 1], s[MEMORY + 2]
+    if 0 < s.stored * _PACE <= (_PACE - 1) * ((vector.size - MEMORY) // 3):
+        s.stage = REPLAYING
+        s.replayed = 1
+        f.z[0], f.z[1] = vector[MEMORY + 1], vector[MEMORY + 2]
         for i in range(STATES):
             for j in range(STATES):
-                P[i, j] = _LOOSER * P[i, j] if i > 1 and j > 1 else 0.0
-        _unknown_motion(s, P, 0.0)
+                f.P[i, j] = _LOOSER * f.P[i, j] if i > 1 and j > 1 else 0.0
+        _unknown_motion(s, f, 0.0)
     for i in range(FRICTION):
-        s[SHARP + WALK + i] = s[DRIFT + i] + RESOLUTION * P[2 + i, 2 + i]
+        f.walk[i] = s.drift[i] + RESOLUTION * f.P[2 + i, 2 + i]
 
 
 @compiled(inline=True)
-def _unknown_motion(s: Float[np.ndarray, " s"], P: Float[np.ndarray, "5 5"], speed: float) -> None:
+def _unknown_motion(s: Any, f: Any, speed: float) -> None:
     """Set what is known of position and velocity by one sample, in a P that is 0 there.
 
     Without a velocity sensor the velocity is 0, up to the speed and the noise of a sample.
     """
-    P[0, 0] = s[POSITION_VARIANCE]
-    P[1, 1] = s[VELOCITY_VARIANCE]
-    if not np.isfinite(P[1, 1]):
-        P[1, 1] = 2.0 * P[0, 0] / s[SAMPLING_TIME] ** 2 + speed * speed
+    f.P[0, 0] = s.position_variance
+    f.P[1, 1] = s.velocity_variance
+    if not np.isfinite(s.velocity_variance):
+        f.P[1, 1] = 2.0 * s.position_variance / s.period**2 + speed * speed
 
 
 @compiled()
-def forget_motion(s: Float[np.ndarray, " s"]) -> None:
+def forget_motion(vector: State) -> None:
     """Begin another stretch of samples, in place: friction as known, the motion anew."""
-    restart_admission(admission(s))
+    s = fields(vector)
+    restart_admission(s.admission)
     _forget_motion(s)
 
 
 @compiled(inline=True)
-def _forget_motion(s: Float[np.ndarray, " s"]) -> None:
+def _forget_motion(s: Any) -> None:
     """Begin the motion anew, which may be as fast as the fastest so far."""
-    s[KNOWN] = 0.0
-    s[HELD_UNKNOWN] = 0.0
-    s[STORED] = 0.0
-    if s[STAGE] == REPLAYING:
-        s[STAGE] = TRUSTED
-    for at in (CAREFUL, SHARP):
-        P = s[at + COVARIANCE : at + WALK].reshape(STATES, STATES)
-        for i in range(2):
-            s[at + RESPONSE + i] = 0.0
-            for j in range(STATES):
-                P[i, j] = 0.0
-                P[j, i] = 0.0
-        _unknown_motion(s, P, s[LARGEST_SPEED])
+    s.known = s.held_unknown = s.stored = 0
+    if s.stage == REPLAYING:
+        s.stage = TRUSTED
+    for f in (s.careful, s.sharp):
+        f.response[:2] = 0.0
+        f.P[:2] = 0.0
+        f.P[:, :2] = 0.0
+        _unknown_motion(s, f, s.largest_speed)
 
 
 @compiled(inline=True)
 def _follow(
-    s: Float[np.ndarray, " s"], held: float, x: float, v: float, exactly: bool, unlikely: float
+    vector: State, s: Any, held: float, x: float, v: float, exactly: bool, unlikely: float
 ) -> None:
     """Let the sharp filter do what its stage asks for, after the careful one took the sample."""
-    if s[STAGE] == LEARNING:
+    if s.stage == LEARNING:
         if _knows_the_events(s):
-            _sharpen(s)
-    elif s[STAGE] == REPLAYING:
+            _sharpen(vector, s)
+    elif s.stage == REPLAYING:
         for _ in range(_PACE):
-            if s[REPLAYED] < s[STORED]:
-                k = MEMORY + 3 * int(s[REPLAYED])
-                _take(s, SHARP, s[k - 3], s[k + 1], s[k + 2])
-                s[REPLAYED] += 1.0
-        if s[REPLAYED] == s[STORED]:
-            s[STAGE] = TRUSTED
-    elif s[STAGE] == TRUSTED:
-        exactly_too, squares, unlikely_too = _take(s, SHARP, held, x, v)
-        s[INNOVATION] = squares
+            if s.replayed < s.stored:
+                k = MEMORY + 3 * s.replayed
+                _take(s, s.sharp, False, vector[k - 3], vector[k + 1], vector[k + 2])
+                s.replayed += 1
+        if s.replayed == s.stored:
+            s.stage = TRUSTED
+    elif s.stage == TRUSTED:
+        exactly_too, squares, unlikely_too = _take(s, s.sharp, False, held, x, v)
+        s.innovation = squares
         # The careful filter does not model rests: a better prediction of them is no evidence
         if exactly and exactly_too:
-            s[BEHIND] = max(0.0, s[BEHIND] + unlikely_too - unlikely)
-        apart = abs(s[SHARP + 3] - s[CAREFUL + 3])
-        coulomb = s[CAREFUL + COVARIANCE + 3 * (STATES + 1)]
+            s.behind = max(0.0, s.behind + unlikely_too - unlikely)
+        apart = abs(s.sharp.z[3] - s.careful.z[3])
         if (
-            s[BEHIND] > _WORSE
-            or abs(s[LACK]) > _LACKING * np.sqrt(s[LACK_VARIANCE])
-            or apart > _DIFFERENT * np.sqrt(coulomb)
+            s.behind > _WORSE
+            or abs(s.lack) > _LACKING * np.sqrt(s.lack_variance)
+            or apart > _DIFFERENT * np.sqrt(s.careful.P[3, 3])
             or _sticks(s, held, x)
-            or not _is_valid(s, SHARP)
+            or not _is_valid(s.sharp)
         ):
-            s[STAGE] = LEFT
+            s.stage = LEFT
 
 
 @compiled(inline=True)
-def _sticks(s: Float[np.ndarray, " s"], held: float, x: float) -> bool:
+def _sticks(s: Any, held: float, x: float) -> bool:
     """Return whether the axis rests although the effort is above Coulomb friction for certain.
 
     The net force |u - o| - f_c - 3 sigma would have moved it by `_DUE` standard deviations of the
     position.
     """
-    deviation = np.sqrt(s[POSITION_VARIANCE])
-    if np.isnan(x) or s[HELD_UNKNOWN] > 0.0:
+    deviation = np.sqrt(s.position_variance)
+    if np.isnan(x) or s.held_unknown:
         return False
-    P = s[SHARP + COVARIANCE : SHARP + WALK].reshape(STATES, STATES)
+    P = s.sharp.P
     spread = P[3, 3] + P[4, 4] + 2.0 * abs(P[3, 4])
-    net = abs(held - s[SHARP + 4]) - s[SHARP + 3] - _CERTAIN * np.sqrt(spread)
-    if net <= 0.0 or abs(x - s[ANCHOR]) > _RESTING * deviation:
-        s[ANCHOR], s[DUE_SPEED], s[DUE_WAY] = x, 0.0, 0.0
+    net = abs(held - s.sharp.z[4]) - s.sharp.z[3] - _CERTAIN * np.sqrt(spread)
+    if net <= 0.0 or abs(x - s.anchor) > _RESTING * deviation:
+        s.anchor, s.due_speed, s.due_travel = x, 0.0, 0.0
         return False
-    s[DUE_SPEED] += net / s[MASS] * s[SAMPLING_TIME]
-    s[DUE_WAY] += s[DUE_SPEED] * s[SAMPLING_TIME]
-    return s[DUE_WAY] > _DUE * deviation
+    s.due_speed += net / s.mass * s.period
+    s.due_travel += s.due_speed * s.period
+    return s.due_travel > _DUE * deviation
 
 
 @compiled(brief=True)
-def ekf_step(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> bool:
+def ekf_step(vector: State, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Take one sample into the state, in place; return whether it was complete.
 
     Of a sample that is not (NaN, or impossible) only the rest is used. The load is not read.
     """
-    whole = np.isfinite(u) and np.isfinite(x) and (np.isfinite(v) or s[VELOCITY_VARIANCE] == np.inf)
-    ready, u, unknown, x, v, _, _, stepped = admit(admission(s), u, x, v, x2, v2)
+    s = fields(vector)
+    measured = np.isfinite(s.velocity_variance)
+    whole = np.isfinite(u) and np.isfinite(x) and (np.isfinite(v) or not measured)
+    ready, u, unknown, x, v, _, _, stepped = admit(s.admission, u, x, v, x2, v2)
     if not ready:
         return whole
     if stepped:
         _forget_motion(s)
-    measured = np.isfinite(s[VELOCITY_VARIANCE])
-    if s[KNOWN] == 0.0 and (np.isnan(x) or (measured and np.isnan(v))):
+    if s.known == 0 and (np.isnan(x) or (measured and np.isnan(v))):
         return whole
-    k = MEMORY + 3 * int(s[STORED])
-    if s[STAGE] <= REPLAYING and k + 3 <= s.size and not (unknown or np.isnan(x) or stepped):
-        s[k], s[k + 1], s[k + 2] = u, x, v
-        s[STORED] += 1.0
-    elif s[STAGE] == LEARNING and (unknown or np.isnan(x)):
-        s[STORED] = 0.0  # the kept samples must follow each other
+    k = MEMORY + 3 * s.stored
+    if s.stage <= REPLAYING and k + 3 <= vector.size and not (unknown or np.isnan(x) or stepped):
+        vector[k], vector[k + 1], vector[k + 2] = u, x, v
+        s.stored += 1
+    elif s.stage == LEARNING and (unknown or np.isnan(x)):
+        s.stored = 0  # the kept samples must follow each other
     exactly = False
-    if s[KNOWN] > 0.0:
-        held = s[HELD_EFFORT]
+    if s.known:
+        held = s.held_effort
         if not unknown:
-            s[SAMPLES] += 1.0
-            s[CHANGE] += ((u - held) ** 2 - s[CHANGE]) / s[SAMPLES]
-        exactly, s[INNOVATION], unlikely = _take(s, CAREFUL, held, x, v)
-        _follow(s, held, x, v, exactly, unlikely)
-        if not _is_valid(s, CAREFUL):
+            s.samples += 1
+            s.change += ((u - held) ** 2 - s.change) / s.samples
+        exactly, s.innovation, unlikely = _take(s, s.careful, True, held, x, v)
+        _follow(vector, s, held, x, v, exactly, unlikely)
+        if not _is_valid(s.careful):
             _reset(s)
             exactly = False
     else:
-        for at in (CAREFUL, SHARP):
-            s[at], s[at + 1] = x, v if measured else 0.0
-        s[KNOWN] = 1.0
+        for f in (s.careful, s.sharp):
+            f.z[0], f.z[1] = x, v if measured else 0.0
+        s.known = 1
     if exactly:
-        _contrast(s)
-        _adapt(s)
-        if count_sample(s, BATCHES):
+        _contrast(vector, s)
+        _adapt(vector, s)
+        if count_sample(vector, BATCHES):
             if _is_plausible(s):
                 _keep_good(s)
-                _keep_batch(s, CAREFUL, BATCHES)
+                _keep_batch(vector, s, s.careful, BATCHES)
             else:
                 _reset(s)
-        if s[STAGE] == TRUSTED and count_sample(s, SHARP_BATCHES):
-            _keep_batch(s, SHARP, SHARP_BATCHES)
-    used = SHARP if s[STAGE] == TRUSTED else CAREFUL
-    for i in range(FRICTION):
-        s[VALUES + i] = s[used + 2 + i]
-    s[HELD_EFFORT] = u
-    s[HELD_UNKNOWN] = 1.0 if unknown else 0.0
+        if s.stage == TRUSTED and count_sample(vector, SHARP_BATCHES):
+            _keep_batch(vector, s, s.sharp, SHARP_BATCHES)
+    s.values[:] = (s.sharp if s.stage == TRUSTED else s.careful).z[2:]
+    s.held_effort, s.held_unknown = u, unknown
     return whole
 
 
 @compiled()
 def ekf_run(
-    s: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
+    vector: State, samples: Float[np.ndarray, "n 5"]
 ) -> tuple[Float[np.ndarray, "n 3"], Float[np.ndarray, " n"]]:
     """Take many samples, in place; return c, f_c and o after each, and the innovations."""
     n = samples.shape[0]
+    s = fields(vector)
     history, innovations = np.empty((n, FRICTION)), np.empty(n)
     for k in range(n):
-        ekf_step(s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4])
-        for i in range(FRICTION):
-            history[k, i] = s[VALUES + i]
-        innovations[k] = s[INNOVATION]
+        u, x, v, x2, v2 = samples[k]
+        ekf_step(vector, u, x, v, x2, v2)
+        history[k] = s.values
+        innovations[k] = s.innovation
     return history, innovations
