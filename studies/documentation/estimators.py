@@ -26,7 +26,7 @@ from stickslip.estimation import (
     YazdizadehKhorasaniObserver,
     cramer_rao_bound,
 )
-from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
+from stickslip.estimation.online.observers.adaptive_observers import AdaptiveObserver
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, FrictionEstimate, InputError

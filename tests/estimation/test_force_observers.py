@@ -23,7 +23,7 @@ from stickslip.estimation import (
     PublishedEnergyEstimator,
     YazdizadehKhorasaniObserver,
 )
-from stickslip.estimation.online.observers.adaptive_observer import AdaptiveObserver
+from stickslip.estimation.online.observers.adaptive_observers import AdaptiveObserver
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status

@@ -39,20 +39,14 @@ from .likelihood import (
 from .online.kalman.extended_kalman import (
     ExtendedKalmanFilter as ExtendedKalmanFilter,
 )
-from .online.observers.friedland_park import (
+from .online.observers.adaptive_observers import (
     FriedlandParkObserver as FriedlandParkObserver,
-)
-from .online.observers.gradient_estimator import (
     GradientEstimator as GradientEstimator,
+    LiaoChienObserver as LiaoChienObserver,
+    YazdizadehKhorasaniObserver as YazdizadehKhorasaniObserver,
 )
 from .online.observers.least_squares_observer import (
     LeastSquaresObserver as LeastSquaresObserver,
-)
-from .online.observers.liao_chien import (
-    LiaoChienObserver as LiaoChienObserver,
-)
-from .online.observers.yazdizadeh_khorasani import (
-    YazdizadehKhorasaniObserver as YazdizadehKhorasaniObserver,
 )
 from .online.recursive_least_squares import (
     RecursiveLeastSquares as RecursiveLeastSquares,

@@ -309,7 +309,7 @@ def _recursive_least_squares(task: EstimationTask) -> Estimator:
 
 
 def _friedland_park(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.friedland_park import FriedlandParkObserver
+    from stickslip.estimation.online.observers.adaptive_observers import FriedlandParkObserver
 
     return FriedlandParkObserver(
         inertia=_known_inertia(task),
@@ -321,7 +321,7 @@ def _friedland_park(task: EstimationTask) -> Estimator:
 
 
 def _yazdizadeh_khorasani(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.yazdizadeh_khorasani import (
+    from stickslip.estimation.online.observers.adaptive_observers import (
         YazdizadehKhorasaniObserver,
     )
 
@@ -335,7 +335,7 @@ def _yazdizadeh_khorasani(task: EstimationTask) -> Estimator:
 
 
 def _liao_chien(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.liao_chien import LiaoChienObserver
+    from stickslip.estimation.online.observers.adaptive_observers import LiaoChienObserver
 
     return LiaoChienObserver(
         inertia=_known_inertia(task),
@@ -347,7 +347,7 @@ def _liao_chien(task: EstimationTask) -> Estimator:
 
 
 def _gradient(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.gradient_estimator import GradientEstimator
+    from stickslip.estimation.online.observers.adaptive_observers import GradientEstimator
 
     return GradientEstimator(
         inertia=_known_inertia(task),

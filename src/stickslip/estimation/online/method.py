@@ -1,16 +1,13 @@
-"""What estimators that take a log sample by sample have in common: one vector, one kernel."""
+"""Base class of the estimators that take a log sample by sample: one vector, one kernel."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Sequence
-from typing import Any
+from collections.abc import Callable
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.online.faults.health import OnlineHealth
 from stickslip.records import InputError
-
-__all__ = ["Kernel", "OnlineMethod", "State"]
 
 State = Float[np.ndarray, " s"]
 Kernel = Callable[[State, float, float, float, float, float], bool]
@@ -44,7 +41,7 @@ class OnlineMethod(ABC):
     def step(
         self, state: State, sample: tuple[float, float, float, float, float]
     ) -> tuple[State, Float[np.ndarray, " p"]]:
-        """Take one sample; return the new state and the estimates.
+        """Take one sample; return the new state and the estimates, in order of `parameter_names`.
 
         Parameters
         ----------
@@ -56,38 +53,19 @@ class OnlineMethod(ABC):
             they are not measured, `init` says whether a state can be made without them; with zeros
             for them no other state learns anything.
 
-        Returns
-        -------
-        The state, and the estimates in the order of `parameter_names`.
-
         Raises
         ------
         InputError
             If the sample does not hold five numbers.
         """
         after = state.copy()
-        _take_sample(self.kernel, after, sample)
+        try:
+            u, x, v, x2, v2 = map(float, sample)
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"the sample is {sample!r}, it must be five numbers",
+                remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for what the axis does not have "
+                "or measure",
+            ) from error
+        self.kernel(after, u, x, v, x2, v2)
         return after, after[self._places].copy()
-
-
-def _take_sample(kernel: Kernel, state: State, sample: Sequence[float]) -> None:
-    """Take one sample into the state by a kernel, in place.
-
-    Raises
-    ------
-    InputError
-        If the sample does not hold five numbers; the state is left as it is then.
-    """
-    try:
-        u, x, v, x2, v2 = sample
-        kernel(state, float(u), float(x), float(v), float(x2), float(v2))
-    except (TypeError, ValueError) as error:
-        raise _not_a_sample(sample) from error
-
-
-def _not_a_sample(sample: Any) -> InputError:
-    return InputError(
-        f"the sample is {sample!r}, it must be five numbers",
-        remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for what the axis does not have or "
-        "measure",
-    )

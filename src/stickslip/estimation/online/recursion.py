@@ -14,38 +14,6 @@ from stickslip.compiled import compiled
 from stickslip.friction import FrictionTerms
 from stickslip.records import InputError
 
-__all__ = [
-    "COUNT",
-    "COUNTED",
-    "DELTA",
-    "DERIVED",
-    "EXPONENTIAL",
-    "FIRST_SPREAD",
-    "FORGETTING",
-    "GAIN",
-    "LOAD_INERTIA",
-    "MOST_PARAMETERS",
-    "OFFSET",
-    "PARAMETERS",
-    "PER_DIRECTION",
-    "RELATIVE_PRIOR",
-    "ROW",
-    "SAMPLING_TIME",
-    "SPREAD",
-    "STIFFNESS",
-    "STRIBECK",
-    "TYPICAL",
-    "VALUES",
-    "covariance_in",
-    "lay_friction",
-    "lay_information",
-    "lay_prior",
-    "rls_run",
-    "rls_step",
-    "stribeck_left",
-    "update",
-]
-
 MOST_PARAMETERS = 5
 
 (
@@ -247,20 +215,7 @@ def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
 
 
 def lay_friction(s: Float[np.ndarray, " s"], terms: FrictionTerms) -> None:
-    """Lay into a state which friction is sought.
-
-    Parameters
-    ----------
-    s
-        The state, in place.
-    terms
-        What is sought.
-
-    Raises
-    ------
-    InputError
-        If there is no room for it.
-    """
+    """Write into a state which friction is sought; an InputError if there is no room for it."""
     if len(terms.stribeck) > 1 or (terms.stribeck and terms.per_direction):
         raise InputError(
             f"{len(terms.names)} frictions are sought with a Stribeck effect, on line there is "
@@ -276,16 +231,9 @@ def lay_friction(s: Float[np.ndarray, " s"], terms: FrictionTerms) -> None:
 def lay_prior(
     state: Float[np.ndarray, " s"], values: Sequence[float], variance: float | None
 ) -> None:
-    """Lay first guesses and P(0) into a state, in place.
+    """Write first guesses [SI] and P(0) into a state, in place.
 
-    Parameters
-    ----------
-    state
-        With zeros where they go.
-    values
-        First guesses [SI].
-    variance
-        Diagonal of P(0); None for one that follows the size of the regressors.
+    ``variance`` is the diagonal of P(0); None for one that follows the size of the regressors.
     """
     p = len(values)
     state[VALUES : VALUES + p] = values
@@ -303,9 +251,9 @@ def lay_information(
     values: Sequence[float],
     variance: float | None,
 ) -> None:
-    """Lay P(0)^-1 theta(0) and P(0)^-1 into a state, in place; zeros stay without a variance.
+    """Write P(0)^-1 theta(0) and P(0)^-1 into a state from ``at`` on, with room for ``most`` each.
 
-    They begin at ``at``, with room for ``most`` parameters; values and variance as in `lay_prior`.
+    Zeros stay without a variance.
     """
     if variance is not None:
         p = len(values)

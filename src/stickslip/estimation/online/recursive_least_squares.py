@@ -12,20 +12,17 @@ from jaxtyping import Float
 
 from stickslip.estimation.online.recursion import (
     EXPONENTIAL,
-    FIRST_SPREAD,
     FORGETTING,
     MOST_PARAMETERS,
     PARAMETERS,
-    SPREAD,
     VALUES,
     covariance_in,
+    lay_prior,
     rls_run,
     rls_step,
 )
 from stickslip.estimation.settings import check_forgetting_factor
 from stickslip.records import InputError, finite_vector, positive
-
-__all__ = ["RecursiveLeastSquares"]
 
 _DOUBLE = np.dtype(np.float64)
 
@@ -88,9 +85,7 @@ class RecursiveLeastSquares:
         s[PARAMETERS] = p
         s[FORGETTING] = self.forgetting_factor
         s[EXPONENTIAL] = self.forgetting == "exponential"
-        s[VALUES:] = guesses
-        s[FIRST_SPREAD : FIRST_SPREAD + p] = variance
-        s[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()
+        lay_prior(s, guesses.tolist(), variance)
         return s
 
     def step(
@@ -103,12 +98,7 @@ class RecursiveLeastSquares:
         state
             From `init` or an earlier step; it is left as it is.
         sample
-            The regressors, and what they explain [any consistent units].
-
-        Raises
-        ------
-        InputError
-            If there is not one regressor a parameter, or a value is not finite.
+            The regressors, one a parameter, and what they explain [any consistent units]; finite.
         """
         row, target = sample
         if getattr(row, "dtype", None) is not _DOUBLE:  # faster than to leave it to np.asarray
@@ -131,13 +121,7 @@ class RecursiveLeastSquares:
         state
             From `init` or an earlier step; it is left as it is.
         rows, targets
-            Regressors and what they explain [any consistent units].
-
-        Raises
-        ------
-        InputError
-            If there is not one regressor a parameter and one target a row, or a value is not
-            finite.
+            Regressors and what they explain [any consistent units]; finite.
         """
         after = state.copy()
         table = np.ascontiguousarray(rows, dtype=np.float64)

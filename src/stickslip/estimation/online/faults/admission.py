@@ -26,19 +26,6 @@ from stickslip.compiled import compiled
 from stickslip.numerics.named_fields import places
 from stickslip.records import InputError
 
-__all__ = [
-    "ADMISSION_DTYPE",
-    "ADMISSION_SIZE",
-    "IMPOSSIBLE",
-    "LASTING",
-    "LONGEST_DELAY",
-    "admit",
-    "continued",
-    "lay_admission",
-    "learn_inertia",
-    "restart_admission",
-]
-
 IMPOSSIBLE = 1e30
 """Size of a value beyond which it is missing [any unit]: its square is still a number."""
 
@@ -128,25 +115,11 @@ def lay_admission(
     inertia: float | None,
     measured: tuple[bool, bool, bool],
 ) -> None:
-    """Initialise the memory, in place.
+    """Initialise the memory, zeros before, in place.
 
-    Parameters
-    ----------
-    admission
-        Fields of `ADMISSION_DTYPE` in a state, zeros.
-    sampling_time
-        [s].
-    effort_delay
-        Samples by which the effort acts after it is logged; negative if it is logged late.
-    inertia
-        Of the driven mass [kg or kg m^2]; None if it is unknown.
-    measured
-        Whether velocity, load position and load velocity are measured.
-
-    Raises
-    ------
-    InputError
-        If the delay is not finite or longer than `LONGEST_DELAY`.
+    ``effort_delay`` is the number of samples by which the effort acts after it is logged, negative
+    if it is logged late; ``inertia`` that of the driven mass [kg or kg m^2], None if it is unknown;
+    ``measured`` says whether velocity, load position and load velocity are.
     """
     if not abs(effort_delay) <= LONGEST_DELAY:
         raise InputError(
@@ -339,11 +312,9 @@ def admit(
 ) -> tuple[bool, float, bool, float, float, float, float, bool]:
     """Admit a sample.
 
-    Returns
-    -------
-    Whether there is a sample (a negative delay lets the first ones wait), its effort, whether the
-    force in the interval that it begins is unknown, position and velocity of both masses (NaN
-    where missing or not measured), and whether the motion stepped.
+    Returns whether there is a sample (a negative delay lets the first ones wait), its effort,
+    whether the force in the interval that it begins is unknown, position and velocity of both
+    masses (NaN where missing or not measured), and whether the motion stepped.
     """
     s.samples_seen += 1
     u, unknown = _admit_effort(s, u)

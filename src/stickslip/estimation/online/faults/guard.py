@@ -14,8 +14,6 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.online.faults.admission import IMPOSSIBLE
 
-__all__ = ["RESETS", "guard_size", "keep_state", "lay_guard", "restore_state", "stays_valid"]
-
 _INTERVAL = 64.0
 """Samples from one copy to the next. A reset loses what was learned in so many; a copy of some 60
 numbers in every sample would take longer than the step."""
@@ -58,16 +56,10 @@ def restore_state(s: Float[np.ndarray, " s"], at: int, own: int) -> None:
 
 @compiled(inline=True)
 def stays_valid(s: Float[np.ndarray, " s"], at: int, own: int, first: int, p: int) -> bool:
-    """Return whether the estimates are valid after a sample; if not, the copy is restored.
+    """Return whether p estimates from ``first`` on are valid after a sample.
 
-    Parameters
-    ----------
-    s, at
-        State, and where its guard begins.
-    own
-        Numbers of the estimator's own, at the beginning of the state.
-    first, p
-        Place of the first estimate, and their number.
+    If not, the copy of the estimator's ``own`` numbers, the first of the state, is restored. The
+    guard begins at ``at``.
     """
     valid = True
     for i in range(p):

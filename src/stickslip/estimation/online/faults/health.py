@@ -3,8 +3,6 @@
 from dataclasses import dataclass
 from typing import Any
 
-__all__ = ["OnlineHealth", "health_of"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class OnlineHealth:
@@ -68,17 +66,7 @@ def health_of(
     force_events: float = 0.0,
     force_noise: float | None = None,
 ) -> OnlineHealth:
-    """Return the health of an estimator.
-
-    Parameters
-    ----------
-    admission
-        Fields of `stickslip.estimation.online.faults.admission.ADMISSION_DTYPE` in a state.
-    resets, force_events
-        Counts of the estimator.
-    force_noise
-        Standard deviation of the disturbance force [N or N m]; None if the method has none.
-    """
+    """Return the health of an estimator, from the fields of its admission and its own counts."""
     return OnlineHealth(
         samples=int(admission.samples_seen),
         missing_samples=int(admission.missing_values),

@@ -38,19 +38,6 @@ from scipy import stats
 
 from stickslip.compiled import compiled
 
-__all__ = [
-    "FEWEST_BATCHES",
-    "LEAST_WIDTH",
-    "batch_size",
-    "clear_batches",
-    "close_batch",
-    "count_sample",
-    "intervals_of",
-    "jackknife",
-    "lay_batches",
-    "scale_batches",
-]
-
 FEWEST_BATCHES = 4
 """Batches below which there is no interval."""
 
@@ -148,19 +135,9 @@ def jackknife(
 ) -> Float[np.ndarray, " p"] | None:
     """Return the half widths of 95 % intervals of theta by leaving out one batch at a time.
 
-    Parameters
-    ----------
-    state, at
-        State and offset.
-    p
-        Number of parameters, the first of those that the batches are for.
-    information, vector
-        J and eta as they are now; the incomplete batch counts to the last complete one.
-
-    Returns
-    -------
-    The half widths [units of the parameters], None with fewer than `FEWEST_BATCHES` or where the
-    parameters are not identifiable without one of them.
+    The batches begin at ``at``; theta are the first p of their parameters. ``information`` and
+    ``vector`` are J and eta as they are now; the incomplete batch counts to the last complete one.
+    None with fewer than `FEWEST_BATCHES`, or where the parameters are not identifiable without one.
     """
     n = int(state[at + _SNAPSHOTS])
     batches = n - 1
@@ -236,20 +213,9 @@ def intervals_of(
     values: Float[np.ndarray, " p"],
     information: Float[np.ndarray, "q q"],
 ) -> Float[np.ndarray, "p 2"]:
-    """Return the 95 % intervals of the jackknife.
+    """Return the 95 % intervals of the jackknife [SI], infinite with fewer than `FEWEST_BATCHES`.
 
-    Parameters
-    ----------
-    state, at
-        State, and where its batches begin.
-    values
-        Estimates [SI].
-    information
-        J, of as many parameters as the batches are for (zero for those not estimated).
-
-    Returns
-    -------
-    Lower and upper ends [SI]; infinite with fewer than `FEWEST_BATCHES`.
+    ``information`` is J of all parameters that the batches are for, zero for those not estimated.
     """
     p = values.size
     vector = np.zeros(information.shape[0])

@@ -25,19 +25,6 @@ from stickslip.compiled import compiled
 from stickslip.estimation.online.intervals.batches import LEAST_WIDTH, intervals_of
 from stickslip.estimation.online.recursion import PARAMETERS, ROW, VALUES
 
-__all__ = [
-    "ACCELERATED",
-    "EVERYWHERE",
-    "SLOW",
-    "add_information",
-    "add_row",
-    "classify",
-    "contrast_size",
-    "intervals_in",
-    "scale_contrasts",
-    "widened",
-]
-
 EVERYWHERE, SLOW, ACCELERATED = 0, 1, 2
 """Groups of a sample; one that is slow and accelerated has the sum of both."""
 
@@ -142,20 +129,9 @@ def widened(
     intervals: Float[np.ndarray, "p 2"],
     information: Float[np.ndarray, "q q"],
 ) -> Float[np.ndarray, "p 2"]:
-    """Return intervals that are widened by the difference between the groups.
+    """Return 95 % intervals [SI], widened by the difference between the groups.
 
-    Parameters
-    ----------
-    state, at
-        State and offset.
-    intervals
-        95 % intervals if the model holds [SI].
-    information
-        J, of as many parameters as the groups are for (zero for those not estimated).
-
-    Returns
-    -------
-    Lower and upper ends [SI].
+    ``information`` is J of all parameters that the groups are for, zero for those not estimated.
     """
     p, q = intervals.shape[0], information.shape[0]
     if not np.all(np.isfinite(intervals)):
@@ -186,14 +162,8 @@ def intervals_in(
 ) -> Float[np.ndarray, "p 2"]:
     """Return 95 % intervals from the state of a recursion that calls `add_row` [SI].
 
-    Parameters
-    ----------
-    state
-        Of the recursion.
-    information, batches, contrasts
-        Where eta and J, the batches and the groups begin.
-    most
-        Number of parameters that there is room for.
+    The other arguments are where eta and J, the batches and the groups begin, and the number of
+    parameters that there is room for.
     """
     start = information + most
     J = state[start : start + most**2].reshape(most, most)

@@ -1,8 +1,9 @@
-"""What observers of the friction force have in common: samples, rows, first states, and a fit."""
+"""Base class of the observers of the friction force: samples, rows, first states, and a fit."""
 
 from abc import abstractmethod
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -15,8 +16,8 @@ from stickslip.estimation.fit.solve import check_excited, provenance_of
 from stickslip.estimation.online.faults.admission import lay_admission, restart_admission
 from stickslip.estimation.online.faults.guard import RESETS, lay_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.method import OnlineMethod, State
-from stickslip.estimation.online.observers import force_balance as at
+from stickslip.estimation.online.method import Kernel, OnlineMethod, State
+from stickslip.estimation.online.observers import kernels as at
 from stickslip.estimation.online.recursion import SAMPLING_TIME, STIFFNESS, VALUES
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
 from stickslip.estimation.prepare import repaired
@@ -30,8 +31,6 @@ from stickslip.records import (
     non_negative,
     positive,
 )
-
-__all__ = ["ForceObserver"]
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
@@ -76,6 +75,9 @@ class ForceObserver(OnlineMethod):
     dead_band: float | None = None
     initial_values: Mapping[str, float] | None = None
     effort_delay: float = 0.0
+    name: ClassVar[str]
+    """Name of the estimator."""
+    _kernel: ClassVar[Any]
 
     def __post_init__(self) -> None:
         units = {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad", "cutoff": "Hz"}
@@ -86,9 +88,9 @@ class ForceObserver(OnlineMethod):
         object.__setattr__(self, "initial_values", guesses)
 
     @property
-    @abstractmethod
-    def name(self) -> str:
-        """Name of the estimator."""
+    def kernel(self) -> Kernel:
+        """The compiled step (see `OnlineMethod.kernel`)."""
+        return type(self)._kernel
 
     @property
     @abstractmethod
@@ -111,49 +113,32 @@ class ForceObserver(OnlineMethod):
         return (*(() if self.inertia is not None else (mass,)), *self._estimated)
 
     def init(self, *, sampling_time: float) -> State:
-        """Return the state before the first sample.
-
-        Parameters
-        ----------
-        sampling_time
-            [s].
-
-        Raises
-        ------
-        InputError
-            If it is not positive, or a typical speed is needed and not given.
-        """
-        s = np.zeros(at.STATE_SIZE)
-        s[SAMPLING_TIME] = T = positive("sampling time", sampling_time, "s")
-        s[at.INERTIA] = self.inertia or 0.0
-        s[at.DEAD_BAND] = self.dead_band or 0.0
-        s[STIFFNESS] = self.stiffness or 0.0
-        s[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
-        self._lay_settings(s)
+        """Return the state before the first sample; the sampling time is in s."""
+        vector = np.zeros(at.STATE_SIZE)
+        s = at.fields(vector)
+        vector[SAMPLING_TIME] = T = positive("sampling time", sampling_time, "s")
+        vector[STIFFNESS] = self.stiffness or 0.0
+        s.inertia, s.dead_band = self.inertia or 0.0, self.dead_band or 0.0
+        vector[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
+        self._initialise(vector, s)
         load = self.stiffness is not None
         lay_admission(
-            at.admission(s),
+            s.admission,
             sampling_time=T,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
             measured=(True, load, load),
         )
-        lay_guard(s, at.GUARD, at.ADMISSION)
-        return s
+        lay_guard(vector, at.GUARD, at.OWN_SIZE)
+        return vector
 
     def health(self, state: State) -> OnlineHealth:
-        """Return what was missing, rejected and reset so far; no force noise is estimated.
-
-        Parameters
-        ----------
-        state
-            From `init` or a later step.
-        """
-        return health_of(at.admission(state), resets=state[at.GUARD + RESETS])
+        """Return what was missing, rejected and reset so far; no force noise is estimated."""
+        return health_of(at.fields(state).admission, resets=state[at.GUARD + RESETS])
 
     @abstractmethod
-    def _lay_settings(self, s: State) -> None:
-        """Lay what is the method's own in a first state, in place."""
+    def _initialise(self, vector: State, s: Any) -> None:
+        """Set what is the method's own in a first state and its fields, in place."""
 
     @property
     def _guesses(self) -> Mapping[str, float]:
@@ -171,27 +156,15 @@ class ForceObserver(OnlineMethod):
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps; return the state and the estimates after each.
 
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step.
-        log
-            The samples; velocities that it has not are differences of smoothed positions.
-
-        Raises
-        ------
-        InputError
-            If the log has a gap or another sampling time than the state, or lacks the load of a
-            flexible arm.
+        Velocities that the log has not are differences of smoothed positions. The log must have the
+        sampling time of the state, and the load of a flexible arm.
         """
-        from stickslip.estimation.online.observers.run import METHODS, observer_run
-
         check_fits(log, float(state[SAMPLING_TIME]))
         after = state.copy()
         samples, quiet = self._signals(log)
         waiting = max(int(np.ceil(-self.effort_delay)), 0)  # the motion waits for a late effort
         quiet = np.concatenate([np.zeros(waiting, dtype=bool), quiet])[: len(log)]
-        history = observer_run(METHODS.index(self.name), after, samples, quiet)
+        history = at.observer_run(at.METHODS.index(self.name), after, samples, quiet)
         return after, history[:, [place - VALUES for place in self._places]]
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
@@ -208,8 +181,9 @@ class ForceObserver(OnlineMethod):
         state = settled.init(sampling_time=log.sampling_time)
         histories: list[Float[np.ndarray, "n p"]] = []
         for part in log.segments():
-            state[at.KNOWN] = 0.0
-            restart_admission(at.admission(state))
+            s = at.fields(state)
+            s.known = 0
+            restart_admission(s.admission)
             state, history = settled.run(state, part)
             histories.append(history)
         values = state[settled._places]
@@ -227,14 +201,8 @@ class ForceObserver(OnlineMethod):
         """Return friction forces and rows of stretches in motion, each the mean of a short block.
 
         Differences of momentum over single samples are all noise, over blocks they are not.
-
-        Parameters
-        ----------
-        log
-            With uniform samples between its gaps.
-        quiet
-            Whether blocks last as long as it takes for their noise to be small beside the effort;
-            otherwise a period of the cutoff frequency.
+        ``quiet`` blocks last as long as it takes for their noise to be small beside the effort;
+        others a period of the cutoff frequency.
         """
         T = log.sampling_time
         parts = list(log.segments())
@@ -290,7 +258,7 @@ class ForceObserver(OnlineMethod):
     def _balance(
         self, part: AxisLog, samples: Float[np.ndarray, "n 5"]
     ) -> tuple[Float[np.ndarray, "m c"], Bool[np.ndarray, " m"]]:
-        """Return time, target and row of each sample, and whether it is usable (see `balance`)."""
+        """Return time, target and row of each sample, and whether it is usable."""
         T = part.sampling_time
         u, x, v, x2, v2 = samples.T
         stretch, rate = x - x2, v - v2
