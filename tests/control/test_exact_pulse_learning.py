@@ -10,7 +10,7 @@ from pulse_runs import run_pulses
 from random_axes import random_axes
 from scipy.optimize import least_squares
 
-from stickslip.control import ExactPulseController, PulseWidthController, RestDetection
+from stickslip.control import ExactPulseController, RestDetection
 from stickslip.control.pulses import exact_kernels as at
 from stickslip.control.pulses import kernel as pulse
 from stickslip.friction import CoulombViscousFriction
@@ -392,10 +392,7 @@ def learned():
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"method": "pwc"}, "learned by 'pwc', the controller is 'exact'"),
-        ({"kind": "rotary"}, "learned on a rotary axis"),
         ({"values": {"mass": 1.0}}, r"coulomb_friction_positive \[N\] is missing"),
-        ({"covariance": np.eye(2)}, r"shape \(2, 2\), this method's has \(5, 5\)"),
         ({"covariance": -np.eye(5)}, "variance below zero"),
         ({"covariance": np.triu(np.ones((5, 5)))}, "not symmetric"),
         ({"values": {**learned().values, "mass": -1.0}}, "mass is -1, it must be positive"),
@@ -406,19 +403,6 @@ def test_what_cannot_be_resumed_is_refused(wrong, says):
     with pytest.raises(InputError, match=says) as error:
         CONTROLLER.resumed(replace(learned(), **wrong))
     assert error.value.remedy
-
-
-def test_another_controller_does_not_resume_it():
-    other = PulseWidthController(
-        sampling_time=T,
-        target=0.01,
-        tolerance=1e-6,
-        rest=IDEAL,
-        pulse_effort=300.0,
-        first_gain=1.0,
-    )
-    with pytest.raises(InputError, match="learned by 'exact'"):
-        other.resumed(learned())
 
 
 def test_what_was_saved_with_no_uncertainty_at_all_is_still_followed():

@@ -16,7 +16,7 @@ from stickslip.control.pulses.published import in_range, trimmed_effort
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome
-from stickslip.simulation import Sensors, simulate_closed_loop
+from stickslip.simulation import Sensors
 
 T = 0.01
 FULL = 300.0
@@ -274,26 +274,6 @@ def test_on_any_axis_it_keeps_its_limits(
     assert controller.resumed(learned).first_gain_1 == run.estimates["gain_1"][-1]
 
 
-def test_a_pulse_below_breakaway_is_repeated_up_to_max_idle_pulses():
-    # A static friction that the pulse for 0.1 mm does not overcome
-    plant = SingleMass(
-        mass=150.0,
-        friction=CoulombViscousFriction.symmetric(
-            coulomb_friction=100.0, static_friction=250.0, viscous_friction=700.0
-        ),
-    )
-    controller = replace(REPORT, target=1e-4)
-    patient = run_pulses(plant, controller, sampling_time=T, duration=1.0)
-    assert patient.outcome is PositioningOutcome.STOPPED
-    assert [pulse.moved for pulse in patient.pulses] == [False] * 3
-    assert (gains(patient) == gains(patient)[0]).all()
-    printed = run_pulses(
-        plant, replace(controller, max_idle_pulses=None), sampling_time=T, duration=1.0
-    )
-    assert printed.outcome is PositioningOutcome.MOVING
-    assert len(printed.pulses) == 99  # every sample but that of the pulse still on its way
-
-
 @pytest.mark.parametrize("seed", range(5))
 def test_on_an_encoder_without_a_velocity_it_arrives(sliding_mass, seed):
     step, noise = 1e-6, 1e-6
@@ -319,15 +299,6 @@ def test_on_an_encoder_without_a_velocity_it_arrives(sliding_mass, seed):
     assert achieved == pytest.approx(moved, abs=rest.least_motion)
 
 
-def test_compiled_and_sample_by_sample_it_does_the_same_to_the_last_bit(
-    sliding_mass, consecutive_runs
-):
-    (by_sample,) = consecutive_runs(REPORT, 1)
-    compiled = simulate_closed_loop(sliding_mass, REPORT, sampling_time=T, samples=200)
-    assert np.array_equal(compiled.log.effort, by_sample.run.log.effort)
-    assert compiled.controller_state.tobytes() == by_sample.run.controller_state.tobytes()
-
-
 def test_a_rotary_axis_is_controlled_alike(sliding_mass, consecutive_runs):
     axis = replace(sliding_mass, kind="rotary")
     (linear,) = consecutive_runs(BOUNDED, 1)
@@ -337,8 +308,6 @@ def test_a_rotary_axis_is_controlled_alike(sliding_mass, consecutive_runs):
 
 def test_what_cannot_be_resumed_is_refused():
     learned = REPORT.learned(REPORT.init())
-    with pytest.raises(InputError, match="learned by 'pwc', the controller is 'papwc'"):
-        REPORT.resumed(replace(learned, method="pwc"))
     with pytest.raises(InputError, match="gain_2"):
         REPORT.resumed(replace(learned, values={"gain_1": 4e-5}))
     with pytest.raises(InputError, match="is 400 N; with pulse_effort 300 N it must lie between"):
@@ -348,20 +317,16 @@ def test_what_cannot_be_resumed_is_refused():
 @pytest.mark.parametrize(
     ("wrong", "says"),
     [
-        ({"pulse_effort": -300.0}, "pulse_effort is -300 N"),
-        ({"pulse_effort": 80.0}, "80 N; with pulse_effort 80 N it must lie between"),
+        ({"pulse_effort": 80.0}, "80 N; with pulse_effort 80 N .* a smaller first guess"),
+        ({"pulse_effort": 10_000.0}, "a larger first guess, or pulses of less effort"),
         ({"first_gain_1": 0.0}, r"first_gain_1 is 0 m/\(N s\)\^2"),
         ({"first_gain_2": -1.0}, r"first_gain_2 is -1 m/\(N s\^2\)"),
-        ({"gain": 2.0}, "gain is 2"),
-        ({"forgetting": 0.0}, "forgetting is 0"),
-        ({"longest_width": 0.005}, "longest_width is 0.005 s"),
         ({"initial_covariance": -1.0}, "positive definite"),
         ({"initial_covariance": (1.0, 2.0, 1.0)}, r"\(1, 2, 1\), it must be positive definite"),
         ({"initial_covariance": math.nan}, "positive definite"),
         ({"friction_margin": 0.5}, r"friction_margin is 0.5, it must lie in \(0, 0.5\)"),
         ({"friction_margin": 0.4}, "80 N; with pulse_effort 300 N"),
         ({"regressor": "best"}, "regressor is 'best'"),
-        ({"max_idle_pulses": 0}, "max_idle_pulses is 0"),
         ({"kind": "rotary", "pulse_effort": 80.0}, "80 N m"),
     ],
 )
@@ -369,31 +334,3 @@ def test_impossible_settings_are_refused(wrong, says, without_shape_checks):
     with pytest.raises(InputError, match=says) as error:
         replace(REPORT, **wrong)
     assert error.value.remedy
-
-
-@pytest.mark.parametrize(
-    ("wrong", "remedy"),
-    [
-        ({"pulse_effort": 80.0}, "a smaller first guess, or allow more effort"),
-        ({"pulse_effort": 10_000.0}, "a larger first guess, or pulses of less effort"),
-        ({"friction_margin": 0.6}, "give 0.01 when in doubt"),
-    ],
-)
-def test_the_remedy_leads_into_the_range(wrong, remedy):
-    with pytest.raises(InputError) as error:
-        replace(REPORT, **wrong)
-    assert remedy in error.value.remedy
-
-
-def test_friction_that_the_pulses_cannot_overcome_is_refused():
-    with pytest.raises(InputError, match=r"breakaway \(static\) friction of 310 N"):
-        PulseAmplitudeWidthController.from_friction(
-            mass=150.0,
-            coulomb_friction=80.0,
-            static_friction=310.0,
-            pulse_effort=FULL,
-            sampling_time=T,
-            target=0.01,
-            tolerance=2e-5,
-            rest=IDEAL,
-        )

@@ -5,18 +5,24 @@ import os
 import subprocess
 import sys
 from dataclasses import replace
+from itertools import permutations
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 from stickslip.control import (
+    ExactPulseController,
     PulseAmplitudeWidthController,
     PulseWidthController,
     RestDetection,
 )
 from stickslip.control.checks import whole
 from stickslip.control.pulses import kernel as pulse
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import SingleMass
 from stickslip.records import InputError, PositioningOutcome, SensorSample
+from stickslip.simulation import simulate_closed_loop
 
 FULL = 300.0
 WIDTH = 3  # samples; what an error of 0.01 asks for with this gain
@@ -28,6 +34,20 @@ CONTROLLER = PulseWidthController(
     pulse_effort=FULL,
     first_gain=0.01 / 0.03**2,
 )
+
+
+GUESS = CoulombViscousFriction.symmetric(coulomb_friction=80.0, viscous_friction=500.0)
+CONTROLLERS = {
+    "pwc": CONTROLLER,
+    "papwc": PulseAmplitudeWidthController.from_friction(
+        mass=150.0, coulomb_friction=80.0, pulse_effort=FULL, sampling_time=0.01, target=0.01,
+        tolerance=1e-3, rest=CONTROLLER.rest,
+    ),
+    "exact": ExactPulseController(
+        sampling_time=0.01, target=0.01, tolerance=1e-5, rest=CONTROLLER.rest, effort_limit=FULL,
+        mass=150.0, friction=GUESS,
+    ),
+}  # fmt: skip
 
 
 def played(controller, positions, velocities=None, state=None):
@@ -181,52 +201,57 @@ def test_late_sensors_are_waited_for():
 @pytest.mark.parametrize(
     ("position", "velocity"), [(math.nan, 0.0), (math.inf, 0.0), (0.0, math.nan)]
 )
-def test_a_sample_that_cannot_be_used_changes_nothing(position, velocity):
-    before = CONTROLLER.init()
-    efforts, states = played(CONTROLLER, [position], [velocity])
-    assert math.isnan(efforts[0])
-    assert np.array_equal(states[0], before, equal_nan=True)
+@pytest.mark.parametrize("method", CONTROLLERS)
+def test_a_sample_that_cannot_be_used_changes_nothing(method, position, velocity):
+    controller = CONTROLLERS[method]
+    for before in (controller.init(), played(controller, [0.0])[1][-1]):
+        kept = before.copy()
+        efforts, states = played(controller, [position], [velocity], state=before)
+        assert math.isnan(efforts[0])
+        assert np.array_equal(states[0], kept, equal_nan=True)
+        assert np.array_equal(before, kept, equal_nan=True)
 
 
-def test_a_step_leaves_the_state_it_was_given():
-    state = CONTROLLER.init()
+@pytest.mark.parametrize("method", CONTROLLERS)
+def test_a_step_leaves_the_state_it_was_given(method):
+    state = CONTROLLERS[method].init()
     kept = state.copy()
-    played(CONTROLLER, [0.0] * 3, state=state)
+    played(CONTROLLERS[method], [0.0] * 3, state=state)
     assert np.array_equal(state, kept, equal_nan=True)
 
 
-def test_interpreted_it_does_the_same_to_the_last_bit():
-    rng = np.random.default_rng(4)
-    positions = np.repeat(rng.uniform(-0.01, 0.02, 40), 6)
-    _, states = played(CONTROLLER, positions.tolist())
-    code = """
+def final_states(method):
+    """Return the states after a log, and after a loop that is compiled as a whole."""
+    controller = CONTROLLERS[method]
+    positions = np.repeat(np.random.default_rng(4).uniform(-0.01, 0.02, 40), 6)
+    friction = CoulombViscousFriction.symmetric(
+        coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
+    )
+    run = simulate_closed_loop(
+        SingleMass(mass=150.0, friction=friction), controller, sampling_time=0.01, samples=200
+    )
+    return played(controller, positions.tolist())[1][-1], run.controller_state
+
+
+@pytest.mark.parametrize("method", CONTROLLERS)
+def test_interpreted_it_does_the_same_to_the_last_bit(method):
+    code = f"""
 import sys
-import numpy as np
-from stickslip.control import (
-    PulseAmplitudeWidthController,
-    PulseWidthController,
-    RestDetection,
-)
-from stickslip.control.pulses import kernel as pulse
-from stickslip.control.checks import whole
-from stickslip.records import SensorSample
-controller = PulseWidthController(sampling_time=0.01, target=0.01, tolerance=1e-3,
-    rest=RestDetection(samples=1, spread=0.0, speed=0.0), pulse_effort=300.0,
-    first_gain=0.01 / 0.03**2)
-state = controller.init()
-positions = np.repeat(np.random.default_rng(4).uniform(-0.01, 0.02, 40), 6).tolist()
-for k, x in enumerate(positions):
-    state, _ = controller.step(state, SensorSample(0.01 * k, x, 0.0, np.nan, np.nan))
-sys.stdout.write(state.tobytes().hex())
+from test_pulse_machine import final_states
+sys.stdout.write(" ".join(state.tobytes().hex() for state in final_states({method!r})))
 """
     done = subprocess.run(
         [sys.executable, "-c", code],
-        env={**os.environ, "NUMBA_DISABLE_JIT": "1"},
+        env={
+            **os.environ,
+            "NUMBA_DISABLE_JIT": "1",
+            "PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path]),
+        },
         capture_output=True,
         text=True,
         check=True,
     )
-    assert bytes.fromhex(done.stdout) == states[-1].tobytes()
+    assert done.stdout.split() == [state.tobytes().hex() for state in final_states(method)]
 
 
 @pytest.mark.parametrize(
@@ -303,15 +328,23 @@ def test_a_vector_that_is_no_state_is_refused(state):
         CONTROLLER.step(state, SensorSample(0.0, 0.0, 0.0, math.nan, math.nan))
 
 
-def test_a_state_of_another_method_is_refused():
-    other = PulseAmplitudeWidthController.from_friction(
-        mass=150.0, coulomb_friction=80.0, pulse_effort=FULL, sampling_time=0.01, target=0.01,
-        tolerance=1e-3, rest=CONTROLLER.rest,
-    )  # fmt: skip
-    sample = SensorSample(0.0, 0.0, 0.0, math.nan, math.nan)
-    for controller, state in ((CONTROLLER, other.init()), (other, CONTROLLER.init())):
-        with pytest.raises(ValueError, match="not a state of this controller's method"):
-            controller.step(state, sample)
+@pytest.mark.parametrize(("method", "other"), [*permutations(CONTROLLERS, 2)])
+def test_a_state_or_experience_of_another_method_is_refused(method, other):
+    controller, state = CONTROLLERS[method], CONTROLLERS[other].init()
+    with pytest.raises(ValueError, match="not a state of this controller's method"):
+        played(controller, [0.0], state=state)
+    with pytest.raises(InputError, match=f"learned by '{other}', the controller is '{method}'"):
+        controller.resumed(CONTROLLERS[other].learned(state))
+
+
+@pytest.mark.parametrize("method", CONTROLLERS)
+def test_experience_of_another_axis_or_size_is_refused(method):
+    controller = CONTROLLERS[method]
+    learned = controller.learned(controller.init())
+    with pytest.raises(InputError, match="learned on a rotary axis"):
+        controller.resumed(replace(learned, kind="rotary"))
+    with pytest.raises(InputError, match=r"shape \(4, 4\), this method's has"):
+        controller.resumed(replace(learned, covariance=np.eye(4)))
 
 
 def test_a_longer_trace_is_kept_more_coarsely():

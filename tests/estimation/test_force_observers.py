@@ -341,20 +341,6 @@ def test_positions_alone_will_do(observer: type[AdaptiveObserver], viscous_log: 
     assert found.value("viscous_friction") == pytest.approx(VISCOUS, rel=3e-3)
 
 
-@pytest.mark.parametrize("observer", OBSERVERS)
-def test_steps_and_runs_are_the_same(
-    observer: type[AdaptiveObserver], coulomb_log: AxisLog
-) -> None:
-    one = observer(inertia=MASS, viscous=True, speed=0.5, offset=True)
-    part = coulomb_log.part(0, 500)
-    history = ends(one, part)
-    state = one.init(sampling_time=T)
-    values = np.zeros(3)
-    for k in range(len(part)):
-        state, values = one.step(state, sample_of(part, k))
-    assert values.tolist() == history[-1].tolist()
-
-
 @pytest.mark.parametrize("observer", [*OBSERVERS, LeastSquaresObserver])
 def test_they_run_along_in_a_controller(
     observer: type[AdaptiveObserver] | type[LeastSquaresObserver],

@@ -528,7 +528,7 @@ def _follow(
     elif s.stage == REPLAYING:
         for _ in range(_PACE):
             if s.replayed < s.stored:
-                k = MEMORY + 3 * s.replayed
+                k = MEMORY + 3 * int(s.replayed)
                 _take(s, s.sharp, False, vector[k - 3], vector[k + 1], vector[k + 2])
                 s.replayed += 1
         if s.replayed == s.stored:
@@ -587,7 +587,7 @@ def ekf_step(vector: State, u: float, x: float, v: float, x2: float, v2: float) 
         _forget_motion(s)
     if s.known == 0 and (np.isnan(x) or (measured and np.isnan(v))):
         return whole
-    k = MEMORY + 3 * s.stored
+    k = MEMORY + 3 * int(s.stored)
     if s.stage <= REPLAYING and k + 3 <= vector.size and not (unknown or np.isnan(x) or stepped):
         vector[k], vector[k + 1], vector[k + 2] = u, x, v
         s.stored += 1

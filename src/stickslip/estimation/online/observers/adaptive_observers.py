@@ -151,7 +151,7 @@ class FriedlandParkObserver(AdaptiveObserver):
     """
 
     exponent: float = 1.0
-    name: ClassVar[str] = "friedland-park"
+    _name: ClassVar[str] = "friedland-park"
     _kernel: ClassVar[Any] = at.friedland_park_step
 
     def __post_init__(self) -> None:
@@ -177,7 +177,7 @@ class YazdizadehKhorasaniObserver(AdaptiveObserver):
     ('viscous_friction', 'coulomb_friction')
     """
 
-    name: ClassVar[str] = "yazdizadeh-khorasani"
+    _name: ClassVar[str] = "yazdizadeh-khorasani"
     _kernel: ClassVar[Any] = at.yazdizadeh_khorasani_step
 
 
@@ -201,7 +201,7 @@ class LiaoChienObserver(AdaptiveObserver):
     """
 
     bandwidth: float = 10.0
-    name: ClassVar[str] = "liao-chien"
+    _name: ClassVar[str] = "liao-chien"
     _kernel: ClassVar[Any] = at.liao_chien_step
 
     def __post_init__(self) -> None:
@@ -252,7 +252,7 @@ class GradientEstimator(AdaptiveObserver):
 
     viscous: bool = True
     bandwidth: float = 20.0
-    name: ClassVar[str] = "gradient"
+    _name: ClassVar[str] = "gradient"
     _kernel: ClassVar[Any] = at.gradient_step
 
     def __post_init__(self) -> None:

@@ -75,8 +75,7 @@ class ForceObserver(OnlineMethod):
     dead_band: float | None = None
     initial_values: Mapping[str, float] | None = None
     effort_delay: float = 0.0
-    name: ClassVar[str]
-    """Name of the estimator."""
+    _name: ClassVar[str]
     _kernel: ClassVar[Any]
 
     def __post_init__(self) -> None:
@@ -86,6 +85,11 @@ class ForceObserver(OnlineMethod):
         known = (*(() if self.inertia is not None else ("mass", "inertia")), *_FRICTION)
         guesses = first_guesses(self.initial_values, known)
         object.__setattr__(self, "initial_values", guesses)
+
+    @property
+    def name(self) -> str:
+        """Name of the estimator."""
+        return type(self)._name
 
     @property
     def kernel(self) -> Kernel:

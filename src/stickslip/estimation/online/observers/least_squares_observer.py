@@ -52,7 +52,7 @@ class LeastSquaresObserver(ForceObserver):
 
     inertia: float | None = None
     forgetting_factor: float = 1.0
-    name: ClassVar[str] = "rls"
+    _name: ClassVar[str] = "rls"
     _kernel: ClassVar[Any] = least_squares_step
 
     def __post_init__(self) -> None:
