@@ -292,8 +292,8 @@ class ExtendedKalmanFilter(OnlineMethod):
         s = at.fields(state)
         return health_of(
             s.admission,
-            force_events=s.force_events,
-            resets=s.resets,
+            force_events=float(s.force_events),
+            resets=float(s.resets),
             force_noise=float(np.sqrt(s.force_variance)),
         )
 
