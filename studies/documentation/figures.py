@@ -10,7 +10,8 @@ from rich.progress import track
 from scipy import signal
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares, PublishedEnergyEstimator
-from stickslip.estimation.energy.known_inertia.free_motion import free_motion, roaming
+from stickslip.estimation.energy.known_inertia.free_friction import DrivenMotion, FreeAxis
+from stickslip.estimation.energy.levels import AxisModel
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
@@ -146,8 +147,9 @@ def balance_of_work() -> None:
         raise RuntimeError("the arm's sensors measure everything")
     T, noise = log.sampling_time, (POSITION_NOISE, VELOCITY_NOISE)
     force = log.effort - STIFFNESS * (x - x2)
-    rate = roaming([(x, v, force)], MASS_1, T, noise)
-    seen = free_motion(x, v, force, MASS_1, T, noise, rate)
+    measured = DrivenMotion.of(x, v, force, MASS_1, T, noise)
+    axis = FreeAxis.of(AxisModel(inertia=MASS_1), T)
+    seen = axis.motion(measured, axis.likeliest_rate([measured]))
     figure, (left, middle, right) = plt.subplots(1, 3, figsize=(11, 3.1), layout="constrained")
 
     left.plot(log.time, v, ".", ms=2, color="#d1d5db", label="measured")

@@ -8,17 +8,15 @@ import scipy.linalg
 import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import quad
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
-from stickslip.estimation.energy.known_inertia.free_motion import (
+from stickslip.estimation.energy.known_inertia.free_friction import (
+    DrivenMotion,
     FreeAxis,
     FreeMotion,
-    free_motion,
-    roaming,
-    shown_by_mass,
     walk_covariance,
 )
+from stickslip.estimation.energy.levels import AxisModel
 
 ROUNDING = 1e-9  # relative: what the exponential of a matrix of mixed units loses
 SAME_ALGEBRA = 1e-8  # of the largest value: two ways to the same posterior, conditioned to 1e7
@@ -45,26 +43,11 @@ def van_loan(inertia: float, sampling_time: float) -> np.ndarray:
 def test_what_friction_adds_in_a_sample_is_the_integral(
     inertia: float, sampling_time: float
 ) -> None:
-    found = walk_covariance(inertia=inertia, sampling_time=sampling_time)
+    found = walk_covariance(AxisModel(inertia=inertia), sampling_time)
     scale = np.sqrt(np.outer(np.diag(found), np.diag(found)))
     np.testing.assert_allclose(
         found / scale, van_loan(inertia, sampling_time) / scale, atol=ROUNDING
     )
-
-
-def test_what_friction_adds_in_a_sample_by_quadrature() -> None:
-    inertia, T = 3.0, 0.07
-    A, b = rate_matrix(inertia), np.array([0.0, 0.0, 1.0])
-    found = walk_covariance(inertia=inertia, sampling_time=T)
-    for i in range(3):
-        for j in range(3):
-
-            def integrand(s: float, i: int = i, j: int = j) -> float:
-                over = scipy.linalg.expm(A * s) @ b
-                return float(over[i] * over[j])
-
-            expected, _ = quad(integrand, 0.0, T, epsabs=0.0, epsrel=1e-12)
-            assert found[i, j] == pytest.approx(expected, rel=ROUNDING)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,11 +84,17 @@ class Walk:
             velocity=states[:, 1] + noise[1] * generator.normal(size=samples),
         )
 
-    def smoothed(self, *, with_velocity: bool) -> FreeMotion:
+    @property
+    def axis(self) -> FreeAxis:
+        return FreeAxis.of(AxisModel(inertia=self.inertia), self.sampling_time)
+
+    def measured(self, *, with_velocity: bool) -> DrivenMotion:
         v = self.velocity if with_velocity else None
-        return free_motion(
-            self.position, v, self.force, self.inertia, self.sampling_time, self.noise, self.rate
-        )
+        m, T = self.inertia, self.sampling_time
+        return DrivenMotion.of(self.position, v, self.force, m, T, self.noise)
+
+    def smoothed(self, *, with_velocity: bool) -> FreeMotion:
+        return self.axis.motion(self.measured(with_velocity=with_velocity), self.rate)
 
     def first(self, *, with_velocity: bool) -> tuple[np.ndarray, np.ndarray]:
         """Mean and variances of the first state: as measured, friction of the size of the force."""
@@ -189,10 +178,7 @@ def test_the_cost_is_the_likelihood(with_velocity: bool, rate: float) -> None:
     measured = Dense.of(walk, with_velocity=with_velocity).measured
     whole = scipy.stats.Covariance.from_cholesky(np.linalg.cholesky(spread))
     log_density = scipy.stats.multivariate_normal(expected, whole).logpdf(measured)
-    v = walk.velocity if with_velocity else None
-    m, T = walk.inertia, walk.sampling_time
-    shown = shown_by_mass(walk.position, v, walk.force, m, T, walk.noise)
-    cost = FreeAxis.of(inertia=m, sampling_time=T).cost(shown, rate)
+    cost = walk.axis.cost(walk.measured(with_velocity=with_velocity), rate)
     twice = -2.0 * log_density - measured.size * np.log(2.0 * np.pi)
     assert cost == pytest.approx(twice, rel=1e-8, abs=1e-6)
 
@@ -249,10 +235,7 @@ def test_the_rate_of_the_walk_is_found(with_velocity: bool, rate: float) -> None
     decades = np.empty(runs)
     for k in range(runs):
         walk = Walk.simulated(1500, k, rate=rate)
-        v = walk.velocity if with_velocity else None
-        found = roaming(
-            [(walk.position, v, walk.force)], walk.inertia, walk.sampling_time, walk.noise
-        )
+        found = walk.axis.likeliest_rate([walk.measured(with_velocity=with_velocity)])
         decades[k] = np.log10(found / rate)
     wandering = 4.0 * decades.std(ddof=1) / np.sqrt(runs)
     assert abs(decades.mean()) < RATE_TOLERANCE + wandering
@@ -262,10 +245,9 @@ def test_the_rate_of_the_walk_is_found(with_velocity: bool, rate: float) -> None
 def test_short_stretches_tell_of_the_rate_together() -> None:
     """Thirty of 100 samples: each alone is wrong by a factor of 2, all together are not."""
     walks = [Walk.simulated(100, 500 + k) for k in range(30)]
-    inertia, T, noise = Walk.inertia, Walk.sampling_time, Walk.noise
-    stretches = [(walk.position, walk.velocity, walk.force) for walk in walks]
-    together = np.log10(roaming(stretches, inertia, T, noise) / Walk.rate)
-    alone = [np.log10(roaming([one], inertia, T, noise) / Walk.rate) for one in stretches]
+    stretches, axis = [walk.measured(with_velocity=True) for walk in walks], walks[0].axis
+    together = np.log10(axis.likeliest_rate(stretches) / Walk.rate)
+    alone = [np.log10(axis.likeliest_rate([one]) / Walk.rate) for one in stretches]
     spread = np.std(alone, ddof=1)
     assert abs(together) < RATE_TOLERANCE + 4.0 * spread / np.sqrt(len(walks))
 
@@ -279,8 +261,9 @@ def test_a_coast_without_any_force_still_has_friction() -> None:
     x = 3.0 * time - 0.75 * time**2 + 1e-5 * generator.normal(size=time.size)
     v = truth + 1e-2 * generator.normal(size=time.size)
     noise = (1e-5, 1e-2)
-    rate = roaming([(x, v, np.zeros(1000))], m, T, noise)
-    found = free_motion(x, v, np.zeros(1000), m, T, noise, rate)
+    measured = DrivenMotion.of(x, v, np.zeros(1000), m, T, noise)
+    axis = FreeAxis.of(AxisModel(inertia=m), T)
+    found = axis.motion(measured, axis.likeliest_rate([measured]))
     # A dozen standard deviations of the smoothed motion, whose edges are the noisiest
     np.testing.assert_allclose(found.velocity, truth, atol=0.02)
     assert np.median(found.friction) == pytest.approx(3.0, rel=0.02)

@@ -6,14 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.linalg
-from hypothesis import given
-from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
-from stickslip.friction import CoulombViscousFriction
-from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.simulation import simulate
+from stickslip.estimation.energy.known_inertia.free_friction import HeldAxis, SensorData
+from stickslip.estimation.energy.levels import AxisModel
 
 INTEGRATED = 1e-8  # relative: an integrator asked for 1e-12 a step, on states of mixed size
 EXACT = 1e-10  # relative: rounding over a hundred samples of two exact ways
@@ -23,17 +19,6 @@ LOAD = {"load_inertia": 0.7, "stiffness": 300.0}
 RIGID: dict[str, Any] = {"load_inertia": None, "stiffness": None}
 
 
-@given(inertia=st.floats(1e-3, 1e3), sampling_time=st.floats(1e-5, 1.0))
-def test_a_rigid_axis_in_closed_form(inertia: float, sampling_time: float) -> None:
-    m, T = inertia, sampling_time
-    axis = HeldAxis.of(inertia=m, **RIGID, sampling_time=T)
-    np.testing.assert_allclose(axis.transition, [[1.0, T], [0.0, 1.0]], rtol=EXACT)
-    np.testing.assert_allclose(axis.held, [0.5 * T**2 / m, T / m], rtol=EXACT)
-    # A slope around the middle of the sample pushes as much as it pulls, but pulls first
-    np.testing.assert_allclose(axis.ramped[0], -(T**3) / (12.0 * m), rtol=EXACT)
-    assert abs(axis.ramped[1]) < EXACT * T**2 / m
-
-
 @pytest.mark.parametrize("load", [RIGID, LOAD])
 @pytest.mark.parametrize("sampling_time", [1e-3, 0.02, 0.2])
 @pytest.mark.parametrize(("held", "slope"), [(1.0, 0.0), (0.0, 50.0), (-3.0, 20.0)])
@@ -41,7 +26,7 @@ def test_the_axis_solves_its_differential_equation(
     load: dict[str, Any], sampling_time: float, held: float, slope: float
 ) -> None:
     m, T = 2.0, sampling_time
-    axis = HeldAxis.of(inertia=m, **load, sampling_time=T)
+    axis = HeldAxis.of(AxisModel(inertia=m, **load), T)
     first = np.array([0.3, -0.2, 0.1, 0.4])[: axis.held.size]
 
     def rates(t: float, z: np.ndarray) -> list[float]:
@@ -56,28 +41,11 @@ def test_the_axis_solves_its_differential_equation(
     np.testing.assert_allclose(found, solved.y[:, -1], rtol=INTEGRATED, atol=1e-10)
 
 
-@pytest.mark.parametrize("flexible", [False, True])
-def test_the_axis_moves_as_the_simulator_without_friction(flexible: bool) -> None:
-    law = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
-    arm = FlexibleArm(mass_1=2.0, mass_2=0.7, stiffness=300.0, friction=law)
-    plant = arm if flexible else SingleMass(mass=2.0, friction=law)
-    effort = np.random.default_rng(0).normal(size=100)
-    motion = simulate(plant, effort, sampling_time=0.01)
-    axis = HeldAxis.of(inertia=2.0, **(LOAD if flexible else RIGID), sampling_time=0.01)
-    truth = [motion.position, motion.velocity]
-    if motion.load_position is not None and motion.load_velocity is not None:
-        truth += [motion.load_position, motion.load_velocity]
-    z = np.zeros(axis.held.size)
-    for k, u in enumerate(effort):
-        z = axis.transition @ z + axis.held * u
-        np.testing.assert_allclose(z, [row[k + 1] for row in truth], rtol=EXACT, atol=EXACT)
-
-
 @pytest.mark.parametrize("load", [RIGID, LOAD])
 def test_a_white_force_is_as_rough_within_a_sample_as_over_samples(load: dict[str, Any]) -> None:
     """Mean and slope of white noise make the covariance that Van Loan's integral gives."""
     T, m = 0.002, 2.0
-    axis = HeldAxis.of(inertia=m, **load, sampling_time=T)
+    axis = HeldAxis.of(AxisModel(inertia=m, **load), T)
     s = axis.held.size
     rate = np.zeros((s, s))
     rate[0, 1] = 1.0
@@ -128,7 +96,7 @@ class Problem:
         cls, load: dict[str, Any], channels: list[tuple[int, float]], size: float, *, noisy: bool
     ) -> "Problem":
         n, generator = 30, np.random.default_rng(3)
-        axis = HeldAxis.of(inertia=2.0, **load, sampling_time=cls.T)
+        axis = HeldAxis.of(AxisModel(inertia=2.0, **load), cls.T)
         states = axis.held.size
         friction = generator.normal(size=(n, 3))
         slope = 20.0 * generator.normal(size=(n, 3))
@@ -158,15 +126,8 @@ class Problem:
         )
 
     def whitened(self) -> tuple[np.ndarray, float]:
-        return self.axis.whiten(
-            self.effort,
-            self.measured,
-            self.channels,
-            self.friction,
-            self.slope,
-            self.disturbance,
-            self.first,
-        )
+        sensors = SensorData(measured=self.measured, channels=self.channels, first=self.first)
+        return self.axis.whiten(sensors, self.effort, self.friction, self.slope, self.disturbance)
 
     def dense(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return what is left of the measurements, regressors, and the covariance of the former."""
@@ -226,20 +187,3 @@ def test_without_noise_the_rows_give_the_parameters(sensors: str) -> None:
     np.testing.assert_allclose(
         rows[:, 1:] @ problem.PARAMETERS, rows[:, 0], atol=EXACT * np.max(np.abs(rows))
     )
-
-
-@pytest.mark.parametrize("sensors", CHANNELS)
-def test_the_rows_of_noise_are_white(sensors: str) -> None:
-    """The map from measurements to rows takes their dense covariance to the identity."""
-    problem = Problem.of(*CHANNELS[sensors], 1e-2, noisy=True)
-    _, _, covariance = problem.dense()
-    size = covariance.shape[0]
-    still = Problem(**{**vars(problem), "effort": np.zeros(30)})
-    channels = problem.channels.shape[0]
-    mapped = np.empty((size, size))
-    for k in range(size):
-        one = np.zeros((30, channels))
-        one[1 + k // channels, k % channels] = 1.0
-        rows, _ = Problem(**{**vars(still), "measured": one}).whitened()
-        mapped[:, k] = rows[:, 0]
-    np.testing.assert_allclose(mapped @ covariance @ mapped.T, np.eye(size), atol=DENSE)

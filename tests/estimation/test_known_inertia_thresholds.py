@@ -12,12 +12,11 @@ import pytest
 from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.energy.known_inertia import balance
 from stickslip.estimation.energy.known_inertia.balance import sought_regression
-from stickslip.estimation.energy.known_inertia.free_motion import likeliest_rate
-from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
+from stickslip.estimation.energy.known_inertia.free_friction import HeldAxis, likeliest_rate
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.fit.rows import MotionSummary, Regression, least_squares
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
-from stickslip.friction import CoulombViscousFriction, FrictionTerms
+from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog
 from stickslip.simulation import Sensors, simulate
@@ -69,8 +68,7 @@ def levels_of(mass: float) -> Regression:
 
 
 def sought(levels: Regression, log: AxisLog) -> Regression:
-    terms = FrictionTerms(per_direction=False, offset=False)
-    model = AxisModel(inertia=None, load_inertia=None, stiffness=None, terms=terms)
+    model = AxisModel(inertia=None)
     low_pass = LowPass(order=4, cutoff=default_cutoff(T))
     return sought_regression(levels, [log], model, low_pass, notes=())
 

@@ -6,7 +6,8 @@ import scipy.signal
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.estimation.energy.balance import travel_direction, whiten_levels
+from stickslip.estimation.energy.balance import travel_direction
+from stickslip.estimation.energy.unknown_inertia.level_regression import whiten_levels
 from stickslip.estimation.signals.kinematics import (
     LowPass,
     central_difference,

@@ -12,8 +12,8 @@ from scipy.special import erfc
 from statsmodels.regression.recursive_ls import RecursiveLS
 
 from stickslip.estimation import PublishedEnergyEstimator, examine
-from stickslip.estimation.energy.published.noise_kernels import BIAS_OF_POLYNOMIAL
-from stickslip.estimation.energy.published.rows import noise_shares, weighted_rows
+from stickslip.estimation.energy.published.estimator import noise_shares, weighted_rows
+from stickslip.estimation.energy.published.kernels import BIAS_OF_POLYNOMIAL
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError, Status
@@ -231,26 +231,6 @@ def test_five_runs_carry_over_what_was_learned(noisy: list[AxisLog]) -> None:
     np.testing.assert_array_equal(estimator.covariance(again), estimator.covariance(state))
 
 
-@pytest.mark.parametrize("chosen", VARIANTS)
-def test_steps_and_kernel_are_the_run_and_leave_the_state_alone(
-    noisy: list[AxisLog], chosen: dict[str, Any]
-) -> None:
-    estimator = PublishedEnergyEstimator(**ARM, **chosen, forgetting_factor=0.999)
-    start = estimator.init(sampling_time=T)
-    before, in_place = start.copy(), start.copy()
-    part = noisy[0].part(0, 300)
-    state, values = start, np.empty(0)
-    for sample in zip(*(column.tolist() for column in columns_of(part)), strict=True):
-        state, values = estimator.step(state, sample)
-        assert estimator.kernel(in_place, *sample)
-    whole, history = estimator.run(start, part)
-    np.testing.assert_array_equal(state, whole)
-    np.testing.assert_array_equal(in_place, whole)
-    np.testing.assert_array_equal(values, history[-1])
-    np.testing.assert_array_equal(whole[estimator.values_at], history[-1, :2])
-    np.testing.assert_array_equal(start, before)
-
-
 def test_noise_that_is_not_given_is_estimated(noisy: list[AxisLog]) -> None:
     estimator = PublishedEnergyEstimator(**ARM, compensation="settled")
     known = PublishedEnergyEstimator(**ARM, compensation="settled", **FULL)
@@ -383,24 +363,6 @@ def test_impossible_settings_are_refused(
 ) -> None:
     with pytest.raises(InputError, match=message):
         PublishedEnergyEstimator(**(ARM | wrong))
-
-
-@pytest.mark.parametrize(
-    ("sample", "message"),
-    [
-        ((1.0, 0.0), "must be five numbers"),
-        ((1.0, 0.0, "fast", 0.0, 0.0), "must be five numbers"),
-    ],
-)
-def test_bad_samples_are_refused(
-    without_shape_checks: None, sample: tuple[Any, ...], message: str
-) -> None:
-    estimator = PublishedEnergyEstimator(**ARM)
-    state = estimator.init(sampling_time=T)
-    before = state.copy()
-    with pytest.raises(InputError, match=message):
-        estimator.step(state, sample)  # type: ignore[arg-type]
-    np.testing.assert_array_equal(state, before)
 
 
 @pytest.mark.parametrize("chosen", VARIANTS)

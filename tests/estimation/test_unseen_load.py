@@ -8,8 +8,11 @@ import scipy.linalg
 import scipy.stats
 
 from stickslip.estimation import EnergyEstimator, MaximumLikelihoodEstimator, examine
-from stickslip.estimation.energy.known_inertia.free_motion import FreeAxis, walk_covariance
-from stickslip.estimation.energy.known_inertia.hidden_load import ArmSensors, smoothed_arm
+from stickslip.estimation.energy.known_inertia.free_friction import (
+    DrivenMotion,
+    FreeAxis,
+    walk_covariance,
+)
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
@@ -176,7 +179,7 @@ def test_what_is_measured_or_rigid_is_left_as_it_is() -> None:
     log = Sensors().measure(moved(), np.random.default_rng(0))
     low_pass = LowPass(order=4, cutoff=default_cutoff(T))
     assert reconstructed([log], ARM.model, low_pass)[0] is log
-    rigid = AxisModel(inertia=1.0, load_inertia=None, stiffness=None, terms=ARM.terms)
+    rigid = AxisModel(inertia=1.0)
     assert reconstructed([log], rigid, low_pass)[0] is log
 
 
@@ -267,10 +270,10 @@ def test_the_smoother_is_the_posterior() -> None:
         measured_position=1e-2 * generator.standard_normal(n),
         measured_velocity=1e-1 * generator.standard_normal(n),
     )
-    sensors = ArmSensors.of(log, **SHORT, noise=(1e-2, 1e-1), load_velocity_noise=1.0)
-    axis = FreeAxis.of(**SHORT, sampling_time=step)
+    sensors = DrivenMotion.of_arm(log, AxisModel(**SHORT), (1e-2, 1e-1), 1.0)
     freedom = np.where(np.arange(n) % 4 == 0, 50.0, 1.0)
-    motion = smoothed_arm(axis, sensors, rate, freedom)
+    motion = FreeAxis.of(AxisModel(**SHORT), step).motion(sensors, rate, freedom)
+    assert motion.load is not None
     # The rates of all states, friction the last; what the effort does is what friction undoes
     over = scipy.linalg.expm(rate_matrix(**SHORT) * step)
     push = np.append(-over[:4, 4], 0.0)
@@ -299,16 +302,16 @@ def test_the_smoother_is_the_posterior() -> None:
     found = (
         motion.position - sensors.origin,
         motion.velocity,
-        motion.load_position - sensors.origin,
-        motion.load_velocity,
+        motion.load.position - sensors.origin,
+        motion.load.velocity,
         motion.friction,
     )
     np.testing.assert_allclose(np.column_stack(found), expected, rtol=1e-6, atol=1e-8)
     np.testing.assert_allclose(motion.velocity_spread, spread[:, 1], rtol=1e-6)
-    np.testing.assert_allclose(motion.load_spread, spread[:, 2], rtol=1e-6)
+    np.testing.assert_allclose(motion.load.spread, spread[:, 2], rtol=1e-6)
 
 
 def test_the_walk_is_van_loans_integral() -> None:
     expected = van_loan(rate_matrix(**SHORT), 0.1)
-    found = walk_covariance(**SHORT, sampling_time=0.1)
+    found = walk_covariance(AxisModel(**SHORT), 0.1)
     np.testing.assert_allclose(found, expected, atol=1e-15, rtol=1e-6)

@@ -1,8 +1,6 @@
 """The balance of work on line: steps and runs, rests, changes, refusals, and in a loop."""
 
-from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -17,15 +15,13 @@ from stickslip.control import (
     FeedbackController,
     FrictionCompensation,
     Move,
-    Notch,
     OnlineFriction,
     PointToPoint,
 )
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.energy.known_inertia.online.layout import LAG
+from stickslip.estimation.energy.known_inertia.online.state import LAG
 from stickslip.friction import CoulombViscousFriction
-from stickslip.logs import read_log
-from stickslip.plants import FlexibleArm, Plant, SingleMass
+from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import AxisLog, InputError
 from stickslip.simulation import Sensors, simulate, simulate_closed_loop
 from stickslip.tasks import surrogate
@@ -329,105 +325,48 @@ def test_a_given_prior_holds_until_the_log_outweighs_it() -> None:
     np.testing.assert_allclose(history[-1], TRUTH, rtol=0.01)
 
 
-# Published [N s/m, N]; real friction at slow speed is not that of the law, and methods differ in it
-EMPS = [203.5034, 20.3935, -3.1648]
-EMPS_DIRECTIONS = [166.7061, 240.4236, 20.1440, 20.6277]
-
-
-def test_the_published_stage(benchmark_data: Any) -> None:
-    examples = Path(__file__).parents[2] / "examples"
-    log = read_log(benchmark_data("emps/DATA_EMPS.mat"), examples / "emps.toml")
-    for estimator, published in (
-        (EnergyEstimator(inertia=95.1089), EMPS),
-        (EnergyEstimator(inertia=95.1540, per_direction=True), EMPS_DIRECTIONS),
-    ):
-        for force_noise in (0.0, 5.0):
-            told = replace(estimator, force_noise=force_noise)
-            state = told.init(sampling_time=T, velocity_measured=False)
-            state, history = told.run(state, log)
-            np.testing.assert_allclose(history[-1], published, rtol=0.04)
-            # Coulomb friction and offset act alike until the first reversal
-            assert np.all(np.linalg.eigvalsh(told.covariance(state)) > 0.0)
-
-
 def test_two_coulomb_frictions_have_no_one_place() -> None:
     with pytest.raises(InputError, match="two Coulomb frictions"):
         _ = replace(RIGID, per_direction=True, offset=None).values_at
 
 
-def follower(
-    estimator: EnergyEstimator, moves: Sequence[Move], *, arm: bool, velocity_measured: bool = True
-) -> FeedbackController:
-    """Return the surrogate's feedback, or a stiffer one for the rigid stage."""
-    time = surrogate.SAMPLING_TIME if arm else T
-    notch = Notch.at_resonance(mass_1=1.0, mass_2=1.0, stiffness=1.0, depth=0.5, damping=0.4)
-    return FeedbackController(
-        sampling_time=time,
-        pd=PD(position_gain=1.5, velocity_gain=2.5)
-        if arm
-        else PD(position_gain=2000.0, velocity_gain=150.0),
-        notch=notch if arm else None,
-        compensation=FrictionCompensation(
-            friction=OnlineFriction(
-                kernel=estimator.kernel,
-                first_state=estimator.init(sampling_time=time, velocity_measured=velocity_measured),
-                sampling_time=time,
-                values_at=estimator.values_at,
-                needs_load=arm,
-            )
-        ),
-        inertia=2.0 if arm else MASS,
-        effort_limit=2.0 if arm else 100.0,
-        reference=PointToPoint(moves=tuple(moves)),
-    )
-
-
-SWEEP = tuple(
-    Move(target=target, duration=duration, dwell=0.5)
-    for target, duration in ((1.5, 5.0), (-1.0, 7.0), (0.5, 5.0), (0.0, 5.0))
-)
 STROKES = tuple(Move(target=x, duration=1.0, dwell=0.2) for x in (0.5, 0.0, 0.8, 0.0, 0.3))
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("offset", [False, True])
-def test_it_finds_the_friction_that_its_loop_compensates(offset: bool) -> None:
-    """The arm of the report's section 6.2, its noise in the loop."""
-    estimator = replace(ARM, offset=offset)
-    controller = follower(estimator, SWEEP, arm=True)
-    assert is_jitted(controller.step)
-    run = in_loop(surrogate.surrogate_arm(), controller, 6000, surrogate.surrogate_sensors())
-    final = np.asarray(run.controller_state)
-    # The estimator's state lies in that of the controller; the same log gives the same estimates
-    state, history = estimator.run(
-        estimator.init(sampling_time=surrogate.SAMPLING_TIME), run.log.part(0, 6000)
-    )
-    values = state[estimator.values_at]
-    assert set(values.tolist()) <= set(final.tolist())
-    np.testing.assert_allclose(
-        values, [surrogate.COULOMB_FRICTION, surrogate.VISCOUS_FRICTION], rtol=0.02
-    )
-    np.testing.assert_array_equal(values, history[-1][[1, 0]])
-
-
 def test_a_rigid_stage_in_its_loop() -> None:
-    controller = follower(RIGID, STROKES, arm=False)
-    sensors = Sensors(encoder_step=1e-5, velocity_noise=1e-2)
-    run = in_loop(SingleMass(mass=MASS, friction=LAW), controller, 6000, sensors)
-    state, _ = RIGID.run(RIGID.init(sampling_time=T), run.log.part(0, 6000))
-    np.testing.assert_allclose(state[RIGID.values_at], [COULOMB, VISCOUS], rtol=0.01)
-    assert abs(run.motion.position[-1] - STROKES[-1].target) < 2e-3
-
-
-def in_loop(plant: Plant, controller: FeedbackController, samples: int, sensors: Sensors) -> Any:
-    return simulate_closed_loop(
-        plant,
+    """Friction is estimated by the loop that compensates it."""
+    strokes = tuple(Move(target=x, duration=1.0, dwell=0.2) for x in (0.5, 0.0, 0.8, 0.0, 0.3))
+    friction = OnlineFriction(
+        kernel=RIGID.kernel,
+        first_state=RIGID.init(sampling_time=T),
+        sampling_time=T,
+        values_at=RIGID.values_at,
+        needs_load=False,
+    )
+    controller = FeedbackController(
+        sampling_time=T,
+        pd=PD(position_gain=2000.0, velocity_gain=150.0),
+        compensation=FrictionCompensation(friction=friction),
+        inertia=MASS,
+        effort_limit=100.0,
+        reference=PointToPoint(moves=strokes),
+    )
+    assert is_jitted(controller.step)
+    run = simulate_closed_loop(
+        SingleMass(mass=MASS, friction=LAW),
         controller,
-        sampling_time=controller.sampling_time,
-        samples=samples,
-        sensors=sensors,
+        sampling_time=T,
+        samples=6000,
+        sensors=Sensors(encoder_step=1e-5, velocity_noise=1e-2),
         generator=np.random.default_rng(5),
     )
+    state, history = RIGID.run(RIGID.init(sampling_time=T), run.log.part(0, 6000))
+    values = state[RIGID.values_at]
+    # The estimator's state lies in that of the controller; the same log gives the same estimates
+    assert set(values.tolist()) <= set(np.asarray(run.controller_state).tolist())
+    np.testing.assert_array_equal(values, history[-1][[1, 0]])
+    np.testing.assert_allclose(values, [COULOMB, VISCOUS], rtol=0.01)
+    assert abs(run.motion.position[-1] - strokes[-1].target) < 2e-3
 
 
 def test_an_arm_whose_load_has_no_velocity_sensor() -> None:

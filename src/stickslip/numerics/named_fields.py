@@ -23,6 +23,12 @@ def places(dtype: np.dtype[Any]) -> int:
     return dtype.itemsize // _PLACE
 
 
+def place_of(dtype: np.dtype[Any], name: str, start: int = 0) -> int:
+    """Return the place in the vector of a field of a dtype that begins at ``start``."""
+    offsets = {field: offset for field, (_, offset, *_) in (dtype.fields or {}).items()}
+    return start + offsets[name] // _PLACE
+
+
 def fields_at(dtype: np.dtype[Any], start: int = 0) -> Callable[[Float[np.ndarray, " s"]], Any]:
     """Return ``fields(vector) -> record``, in a kernel and in Python: the fields of a vector.
 

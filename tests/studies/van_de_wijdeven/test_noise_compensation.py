@@ -10,13 +10,11 @@ import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.estimation.energy.published.noise_kernels import (
-    BIAS_OF_DOUBLE_MEAN,
-    BIAS_OF_POLYNOMIAL,
-    SIXTH_ORDER,
-)
+from stickslip.estimation.energy.published.kernels import BIAS_OF_POLYNOMIAL
 from stickslip.records import InputError
 from studies.van_de_wijdeven.part_a.noise_compensation import (
+    BIAS_OF_DOUBLE_MEAN,
+    SIXTH_ORDER,
     absolute_bias,
     absolute_bias_polynomial,
     absolute_density,

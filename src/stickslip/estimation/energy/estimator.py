@@ -3,7 +3,7 @@
 Source: van de Wijdeven (2002), part A, chapters 3 and 4.
 """
 
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from functools import cached_property
 from typing import Any
 
@@ -11,8 +11,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.known_inertia.method import KnownInertiaMethod
-from stickslip.estimation.energy.levels import AxisModel, EnergyLevels
-from stickslip.estimation.energy.method import EnergyMethod, EnergySettings
+from stickslip.estimation.energy.levels import EnergyLevels
+from stickslip.estimation.energy.method import EnergySettings
 from stickslip.estimation.energy.unknown_inertia.method import UnknownInertiaMethod
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression
@@ -22,9 +22,7 @@ from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.recursion import VALUES
 from stickslip.estimation.settings import options_of
 from stickslip.friction import StribeckEffect
-from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, positive
-
-__all__ = ["EnergyEstimator"]
+from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -47,17 +45,6 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
     Either way, the disturbance beside the noise is estimated by maximum likelihood, and the rows
     are weighted accordingly (generalised least squares).
 
-    Attributes
-    ----------
-    inertia
-        Moving mass or inertia if it is known [kg or kg m^2], of a flexible arm that of the driven
-        side; None estimates it.
-    level_noise
-        For the recursion with an unknown inertia: standard deviation of the energy level [J]. Its
-        ratio to that of a disturbance force decides between levels and differences. It is needed
-        with a given ``force_noise`` only: otherwise the ratio is estimated, and no estimate depends
-        on the default of 1 J unless there is an initial variance too.
-
     Raises
     ------
     InputError
@@ -70,21 +57,11 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
     ('viscous_friction', 'coulomb_friction')
     """
 
-    inertia: float | None = None
-    level_noise: float | None = None
-
-    def __post_init__(self) -> None:
-        if self.level_noise is not None:
-            positive("level noise", self.level_noise, "J")
-        object.__setattr__(self, "initial_values", self.method.initial_values)
-
     @cached_property
-    def method(self) -> EnergyMethod:
+    def method(self) -> KnownInertiaMethod | UnknownInertiaMethod:
         """The method for a known or for an unknown inertia."""
-        shared = {field.name: getattr(self, field.name) for field in fields(EnergySettings)}
-        if self.inertia is None:
-            return UnknownInertiaMethod(level_noise=self.level_noise, **shared)
-        return KnownInertiaMethod(inertia=self.inertia, **shared)
+        known = self.inertia is not None
+        return KnownInertiaMethod(self) if known else UnknownInertiaMethod(self)
 
     @property
     def name(self) -> str:
@@ -96,11 +73,6 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
         """Name and settings as plain values, for a result's provenance."""
         effects = [asdict(effect) for effect in self.terms.stribeck]
         return options_of(self) | {"stribeck": effects or None}
-
-    @property
-    def model(self) -> AxisModel:
-        """Known parameters of the axis, and the friction terms."""
-        return self.method.model
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
         """Estimate the parameters from a whole log.
@@ -126,15 +98,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
         return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
 
     def fitted(self, estimate: FrictionEstimate, rows: Regression) -> Fit:
-        """Return an estimate and its rows with what is known of the axis.
-
-        Parameters
-        ----------
-        estimate
-            Of the rows.
-        rows
-            From `regression`, whole or changed.
-        """
+        """Return an estimate and its rows (of `regression`) with what is known of the axis."""
         return Fit(
             estimate=estimate,
             rows=rows,
@@ -160,14 +124,6 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
         """Return the energies of every stretch without gaps, beside that stretch of the log."""
         return self.method.levels(log)
-
-    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
-        """Return the names of what is estimated, in the order of the online estimates.
-
-        Viscous friction comes before Coulomb friction here; `values_at` has them the other way
-        round.
-        """
-        return self.method.parameter_names(kind)
 
     def init(
         self, *, sampling_time: float, velocity_measured: bool = True, load_measured: bool = True
@@ -222,22 +178,19 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
                 "per_direction is asked for, so that there are two Coulomb frictions",
                 remedy="estimate both directions together",
             )
-        viscous = VALUES + self.method.names.index("viscous_friction")
+        viscous = VALUES + self._names.index("viscous_friction")
         return slice(viscous + 1, viscous - 1, -1)
+
+    @cached_property
+    def _names(self) -> tuple[str, ...]:
+        return self.parameter_names("linear")
 
     @property
     def _places(self) -> slice:
-        return slice(VALUES, VALUES + len(self.method.names))
+        return slice(VALUES, VALUES + len(self._names))
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps; return the state and the estimates after each.
-
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step.
-        log
-            The samples.
 
         Raises
         ------

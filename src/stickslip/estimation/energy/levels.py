@@ -4,6 +4,7 @@ Source: van de Wijdeven (2002), part A, Eqs. 3.1-4.4.
 """
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
@@ -20,89 +21,53 @@ from stickslip.estimation.signals.observation import (
 from stickslip.friction import FrictionTerms
 from stickslip.records import AxisLog, InputError
 
-__all__ = ["AxisModel", "EnergyLevels", "energy_levels", "load_position", "summed"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class AxisModel:
-    """What is known of an axis, and what is sought.
+    """Known parameters of an axis, and the friction parameters that are sought."""
 
-    Attributes
-    ----------
-    inertia
-        Of the (first) mass [kg or kg m^2], or None if it is sought.
-    load_inertia, stiffness
-        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
-    terms
-        The friction parameters that are sought.
-    """
+    inertia: float | None  # of the (first) mass [kg or kg m^2]; None if it is sought
+    load_inertia: float | None = None  # of a flexible arm [kg or kg m^2]
+    stiffness: float | None = None  # of its spring [N/m or N m/rad]
+    terms: FrictionTerms = FrictionTerms(per_direction=False, offset=False)
 
-    inertia: float | None
-    load_inertia: float | None
-    stiffness: float | None
-    terms: FrictionTerms
+    @property
+    def driven(self) -> float:
+        """Inertia of the (first) mass [kg or kg m^2]; 0 if it is sought."""
+        return 0.0 if self.inertia is None else self.inertia
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadMotion:
+    """Motion of the second mass of a flexible arm."""
+
+    position: Float[np.ndarray, " n"]  # fused or filtered [m or rad]
+    velocity: Float[np.ndarray, " n"]  # as measured or differentiated [m/s or rad/s]
+    smooth_velocity: Float[np.ndarray, " n"]  # low-passed [m/s or rad/s]
+    noise: MotionNoise  # of its measurements
 
 
 @dataclass(frozen=True, kw_only=True)
 class EnergyLevels:
-    """Energies of one stretch without gaps, one value a sample, and what explains them.
+    """Energies of one stretch without gaps [J], one value a sample, and what explains them."""
 
-    Attributes
-    ----------
-    time
-        [s], shape (n,).
-    input, kinetic, potential
-        Energies [J], shape (n,). Kinetic holds what is known of it: an inertia that is sought
-        counts as a regressor.
-    regressors
-        Integrated from the start of the stretch, shape (n, p) [J per unit of each parameter].
-    noise
-        Variance that the sensors' noise gives each level of the balance, shape (n,) [J^2].
-    walk
-        Variance that it adds up to from sample to sample, shape (n-1,) [J^2].
-    motion
-        Of the (first) mass.
-    load
-        Of the second mass of a flexible arm, or None.
-    spring_force
-        Of the spring on the driven mass [N or N m], shape (n,); zero for a rigid axis.
-    """
-
-    time: Float[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  # [s]
     input: Float[np.ndarray, " n"]
-    kinetic: Float[np.ndarray, " n"]
+    kinetic: Float[
+        np.ndarray, " n"
+    ]  # of the known masses: an inertia that is sought is a regressor
     potential: Float[np.ndarray, " n"]
-    regressors: Float[np.ndarray, "n p"]
-    noise: Float[np.ndarray, " n"]
-    walk: Float[np.ndarray, " n-1"]
-    motion: ObservedMotion
-    load: "LoadMotion | None"
-    spring_force: Float[np.ndarray, " n"]
+    regressors: Float[np.ndarray, "n p"]  # from the start of the stretch [J per unit of parameter]
+    noise: Float[np.ndarray, " n"]  # variance of each level of the balance from sensor noise [J^2]
+    walk: Float[np.ndarray, " n-1"]  # variance that it adds up to from sample to sample [J^2]
+    motion: ObservedMotion  # of the (first) mass
+    load: LoadMotion | None  # of the second mass of a flexible arm
+    spring_force: Float[np.ndarray, " n"]  # on the driven mass [N or N m]; 0 for a rigid axis
 
     @property
     def dissipated(self) -> Float[np.ndarray, " n"]:
         """Measured dissipation, input less kinetic less potential energy [J] (Eq. 4.4)."""
         return self.input - self.kinetic - self.potential
-
-
-@dataclass(frozen=True, kw_only=True)
-class LoadMotion:
-    """Motion of the second mass of a flexible arm.
-
-    Attributes
-    ----------
-    position
-        Fused or filtered [m or rad], shape (n,).
-    velocity, smooth_velocity
-        As measured (or differentiated) and low-passed [m/s or rad/s], shape (n,).
-    noise
-        Of its measurements.
-    """
-
-    position: Float[np.ndarray, " n"]
-    velocity: Float[np.ndarray, " n"]
-    smooth_velocity: Float[np.ndarray, " n"]
-    noise: MotionNoise
 
 
 def summed(increments: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "n p"]:
@@ -113,25 +78,10 @@ def summed(increments: Float[np.ndarray, "m p"]) -> Float[np.ndarray, "n p"]:
 def energy_levels(
     part: AxisLog, model: AxisModel, low_pass: LowPass, noise: MotionNoise, sampling_time: float
 ) -> EnergyLevels:
-    """Return the energies of one stretch (settled forms of Eqs. 3.6-4.4).
+    """Return the energies of one stretch without gaps (settled forms of Eqs. 3.6-4.4).
 
-    Parameters
-    ----------
-    part
-        Without gaps.
-    model
-        What is known of the axis.
-    low_pass
-        What smooths.
-    noise
-        Of the measurements of the (first) mass.
-    sampling_time
-        [s].
-
-    Raises
-    ------
-    InputError
-        If the model has a load and the log does not hold its position.
+    ``noise`` is that of the measurements of the (first) mass. Raises InputError if the model has a
+    load and the log does not hold its position.
     """
     T = sampling_time
     motion = observe(part, low_pass, noise, T)
@@ -158,10 +108,10 @@ def energy_levels(
         regressors = np.column_stack([unit - unit[0], regressors])
     else:
         kinetic = kinetic + 0.5 * model.inertia * v**2
+    shift = max(round(1.0 / (low_pass.cutoff * T)), 1)  # a period of the cutoff [samples]
     rough = _rough_axis(model, regressors, work - kinetic - potential)
-    white, walk = _sensor_noise(part, motion, spring, noise, rough, T, low_pass)
+    white, walk = _sensor_noise(part, motion, spring, noise, rough, shift, T)
     if load is not None and model.load_inertia is not None:
-        shift = _period(low_pass, T)
         white += _kinetic_noise(
             model.load_inertia, load.smooth_velocity, load.noise.used_velocity, shift
         )
@@ -181,13 +131,7 @@ def energy_levels(
 
 
 def load_position(log: AxisLog) -> Float[np.ndarray, " n"]:
-    """Return the measured position of the load [m or rad].
-
-    Raises
-    ------
-    InputError
-        If the log does not hold it.
-    """
+    """Return the measured position of the load [m or rad], or raise InputError without one."""
     if log.measured_load_position is None:
         raise InputError(
             "the log holds no position of the load, which a flexible arm needs",
@@ -211,9 +155,8 @@ def _load_motion(part: AxisLog, low_pass: LowPass, sampling_time: float) -> Load
     return LoadMotion(position=position, velocity=velocity, smooth_velocity=smooth, noise=noise)
 
 
-@dataclass(frozen=True, kw_only=True)
-class _RoughAxis:
-    """Parameters good enough to weigh noise with."""
+class _RoughAxis(NamedTuple):
+    """Parameters good enough to weigh noise with [SI]."""
 
     inertia: float
     viscous: float
@@ -226,20 +169,14 @@ def _rough_axis(
 ) -> _RoughAxis:
     """Fit the levels without any weights."""
     columns = np.column_stack([regressors, np.ones(dissipated.size)])
-    fitted = least_squares(columns, dissipated)
-    values = fitted.tolist()
+    values = least_squares(columns, dissipated).tolist()
     inertia = abs(values.pop(0)) if model.inertia is None else model.inertia
     found = dict(zip(model.terms.names, values, strict=False))
 
     def magnitude(term: str) -> float:
         return float(np.mean([abs(a) for name, a in found.items() if name.startswith(term)]))
 
-    return _RoughAxis(
-        inertia=inertia,
-        viscous=magnitude("viscous"),
-        coulomb=magnitude("coulomb"),
-        offset=found.get("offset", 0.0),
-    )
+    return _RoughAxis(inertia, magnitude("viscous"), magnitude("coulomb"), found.get("offset", 0.0))
 
 
 def _sensor_noise(
@@ -248,8 +185,8 @@ def _sensor_noise(
     spring: Float[np.ndarray, " n"],
     noise: MotionNoise,
     rough: _RoughAxis,
+    shift: int,
     sampling_time: float,
-    low_pass: LowPass,
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n-1"]]:
     """Return the variances that noise on the (first) mass gives the energy balance [J^2].
 
@@ -257,19 +194,14 @@ def _sensor_noise(
     Adding up from sample to sample: position noise times the change of that force (summation by
     parts of sum u dx), and velocity noise in the viscous regressor.
     """
-    T = sampling_time
     speed = motion.smooth_velocity
-    white = _kinetic_noise(rough.inertia, speed, noise.used_velocity, _period(low_pass, T))
+    white = _kinetic_noise(rough.inertia, speed, noise.used_velocity, shift)
     net = part.effort[:-1] - rough.offset - rough.coulomb * motion.direction
     acting = np.concatenate([net, net[-1:]]) - spring
     white += (acting * noise.smooth_position) ** 2
     walk = (np.diff(net, prepend=net[:1]) * noise.smooth_position) ** 2
-    walk += (2.0 * rough.viscous * T * speed[:-1] * noise.velocity) ** 2
+    walk += (2.0 * rough.viscous * sampling_time * speed[:-1] * noise.velocity) ** 2
     return white, walk
-
-
-def _period(low_pass: LowPass, sampling_time: float) -> int:
-    return max(round(1.0 / (low_pass.cutoff * sampling_time)), 1)
 
 
 def _kinetic_noise(
@@ -277,8 +209,8 @@ def _kinetic_noise(
 ) -> Float[np.ndarray, " n"]:
     """Return the variance of a kinetic energy [J^2] from noise of its velocity.
 
-    The velocity is taken some samples earlier and later: a weight that knew the error of its own
-    sample would favour errors of one sign.
+    The velocity is taken ``shift`` samples earlier and later: a weight that knew the error of its
+    own sample would favour errors of one sign.
     """
     padded = np.pad(velocity**2, shift, mode="edge")
     square = 0.5 * (padded[: velocity.size] + padded[2 * shift :])

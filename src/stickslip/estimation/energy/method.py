@@ -1,20 +1,18 @@
-"""What the energy methods with known and with unknown inertia have in common."""
+"""Settings of the energy estimator, and the common part of its methods."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
-from jaxtyping import Float
 
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel, EnergyLevels, energy_levels
 from stickslip.estimation.energy.unknown_inertia.level_regression import noise_of_longest
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import long_stretches
-from stickslip.estimation.online.faults.health import OnlineHealth
-from stickslip.estimation.online.method import Kernel, State
+from stickslip.estimation.online import recursion
+from stickslip.estimation.online.method import State
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import (
     check_arm,
@@ -26,8 +24,6 @@ from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms, StribeckEffect
 from stickslip.records import AxisKind, AxisLog, InputError, non_negative, positive
-
-__all__ = ["LEAST_ROWS", "EnergyMethod", "EnergySettings", "UsableLog"]
 
 LEAST_ROWS = 50
 """Rows that a stretch without gaps must give."""
@@ -76,6 +72,14 @@ class EnergySettings:
         For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
         None estimates it from the samples. With a known inertia it is estimated in any case, and
         this is its first guess.
+    inertia
+        Moving mass or inertia if it is known [kg or kg m^2], of a flexible arm that of the driven
+        side; None estimates it.
+    level_noise
+        For the recursion with an unknown inertia: standard deviation of the energy level [J]. Its
+        ratio to that of a disturbance force decides between levels and differences. It is needed
+        with a given ``force_noise`` only: otherwise the ratio is estimated, and no estimate depends
+        on the default of 1 J unless there is an initial variance too.
     """
 
     load_inertia: float | None = None
@@ -92,6 +96,40 @@ class EnergySettings:
     effort_delay: float = 0.0
     position_noise: float | None = None
     velocity_noise: float | None = None
+    inertia: float | None = None
+    level_noise: float | None = None
+
+    def __post_init__(self) -> None:
+        units = {
+            "level_noise": "J",
+            "inertia": "kg or kg m^2",
+            "load_inertia": "kg or kg m^2",
+            "stiffness": "N/m or N m/rad",
+            "cutoff": "Hz",
+            "initial_variance": "(unit of the parameter)^2/J^2",
+        }
+        check_given(self, positive, units)
+        check_arm(self.load_inertia, self.stiffness)
+        if not (self.filter_order >= 1 and float(self.filter_order).is_integer()):
+            raise InputError(
+                f"filter_order is {self.filter_order}, it must be a whole number, 1 or more",
+                remedy="leave it at its default",
+            )
+        units = {
+            "force_noise": "N or N m",
+            "position_noise": "m or rad",
+            "velocity_noise": "m/s or rad/s",
+        }
+        check_given(self, non_negative, units)
+        check_forgetting_factor(self.forgetting_factor)
+        names = (*self.parameter_names("linear"), *self.parameter_names("rotary"))
+        guesses = first_guesses(self.initial_values, tuple(dict.fromkeys(names)))
+        object.__setattr__(self, "initial_values", guesses)
+        if self.inertia is None and self.force_noise and self.level_noise is None:
+            raise InputError(
+                f"force_noise is {self.force_noise:g} N or N m and no level_noise is given",
+                remedy="give level_noise [J] as well: their ratio decides",
+            )
 
     @property
     def terms(self) -> FrictionTerms:
@@ -100,126 +138,76 @@ class EnergySettings:
             per_direction=self.per_direction, offset=self.offset, stribeck=self.stribeck
         )
 
+    @property
+    def model(self) -> AxisModel:
+        """Known parameters of the axis, and the friction terms."""
+        return AxisModel(
+            inertia=self.inertia,
+            load_inertia=self.load_inertia,
+            stiffness=self.stiffness,
+            terms=self.terms,
+        )
+
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+        """Return the names of what is estimated, in the order of the online estimates.
+
+        Viscous friction comes before Coulomb friction here; `values_at` has them the other way
+        round.
+        """
+        if self.inertia is not None:
+            return self.terms.names
+        return ("mass" if kind == "linear" else "inertia", *self.terms.names)
+
+    def low_pass(self, sampling_time: float) -> LowPass:
+        """Return the low-pass of the settings for a sampling time [s]."""
+        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
+        return LowPass(order=self.filter_order, cutoff=cutoff)
+
 
 @dataclass(frozen=True, kw_only=True)
 class UsableLog:
-    """A log with even samples and credible velocities.
-
-    Attributes
-    ----------
-    log
-        The samples.
-    low_pass
-        Low-pass for noisy signals.
-    changes
-        What was done to the log, one sentence each.
-    lowered
-        Why the cutoff is lower than the default one.
-    clipped
-        Whether the effort looks clipped.
-    """
+    """A log with even samples and credible velocities."""
 
     log: AxisLog
-    low_pass: LowPass
-    changes: tuple[str, ...]
-    lowered: tuple[str, ...] = ()
-    clipped: bool = False
+    low_pass: LowPass  # for noisy signals
+    changes: tuple[str, ...]  # what was done to the log, one sentence each
+    lowered: tuple[str, ...] = ()  # why the cutoff is lower than the default one
+    clipped: bool = False  # whether the effort looks clipped
 
 
-@dataclass(frozen=True, kw_only=True)
-class EnergyMethod(EnergySettings, ABC):
+@dataclass(frozen=True)
+class EnergyMethod(ABC):
     """One of the two energy methods: rows of a whole log, and a recursion."""
 
-    def __post_init__(self) -> None:
-        check_given(
-            self,
-            positive,
-            {
-                "load_inertia": "kg or kg m^2",
-                "stiffness": "N/m or N m/rad",
-                "cutoff": "Hz",
-                "initial_variance": "(unit of the parameter)^2/J^2",
-            },
-        )
-        check_arm(self.load_inertia, self.stiffness)
-        if not (self.filter_order >= 1 and float(self.filter_order).is_integer()):
-            raise InputError(
-                f"filter_order is {self.filter_order}, it must be a whole number, 1 or more",
-                remedy="leave it at its default",
-            )
-        check_given(
-            self,
-            non_negative,
-            {
-                "force_noise": "N or N m",
-                "position_noise": "m or rad",
-                "velocity_noise": "m/s or rad/s",
-            },
-        )
-        check_forgetting_factor(self.forgetting_factor)
-        kinds: tuple[AxisKind, ...] = ("linear", "rotary")
-        known = dict.fromkeys(name for kind in kinds for name in self.parameter_names(kind))
-        guesses = first_guesses(self.initial_values, tuple(known))
-        object.__setattr__(self, "initial_values", guesses)
-
-    @property
-    @abstractmethod
-    def model(self) -> AxisModel:
-        """Known parameters of the axis, and the friction terms."""
-
-    @property
-    @abstractmethod
-    def kernel(self) -> Kernel:
-        """The compiled step."""
-
-    @abstractmethod
-    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
-        """Return the names of the parameters, in the order of the online estimates."""
-
-    @abstractmethod
-    def usable(self, log: AxisLog) -> UsableLog:
-        """Return a log with even samples and credible velocities."""
+    settings: EnergySettings
 
     @abstractmethod
     def rows(self, usable: UsableLog, parts: list[AxisLog]) -> Regression:
         """Return the whitened rows of the balance over stretches without gaps."""
 
     @abstractmethod
-    def init(self, *, sampling_time: float, velocity_measured: bool, load_measured: bool) -> State:
-        """Return the state before the first sample."""
-
-    @abstractmethod
-    def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
-        """Take the samples of a log without gaps; return the state and the estimates."""
-
-    @abstractmethod
-    def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
-        """Return the covariance of the recursion."""
-
-    @abstractmethod
-    def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
-        """Return 95 % intervals of the online estimates."""
-
-    @abstractmethod
-    def health(self, state: State) -> OnlineHealth:
-        """Return what was missing, rejected and reset so far."""
-
-    @abstractmethod
-    def _least_samples(self, low_pass: LowPass, sampling_time: float) -> int:
+    def least_samples(self, low_pass: LowPass, sampling_time: float) -> int:
         """Return how many samples a stretch without gaps must hold."""
 
-    def regression(self, log: AxisLog) -> Regression:
-        """Return the whitened rows of the balance.
+    def usable(self, log: AxisLog) -> UsableLog:
+        """Return a log with even samples and credible velocities."""
+        whole = repaired(log)
+        low_pass = self.settings.low_pass(whole.sampling_time)
+        load = self.settings.load_inertia is not None
+        log, wrong = without_wrong_velocity(whole, low_pass, load=load)
+        return UsableLog(
+            log=log,
+            low_pass=low_pass,
+            changes=(*whole.notes, *wrong),
+            clipped=whole.clipped,
+        )
 
-        Parameters
-        ----------
-        log
-            Any log in which something moves.
-        """
+    def regression(self, log: AxisLog) -> Regression:
+        """Return the whitened rows of the balance of a log in which something moves."""
         usable = self.usable(log)
         parts = long_stretches(
             usable.log,
-            self._least_samples(usable.low_pass, usable.log.sampling_time),
+            self.least_samples(usable.low_pass, usable.log.sampling_time),
             needed_by="",
             remedy="record a longer log, or raise the cutoff frequency",
         )
@@ -227,52 +215,33 @@ class EnergyMethod(EnergySettings, ABC):
         return replace(rows, biased=rows.biased or usable.clipped)
 
     def levels(self, log: AxisLog) -> list[tuple[EnergyLevels, AxisLog]]:
-        """Return the energies of every stretch without gaps, beside that stretch of the log.
-
-        Parameters
-        ----------
-        log
-            As `regression` takes it.
-        """
-        usable = self.usable(log)
+        """Return the energies of every stretch without gaps, beside that stretch of the log."""
+        usable, model = self.usable(log), self.settings.model
         low_pass, T = usable.low_pass, usable.log.sampling_time
-        least = self._least_samples(low_pass, T)
+        least = self.least_samples(low_pass, T)
         long = [part for part in usable.log.segments() if len(part) >= least]
-        parts = reconstructed(long, self.model, low_pass)
+        parts = reconstructed(long, model, low_pass)
         noise = noise_of_longest(parts, low_pass)
-        return [(energy_levels(part, self.model, low_pass, noise, T), part) for part in parts]
+        return [(energy_levels(part, model, low_pass, noise, T), part) for part in parts]
 
-    def low_pass(self, sampling_time: float) -> LowPass:
-        """Return the low-pass of the settings.
+    def _recursion_state(
+        self, size: int, information: int, most: int, sampling_time: float
+    ) -> State:
+        """Return a state with the settings, first guesses and P(0) of its recursion.
 
-        Parameters
-        ----------
-        sampling_time
-            [s].
+        ``information`` is the place of eta and J, with room for ``most`` parameters.
         """
-        cutoff = default_cutoff(sampling_time) if self.cutoff is None else self.cutoff
-        return LowPass(order=self.filter_order, cutoff=cutoff)
-
-    def first_values(self) -> list[float]:
-        """Return the first guesses, in the order of `parameter_names`."""
-        guesses = self.initial_values or {}
-        mass = guesses.get("mass", guesses.get("inertia", 0.0))
-        return [
-            mass if name in {"mass", "inertia"} else guesses.get(name, 0.0) for name in self.names
-        ]
-
-    @cached_property
-    def names(self) -> tuple[str, ...]:
-        """Names of the parameters of a linear axis."""
-        return self.parameter_names("linear")
-
-    def _even(self, log: AxisLog) -> UsableLog:
-        whole = repaired(log)
-        low_pass = self.low_pass(whole.sampling_time)
-        log, wrong = without_wrong_velocity(whole, low_pass, load=self.load_inertia is not None)
-        return UsableLog(
-            log=log,
-            low_pass=low_pass,
-            changes=(*whole.notes, *wrong),
-            clipped=whole.clipped,
-        )
+        own = self.settings
+        guesses = dict(own.initial_values or {})
+        guesses["mass"] = guesses.get("mass", guesses.get("inertia", 0.0))
+        values = [guesses.get(name, 0.0) for name in own.parameter_names("linear")]
+        s = np.zeros(size)
+        s[recursion.SAMPLING_TIME] = sampling_time
+        s[recursion.FORGETTING] = own.forgetting_factor
+        s[recursion.PARAMETERS] = len(values)
+        s[recursion.LOAD_INERTIA] = own.load_inertia or 0.0
+        s[recursion.STIFFNESS] = own.stiffness or 0.0
+        recursion.lay_friction(s, own.terms)
+        recursion.lay_prior(s, values, own.initial_variance)
+        recursion.lay_information(s, information, most, values, own.initial_variance)
+        return s

@@ -1,13 +1,13 @@
-"""Samples of a log in the form that the online energy estimators take."""
+"""Samples of a log in the form that the online estimators take."""
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.levels import load_position
 from stickslip.estimation.online import recursion
+from stickslip.estimation.online.method import State
+from stickslip.estimation.signals.kinematics import LowPass, central_difference
 from stickslip.records import AxisLog, InputError
-
-__all__ = ["check_fits", "samples_of"]
 
 _SAME_SAMPLING_TIME = 0.01  # relative
 
@@ -18,21 +18,9 @@ def check_fits(
     *,
     at_gaps: str = "run its segments one by one and resume before each, or use fit",
 ) -> None:
-    """Refuse a log that does not fit a state.
+    """Reject a log with a gap, or with another sampling time than the state was made for [s].
 
-    Parameters
-    ----------
-    log
-        What is to be run.
-    sampling_time
-        That the state was made for [s].
-    at_gaps
-        Remedy for a log with a gap.
-
-    Raises
-    ------
-    InputError
-        If it has a gap, or another sampling time.
+    ``at_gaps`` is the remedy for a log with a gap.
     """
     if log.segment_starts.size > 1:
         k = int(log.segment_starts[1])
@@ -51,25 +39,11 @@ def check_fits(
         )
 
 
-def samples_of(
-    state: Float[np.ndarray, " s"], log: AxisLog, *, load: bool
-) -> Float[np.ndarray, "n 5"]:
-    """Return the samples of a log without gaps, in the form that a kernel takes.
+def samples_of(state: State, log: AxisLog, *, load: bool) -> Float[np.ndarray, "n 5"]:
+    """Return the samples of a log without gaps for a state, one row each.
 
-    Parameters
-    ----------
-    state
-        That the samples are for.
-    log
-        Without gaps.
-    load
-        Whether the state was made for measurements of the load.
-
-    Raises
-    ------
-    InputError
-        If the log has a gap or another sampling time than the state, or lacks a signal that the
-        state was made for.
+    ``load`` is whether the state was made for measurements of the load. Raises InputError if the
+    log has a gap or another sampling time than the state, or lacks a signal that it was made for.
     """
     check_fits(
         log,
@@ -77,27 +51,52 @@ def samples_of(
         at_gaps="run its segments one by one, each from a new state with the last estimates as "
         "initial_values, or use fit",
     )
-    derived = state[recursion.DERIVED] > 0.0
-    if log.measured_velocity is None and not derived:
-        raise InputError(
-            "the log holds no velocity, the state was made for a measured one",
-            where=log.name,
-            remedy="make the state with init(velocity_measured=False)",
-        )
+    velocities = [("", log.measured_velocity)]
     if load:
-        load_position(log)
-        if log.measured_load_velocity is None and not derived:
+        velocities.append((" of the load", log.measured_load_velocity))
+    for of, velocity in velocities:
+        if of:
+            load_position(log)
+        if velocity is None and state[recursion.DERIVED] == 0.0:
             raise InputError(
-                "the log holds no velocity of the load, the state was made for a measured one",
+                f"the log holds no velocity{of}, the state was made for a measured one",
                 where=log.name,
                 remedy="make the state with init(velocity_measured=False)",
             )
-    absent = np.zeros(len(log))
-    columns = [
+    columns = (
         log.effort,
         log.measured_position,
-        absent if log.measured_velocity is None else log.measured_velocity,
-        absent if log.measured_load_position is None else log.measured_load_position,
-        absent if log.measured_load_velocity is None else log.measured_load_velocity,
-    ]
-    return np.column_stack(columns)
+        log.measured_velocity,
+        log.measured_load_position,
+        log.measured_load_velocity,
+    )
+    return np.column_stack([np.zeros(len(log)) if c is None else c for c in columns])
+
+
+def filtered_samples(
+    part: AxisLog, low_pass: LowPass, *, load: bool, effort_delay: float = 0.0
+) -> Float[np.ndarray, "n 5"]:
+    """Return the samples of a stretch without gaps, one row each, with derived velocities.
+
+    Velocities that were not measured are differentiated from low-passed positions. ``load`` is
+    whether the axis is a flexible arm; if not, its load is zero. The effort is advanced by the
+    samples ``effort_delay`` by which it acts after it is logged [-]. Raises InputError if the
+    position of the load is needed and not there.
+    """
+    T = part.sampling_time
+
+    def velocity(
+        measured: Float[np.ndarray, " n"] | None, position: Float[np.ndarray, " n"]
+    ) -> Float[np.ndarray, " n"]:
+        if measured is not None:
+            return measured
+        return central_difference(low_pass.apply(position, T), T)
+
+    x = part.measured_position
+    x2 = v2 = np.zeros(len(part))
+    if load:
+        x2 = load_position(part)
+        v2 = velocity(part.measured_load_velocity, x2)
+    k = np.arange(len(part))
+    effort = np.interp(k - effort_delay, k, part.effort)
+    return np.column_stack([effort, x, velocity(part.measured_velocity, x), x2, v2])

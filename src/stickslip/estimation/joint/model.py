@@ -18,8 +18,7 @@ from stickslip.estimation.selection.model_rows import ModelRows, model_rows, wit
 from stickslip.estimation.selection.search import LARGEST_STEP, Model
 from stickslip.estimation.selection.terms import DELAY, Term
 from stickslip.estimation.weak_form.motion import SlipMotions
-from stickslip.estimation.weak_form.rows import WindowRows
-from stickslip.estimation.weak_form.shape import Column, Shape
+from stickslip.estimation.weak_form.rows import Column, Shape, WindowRows
 
 _OWN_TERMS = (DELAY, "offset drift", "friction drift", "gain drift")
 _OWN_PARAMETERS = (

@@ -17,7 +17,7 @@ from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.search import Model, SearchTuning, smallest_ratio
 from stickslip.estimation.selection.terms import DELAY
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
-from stickslip.estimation.weak_form.shape import Column
+from stickslip.estimation.weak_form.rows import Column
 from stickslip.estimation.weak_form.windows import Weight
 
 __all__ = ["ModelRows", "column_noise", "model_rows", "motion_summary", "with_shapes"]

@@ -19,8 +19,7 @@ from stickslip.estimation.selection.significance import (
 )
 from stickslip.estimation.selection.terms import DELAY, SATURATION, Term, ripple_term
 from stickslip.estimation.weak_form.motion import SlipMotions
-from stickslip.estimation.weak_form.rows import WindowRows, window_rows
-from stickslip.estimation.weak_form.shape import Shape
+from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import TermScore
 

@@ -11,7 +11,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
-from stickslip.estimation.weak_form.shape import ANY, Column, Shape
+from stickslip.estimation.weak_form.rows import ANY, Column, Shape
 from stickslip.records import AxisKind
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""The motion that windows are laid over: where the axis slips, which way, and how far."""
+"""Motion of a log: where the axis slips, in which direction, and how far."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -12,12 +12,10 @@ from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.signals.kinematics import noise_quantile
 from stickslip.estimation.weak_form.windows import Weight, convolved
 
-__all__ = ["MotionTuning", "SlipMotion", "SlipMotions", "slip_motions"]
-
 
 @dataclass(frozen=True, kw_only=True)
 class MotionTuning:
-    """Tuning of what counts as slip."""
+    """Tuning of the detection of slip."""
 
     slow_share: float = 0.02
     """Speed below which the axis may be at rest, relative to its largest [-]. Breakaway and the
@@ -32,52 +30,27 @@ class MotionTuning:
 
 @dataclass(frozen=True, kw_only=True)
 class SlipMotion:
-    """One stretch without gaps, sample by sample.
+    """One stretch without gaps, sample by sample."""
 
-    Attributes
-    ----------
-    time, effort, position
-        As prepared [s, N or N m, m or rad], shape (n,).
-    velocity
-        Smoothed [m/s or rad/s], shape (n,).
-    direction
-        Of travel: 1, -1, or 0 where the axis may be at rest [-], shape (n,).
-    travelled
-        Distance since the direction last changed [m or rad], shape (n,).
-    usable
-        Whether effort and position of a sample were recorded as they were, shape (n,).
-    """
-
-    time: Float[np.ndarray, " n"]
-    effort: Float[np.ndarray, " n"]
-    position: Float[np.ndarray, " n"]
-    velocity: Float[np.ndarray, " n"]
-    direction: Int[np.ndarray, " n"]
-    travelled: Float[np.ndarray, " n"]
-    usable: Bool[np.ndarray, " n"]
+    time: Float[np.ndarray, " n"]  # [s]
+    effort: Float[np.ndarray, " n"]  # [N or N m]
+    position: Float[np.ndarray, " n"]  # [m or rad]
+    velocity: Float[np.ndarray, " n"]  # smoothed [m/s or rad/s]
+    direction: Int[np.ndarray, " n"]  # of travel: 1, -1, or 0 where the axis may be at rest
+    travelled: Float[np.ndarray, " n"]  # since the direction last changed [m or rad]
+    usable: Bool[np.ndarray, " n"]  # effort and position were recorded as they were
 
 
 @dataclass(frozen=True, kw_only=True)
 class SlipMotions:
-    """The motion of a log.
-
-    Attributes
-    ----------
-    stretches
-        Between its gaps.
-    slow
-        Speed below which the axis may be at rest [m/s or rad/s].
-    position_noise
-        Standard deviation of a position's noise while the axis moves, rounding and jitter of the
-        sampling included [m or rad].
-    noise_correlation
-        Of that noise from one sample to the next [-].
-    """
+    """The motion of a log, in the stretches between its gaps."""
 
     stretches: tuple[SlipMotion, ...]
-    slow: float
+    slow: float  # speed below which the axis may be at rest [m/s or rad/s]
     position_noise: float
-    noise_correlation: float = 0.0
+    """Standard deviation of a position's noise while the axis moves, rounding and jitter of the
+    sampling included [m or rad]."""
+    noise_correlation: float = 0.0  # of that noise from one sample to the next [-]
 
     def noise_of(self, taps: Float[np.ndarray, " taps"]) -> float:
         """Return the standard deviation of a weighted sum of positions by their noise.
@@ -132,22 +105,12 @@ _DIFFERENCE = 6  # order of the difference that leaves noise and removes smooth 
 
 
 def slip_motions(log: PreparedLog, tuning: MotionTuning) -> SlipMotions:
-    """Return the motion of every stretch of a log.
-
-    Parameters
-    ----------
-    log
-        As prepared, with at least one stretch.
-    tuning
-        What counts as slip.
-    """
+    """Return the motion of every stretch of a log, of which there is at least one."""
     T = log.sampling_time
-    weight, velocities = _velocities(log, log.position_noise, tuning)
-    slow = _slow(velocities, log.position_noise, weight, tuning)
+    velocities, slow = _velocities(log, log.position_noise, tuning)
     noise = max(log.position_noise, _noise_in_motion(log, velocities, slow))
     if noise > log.position_noise:
-        weight, velocities = _velocities(log, noise, tuning)
-        slow = _slow(velocities, noise, weight, tuning)
+        velocities, slow = _velocities(log, noise, tuning)
     motions: list[SlipMotion] = []
     for part, velocity in zip(log.parts, velocities, strict=True):
         direction = np.where(np.abs(velocity) < slow, 0, np.sign(velocity)).astype(np.int64)
@@ -173,29 +136,20 @@ def slip_motions(log: PreparedLog, tuning: MotionTuning) -> SlipMotions:
 
 def _velocities(
     log: PreparedLog, noise: float, tuning: MotionTuning
-) -> tuple[Weight, list[Float[np.ndarray, " _"]]]:
-    """Return velocities smoothed over the narrowest window that quiets the encoder."""
+) -> tuple[list[Float[np.ndarray, " _"]], float]:
+    """Return velocities smoothed over the narrowest window that quiets the encoder, and `slow`."""
     T = log.sampling_time
     half = tuning.narrowest
     longest = max(part.position.size for part in log.parts)
     while True:
         weight = Weight(half_width=half, sampling_time=T, margin=0)
         velocities = [_smoothed(part.position, weight) for part in log.parts]
-        largest = max(float(np.max(np.abs(v))) for v in velocities)
-        noisy = tuning.slow_noise * noise * float(np.linalg.norm(weight.first()))
+        slow = tuning.slow_share * max(float(np.max(np.abs(v))) for v in velocities)
+        noisy = tuning.slow_noise * (noise * float(np.linalg.norm(weight.first())))
         wider = max(int(half * _GROWTH), half + 1)
-        too_wide = _LEAST_WINDOWS * wider > longest or wider * T > tuning.widest
-        if noisy <= tuning.slow_share * largest or too_wide:
-            return weight, velocities
+        if noisy <= slow or _LEAST_WINDOWS * wider > longest or wider * T > tuning.widest:
+            return velocities, max(slow, noisy, np.finfo(float).tiny)
         half = wider
-
-
-def _slow(
-    velocities: list[Float[np.ndarray, " _"]], noise: float, weight: Weight, tuning: MotionTuning
-) -> float:
-    largest = max(float(np.max(np.abs(v))) for v in velocities)
-    noisy = noise * float(np.linalg.norm(weight.first()))
-    return max(tuning.slow_share * largest, tuning.slow_noise * noisy, np.finfo(float).tiny)
 
 
 def _smoothed(position: Float[np.ndarray, " n"], weight: Weight) -> Float[np.ndarray, " n"]:

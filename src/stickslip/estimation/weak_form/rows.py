@@ -1,4 +1,7 @@
-"""Rows of the force balance over windows, for any column that is a function of the motion."""
+"""Columns of the force balance, and its rows over windows.
+
+A column is a function of the motion, one for each coefficient.
+"""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
@@ -8,10 +11,13 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from stickslip.estimation.weak_form.motion import SlipMotion
-from stickslip.estimation.weak_form.shape import Column, Shape
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
 
-__all__ = ["FEWEST_FOLDS", "ROWS_PER_WINDOW", "WindowRows", "window_rows"]
+Column = Callable[[SlipMotion], Float[np.ndarray, " n"]]
+"""A part of the effort per unit of its coefficient, sample by sample."""
+
+ANY = (-np.inf, np.inf)
+"""Bounds of a coefficient of either sign."""
 
 ROWS_PER_WINDOW = 6
 """Rows in the width of a window: the weight passes next to nothing that they cannot hold."""
@@ -21,28 +27,32 @@ FEWEST_FOLDS = 4
 
 
 @dataclass(frozen=True, kw_only=True)
-class WindowRows:
-    """Windows over a motion, each a row of the force balance.
+class Shape:
+    """One member of a family of terms: names and columns of its parameters."""
 
-    Attributes
-    ----------
-    motions
-        Stretches without gaps.
-    weight
-        Of the windows.
-    delay
-        Time by which the effort acts later than it is logged [samples].
-    middles
-        Index of the middle sample of each window, one array a stretch.
-    move
-        Number of the move that each row belongs to [-], shape (n,).
-    """
+    names: tuple[str, ...]
+    columns: tuple[Column, ...]
+    value: float = 0.0  # of the shape, such as a Stribeck velocity [SI]; 0 if there is one only
+    bounds: tuple[float, float] = ANY
+    """Between which the coefficients must lie for the term to be what it is named after [SI]."""
+    slope: tuple[str, Callable[[Float[np.ndarray, " p"]], Column]] | None = None
+    """Parameter that ``value`` is, and the derivative of the effort with respect to it as a
+    function of the coefficients; None where it is not reported so."""
+
+    def allows(self, values: Float[np.ndarray, " p"]) -> bool:
+        """Return whether the term can have these coefficients."""
+        return bool(np.all((values > self.bounds[0]) & (values < self.bounds[1])))
+
+
+@dataclass(frozen=True, kw_only=True)
+class WindowRows:
+    """Windows over the stretches of a motion, each a row of the force balance."""
 
     motions: tuple[SlipMotion, ...]
     weight: Weight
-    delay: float
-    middles: tuple[Int[np.ndarray, " _"], ...]
-    move: Int[np.ndarray, " n"]
+    delay: float  # time by which the effort acts later than it is logged [samples]
+    middles: tuple[Int[np.ndarray, " _"], ...]  # middle sample of each window, of each stretch
+    move: Int[np.ndarray, " n"]  # number of the move that each row belongs to
     _means: dict[int, tuple[Shape, Float[np.ndarray, "n p"]]] = field(
         default_factory=dict, repr=False, compare=False
     )
@@ -85,41 +95,41 @@ class WindowRows:
     @cached_property
     def time(self) -> Float[np.ndarray, " n"]:
         """Middle of each window [s]."""
-        return self._at_middles(lambda m: m.time)
+        return self._filtered(lambda m: m.time)
 
     @cached_property
     def position(self) -> Float[np.ndarray, " n"]:
         """Position in the middle of each window [m or rad]."""
-        return self._at_middles(lambda m: m.position)
+        return self._filtered(lambda m: m.position)
 
     @cached_property
     def direction(self) -> Float[np.ndarray, " n"]:
         """Direction of travel in each window, 1 or -1 [-]."""
-        return self._at_middles(lambda m: m.direction.astype(float))
+        return self._filtered(lambda m: m.direction.astype(float))
 
     @cached_property
     def acceleration(self) -> Float[np.ndarray, " n"]:
         """Mean acceleration [m/s^2 or rad/s^2]."""
-        return self._filtered(lambda m: m.position - m.position[0], lambda own: own.weight.second())
+        return self._filtered(_from_start, self.weight.second())
 
     @cached_property
     def snap(self) -> Float[np.ndarray, " n"]:
         """Mean fourth derivative of the position [m/s^4 or rad/s^4]."""
-        return self._filtered(lambda m: m.position - m.position[0], lambda own: own.weight.fourth())
+        return self._filtered(_from_start, self.weight.fourth())
 
     @cached_property
     def velocity(self) -> Float[np.ndarray, " n"]:
         """Mean velocity [m/s or rad/s]."""
-        return self._filtered(lambda m: m.position - m.position[0], lambda own: own.weight.first())
+        return self._filtered(_from_start, self.weight.first())
 
     @cached_property
     def effort(self) -> Float[np.ndarray, " n"]:
         """Mean of the effort that acts [N or N m]."""
-        return self._filtered(lambda m: m.effort, lambda own: own.weight.held(own.delay))
+        return self._filtered(lambda m: m.effort, self.weight.held(self.delay))
 
     def mean(self, column: Column) -> Float[np.ndarray, " n"]:
         """Return the weighted mean of a function of the motion."""
-        return self._filtered(column, lambda own: own.weight.mean())
+        return self._filtered(column, self.weight.mean())
 
     def means(self, shape: Shape) -> Float[np.ndarray, "n p"]:
         """Return the weighted means of the columns of a shape, computed once."""
@@ -147,31 +157,25 @@ class WindowRows:
         return window_rows(self.motions, wider, self.delay)
 
     def _filtered(
-        self, column: Column, taps_of: Callable[["WindowRows"], Float[np.ndarray, " k"]]
+        self, column: Column, taps: Float[np.ndarray, " k"] | None = None
     ) -> Float[np.ndarray, " n"]:
-        taps = taps_of(self)
-        parts = [
-            convolved(column(motion), taps)[at]
-            for motion, at in zip(self.motions, self.middles, strict=True)
-        ]
+        """Return a column in the middle of each window, convolved with the taps of a weight."""
+        parts: list[Float[np.ndarray, " _"]] = []
+        for motion, at in zip(self.motions, self.middles, strict=True):
+            values = column(motion)
+            parts.append((values if taps is None else convolved(values, taps))[at])
         return np.concatenate(parts)
 
-    def _at_middles(self, column: Column) -> Float[np.ndarray, " n"]:
-        parts = [column(m)[at] for m, at in zip(self.motions, self.middles, strict=True)]
-        return np.concatenate(parts)
+
+def _from_start(motion: SlipMotion) -> Float[np.ndarray, " n"]:
+    return motion.position - motion.position[0]
 
 
 def window_rows(motions: Sequence[SlipMotion], weight: Weight, delay: float = 0.0) -> WindowRows:
-    """Lay windows over the moves, so that each holds usable samples of one direction only.
+    """Lay windows over the moves of stretches without gaps, at least one.
 
-    Parameters
-    ----------
-    motions
-        Stretches without gaps, at least one.
-    weight
-        Of the windows.
-    delay
-        Time by which the effort acts later than it is logged [samples].
+    Each holds usable samples of one direction only. The effort acts by ``delay`` samples later than
+    it is logged.
     """
     stride = max(2 * weight.half_width // ROWS_PER_WINDOW, 1)
     every: list[Int[np.ndarray, " _"]] = []

@@ -19,32 +19,18 @@ from scipy import ndimage, signal
 
 from stickslip.estimation.fit.intervals import Overlap
 
-__all__ = ["Weight", "convolved", "whole_windows"]
-
 _LONG = 200  # taps: beyond, a Fourier transform is faster
 _ORDER = 4  # of the weight (1 - s^2)^n: three continuous derivatives at the ends of its support
 
 
 @dataclass(frozen=True, kw_only=True)
 class Weight:
-    """The weight phi(s) = (1 - s^2)^4 on -1 < s < 1, scaled to unit integral.
+    """The weight phi(s) = (1 - s^2)^4 on -1 < s < 1, scaled to unit integral."""
 
-    Attributes
-    ----------
-    half_width
-        Half of its support in samples [-].
-    sampling_time
-        [s].
-    margin
-        Samples beyond either end of the support, which a delayed effort may reach into [-].
-    lead
-        Time before its time stamp from which an effort acts, for one sample [samples].
-    """
-
-    half_width: int
-    sampling_time: float
-    margin: int = 1
-    lead: float = 0.0
+    half_width: int  # half of its support [samples]
+    sampling_time: float  # [s]
+    margin: int = 1  # samples beyond either end that a delayed effort may reach into
+    lead: float = 0.0  # time before its time stamp from which an effort acts [samples]
 
     @property
     def duration(self) -> float:
@@ -87,10 +73,7 @@ class Weight:
     def held(self, delay: float) -> Float[np.ndarray, " taps"]:
         """Return the taps of int phi u dt for an effort held over each sample [-].
 
-        Parameters
-        ----------
-        delay
-            Time by which the effort acts later than it is logged [samples].
+        The effort acts by ``delay`` samples later than it is logged.
         """
         k = self._steps()
         edges = np.append(k, k[-1] + 1.0) + delay - self.lead
@@ -131,12 +114,7 @@ def convolved(
 ) -> Float[np.ndarray, " n"]:
     """Return ``sum_k taps[k] values[i + k]`` for every middle i, with zeros beyond the ends.
 
-    Parameters
-    ----------
-    values
-        A signal [any unit].
-    taps
-        An odd number, the middle one at k = 0.
+    The number of taps is odd, the middle one at k = 0.
     """
     if taps.size > _LONG:
         return np.asarray(signal.oaconvolve(values, taps[::-1], mode="same"), dtype=np.float64)
@@ -151,17 +129,9 @@ def whole_windows(
 ) -> Bool[np.ndarray, " n"]:
     """Mark the middles of windows in which all samples move one way and are usable.
 
-    Parameters
-    ----------
-    direction
-        Of travel: 1, -1, or 0 where the axis may be at rest [-].
-    usable
-        Whether a sample may be used.
-    reach
-        Samples on either side of the middle that move one way.
-    effort_reach
-        Samples on either side that are usable: a delayed effort is from before or after the motion
-        that it causes. The same as ``reach`` if None.
+    The direction of travel is 1, -1, or 0 where the axis may be at rest. ``reach`` samples on
+    either side of the middle move one way, and ``effort_reach`` (the same if None) are usable: a
+    delayed effort is from before or after the motion that it causes.
     """
     one_way = _all_within(direction == 1, reach) | _all_within(direction == -1, reach)
     return one_way & _all_within(usable, reach if effort_reach is None else effort_reach)

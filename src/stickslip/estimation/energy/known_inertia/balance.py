@@ -13,8 +13,8 @@ the force (m_0/m - 1) (q - f) acted, q being effort less spring force, so that
 
     friction that m_0 sees = (1 - m_0/m) q + (m_0/m) f ,
 
-linear in 1 - m_0/m and in the parameters of f times m_0/m: q is one more column. What is found for
-m takes the place of m_0, until it stays.
+linear in 1 - m_0/m and in the parameters of f times m_0/m: q is one more column. The estimate of m
+takes the place of m_0, until it stays.
 """
 
 from collections.abc import Sequence
@@ -24,17 +24,18 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy.known_inertia.hidden_load import load_reconstruction_note
-from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
-from stickslip.estimation.energy.known_inertia.stretches import Prepared, prepared
+from stickslip.estimation.energy.known_inertia.free_friction import HeldAxis
+from stickslip.estimation.energy.known_inertia.stretches import (
+    PreparedStretches,
+    load_reconstruction_note,
+    prepared,
+)
 from stickslip.estimation.energy.levels import AxisModel
 from stickslip.estimation.fit.diagnostics import determined
 from stickslip.estimation.fit.least_cost import least_decades
 from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
 from stickslip.estimation.signals.kinematics import LowPass
 from stickslip.records import AxisLog
-
-__all__ = ["sought_regression", "work_regression"]
 
 _DISTURBANCE = (-14.0, 2.0)  # decades of a disturbing force's variance over that of friction
 _GRID = 9
@@ -48,6 +49,7 @@ _SAME_MASS = 1e-4
 """Relative change of the mass below which it stays: what is left of a change is its square."""
 
 _Beside = Literal["effort", "all but friction"] | None
+"""One more force against the motion: the effort, or all but friction where friction counts."""
 
 
 def work_regression(
@@ -61,34 +63,23 @@ def work_regression(
     """Return the whitened rows of the balance; their least squares is the estimate.
 
     Friction enters where the direction of the smoothed motion is certain; elsewhere, at reversals
-    and rests, it is any force of a few times its size. How much of a disturbing force there is
-    besides is found by maximum likelihood. A load whose position is not measured is one more thing
-    that the filter finds, from where it pulls the driven mass; where it began is not assumed.
+    and rests, it is any force of a few times its size. The size of a disturbing force besides is
+    estimated by maximum likelihood. A load whose position is not measured is one more state of the
+    filter, estimated from its pull on the driven mass; where it began is not assumed.
 
-    Parameters
-    ----------
-    parts
-        Stretches of a log without gaps.
-    model
-        What is known of the axis; the inertia must be.
-    low_pass
-        That separates the noise of the sensors from motion.
-    samples
-        Of the whole log.
-    notes
-        What was done to the log before.
+    ``parts`` are stretches without gaps, ``samples`` and ``notes`` (what was done to it before) are
+    those of the whole log; the low-pass separates the noise of the sensors from motion.
     """
     balance = _Balance.of(parts, model, low_pass)
     decades = balance.likeliest()
     white = balance.rows(decades, "effort")
-    names = model.terms.names
     return balance.regression(
-        names,
+        model.terms.names,
         target=white[:, 0],
         regressors=white[:, 1:-1],
         effort=white[:, -1],
         samples=samples,
-        notes=(*balance.said_of(decades), *notes),
+        notes=(*balance.notes(decades), *notes),
     )
 
 
@@ -102,13 +93,9 @@ def sought_regression(
 ) -> Regression:
     """Return the whitened rows of an axis whose inertia is sought, its column the first.
 
-    Parameters
-    ----------
-    levels
-        The balance of energies, which gives the first guess. It is returned as it is if it does
-        not determine the inertia, the search from there fails, or samples are explained too badly.
-    parts, model, low_pass, notes
-        As `work_regression` takes them; the model's inertia is not read.
+    The balance of energies ``levels`` gives the first guess. It is returned as it is if it does not
+    determine the inertia, the search from there fails, or samples are explained too badly. The
+    other arguments are those of `work_regression`; the model's inertia is not read.
     """
     inertia, decades = _first_inertia(levels), None
     for _ in range(_MOST_PASSES):
@@ -136,7 +123,7 @@ def sought_regression(
         regressors=np.column_stack([pushing, friction]),
         effort=balance.rows(decades, "effort")[:, -1],
         samples=levels.samples,
-        notes=(*balance.said_of(decades), *notes),
+        notes=(*balance.notes(decades), *notes),
     )
 
 
@@ -156,74 +143,52 @@ class _Balance:
 
     inertia: float
     axis: HeldAxis
-    log: Prepared
+    log: PreparedStretches
 
     @classmethod
     def of(cls, parts: Sequence[AxisLog], model: AxisModel, low_pass: LowPass) -> "_Balance":
-        inertia = 0.0 if model.inertia is None else model.inertia
         return cls(
-            inertia=inertia,
-            axis=HeldAxis.of(
-                inertia=inertia,
-                load_inertia=model.load_inertia,
-                stiffness=model.stiffness,
-                sampling_time=parts[0].sampling_time,
-            ),
+            inertia=model.driven,
+            axis=HeldAxis.of(model, parts[0].sampling_time),
             log=prepared(parts, model, low_pass),
         )
 
-    def _whitened(
-        self, decades: float, beside: _Beside
-    ) -> list[tuple[Float[np.ndarray, "r c"], float]]:
-        """Return the rows of each stretch, and the sums of the logarithms of their variances."""
-        made: list[tuple[Float[np.ndarray, "r c"], float]] = []
-        for s, doubt in zip(self.log.stretches, self.log.doubts, strict=True):
+    def _whitened(self, decades: float, beside: _Beside) -> tuple[Float[np.ndarray, "r c"], float]:
+        """Return the rows, and the sum of the logarithms of their variances."""
+        rows: list[Float[np.ndarray, "r c"]] = []
+        total = 0.0
+        for s in self.log.stretches:
             forces, slopes = [s.friction], [s.slope]
             if beside is not None:
                 pushes = beside == "all but friction"
                 forces.append((s.push if pushes else s.part.effort)[:, None])
                 slopes.append(s.push_slope[:, None] * pushes)
-            made.append(
-                self.axis.whiten(
-                    s.part.effort,
-                    s.measured,
-                    s.channels,
-                    np.hstack(forces),
-                    np.hstack(slopes),
-                    self.log.size**2 * (doubt + 10.0**decades),
-                    s.first,
-                )
+            white, logs = self.axis.whiten(
+                s.sensors,
+                s.part.effort,
+                np.hstack(forces),
+                np.hstack(slopes),
+                self.log.size**2 * (s.doubt + 10.0**decades),
             )
-        return made
+            rows.append(white)
+            total += logs
+        return np.concatenate(rows), total
 
     def rows(self, decades: float, beside: _Beside) -> Float[np.ndarray, "r c"]:
-        """Return measurements, friction regressors and what stands beside them, whitened.
+        """Return measurements, friction regressors and the force beside them, whitened.
 
-        Parameters
-        ----------
-        decades
-            Of the variance of a disturbing force over the mean square of friction.
-        beside
-            One more force against the motion: the effort, or all force but friction where friction
-            counts.
+        ``decades`` are those of a disturbing force's variance over the mean square of friction.
         """
-        return np.concatenate([white for white, _ in self._whitened(decades, beside)])
+        return self._whitened(decades, beside)[0]
 
     def likeliest(self, beside: _Beside = None) -> float:
-        """Return the decades of a disturbing force's variance that make the log likeliest.
-
-        Parameters
-        ----------
-        beside
-            As `rows` takes it.
-        """
+        """Return the decades of a disturbing force's variance that make the log likeliest."""
 
         def cost(decades: float) -> float:
-            made = self._whitened(decades, beside)
-            white = np.concatenate([rows for rows, _ in made])
-            # With the measurements last, the last of R is the norm of what is left of them
+            white, logs = self._whitened(decades, beside)
+            # With the measurements last, the last of R is the norm of their residual
             left = np.asarray(np.linalg.qr(np.roll(white, -1, axis=1), mode="r"))
-            return float(left[-1, -1] ** 2) + sum(logs for _, logs in made)
+            return float(left[-1, -1] ** 2) + logs
 
         return least_decades(cost, _DISTURBANCE, grid=_GRID, tolerance=_DECADE_TOLERANCE)
 
@@ -240,14 +205,13 @@ class _Balance:
         """Return rows on a typical scale, on which each is a force."""
         friction = [k for k, name in enumerate(names) if name.startswith("coulomb")]
         scale = float(np.sqrt(np.mean(np.sum(regressors[:, friction] ** 2, axis=1)))) or 1.0
-        stretches, motions = self.log.stretches, self.log.motions
+        stretches = self.log.stretches
         parts = [s.part for s in stretches]
+        times = [np.repeat(s.part.time[1:], s.sensors.states.size) for s in stretches]
         return Regression(
             kind=parts[0].kind,
             names=names,
-            time=np.concatenate(
-                [np.repeat(s.part.time[1:], s.channels.shape[0]) for s in stretches]
-            ),
+            time=np.concatenate(times),
             target=target / scale,
             regressors=regressors / scale,
             effect=float(np.linalg.norm(effort)) / scale,
@@ -255,7 +219,7 @@ class _Balance:
             quantity="effort",
             motion=summarise_motion(
                 [part.measured_position for part in parts],
-                [motion.velocity for motion in motions],
+                [s.motion.velocity for s in stretches],
                 parts[0].sampling_time,
                 (self.log.position_noise, self.log.spread),
             ),
@@ -273,12 +237,12 @@ class _Balance:
         """Return the standard deviation of a disturbing force [N or N m]."""
         return self.log.size * float(10.0 ** (0.5 * decades))
 
-    def said_of(self, decades: float) -> tuple[str, ...]:
+    def notes(self, decades: float) -> tuple[str, ...]:
         """Return what a user should know of the disturbing force and of a load."""
         part = self.log.stretches[0].part
         return (
             f"a disturbing force, white from sample to sample, is taken to have "
             f"{self.disturbance(decades):.2g} {part.unit('effort')} rms "
             "(maximum likelihood)",
-            *load_reconstruction_note(part, self.log.motions),
+            *load_reconstruction_note(part, [s.motion for s in self.log.stretches]),
         )

@@ -1,6 +1,6 @@
 """The energy-based estimator as published by van de Wijdeven (2002), part A chapters 3 to 6."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import Literal
@@ -8,23 +8,20 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.energy.published import recursion as at
-from stickslip.estimation.energy.published.recursion import (
+from stickslip.estimation.energy.published import kernels
+from stickslip.estimation.energy.published.kernels import (
+    published_energy_rows,
     published_energy_run,
     published_energy_step,
 )
-from stickslip.estimation.energy.published.rows import (
-    NOTEWORTHY_NOISE,
-    filtered_samples,
-    known_biases,
-    noise_shares,
-    weighted_rows,
-    without_error_terms,
+from stickslip.estimation.energy.published.sensor_noise import (
+    FILTER_ORDER,
+    SensorNoise,
+    sensor_noise_of,
 )
-from stickslip.estimation.energy.published.sensor_noise import SensorNoise, sensor_noise_of
-from stickslip.estimation.energy.samples import check_fits
+from stickslip.estimation.energy.samples import check_fits, filtered_samples
 from stickslip.estimation.fit.fitted import Fit
-from stickslip.estimation.fit.rows import Regression, summarise_motion
+from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.online.faults.admission import lay_admission, restart_admission
 from stickslip.estimation.online.faults.guard import RESETS, lay_guard
@@ -56,20 +53,20 @@ from stickslip.records import (
     positive,
 )
 
-__all__ = ["PublishedEnergyEstimator"]
-
 _FRICTION = ("coulomb_friction", "viscous_friction")
 _ERROR_TERMS = ("level_bias", "slope")
-_FRICTION_AT = slice(VALUES, VALUES + len(_FRICTION))
+_SUMS = ("printed", "settled")
 _COMPENSATIONS = ("none", "printed", "settled")
-_FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
+
+_NOTEWORTHY_NOISE = 0.001
+"""Share of noise in a regressor [-] above which a note states it and the status is `biased`."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class PublishedEnergyEstimator(OnlineMethod):
     """Coulomb and viscous friction from the energy balance, as published.
 
-    Input energy less stored energy is regressed on the way travelled and the integral of the
+    Input energy less stored energy is regressed on the distance travelled and the integral of the
     squared velocity, level by level (Eqs. 4.3, 4.4), by recursive least squares (Eqs. 4.6-4.10).
     What sensor noise adds can be subtracted in expectation (chapter 5), and errors of that can be
     estimated beside the friction (Eqs. 6.1, 6.2). A run is taken to begin at rest with the spring
@@ -83,8 +80,8 @@ class PublishedEnergyEstimator(OnlineMethod):
         Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis.
     sums
         ``"printed"``: by backward Euler (Eqs. 3.6, 4.3), biased when the effort is held over each
-        sample; ``"settled"``: exact work under a held effort, the way from positions and its sign
-        from two velocities, squared velocities to second order, reversals inside a sample.
+        sample; ``"settled"``: exact work under a held effort, the travel from positions and its
+        sign from two velocities, squared velocities to second order, reversals inside a sample.
     compensation
         Of sensor noise. ``"none"``; ``"printed"``: by the polynomials (Eqs. 5.21-5.27), for printed
         sums only; ``"settled"``: the same expectations exactly.
@@ -141,20 +138,16 @@ class PublishedEnergyEstimator(OnlineMethod):
     effort_delay: float = 0.0
 
     def __post_init__(self) -> None:
-        check_given(
-            self,
-            positive,
-            {
-                "inertia": "kg or kg m^2",
-                "load_inertia": "kg or kg m^2",
-                "stiffness": "N/m or N m/rad",
-                "initial_variance": "(unit of the parameter)^2/J^2",
-                "cutoff": "Hz",
-            },
-        )
-        check_given(
-            self, non_negative, {"position_noise": "m or rad", "velocity_noise": "m/s or rad/s"}
-        )
+        units = {
+            "inertia": "kg or kg m^2",
+            "load_inertia": "kg or kg m^2",
+            "stiffness": "N/m or N m/rad",
+            "initial_variance": "(unit of the parameter)^2/J^2",
+            "cutoff": "Hz",
+        }
+        check_given(self, positive, units)
+        noises = {"position_noise": "m or rad", "velocity_noise": "m/s or rad/s"}
+        check_given(self, non_negative, noises)
         check_arm(self.load_inertia, self.stiffness)
         check_forgetting_factor(self.forgetting_factor)
         self._check_choices()
@@ -162,7 +155,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         object.__setattr__(self, "initial_values", guesses)
 
     def _check_choices(self) -> None:
-        for name, known in (("sums", ("printed", "settled")), ("compensation", _COMPENSATIONS)):
+        for name, known in (("sums", _SUMS), ("compensation", _COMPENSATIONS)):
             if getattr(self, name) not in known:
                 raise InputError(
                     f"{name} is {getattr(self, name)!r}, there is no such one",
@@ -190,17 +183,12 @@ class PublishedEnergyEstimator(OnlineMethod):
         """Name of the estimator."""
         return "published-energy"
 
-    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
+    def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:  # noqa: ARG002
         """Return the names of the online estimates in their order, Coulomb friction first.
 
-        `values_at` has the same order (that of `EnergyEstimator` differs in the two).
-
-        Parameters
-        ----------
-        kind
-            ``"linear"`` or ``"rotary"``; the names are the same for both.
+        They are the same for linear and rotary axes. `values_at` has the same order (that of
+        `EnergyEstimator` differs in the two).
         """
-        del kind
         return self._names
 
     @cached_property
@@ -210,7 +198,11 @@ class PublishedEnergyEstimator(OnlineMethod):
     @property
     def values_at(self) -> slice:
         """Places of Coulomb and viscous friction in a state."""
-        return _FRICTION_AT
+        return slice(VALUES, VALUES + len(_FRICTION))
+
+    @property
+    def _places(self) -> slice:
+        return slice(VALUES, VALUES + len(self._names))
 
     @property
     def kernel(self) -> Kernel:
@@ -221,19 +213,9 @@ class PublishedEnergyEstimator(OnlineMethod):
         """
         return published_energy_step
 
-    @property
-    def _places(self) -> slice:
-        return slice(VALUES, VALUES + len(self._names))
-
     def health(self, state: State) -> OnlineHealth:
-        """Return what was missing, rejected and reset so far; no force noise is estimated.
-
-        Parameters
-        ----------
-        state
-            From `init` or a later step.
-        """
-        return health_of(at.admission(state), resets=state[at.GUARD + RESETS])
+        """Return what was missing, rejected and reset so far; no force noise is estimated."""
+        return health_of(kernels.fields(state).admission, resets=state[kernels.GUARD + RESETS])
 
     def init(self, *, sampling_time: float) -> State:
         """Return the state before the first sample.
@@ -244,78 +226,54 @@ class PublishedEnergyEstimator(OnlineMethod):
             [s].
         """
         p = len(self._names)
-        s = np.zeros(at.STATE_SIZE)
+        s = np.zeros(kernels.STATE_SIZE)
         s[PARAMETERS] = p
         s[FORGETTING] = self.forgetting_factor
         s[FIRST_SPREAD : FIRST_SPREAD + p] = self.initial_variance
         s[SPREAD : SPREAD + p * p] = (self.initial_variance * np.eye(p)).ravel()
         guesses = self.initial_values or {}
         s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self._names]
-        s[at.SAMPLING_TIME] = positive("sampling time", sampling_time, "s")
-        s[at.INERTIA], s[at.LOAD_INERTIA] = self.inertia, self.load_inertia or 0.0
-        s[at.STIFFNESS] = self.stiffness or 0.0
-        s[at.SETTLED_SUMS] = self.sums == "settled"
-        s[at.COMPENSATION] = _COMPENSATIONS.index(self.compensation)
+        own = kernels.fields(s)
+        own.sampling_time = positive("sampling time", sampling_time, "s")
+        own.inertia, own.load_inertia = self.inertia, self.load_inertia or 0.0
+        own.stiffness = self.stiffness or 0.0
+        own.settled_sums = self.sums == "settled"
+        own.compensation = _COMPENSATIONS.index(self.compensation)
         arm = self.stiffness is not None
         lay_admission(
-            at.admission(s),
+            own.admission,
             sampling_time=sampling_time,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
             measured=(True, arm, arm),
         )
-        self._lay_noise(s)
-        lay_guard(s, at.GUARD, at.ADMISSION)
+        if self.compensation != "none" or self.sums == "settled":
+            self._write_noise(s, self._assumed_noise)
+        lay_guard(s, kernels.GUARD, kernels.OWN)
         return s
 
-    def _lay_noise(self, s: State) -> None:
-        """Lay the noise into a first state, in place, or that it is needed and not known."""
-        if self.compensation == "none" and self.sums == "printed":
-            return
-        noise = self._assumed_noise()
-        if noise is None:
-            s[at.NOISE] = -1.0
-        else:
-            self._let_know(s, noise)
-
     def resume(self, state: State) -> State:
-        """Return the state before another run: estimates and P as they are, all sums at zero.
-
-        Parameters
-        ----------
-        state
-            From an earlier run; it is left as it is.
-        """
+        """Return the state before another run: estimates and P as they are, all sums at zero."""
         after = state.copy()
-        after[at.SUMS : at.SUMS_END] = 0.0
-        restart_admission(at.admission(after))
-        lay_guard(after, at.GUARD, at.ADMISSION)
+        own = kernels.fields(after)
+        own["sums"] = np.zeros((), kernels.SUMS)
+        restart_admission(own.admission)
+        lay_guard(after, kernels.GUARD, kernels.OWN)
         return after
 
     def step(
         self, state: State, sample: tuple[float, float, float, float, float]
     ) -> tuple[State, Float[np.ndarray, " p"]]:
-        """Take one sample; return the new state and the estimates.
+        """Take one sample; return the new state and the estimates (see `OnlineMethod.step`).
 
-        Parameters
-        ----------
-        state
-            From `init` or an earlier step; it is left as it is.
-        sample
-            Effort, position, velocity, load position and load velocity [SI], with 0 for the load of
-            a rigid axis and NaN for a missing value. It needs velocities; only `run` and `fit`
-            derive those that a log has not.
-
-        Returns
-        -------
-        The state, and the estimates in the order of `parameter_names`.
+        It needs velocities; only `run` and `fit` derive those that a log has not.
 
         Raises
         ------
         InputError
             If the sample does not hold five numbers, or the noise is needed and not known.
         """
-        if state[at.NOISE] < 0.0:
+        if kernels.fields(state).noise < 0.0:
             raise InputError(
                 "the noise of the sensors is needed and not known",
                 remedy="give position_noise and velocity_noise, or run a log first",
@@ -323,18 +281,10 @@ class PublishedEnergyEstimator(OnlineMethod):
         return super().step(state, sample)
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
-        """Take the samples of a log without gaps.
+        """Take the samples of a log without gaps; return the state and the estimates after each.
 
-        Parameters
-        ----------
-        state
-            From `init`, `resume` or an earlier step; it is left as it is.
-        log
-            The samples; where the noise is needed and not known yet, it is estimated from them.
-
-        Returns
-        -------
-        The new state, and the estimates after each sample [SI].
+        The state is from `init`, `resume` or an earlier step. Where the noise is needed and not
+        known yet, it is estimated from the log.
 
         Raises
         ------
@@ -348,11 +298,6 @@ class PublishedEnergyEstimator(OnlineMethod):
     def prediction_errors(self, state: State, log: AxisLog) -> Float[np.ndarray, " n"]:
         """Return the prediction error before each sample of a log without gaps [J] (Eq. 4.9).
 
-        Parameters
-        ----------
-        state, log
-            As of `run`.
-
         Raises
         ------
         InputError
@@ -364,10 +309,11 @@ class PublishedEnergyEstimator(OnlineMethod):
         self, state: State, log: AxisLog
     ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
         """Return the new state, the estimates and the prediction errors."""
-        check_fits(log, float(state[at.SAMPLING_TIME]))
         after = state.copy()
-        if after[at.NOISE] < 0.0:
-            self._let_know(after, sensor_noise_of(log, cutoff=self.cutoff))
+        own = kernels.fields(after)
+        check_fits(log, float(own.sampling_time))
+        if own.noise < 0.0:
+            self._write_noise(after, sensor_noise_of(log, cutoff=self.cutoff))
         return after, *published_energy_run(after, self._samples(log))
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
@@ -420,24 +366,15 @@ class PublishedEnergyEstimator(OnlineMethod):
         parts = list(log.segments())
         samples = [self._samples(part, effort_delay=self.effort_delay) for part in parts]
         state = self.init(sampling_time=log.sampling_time)
-        noise = self._assumed_noise() or sensor_noise_of(log, cutoff=self.cutoff)
-        if state[at.NOISE] < 0.0:
-            self._let_know(state, noise)
+        noise = self._assumed_noise or sensor_noise_of(log, cutoff=self.cutoff)
+        if kernels.fields(state).noise < 0.0:
+            self._write_noise(state, noise)
         target, columns = weighted_rows(state, samples)
         priors = columns.shape[1]
         shares = noise_shares(state, samples, noise.velocity)
-        notes = (
-            *known_biases(
-                noise.velocity,
-                shares,
-                assumed=self.velocity_noise is not None,
-                printed=self.sums == "printed",
-                compensated=self.compensation != "none",
-            ),
-            *log.notes,
-        )
+        notes = (*self._known_biases(noise.velocity, shares), *log.notes)
         if self.error_terms:
-            target, columns, (level_bias, slope) = without_error_terms(target, columns)
+            target, columns, (level_bias, slope) = _without_error_terms(target, columns)
             errors = f"B {level_bias:.4g} J, S {slope:.4g} {log.unit('effort')}"
             notes = (*notes, f"errors of the compensation: {errors}")
         time = np.concatenate([part.time for part in parts])
@@ -457,9 +394,10 @@ class PublishedEnergyEstimator(OnlineMethod):
             ),
             samples=time.size,
             notes=notes,
-            biased=log.clipped or self.sums == "printed" or shares[0] >= NOTEWORTHY_NOISE,
+            biased=log.clipped or self.sums == "printed" or shares[0] >= _NOTEWORTHY_NOISE,
         )
 
+    @property
     def _assumed_noise(self) -> SensorNoise | None:
         if self.position_noise is None or self.velocity_noise is None:
             return None
@@ -470,15 +408,100 @@ class PublishedEnergyEstimator(OnlineMethod):
             load_velocity=self.velocity_noise,
         )
 
-    def _let_know(self, state: State, noise: SensorNoise) -> None:
-        """Write the noise into a state, in place."""
-        state[at.NOISE] = noise.velocity
-        state[at.LEVEL_BIAS] = noise.level_bias(
+    def _write_noise(self, state: State, noise: SensorNoise | None) -> None:
+        """Write the noise into a state, in place, or that it is needed and not known."""
+        own = kernels.fields(state)
+        if noise is None:
+            own.noise = -1.0
+            return
+        own.noise = noise.velocity
+        own.level_bias = noise.level_bias(
             self.inertia, self.load_inertia or 0.0, self.stiffness or 0.0
         )
 
     def _samples(self, part: AxisLog, *, effort_delay: float = 0.0) -> Float[np.ndarray, "n 5"]:
         cutoff = default_cutoff(part.sampling_time) if self.cutoff is None else self.cutoff
-        low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
+        low_pass = LowPass(order=FILTER_ORDER, cutoff=cutoff)
         load = self.stiffness is not None
         return filtered_samples(part, low_pass, load=load, effort_delay=effort_delay)
+
+    def _known_biases(self, velocity_noise: float, shares: tuple[float, float]) -> tuple[str, ...]:
+        """Return the known biases of the rows, one sentence each, from `noise_shares`."""
+        first = (
+            "sums by backward Euler as printed: biased when the effort is held over each sample"
+            if self.sums == "printed"
+            else "sums that are exact while the effort is held over each sample"
+        )
+        if shares[0] < _NOTEWORTHY_NOISE:
+            return (first,)
+        source = "estimated from the log" if self.velocity_noise is None else "assumed"
+        size = (
+            f"velocity noise ({source}) of "
+            f"{velocity_noise:.3g} in SI makes about {100 * shares[0]:.2g} % of the sum of "
+            f"absolute velocities and {100 * shares[1]:.2g} % of the sum of squares"
+        )
+        if self.compensation == "none":
+            return first, f"{size}; nothing is compensated, and no interval allows for that bias"
+        return first, (
+            f"{size}; its expectation is compensated, which is biased itself, and the regressors "
+            "stay noisy: no interval allows for either"
+        )
+
+
+def weighted_rows(
+    state: State, samples: Sequence[Float[np.ndarray, "_ 5"]]
+) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m p"]]:
+    """Return targets and rows whose least-squares solution is what the recursion ends at.
+
+    The state is that before the first sample; each stretch of samples begins with energies of zero.
+    Row k of n weighs lambda^((n - k) / 2), and P(0) and the first guesses enter as one more row a
+    parameter, the first ones, of weight lambda^(n / 2).
+    """
+    stretches = [published_energy_rows(state.copy(), part) for part in samples]
+    target = np.concatenate([part[0] for part in stretches])
+    columns = np.concatenate([part[1] for part in stretches])
+    n, p = target.size, int(state[PARAMETERS])
+    root = np.sqrt(state[FORGETTING])
+    weight = root ** np.arange(n - 1, -1, -1)
+    prior = root**n / np.sqrt(state[FIRST_SPREAD : FIRST_SPREAD + p])
+    return (
+        np.concatenate([prior * state[VALUES : VALUES + p], weight * target]),
+        np.concatenate([np.diag(prior), weight[:, None] * columns]),
+    )
+
+
+def _without_error_terms(
+    target: Float[np.ndarray, " m"], columns: Float[np.ndarray, "m 4"]
+) -> tuple[Float[np.ndarray, " m"], Float[np.ndarray, "m 2"], tuple[float, float]]:
+    """Return `weighted_rows` with B and S projected out, and the values of both (Eq. 6.2).
+
+    Least squares on what remains gives the same friction as on all four columns.
+    """
+    level_bias, slope = least_squares(columns, target)[2:].tolist()
+    basis, _ = np.linalg.qr(columns[:, 2:])
+    friction = columns[:, :2]
+    return (
+        target - basis @ (basis.T @ target),
+        friction - basis @ (basis.T @ friction),
+        (level_bias, slope),
+    )
+
+
+def noise_shares(
+    state: State, samples: Sequence[Float[np.ndarray, "_ 5"]], velocity_noise: float
+) -> tuple[float, float]:
+    """Return which part of the sums of abs(v) and of v^2 is noise, in expectation [-].
+
+    The state is that before the first sample, the noise a standard deviation [m/s or rad/s].
+    """
+
+    def sums(compensation: int) -> Float[np.ndarray, " 2"]:
+        s = state.copy()
+        own = kernels.fields(s)
+        own.settled_sums, own.compensation, own.noise = 0, compensation, velocity_noise
+        ends = [published_energy_rows(s.copy(), part)[1][-1, :2] for part in samples]
+        return np.sum(ends, axis=0)
+
+    noisy, clean = sums(0), sums(2)
+    shares = np.divide(noisy - clean, noisy, out=np.zeros(2), where=noisy > 0)
+    return float(shares[0]), float(shares[1])

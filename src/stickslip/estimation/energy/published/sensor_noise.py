@@ -11,9 +11,8 @@ from stickslip.estimation.signals.observation import motion_noise
 from stickslip.estimation.signals.sensor_noise import longest_in_motion
 from stickslip.records import AxisLog, non_negative, positive
 
-__all__ = ["SensorNoise", "sensor_noise_of"]
-
-_FILTER_ORDER = 4  # of one pass, as in the estimators
+FILTER_ORDER = 4
+"""Order of one pass of the low-pass before positions are differentiated."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -39,18 +38,15 @@ class SensorNoise:
     load_velocity: float
 
     def __post_init__(self) -> None:
-        for name in ("position", "load_position"):
-            non_negative(f"noise of the {name.replace('_', ' ')}", getattr(self, name), "m or rad")
-        for name in ("velocity", "load_velocity"):
-            non_negative(
-                f"noise of the {name.replace('_', ' ')}", getattr(self, name), "m/s or rad/s"
-            )
+        for name, unit in (("position", "m or rad"), ("velocity", "m/s or rad/s")):
+            for end, own in ((name, name), (f"load {name}", f"load_{name}")):
+                non_negative(f"noise of the {end}", getattr(self, own), unit)
 
     def level_bias(self, inertia: float, load_inertia: float, stiffness: float) -> float:
         """Return what the noise takes from the measured dissipation in expectation [J] (Eq. 5.26).
 
-        The stored energies come out too large by the bracket of Eq. 5.26, so what is left of the
-        input energy comes out too small by it: it is to be added.
+        The stored energies come out too large by the bracket of Eq. 5.26, and the dissipation too
+        small by it: it is to be added.
 
         Parameters
         ----------
@@ -67,16 +63,15 @@ class SensorNoise:
 def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise:
     """Estimate the noise of a log's sensors from what is too fast to be motion.
 
-    From sixth differences of every channel, and never more than positions and velocities disagree
-    by: see `stickslip.estimation.signals.observation.motion_noise`. Its stretches of rest need no
-    special care, as no motion is in them. The longest stretch without gaps is used. What only
-    rounds is taken as without noise.
+    From sixth differences of every channel, bounded by how much positions and velocities disagree
+    (`stickslip.estimation.signals.observation.motion_noise`). Rests need no special care, as no
+    motion is in them. The longest stretch without gaps is used. Mere rounding is no noise.
 
     Parameters
     ----------
     log
-        With measured velocities; where there are none, those are meant that positions give when
-        they are smoothed and differentiated.
+        With measured velocities; otherwise their noise is that of smoothed, differentiated
+        positions.
     cutoff
         Of the low-pass that smooths them [Hz]; None takes a tenth of the sampling rate and at most
         100 Hz.
@@ -98,19 +93,16 @@ def sensor_noise_of(log: AxisLog, *, cutoff: float | None = None) -> SensorNoise
     >>> round(found.position, 4), round(found.velocity, 3)
     (0.005, 0.05)
     """
-    longest = longest_in_motion(log.segments())
-    T = log.sampling_time
+    part, T = longest_in_motion(log.segments()), log.sampling_time
     cutoff = default_cutoff(T) if cutoff is None else positive("cutoff", cutoff, "Hz")
-    low_pass = LowPass(order=_FILTER_ORDER, cutoff=cutoff)
-    own = motion_noise(longest.measured_position, longest.measured_velocity, low_pass, T)
-    if longest.measured_load_position is None:
-        return SensorNoise(
-            position=own.position, velocity=own.used_velocity, load_position=0.0, load_velocity=0.0
-        )
-    load = motion_noise(longest.measured_load_position, longest.measured_load_velocity, low_pass, T)
+    low_pass = LowPass(order=FILTER_ORDER, cutoff=cutoff)
+    own = motion_noise(part.measured_position, part.measured_velocity, low_pass, T)
+    load = None
+    if part.measured_load_position is not None:
+        load = motion_noise(part.measured_load_position, part.measured_load_velocity, low_pass, T)
     return SensorNoise(
         position=own.position,
         velocity=own.used_velocity,
-        load_position=load.position,
-        load_velocity=load.used_velocity,
+        load_position=0.0 if load is None else load.position,
+        load_velocity=0.0 if load is None else load.used_velocity,
     )

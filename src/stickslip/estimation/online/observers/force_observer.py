@@ -9,8 +9,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 from scipy import ndimage
 
-from stickslip.estimation.energy.published.rows import filtered_samples
-from stickslip.estimation.energy.samples import check_fits
+from stickslip.estimation.energy.samples import check_fits, filtered_samples
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of
 from stickslip.estimation.online.faults.admission import lay_admission, restart_admission

@@ -1,46 +1,20 @@
-"""The motion on line with friction as a free force: kernels of the first of two filters.
+"""First of the two online filters: the motion with friction as a free force.
 
 It assumes no friction law. The innovations of the next `LAG` samples improve its velocity, so that
 the direction of friction is decided from many samples, and not from the one that an estimate is
 made of.
 """
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.energy.known_inertia.online.layout import (
-    CERTAINTIES,
-    CHAIN,
-    CHANNELS,
-    DEPTH,
-    DIFFERENCES,
-    DISAGREEMENT,
-    FORCES,
-    FREE,
-    FRICTION,
-    GAINS,
-    GUESS,
-    GUESSED,
-    INERTIA,
-    LAG,
-    NET,
-    NOISE,
-    RING,
-    ROUGHNESS,
-    SEEN,
-    SETTLED,
-    SPREAD_OF_VELOCITY,
-    SQUARES,
-    TALLIED,
-    TAPS,
-    TURNS,
-    WIDTH,
-)
+from stickslip.estimation.energy.known_inertia.online.state import CHANNELS, DEPTH, LAG, fields
+from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import COUNT, LOAD_INERTIA, SAMPLING_TIME, STIFFNESS
 from stickslip.numerics.kalman import measure
-
-__all__ = ["compare", "innovate", "predict", "refresh", "smoothed_velocity", "tally"]
 
 _THIRD_DIFFERENCE = 20.0  # variance of the third difference of unit white noise
 _ROUNDING = 1e-14  # of the mean square: noise that a signal without any is taken to have
@@ -53,25 +27,25 @@ _LEAST_SHARE = 1e-3  # of the mean square of the net force that friction is take
 
 
 @compiled(inline=True)
-def tally(s: Float[np.ndarray, " s"], value: float, channel: int) -> None:
-    """Add a measurement to what is known of its sensor's noise, by third differences.
+def count_noise(own: Any, value: float, c: int) -> None:
+    """Add a measurement of a channel to the sums of its noise, by third differences.
 
     While an encoder does not count, its noise is not visible.
     """
-    at = DIFFERENCES + 3 * channel
-    first = value - s[at]
-    second = first - s[at + 1]
-    third = second - s[at + 2]
-    s[at], s[at + 1], s[at + 2] = value, first, second
-    s[SQUARES + channel] += value * value
-    if s[CHAIN + channel] >= 3.0 and third != 0.0:
-        s[ROUGHNESS + channel] += third * third
-        s[TALLIED + channel] += 1.0
-    s[CHAIN + channel] += 1.0
+    last = own.differences[c]
+    first = value - last[0]
+    second = first - last[1]
+    third = second - last[2]
+    last[0], last[1], last[2] = value, first, second
+    own.squares[c] += value * value
+    if own.chain[c] >= 3.0 and third != 0.0:
+        own.roughness[c] += third * third
+        own.noisy_samples[c] += 1.0
+    own.chain[c] += 1.0
 
 
 @compiled(inline=True)
-def compare(s: Float[np.ndarray, " s"], before: int, at: int) -> None:
+def compare(s: State, before: Any, now: Any) -> None:
     """Add up how positions and velocities of neighbouring samples disagree, for each mass.
 
     Under a held force dx / T is the mean of the velocities but for T / 12 times the change of the
@@ -79,50 +53,51 @@ def compare(s: Float[np.ndarray, " s"], before: int, at: int) -> None:
     each: var(d - d_-) = 6 sigma_x^2 / T^2 + sigma_v^2 / 2 and
     var(d + d_-) = 2 sigma_x^2 / T^2 + 3/2 sigma_v^2.
     """
+    own = fields(s)
     T = s[SAMPLING_TIME]
-    stretching = s[at + 1] - s[at + 3] - s[before + 1] + s[before + 3]
+    z, z0 = now.measured, before.measured
+    stretching = z[0] - z[2] - z0[0] + z0[2]
     for mass in range(2):
-        x, place = 1 + 2 * mass, DISAGREEMENT + 4 * mass
-        chain = min(s[CHAIN + 2 * mass], s[CHAIN + 2 * mass + 1])
-        if s[SEEN + 2 * mass + 1] == 0.0 or chain < 2.0:
+        x, v = 2 * mass, 2 * mass + 1
+        chain = min(own.chain[x], own.chain[v])
+        if own.is_measured[v] == 0 or chain < 2.0:
             continue
         bent = T / 12.0 * s[STIFFNESS] * stretching
-        bent /= s[INERTIA] if mass == 0 else -s[LOAD_INERTIA]
-        mean = 0.5 * (s[at + x + 1] + s[before + x + 1]) + bent
-        d = (s[at + x] - s[before + x]) / T - mean
-        counting = s[at + x] != s[before + x] or s[at + x + 1] != s[before + x + 1]
-        if chain >= 3.0 and counting:
-            s[place + 1] += (d - s[place]) ** 2
-            s[place + 2] += (d + s[place]) ** 2
-            s[place + 3] += 1.0
-        s[place] = d
+        bent /= own.inertia if mass == 0 else -s[LOAD_INERTIA]
+        mean = 0.5 * (z[v] + z0[v]) + bent
+        d = (z[x] - z0[x]) / T - mean
+        sums = own.disagreement[mass]
+        if chain >= 3.0 and (z[x] != z0[x] or z[v] != z0[v]):
+            sums.difference_squares += (d - sums.last) ** 2
+            sums.sum_squares += (d + sums.last) ** 2
+            sums.samples += 1.0
+        sums.last = d
 
 
 @compiled(inline=True)
-def _take_noise(s: Float[np.ndarray, " s"]) -> None:
-    """Take the noise of the sensors as known by now: never more than signals disagree by."""
+def _estimate_noise(s: State) -> None:
+    """Estimate the noise of the sensors so far: never more than signals disagree by."""
+    own = fields(s)
     n, T = s[COUNT], s[SAMPLING_TIME]
     for c in range(CHANNELS):
-        seen = s[ROUGHNESS + c] / _THIRD_DIFFERENCE + s[GUESSED + c] * s[GUESS + c]
-        variance = seen / max(s[TALLIED + c] + s[GUESSED + c], 1.0)
+        seen = own.roughness[c] / _THIRD_DIFFERENCE + own.guess_samples[c] * own.guess[c]
+        variance = seen / max(own.noisy_samples[c] + own.guess_samples[c], 1.0)
         mass = c // 2
-        place = DISAGREEMENT + 4 * mass
-        if s[SEEN + 2 * mass + 1] > 0.0 and s[place + 3] > 0.0:
-            most = s[place + 1] * T * T / 6.0 if c % 2 == 0 else s[place + 2] / 1.5
-            variance = min(variance, most / s[place + 3])
-        floor = _ROUNDING * s[SQUARES + c] / n
-        s[NOISE + c] = max(variance, floor, _LEAST_VARIANCE)
+        sums = own.disagreement[mass]
+        if own.is_measured[2 * mass + 1] > 0 and sums.samples > 0.0:
+            most = sums.difference_squares * T * T / 6.0 if c % 2 == 0 else sums.sum_squares / 1.5
+            variance = min(variance, most / sums.samples)
+        own.noise[c] = max(variance, _ROUNDING * own.squares[c] / n, _LEAST_VARIANCE)
 
 
 @compiled(inline=True)
-def _steady(
-    s: Float[np.ndarray, " s"], rate: float, net: float, P: Float[np.ndarray, "3 3"]
-) -> tuple[float, float]:
+def _steady(s: State, rate: float, net: float, P: Float[np.ndarray, "3 3"]) -> tuple[float, float]:
     """Iterate the first filter's covariance until it is steady; lay its gains in the state.
 
     P becomes the covariance of the prediction. Returns the variances of the two innovations.
     """
-    T, m = s[SAMPLING_TIME], s[INERTIA]
+    own = fields(s)
+    T, m = s[SAMPLING_TIME], own.inertia
     a, b = 0.5 * T * T / m, T / m
     Q = np.empty((3, 3))
     Q[0, 0], Q[0, 1], Q[0, 2] = T**5 / (20 * m * m), T**4 / (8 * m * m), -(T**3) / (6 * m)
@@ -131,7 +106,7 @@ def _steady(
     for i in range(3):
         for j in range(3):
             P[i, j] = 0.0
-    P[0, 0], P[1, 1], P[2, 2] = s[NOISE], s[NOISE + 1], net
+    P[0, 0], P[1, 1], P[2, 2] = own.noise[0], own.noise[1], net
     M, S = np.empty((3, 3)), np.ones(2)
     for _ in range(_ITERATIONS):
         before = P[1, 1]
@@ -139,10 +114,10 @@ def _steady(
             for j in range(3):
                 M[i, j] = P[i, j]
         for i in range(2):
-            gain = s[GAINS + 3 * i : GAINS + 3 * i + 3]
+            gain = own.gains[i]
             gain[:] = 0.0
-            if s[SEEN + i] > 0.0:
-                S[i] = measure(i, s[NOISE + i], M, gain, 3)
+            if own.is_measured[i] > 0:
+                S[i] = measure(i, own.noise[i], M, gain, 3)
         for j in range(3):
             M[0, j] += T * M[1, j] - a * M[2, j]
             M[1, j] -= b * M[2, j]
@@ -160,109 +135,113 @@ def _steady(
 
 
 @compiled(inline=True)
-def _lay_taps(
-    s: Float[np.ndarray, " s"], P: Float[np.ndarray, "3 3"], S0: float, S1: float
-) -> bool:
-    """Lay out the gain of each innovation on the velocity so many samples earlier.
+def _write_taps(s: State, P: Float[np.ndarray, "3 3"], S0: float, S1: float) -> bool:
+    """Write the gain of each innovation on the velocity so many samples earlier.
 
     The row of P that belongs to the velocity goes through the filter from sample to sample
     (fixed-lag smoothing). Returns whether it has died away within `LAG` samples.
     """
-    T, m = s[SAMPLING_TIME], s[INERTIA]
+    own = fields(s)
+    T, m = s[SAMPLING_TIME], own.inertia
     a, b = 0.5 * T * T / m, T / m
     r0, r1, r2 = P[1, 0], P[1, 1], P[1, 2]
     variance = P[1, 1]
-    s[SETTLED] = 0.0
+    own.settled = 0.0
+    of_x, of_v = own.gains[0], own.gains[1]
     for j in range(DEPTH):
         if abs(r1) > _DEAD * P[1, 1]:
-            s[SETTLED] = j + 1.0
-        c0 = r0 / S0 if s[SEEN] > 0.0 else 0.0
+            own.settled = j + 1.0
+        c0 = r0 / S0 if own.is_measured[0] > 0 else 0.0
         e = r0
-        r0, r1, r2 = r0 - s[GAINS] * e, r1 - s[GAINS + 1] * e, r2 - s[GAINS + 2] * e
-        c1 = r1 / S1 if s[SEEN + 1] > 0.0 else 0.0
+        r0, r1, r2 = r0 - of_x[0] * e, r1 - of_x[1] * e, r2 - of_x[2] * e
+        c1 = r1 / S1 if own.is_measured[1] > 0 else 0.0
         e = r1
-        r0, r1, r2 = r0 - s[GAINS + 3] * e, r1 - s[GAINS + 4] * e, r2 - s[GAINS + 5] * e
-        s[TAPS + 2 * j], s[TAPS + 2 * j + 1] = c0, c1
+        r0, r1, r2 = r0 - of_v[0] * e, r1 - of_v[1] * e, r2 - of_v[2] * e
+        own.taps[j, 0], own.taps[j, 1] = c0, c1
         variance -= c0 * c0 * S0 + c1 * c1 * S1
         r0, r1 = r0 + T * r1 - a * r2, r1 - b * r2
-    s[SPREAD_OF_VELOCITY] = np.sqrt(max(variance, 0.0))
-    return s[SETTLED] <= LAG
+    own.velocity_spread = np.sqrt(max(variance, 0.0))
+    return own.settled <= LAG
 
 
 @compiled()
-def refresh(s: Float[np.ndarray, " s"]) -> None:
-    """Take noise and friction as known by now, and make the first filter steady for them.
+def refresh(s: State) -> None:
+    """Estimate noise and friction so far, and make the first filter steady for them.
 
     Friction turns from one side to the other at every reversal, and is a random walk here. The walk
     is made as fast as it must be for `LAG` samples to be enough.
     """
-    n = s[TALLIED]
-    _take_noise(s)
-    net = s[NET]
-    s[FRICTION] = net
-    if s[CERTAINTIES] > 0.0:
-        s[FRICTION] = max(s[FORCES] / s[CERTAINTIES], _LEAST_SHARE * net)
-    rate = 4.0 * s[FRICTION] * (s[TURNS] + 1.0) / (n * s[SAMPLING_TIME])
+    own = fields(s)
+    _estimate_noise(s)
+    net = own.net_square
+    own.friction_square = net
+    if own.certain_samples > 0.0:
+        own.friction_square = max(own.friction_squares / own.certain_samples, _LEAST_SHARE * net)
+    duration = own.noisy_samples[0] * s[SAMPLING_TIME]
+    rate = 4.0 * own.friction_square * (own.turns + 1.0) / duration
     P = np.empty((3, 3))
     for _ in range(_FASTER):
         S0, S1 = _steady(s, rate, net, P)
-        if _lay_taps(s, P, S0, S1):
+        if _write_taps(s, P, S0, S1):
             break
         rate *= 4.0
 
 
 @compiled(inline=True)
-def innovate(s: Float[np.ndarray, " s"], at: int) -> None:
-    """Update the first filter with the sample at a place of the ring, and note what was new."""
-    z0, z1, z2 = s[FREE], s[FREE + 1], s[FREE + 2]
-    missing = int(s[at + 8])
-    e0 = s[at + 1] - z0 if missing & 1 == 0 else 0.0
-    s[at + 5] = z1
-    z0 += s[GAINS] * e0
-    z1 += s[GAINS + 1] * e0
-    z2 += s[GAINS + 2] * e0
-    e1 = s[at + 2] - z1 if s[SEEN + 1] > 0.0 and missing & 2 == 0 else 0.0
-    z0 += s[GAINS + 3] * e1
-    z1 += s[GAINS + 4] * e1
-    z2 += s[GAINS + 5] * e1
-    s[at + 6], s[at + 7] = e0, e1
-    s[FREE], s[FREE + 1], s[FREE + 2] = z0, z1, z2
+def innovate(own: Any, sample: Any) -> None:
+    """Update the first filter with a sample of the ring, and note prediction and innovations."""
+    z0, z1, z2 = own.free[0], own.free[1], own.free[2]
+    of_x, of_v = own.gains[0], own.gains[1]
+    missing = sample.missing
+    e0 = sample.measured[0] - z0 if missing & 1 == 0 else 0.0
+    sample.predicted_velocity = z1
+    z0 += of_x[0] * e0
+    z1 += of_x[1] * e0
+    z2 += of_x[2] * e0
+    e1 = sample.measured[1] - z1 if own.is_measured[1] > 0 and missing & 2 == 0 else 0.0
+    z0 += of_v[0] * e1
+    z1 += of_v[1] * e1
+    z2 += of_v[2] * e1
+    sample.innovation[0], sample.innovation[1] = e0, e1
+    own.free[0], own.free[1], own.free[2] = z0, z1, z2
 
 
 @compiled(inline=True)
-def predict(s: Float[np.ndarray, " s"], at: int, to: int) -> None:
-    """Let the first filter go on from one sample of the ring to the next."""
-    T, m = s[SAMPLING_TIME], s[INERTIA]
-    spring = 0.5 * s[STIFFNESS] * (s[at + 1] - s[at + 3] + s[to + 1] - s[to + 3])
-    w = (s[at] - spring - s[FREE + 2]) / m
-    s[FREE] += T * s[FREE + 1] + 0.5 * T * T * w
-    s[FREE + 1] += T * w
+def predict(s: State, now: Any, later: Any) -> None:
+    """Advance the first filter from one sample of the ring to the next."""
+    own = fields(s)
+    T, m = s[SAMPLING_TIME], own.inertia
+    z, z1 = now.measured, later.measured
+    spring = 0.5 * s[STIFFNESS] * (z[0] - z[2] + z1[0] - z1[2])
+    w = (now.effort - spring - own.free[2]) / m
+    own.free[0] += T * own.free[1] + 0.5 * T * T * w
+    own.free[1] += T * w
 
 
 @compiled(inline=True)
-def _correction(s: Float[np.ndarray, " s"], tap: int, begin: int, end: int) -> float:
+def _correction(own: Any, tap: int, begin: int, end: int) -> float:
     """Return the correction by the innovations at these places of the ring, with their taps.
 
     Four sums are independent, so that no addition waits for the one before.
     """
     even0, even1, odd0, odd1 = 0.0, 0.0, 0.0, 0.0
     for j in range(begin, end - 1, 2):
-        at = RING + WIDTH * j
-        even0 += s[tap] * s[at + 6]
-        even1 += s[tap + 1] * s[at + 7]
-        odd0 += s[tap + 2] * s[at + WIDTH + 6]
-        odd1 += s[tap + 3] * s[at + WIDTH + 7]
-        tap += 4
+        even, odd = own.ring[j].innovation, own.ring[j + 1].innovation
+        even0 += own.taps[tap, 0] * even[0]
+        even1 += own.taps[tap, 1] * even[1]
+        odd0 += own.taps[tap + 1, 0] * odd[0]
+        odd1 += own.taps[tap + 1, 1] * odd[1]
+        tap += 2
     if (end - begin) % 2 == 1:
-        at = RING + WIDTH * (end - 1)
-        even0 += s[tap] * s[at + 6]
-        even1 += s[tap + 1] * s[at + 7]
+        even = own.ring[end - 1].innovation
+        even0 += own.taps[tap, 0] * even[0]
+        even1 += own.taps[tap, 1] * even[1]
     return (even0 + odd0) + (even1 + odd1)
 
 
 @compiled(inline=True)
-def smoothed_velocity(s: Float[np.ndarray, " s"], first: int) -> float:
+def smoothed_velocity(own: Any, first: int) -> float:
     """Return the velocity of the oldest sample in the ring, by all innovations since."""
-    later = _correction(s, TAPS, first, DEPTH)
-    later += _correction(s, TAPS + 2 * (DEPTH - first), 0, first)
-    return s[RING + WIDTH * first + 5] + later
+    later = _correction(own, 0, first, DEPTH)
+    later += _correction(own, DEPTH - first, 0, first)
+    return own.ring[first].predicted_velocity + later

@@ -1,4 +1,4 @@
-"""The balance of work on line: kernels that take one sample at a time.
+"""Second of the two online filters: the balance of work, one sample at a time.
 
 The same two filters as offline, one after the other:
 `stickslip.estimation.energy.known_inertia.online.motion` gives the direction of friction, and the
@@ -10,68 +10,37 @@ out for four states. With the functions from there the estimates are identical, 
 in a register.
 """
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.energy.known_inertia.online.layout import (
-    ADAPTED,
-    AXIS,
-    BATCHES,
-    BEGAN,
-    CERTAINTIES,
-    CHAIN,
-    CHANNELS,
-    CONTRASTS,
-    COVARIANCE,
-    DEPTH,
-    DISTURBANCE,
-    EARLIER_VELOCITY,
-    FORCE_EVENTS,
-    FORCES,
-    FREE,
-    FRICTION,
-    GATE_SCALE,
-    GUARD,
-    HEADING,
-    INERTIA,
-    INFORMATION,
-    KEPT_EFFORT,
-    KEPT_STRETCH,
-    KEPT_UNKNOWN,
-    LAG,
-    MISMATCH,
-    MISMATCHED,
-    MOST,
-    NET,
-    NOISE,
-    REFRESH,
-    RESIDUALS,
-    RESPONSES,
-    RING,
-    ROWS,
-    SEEN,
-    SETTLED,
-    SPREAD_OF_VELOCITY,
-    SQUARES,
-    TALLIED,
-    TURNS,
-    UNCERTAIN,
-    WIDTH,
-    admission,
-)
 from stickslip.estimation.energy.known_inertia.online.motion import (
     compare,
+    count_noise,
     innovate,
     predict,
     refresh,
     smoothed_velocity,
-    tally,
 )
+from stickslip.estimation.energy.known_inertia.online.state import (
+    BATCHES,
+    CHANNELS,
+    CONTRASTS,
+    DEPTH,
+    GUARD,
+    INFORMATION,
+    LAG,
+    MOST,
+    fields,
+)
+from stickslip.estimation.energy.known_inertia.stretches import CERTAIN
 from stickslip.estimation.online.faults.admission import admit
 from stickslip.estimation.online.faults.guard import keep_state, restore_state
 from stickslip.estimation.online.intervals.batches import close_batch, count_sample, scale_batches
 from stickslip.estimation.online.intervals.contrasts import add_row, classify, scale_contrasts
+from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import (
     COUNT,
     FIRST_SPREAD,
@@ -90,11 +59,6 @@ from stickslip.estimation.online.recursion import (
     update,
 )
 
-__all__ = ["work_run", "work_step"]
-
-CERTAIN = 5.0
-"""Standard deviations of the smoothed velocity beyond which its sign is certain."""
-
 _LARGER = 100.0
 """How many times what the samples show the variance of a load's first stretch is."""
 
@@ -112,11 +76,11 @@ _PLAUSIBLE = 5.0
 _TRUST = 7e-4
 """Of friction's root mean square: no model is trusted beyond that."""
 
+_Columns = tuple[float, float, float, float, float, float, float, float]
+
 
 @compiled(inline=True)
-def _friction_columns(
-    s: Float[np.ndarray, " s"], mean: float, change: float, direction: float
-) -> tuple[float, float, float, float, float, float, float, float]:
+def _friction_columns(s: State, mean: float, change: float, direction: float) -> _Columns:
     """Return the regressors of the friction force, and their slopes (Eq. 2.1; Stribeck effect).
 
     ``change`` is that of the velocity over the sample, ``mean`` its mean.
@@ -140,149 +104,144 @@ def _friction_columns(
 
 
 @compiled(inline=True)
-def _carried(s: Float[np.ndarray, " s"], i: int) -> tuple[float, float, float, float]:
+def _carried(own: Any, i: int) -> tuple[float, float, float, float]:
     """Return row i of the transition times the covariance."""
-    a = AXIS + 4 * i
-    c = COVARIANCE
+    A, P = own.transition[i], own.covariance
     return (
-        s[a] * s[c] + s[a + 1] * s[c + 4] + s[a + 2] * s[c + 8] + s[a + 3] * s[c + 12],
-        s[a] * s[c + 1] + s[a + 1] * s[c + 5] + s[a + 2] * s[c + 9] + s[a + 3] * s[c + 13],
-        s[a] * s[c + 2] + s[a + 1] * s[c + 6] + s[a + 2] * s[c + 10] + s[a + 3] * s[c + 14],
-        s[a] * s[c + 3] + s[a + 1] * s[c + 7] + s[a + 2] * s[c + 11] + s[a + 3] * s[c + 15],
+        A[0] * P[0, 0] + A[1] * P[1, 0] + A[2] * P[2, 0] + A[3] * P[3, 0],
+        A[0] * P[0, 1] + A[1] * P[1, 1] + A[2] * P[2, 1] + A[3] * P[3, 1],
+        A[0] * P[0, 2] + A[1] * P[1, 2] + A[2] * P[2, 2] + A[3] * P[3, 2],
+        A[0] * P[0, 3] + A[1] * P[1, 3] + A[2] * P[2, 3] + A[3] * P[3, 3],
     )
 
 
 @compiled(inline=True)
-def _propagate(s: Float[np.ndarray, " s"], u: float, unknown: float) -> None:
-    """Let the second filter go on over a sample (its covariance; states follow apart)."""
-    T = s[SAMPLING_TIME]
-    M = (_carried(s, 0), _carried(s, 1), _carried(s, 2), _carried(s, 3))
+def _propagate(s: State, u: float, unknown: float) -> None:
+    """Advance the second filter over a sample, with the variance of an unknown force."""
+    own = fields(s)
+    T, A, P = s[SAMPLING_TIME], own.transition, own.covariance
+    M = (_carried(own, 0), _carried(own, 1), _carried(own, 2), _carried(own, 3))
     rough = 12.0 / (T * T)
     for i in range(4):
         for j in range(i, 4):
-            total = unknown * (
-                s[AXIS + 16 + i] * s[AXIS + 16 + j] + rough * s[AXIS + 20 + i] * s[AXIS + 20 + j]
-            )
+            total = unknown * (own.held[i] * own.held[j] + rough * own.ramped[i] * own.ramped[j])
             for h in range(4):
-                total += M[i][h] * s[AXIS + 4 * j + h]
-            s[COVARIANCE + 4 * i + j] = total
-            s[COVARIANCE + 4 * j + i] = total
-    p = int(s[PARAMETERS])
-    for j in range(p + 1):
-        at = RESPONSES + 4 * j
-        z0, z1, z2, z3 = s[at], s[at + 1], s[at + 2], s[at + 3]
+                total += M[i][h] * A[j, h]
+            P[i, j] = total
+            P[j, i] = total
+    for j in range(int(s[PARAMETERS]) + 1):
+        z = own.responses[j]
+        z0, z1, z2, z3 = z[0], z[1], z[2], z[3]
         for i in range(4):
-            row = AXIS + 4 * i
-            s[at + i] = s[row] * z0 + s[row + 1] * z1 + s[row + 2] * z2 + s[row + 3] * z3
+            z[i] = A[i, 0] * z0 + A[i, 1] * z1 + A[i, 2] * z2 + A[i, 3] * z3
     for i in range(4):
-        s[RESPONSES + i] += s[AXIS + 16 + i] * u
+        own.responses[0, i] += own.held[i] * u
 
 
 @compiled(inline=True)
-def _allow_unknown_force(s: Float[np.ndarray, " s"], at: int, missing: int) -> None:
+def _allow_unknown_force(s: State, sample: Any) -> None:
     """Let an unknown force explain an innovation of the driven mass that nothing else explains.
 
     With the friction estimated so far the innovation is e = z - z_0 - sum_j theta_j z_j, with the
     variance S + row P row'. Beyond the gate P of the second filter grows by q B B' with
     q = (e / B)^2: its states follow the measurement, and the row gets next to no weight.
     """
+    own = fields(s)
     p = int(s[PARAMETERS])
-    limit = _GATE * max(1.0, s[GATE_SCALE])
+    limit = _GATE * max(1.0, own.gate_scale)
     for c in range(2):
-        if s[SEEN + c] == 0.0 or (missing >> c) & 1 == 1:
+        if own.is_measured[c] == 0 or (sample.missing >> c) & 1 == 1:
             continue
-        variance = s[COVARIANCE + 5 * c] + s[NOISE + c]
-        e = s[at + 1 + c] - s[RESPONSES + c]
+        variance = own.covariance[c, c] + own.noise[c]
+        e = sample.measured[c] - own.responses[0, c]
         for j in range(p):
-            e -= s[RESPONSES + 4 * (j + 1) + c] * s[VALUES + j]
+            e -= own.responses[j + 1, c] * s[VALUES + j]
         if e * e <= limit * variance:
             continue
         for i in range(p):
             for j in range(p):
-                row = s[RESPONSES + 4 * (i + 1) + c] * s[RESPONSES + 4 * (j + 1) + c]
+                row = own.responses[i + 1, c] * own.responses[j + 1, c]
                 variance += row * s[SPREAD + i * p + j]
-        if s[ROWS] == 0.0 or e * e <= limit * variance:
+        if own.rows == 0.0 or e * e <= limit * variance:
             continue
-        q = (e / s[AXIS + 16 + c]) ** 2
+        q = (e / own.held[c]) ** 2
         for i in range(4):
             for j in range(4):
-                s[COVARIANCE + 4 * i + j] += q * s[AXIS + 16 + i] * s[AXIS + 16 + j]
-        s[FORCE_EVENTS] += 1.0
-        s[GATE_SCALE] += _GATE_MEMORY * (limit - s[GATE_SCALE])
-        s[MISMATCH] += limit
-        s[MISMATCHED] += 1.0
+                own.covariance[i, j] += q * own.held[i] * own.held[j]
+        own.force_events += 1.0
+        own.gate_scale += _GATE_MEMORY * (limit - own.gate_scale)
+        own.mismatch += limit
+        own.mismatch_rows += 1.0
 
 
 @compiled(inline=True)
-def _regress(s: Float[np.ndarray, " s"], at: int, certain: bool, groups: int) -> None:
-    """Update the second filter with the sample at a place of the ring; its rows are regressed.
+def _regress(s: State, sample: Any, certain: bool, groups: int) -> None:
+    """Update the second filter with a sample of the ring; its rows are regressed.
 
     Where the direction of friction is not certain, nothing is forgotten for it.
     """
+    own = fields(s)
+    P = own.covariance
     p = int(s[PARAMETERS])
     forgetting = s[FORGETTING] if certain else 1.0
-    missing = int(s[at + 8])
     if certain:
-        _allow_unknown_force(s, at, missing)
+        _allow_unknown_force(s, sample)
     for c in range(CHANNELS):
-        if s[SEEN + c] == 0.0 or (missing >> c) & 1 == 1:
+        if own.is_measured[c] == 0 or (sample.missing >> c) & 1 == 1:
             continue
-        S = s[COVARIANCE + 5 * c] + s[NOISE + c]
+        S = P[c, c] + own.noise[c]
         scale = 1.0 / np.sqrt(S)
-        k0 = s[COVARIANCE + c] / S
-        k1 = s[COVARIANCE + 4 + c] / S
-        k2 = s[COVARIANCE + 8 + c] / S
-        k3 = s[COVARIANCE + 12 + c] / S
+        K = (P[0, c] / S, P[1, c] / S, P[2, c] / S, P[3, c] / S)
         y = 0.0
         for j in range(p + 1):
-            z = RESPONSES + 4 * j
-            e = s[at + 1 + c] - s[z + c] if j == 0 else -s[z + c]
+            z = own.responses[j]
+            e = sample.measured[c] - z[c] if j == 0 else -z[c]
             if j == 0:
                 y = e * scale
             else:
                 s[ROW + j - 1] = -e * scale
-            s[z] += k0 * e
-            s[z + 1] += k1 * e
-            s[z + 2] += k2 * e
-            s[z + 3] += k3 * e
-        K = (k0, k1, k2, k3)
+            z[0] += K[0] * e
+            z[1] += K[1] * e
+            z[2] += K[2] * e
+            z[3] += K[3] * e
         for i in range(4):
             for j in range(i, 4):
-                value = s[COVARIANCE + 4 * i + j] - K[i] * K[j] * S
-                s[COVARIANCE + 4 * i + j] = value
-                s[COVARIANCE + 4 * j + i] = value
+                value = P[i, j] - K[i] * K[j] * S
+                P[i, j] = value
+                P[j, i] = value
         error = update(s, y, forgetting, False)
         add_row(s, INFORMATION, CONTRASTS, MOST, groups, y)
         if certain:
-            s[RESIDUALS] += error
-            s[ROWS] += 1.0
-            s[GATE_SCALE] += _GATE_MEMORY * (error - s[GATE_SCALE])
-            s[MISMATCH] += error
-            s[MISMATCHED] += 1.0
+            own.residual_squares += error
+            own.rows += 1.0
+            own.gate_scale += _GATE_MEMORY * (error - own.gate_scale)
+            own.mismatch += error
+            own.mismatch_rows += 1.0
 
 
 @compiled(inline=True)
-def _adapt(s: Float[np.ndarray, " s"]) -> None:
+def _adapt(s: State) -> None:
     """Let the disturbance force follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
 
     The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
     the information so far was counted too high by their mean square, and is reduced.
     """
-    if s[ADAPTED] == 0.0 or s[MISMATCHED] < _ADAPTATION:
+    own = fields(s)
+    if own.adaptations == 0.0 or own.mismatch_rows < _ADAPTATION:
         return
-    mean = s[MISMATCH] / s[MISMATCHED]
-    s[MISMATCH], s[MISMATCHED] = 0.0, 0.0
-    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(s[ADAPTED]))
+    mean = own.mismatch / own.mismatch_rows
+    own.mismatch, own.mismatch_rows = 0.0, 0.0
+    gamma = max(_LEAST_ADAPTATION, 1.0 / np.sqrt(own.adaptations))
     if mean > _OVERCONFIDENT:
         gamma = 1.0
-    s[ADAPTED] += 1.0
+    own.adaptations += 1.0
     factor = min(max(mean, 1.0 / _LARGEST_ADAPTATION), _LARGEST_ADAPTATION) ** (0.5 * gamma)
-    least = _TRUST * np.sqrt(s[FRICTION])
-    s[DISTURBANCE] = max(factor * s[DISTURBANCE], least)
-    if s[DISTURBANCE] > np.sqrt(s[FRICTION]):
+    least = _TRUST * np.sqrt(own.friction_square)
+    own.disturbance = max(factor * own.disturbance, least)
+    if own.disturbance > np.sqrt(own.friction_square):
         # Not even a force as large as friction explains the innovations: the sensors' noise is not
         # as modelled (a velocity differentiated from the same encoder), and no force is sought
-        s[DISTURBANCE], s[ADAPTED] = least, 0.0
+        own.disturbance, own.adaptations = least, 0.0
     if mean > _OVERCONFIDENT:
         p = int(s[PARAMETERS])
         factor = min(mean, _LARGEST_ADAPTATION)
@@ -294,100 +253,98 @@ def _adapt(s: Float[np.ndarray, " s"]) -> None:
             s[SPREAD + i] *= factor
         for i in range(MOST + MOST * MOST):
             s[INFORMATION + i] /= factor
-        s[RESIDUALS], s[ROWS] = 1.0, 1.0
+        own.residual_squares, own.rows = 1.0, 1.0
         scale_batches(s, BATCHES, MOST, 1.0 / factor)
         scale_contrasts(s, CONTRASTS, MOST, 1.0 / factor)
 
 
 @compiled(inline=True)
-def _close_batch(
-    s: Float[np.ndarray, " s"],
-    columns: tuple[float, float, float, float, float, float, float, float],
-) -> None:
+def _close_batch(s: State, columns: _Columns) -> None:
     """Keep the information so far, and the state as valid if its friction is plausible."""
+    own = fields(s)
     p = int(s[PARAMETERS])
     friction, variance = 0.0, 0.0
     for i in range(p):
         friction += columns[i] * s[VALUES + i]
         for j in range(p):
             variance += columns[i] * columns[j] * s[SPREAD + i * p + j]
-    most = admission(s).largest_effort + np.sqrt(max(variance, 0.0))
+    most = own.admission.largest_effort + np.sqrt(max(variance, 0.0))
     if abs(friction) > _PLAUSIBLE * most or not keep_state(s, GUARD, GUARD):
         _reset(s)
         return
-    J = s[INFORMATION + MOST : GUARD].reshape(MOST, MOST)
-    close_batch(s, BATCHES, MOST, J, s[INFORMATION : INFORMATION + MOST])
+    close_batch(s, BATCHES, MOST, own.information, own.eta)
 
 
 @compiled(inline=True)
-def _reset(s: Float[np.ndarray, " s"]) -> None:
+def _reset(s: State) -> None:
     """Return to the last valid estimates; the motion begins again."""
+    own = fields(s)
     restore_state(s, GUARD, GUARD)
-    s[GATE_SCALE], s[MISMATCH], s[MISMATCHED] = 1.0, 0.0, 0.0
-    s[RESIDUALS], s[ROWS] = 1.0, 1.0
+    own.gate_scale, own.mismatch, own.mismatch_rows = 1.0, 0.0, 0.0
+    own.residual_squares, own.rows = 1.0, 1.0
     _restart(s)
 
 
 @compiled(inline=True)
-def _restart(s: Float[np.ndarray, " s"]) -> None:
+def _restart(s: State) -> None:
     """Begin the motion again; friction and noise are known as before."""
-    s[COUNT], s[REFRESH], s[UNCERTAIN] = 0.0, 0.0, 0.0
+    own = fields(s)
+    s[COUNT], own.refresh, own.uncertain_run = 0.0, 0.0, 0.0
     for c in range(CHANNELS):
-        s[CHAIN + c], s[SQUARES + c] = 0.0, 0.0
+        own.chain[c], own.squares[c] = 0.0, 0.0
 
 
 @compiled(inline=True)
-def _load_unseen(s: Float[np.ndarray, " s"]) -> bool:
+def _load_hidden(s: State) -> bool:
     """Return whether there is a load that is not measured."""
-    return s[STIFFNESS] > 0.0 and s[SEEN + 2] == 0.0
+    return s[STIFFNESS] > 0.0 and fields(s).is_measured[2] == 0
 
 
 @compiled(inline=True)
-def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
+def _balance(s: State, sample: Any, velocity: float) -> None:
     """Take the sample that ends at the oldest one in the ring into the estimate.
 
     What lies before the oldest one is not in the ring any more: its effort, the stretch of the
     spring and its smoothed velocity were kept.
     """
-    T, m = s[SAMPLING_TIME], s[INERTIA]
-    at = RING + WIDTH * first
-    u0, d0, v0 = s[KEPT_EFFORT], s[KEPT_STRETCH], s[EARLIER_VELOCITY]
-    d = s[at + 1] - s[at + 3]
-    spread = CERTAIN * s[SPREAD_OF_VELOCITY]
+    own = fields(s)
+    T, m = s[SAMPLING_TIME], own.inertia
+    u0, d0, v0 = own.kept_effort, own.kept_stretch, own.earlier_velocity
+    d = sample.measured[0] - sample.measured[2]
+    spread = CERTAIN * own.velocity_spread
     direction = 0.0
-    settled = s[COUNT] > s[BEGAN] + s[SETTLED]
+    settled = s[COUNT] > own.began + own.settled
     if settled and v0 * velocity > 0.0 and min(abs(v0), abs(velocity)) > spread:
         direction = 1.0 if velocity > 0.0 else -1.0
-        if direction * s[HEADING] < 0.0:
-            s[TURNS] += 1.0
-        s[HEADING] = direction
+        if direction * own.heading < 0.0:
+            own.turns += 1.0
+        own.heading = direction
         friction = u0 - 0.5 * s[STIFFNESS] * (d0 + d) - m * (velocity - v0) / T
-        s[FORCES] += friction * friction
-        s[CERTAINTIES] += 1.0
+        own.friction_squares += friction * friction
+        own.certain_samples += 1.0
     # Mean velocity of a cubic motion: the change of the acceleration follows from the known forces
     c = min(max(s[VALUES], 0.0), 0.5 * m / T)
     change = -(s[STIFFNESS] * (d - d0) + c * (velocity - v0)) / m
     mean = 0.5 * (v0 + velocity) - T * change / 12.0
     columns = _friction_columns(s, mean, velocity - v0, direction)
-    unknown = max(s[DISTURBANCE] * s[DISTURBANCE], _TRUST * _TRUST * s[FRICTION])
+    unknown = max(own.disturbance * own.disturbance, _TRUST * _TRUST * own.friction_square)
     if direction == 0.0:
-        crossing = spread * m / (np.sqrt(s[FRICTION]) * T)
-        s[UNCERTAIN] += 1.0
-        if _load_unseen(s):
+        crossing = spread * m / (np.sqrt(own.friction_square) * T)
+        own.uncertain_run += 1.0
+        if _load_hidden(s):
             # What holds a mass that sticks is as large as the spring's force, one sample as another
-            crossing = max(crossing, s[UNCERTAIN])
-        unknown += s[FRICTION] * max(crossing, 1.0)
+            crossing = max(crossing, own.uncertain_run)
+        unknown += own.friction_square * max(crossing, 1.0)
     else:
-        s[UNCERTAIN] = 0.0
-    unknown += s[KEPT_UNKNOWN]
+        own.uncertain_run = 0.0
+    unknown += own.kept_unknown
     _propagate(s, u0, unknown)
     for j in range(int(s[PARAMETERS])):
-        z = RESPONSES + 4 * (j + 1)
         for i in range(4):
-            s[z + i] -= s[AXIS + 16 + i] * columns[j] + s[AXIS + 20 + i] * columns[4 + j]
-    certain = direction != 0.0 and s[KEPT_UNKNOWN] == 0.0
+            own.responses[j + 1, i] -= own.held[i] * columns[j] + own.ramped[i] * columns[4 + j]
+    certain = direction != 0.0 and own.kept_unknown == 0.0
     groups = classify(s, CONTRASTS, velocity)
-    _regress(s, at, certain, groups)
+    _regress(s, sample, certain, groups)
     if certain:
         _adapt(s)
         if count_sample(s, BATCHES):
@@ -395,154 +352,151 @@ def _balance(s: Float[np.ndarray, " s"], first: int, velocity: float) -> None:
 
 
 @compiled(inline=True)
-def _begin(s: Float[np.ndarray, " s"], oldest: int, last: int, velocity: float) -> None:
+def _begin(s: State, oldest: Any, newest: Any, velocity: float) -> None:
     """Begin the second filter with the oldest sample in the ring.
 
     A load that is not measured begins anywhere, as fast as it likes.
     """
+    own = fields(s)
+    P, z = own.covariance, own.responses[0]
     T = s[SAMPLING_TIME]
-    for i in range(4 * (MOST + 1)):
-        s[RESPONSES + i] = 0.0
-    for i in range(16):
-        s[COVARIANCE + i] = 0.0
+    own.responses[:] = 0.0
+    P[:] = 0.0
     for c in range(CHANNELS):
-        s[RESPONSES + c] = s[oldest + 1 + c]
-        s[COVARIANCE + 5 * c] = s[NOISE + c] if s[SEEN + c] > 0.0 else 0.0
-        if s[SEEN + c] == 0.0 and (c == 1 or (c == 3 and s[SEEN + 2] > 0.0)):
-            s[RESPONSES + c] = 0.0
-            over = (s[last + c] - s[oldest + c]) / (LAG * T)
-            s[COVARIANCE + 5 * c] = (
-                over * over + velocity * velocity + (CERTAIN * s[SPREAD_OF_VELOCITY]) ** 2
-            )
-    if _load_unseen(s):
-        way = s[last + 1] - s[oldest + 1]
-        stretch = (s[NET] + s[FREE + 2] * s[FREE + 2]) / s[STIFFNESS] ** 2 + way * way
-        s[RESPONSES + 3] = 0.0
-        s[COVARIANCE + 10] = _LARGER * stretch
+        z[c] = oldest.measured[c]
+        P[c, c] = own.noise[c] if own.is_measured[c] > 0 else 0.0
+        if own.is_measured[c] == 0 and (c == 1 or (c == 3 and own.is_measured[2] > 0)):
+            z[c] = 0.0
+            over = (newest.measured[c - 1] - oldest.measured[c - 1]) / (LAG * T)
+            P[c, c] = over * over + velocity * velocity + (CERTAIN * own.velocity_spread) ** 2
+    if _load_hidden(s):
+        travel = newest.measured[0] - oldest.measured[0]
+        square = own.net_square + own.free[2] * own.free[2]
+        stretch = square / s[STIFFNESS] ** 2 + travel * travel
+        z[3] = 0.0
+        P[2, 2] = _LARGER * stretch
         swing = s[STIFFNESS] / s[LOAD_INERTIA] * stretch
-        s[COVARIANCE + 15] = _LARGER * (swing + (way / (LAG * T)) ** 2)
+        P[3, 3] = _LARGER * (swing + (travel / (LAG * T)) ** 2)
 
 
 @compiled(inline=True)
-def _noise_known(s: Float[np.ndarray, " s"]) -> bool:
+def _noise_known(own: Any) -> bool:
     """Return whether a force has acted and every sensor has shown its noise."""
-    known = s[NET] > 0.0
+    known = own.net_square > 0.0
     for c in range(CHANNELS):
-        known = known and (s[SEEN + c] == 0.0 or s[TALLIED + c] > 0.0)
+        known = known and (own.is_measured[c] == 0 or own.noisy_samples[c] > 0.0)
     return known
 
 
 @compiled(inline=True)
-def _fill(s: Float[np.ndarray, " s"], before: int, at: int) -> int:
+def _fill(s: State, before: Any, now: Any) -> int:
     """Fill missing values of a sample by constant velocity; return which ones were missing."""
+    own = fields(s)
     T = s[SAMPLING_TIME]
+    z, z0 = now.measured, before.measured
     missing = 0
     for mass in range(2):
-        x, v = 1 + 2 * mass, 2 + 2 * mass
-        if s[SEEN + v - 1] == 0.0:
-            s[at + v] = 0.0
-        elif np.isnan(s[at + v]):
-            missing += 1 << (v - 1)
-            s[at + v] = s[before + v]
-        if s[SEEN + x - 1] == 0.0:
-            s[at + x] = s[at + 1]
-        elif np.isnan(s[at + x]):
-            missing += 1 << (x - 1)
-            if s[SEEN + v - 1] > 0.0:
-                s[at + x] = s[before + x] + 0.5 * T * (s[before + v] + s[at + v])
-            elif mass == 0 and s[REFRESH] > 0.0:
-                s[at + x] = s[before + x] + T * s[FREE + 1]
+        x, v = 2 * mass, 2 * mass + 1
+        if own.is_measured[v] == 0:
+            z[v] = 0.0
+        elif np.isnan(z[v]):
+            missing += 1 << v
+            z[v] = z0[v]
+        if own.is_measured[x] == 0:
+            z[x] = z[0]
+        elif np.isnan(z[x]):
+            missing += 1 << x
+            if own.is_measured[v] > 0:
+                z[x] = z0[x] + 0.5 * T * (z0[v] + z[v])
+            elif mass == 0 and own.refresh > 0.0:
+                z[x] = z0[x] + T * own.free[1]
             else:
-                s[at + x] = s[before + x]
+                z[x] = z0[x]
     return missing
 
 
 @compiled(inline=True)
-def _advance(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> None:
+def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> None:
     """Take one sample into the state, in place."""
-    ready, u, unknown, x, v, x2, v2, stepped = admit(admission(s), u, x, v, x2, v2)
+    own = fields(s)
+    ready, u, unknown, x, v, x2, v2, stepped = admit(own.admission, u, x, v, x2, v2)
     if not ready:
         return
     if stepped:
         _restart(s)
     n = int(s[COUNT])
-    slot = n % DEPTH
-    at = RING + WIDTH * slot
-    before = RING + WIDTH * ((n + DEPTH - 1) % DEPTH)
-    s[at], s[at + 1], s[at + 2], s[at + 3], s[at + 4] = u, x, v, x2, v2
-    missing = _fill(s, before, at)
-    if missing > 0 and s[REFRESH] == 0.0:
+    now, before = own.ring[n % DEPTH], own.ring[(n + DEPTH - 1) % DEPTH]
+    z = now.measured
+    now.effort = u
+    z[0], z[1], z[2], z[3] = x, v, x2, v2
+    missing = _fill(s, before, now)
+    if missing > 0 and own.refresh == 0.0:
         _restart(s)  # the filters begin with complete samples
         return
-    if _load_unseen(s):
-        s[at + 3], s[at + 4] = s[at + 1], s[at + 2]
-        # The first filter has the spring's force in the free one
-    s[at + 8] = missing
-    s[at + 9] = admission(s).largest_effort ** 2 if unknown else 0.0
+    if _load_hidden(s):
+        z[2], z[3] = z[0], z[1]  # the first filter has the spring's force in the free one
+    now.missing = missing
+    now.unknown = own.admission.largest_effort**2 if unknown else 0.0
     for c in range(CHANNELS):
         if (missing >> c) & 1 == 1:
-            s[CHAIN + c] = 0.0
-        elif s[SEEN + c] > 0.0:
-            tally(s, s[at + 1 + c], c)
-    net = u - s[STIFFNESS] * (s[at + 1] - s[at + 3])
-    s[NET] = max(s[NET], net * net)
+            own.chain[c] = 0.0
+        elif own.is_measured[c] > 0:
+            count_noise(own, z[c], c)
+    net = u - s[STIFFNESS] * (z[0] - z[2])
+    own.net_square = max(own.net_square, net * net)
     if n > 0:
-        compare(s, before, at)
+        compare(s, before, now)
     s[COUNT] += 1.0
-    begins = s[REFRESH] == 0.0
-    if n < LAG or (begins and not _noise_known(s)):
+    begins = own.refresh == 0.0
+    if n < LAG or (begins and not _noise_known(own)):
         return
     first = (n + 1) % DEPTH
-    oldest = RING + WIDTH * first
+    oldest = own.ring[first]
     if begins:
         refresh(s)
-        if s[ADAPTED] == 1.0:
-            s[DISTURBANCE] = _TRUST * np.sqrt(s[FRICTION])
-        s[REFRESH] = 2.0 * s[TALLIED]
-        s[BEGAN] = s[COUNT]
-        s[FREE] = s[oldest + 1]
-        s[FREE + 1] = s[oldest + 2]
-        innovate(s, oldest)
+        if own.adaptations == 1.0:
+            own.disturbance = _TRUST * np.sqrt(own.friction_square)
+        own.refresh = 2.0 * own.noisy_samples[0]
+        own.began = s[COUNT]
+        own.free[0], own.free[1] = oldest.measured[0], oldest.measured[1]
+        innovate(own, oldest)
         for k in range(LAG):
-            to = RING + WIDTH * ((first + k + 1) % DEPTH)
-            predict(s, RING + WIDTH * ((first + k) % DEPTH), to)
-            innovate(s, to)
+            later = own.ring[(first + k + 1) % DEPTH]
+            predict(s, own.ring[(first + k) % DEPTH], later)
+            innovate(own, later)
     else:
-        predict(s, before, at)
-        innovate(s, at)
-    velocity = smoothed_velocity(s, first)
+        predict(s, before, now)
+        innovate(own, now)
+    velocity = smoothed_velocity(own, first)
     if begins:
-        _begin(s, oldest, at, velocity)
+        _begin(s, oldest, now, velocity)
     else:
-        _balance(s, first, velocity)
-    s[KEPT_EFFORT] = s[oldest]
-    s[KEPT_STRETCH] = s[oldest + 1] - s[oldest + 3]
-    s[KEPT_UNKNOWN] = s[oldest + 9]
-    s[EARLIER_VELOCITY] = velocity
-    if s[REFRESH] > 0.0 and s[TALLIED] >= s[REFRESH]:
+        _balance(s, oldest, velocity)
+    own.kept_effort = oldest.effort
+    own.kept_stretch = oldest.measured[0] - oldest.measured[2]
+    own.kept_unknown = oldest.unknown
+    own.earlier_velocity = velocity
+    if own.refresh > 0.0 and own.noisy_samples[0] >= own.refresh:
         refresh(s)
-        s[REFRESH] *= 2.0
+        own.refresh *= 2.0
     if not _is_valid(s):
         _reset(s)
 
 
 @compiled(inline=True)
-def _is_valid(s: Float[np.ndarray, " s"]) -> bool:
+def _is_valid(s: State) -> bool:
     """Return whether the estimates and the states of both filters are finite."""
-    total = s[FREE] + s[FREE + 1] + s[FREE + 2]
+    own = fields(s)
+    total = own.free[0] + own.free[1] + own.free[2]
     for i in range(4):
-        total += s[RESPONSES + i] + s[COVARIANCE + 5 * i]
+        total += own.responses[0, i] + own.covariance[i, i]
     for i in range(int(s[PARAMETERS])):
         total += s[VALUES + i]
     return np.isfinite(total)
 
 
 @compiled(brief=True)
-def work_step(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> bool:
+def work_step(s: State, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Take one sample into the state, in place; return whether all of it was finite.
 
     Of a sample that is not only the rest is used.
@@ -553,8 +507,8 @@ def work_step(
 
 @compiled()
 def work_run(
-    state: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
-) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
+    state: State, samples: Float[np.ndarray, "n 5"]
+) -> tuple[State, Float[np.ndarray, "n p"]]:
     """Return the state after many samples, and the estimates after each."""
     s = state.copy()
     n, p = samples.shape[0], int(s[PARAMETERS])

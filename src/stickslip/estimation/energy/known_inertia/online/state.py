@@ -1,145 +1,111 @@
-"""The balance of work on line: its first state, and the covariance of its estimates."""
+"""State of the online energy estimator with a known inertia.
 
-from collections.abc import Sequence
+The state is that of `stickslip.estimation.online.recursion`, with room for four parameters, and
+behind it the fields of the two filters.
+"""
 
 import numpy as np
-from jaxtyping import Float
 
-from stickslip.estimation.energy.known_inertia.innovations import HeldAxis
-from stickslip.estimation.energy.known_inertia.online import layout as at
-from stickslip.estimation.energy.levels import AxisModel
-from stickslip.estimation.online import recursion
-from stickslip.estimation.online.faults.admission import lay_admission
-from stickslip.estimation.online.faults.guard import RESETS, lay_guard
-from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import lay_batches
-from stickslip.estimation.online.intervals.contrasts import intervals_in
-from stickslip.estimation.online.recursion import covariance_in
+from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE
+from stickslip.estimation.online.faults.guard import guard_size
+from stickslip.estimation.online.intervals.batches import batch_size
+from stickslip.estimation.online.intervals.contrasts import contrast_size
+from stickslip.estimation.online.recursion import VALUES
+from stickslip.numerics.named_fields import fields_at, place_of, places
 
-__all__ = ["first_work_state", "work_covariance", "work_health", "work_intervals"]
+LAG = 64
+"""Samples by which the estimate is late: what a velocity gains from later ones is seen by then."""
 
-_GUESS_SAMPLES = 10.0
-"""A guess of the noise counts for so many samples: it serves the start, and a wrong one is soon
-outvoted."""
+DEPTH = LAG + 1  # samples remembered
+CHANNELS = 4  # position and velocity of the driven mass, then of the load
+MOST = 4  # parameters
 
+INFORMATION = VALUES + MOST
+"""Place of eta, then J: sums of row times target, and of row times row'."""
 
-def first_work_state(
-    *,
-    model: AxisModel,
-    inertia: float,
-    sampling_time: float,
-    velocity_measured: bool,
-    load_measured: bool,
-    forgetting_factor: float,
-    initial_values: Sequence[float],
-    initial_variance: float | None,
-    force_noise: float | None,
-    effort_delay: float = 0.0,
-    position_noise: float | None,
-    velocity_noise: float | None,
-) -> Float[np.ndarray, " s"]:
-    """Return the state of the recursion before the first sample.
+GUARD = INFORMATION + MOST + MOST * MOST
+"""Place of the guard, which keeps a copy of all before it."""
 
-    Parameters
-    ----------
-    model
-        What is known of the axis, and what is sought.
-    inertia
-        Of the driven mass [kg or kg m^2].
-    sampling_time
-        [s].
-    velocity_measured
-        Whether the samples hold velocities.
-    load_measured
-        Whether they hold the load of a flexible arm.
-    forgetting_factor
-        In (0, 1], of a sample [-].
-    initial_values
-        First guesses [SI].
-    initial_variance
-        Diagonal of P(0) [squared unit of the parameters]; None for one that follows the size of the
-        regressors.
-    force_noise
-        Standard deviation of a disturbance force, white from sample to sample [N or N m]; None
-        estimates it from the innovations, unless samples are forgotten (large innovations then show
-        that friction has changed).
-    effort_delay
-        Samples by which the effort acts after it is logged [-].
-    position_noise, velocity_noise
-        Guesses of the standard deviations [m or rad, m/s or rad/s].
-    """
-    load = model.load_inertia is not None and load_measured
-    seen = np.array([True, velocity_measured, load, load and velocity_measured])
-    p = len(initial_values)
-    s = np.zeros(at.STATE_SIZE)
-    s[recursion.PARAMETERS] = p
-    # A sample brings one row a sensor, and all of them together forget once
-    s[recursion.FORGETTING] = forgetting_factor ** (1.0 / int(np.sum(seen)))
-    s[recursion.SAMPLING_TIME] = sampling_time
-    s[at.INERTIA] = inertia
-    s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0
-    s[recursion.STIFFNESS] = model.stiffness or 0.0
-    recursion.lay_friction(s, model.terms)
-    s[recursion.DERIVED] = not velocity_measured
-    s[at.DISTURBANCE] = force_noise or 0.0
-    s[at.ADAPTED] = force_noise is None and forgetting_factor == 1.0
-    s[at.GATE_SCALE] = 1.0
-    lay_batches(s, at.BATCHES)
-    lay_admission(
-        at.admission(s),
-        sampling_time=sampling_time,
-        effort_delay=effort_delay,
-        inertia=inertia,
-        measured=(velocity_measured, load, load and velocity_measured),
-    )
-    s[at.SEEN : at.SEEN + 4] = seen
-    for channel, guess in enumerate([position_noise, velocity_noise] * 2):
-        s[at.GUESSED + channel] = 0.0 if guess is None else _GUESS_SAMPLES
-        s[at.GUESS + channel] = 0.0 if guess is None else guess**2
-    axis = HeldAxis.of(
-        inertia=inertia,
-        load_inertia=model.load_inertia,
-        stiffness=model.stiffness,
-        sampling_time=sampling_time,
-    )
-    states = axis.held.size
-    transition = np.eye(4)  # a rigid axis has a load that stays where it is
-    transition[:states, :states] = axis.transition
-    s[at.AXIS : at.AXIS + 16] = transition.ravel()
-    s[at.AXIS + 16 : at.AXIS + 16 + states] = axis.held
-    s[at.AXIS + 20 : at.AXIS + 20 + states] = axis.ramped
-    recursion.lay_prior(s, initial_values, initial_variance)
-    recursion.lay_information(s, at.INFORMATION, at.MOST, initial_values, initial_variance)
-    lay_guard(s, at.GUARD, at.GUARD)
-    return s
+_SAMPLE = np.dtype(
+    [
+        ("effort", "f8"),
+        ("measured", "f8", (CHANNELS,)),
+        ("predicted_velocity", "f8"),
+        ("innovation", "f8", (2,)),  # of position and velocity, in the first filter
+        ("missing", "i8"),  # channels, as a sum of 2^channel
+        ("unknown", "f8"),  # variance of an unknown force in the interval that begins
+    ]
+)
+_DISAGREEMENT = np.dtype(
+    [
+        ("last", "f8"),  # difference d of dx / T and the mean velocity
+        ("difference_squares", "f8"),  # sum of (d - d_-)^2
+        ("sum_squares", "f8"),  # sum of (d + d_-)^2
+        ("samples", "f8"),
+    ]
+)
+_FIELDS = np.dtype(
+    [
+        ("eta", "f8", (MOST,)),
+        ("information", "f8", (MOST, MOST)),
+        ("guard", "f8", (guard_size(GUARD),)),
+        ("inertia", "f8"),
+        ("disturbance", "f8"),  # standard deviation of a disturbing force
+        ("adaptations", "f8"),  # of the disturbance, from 1 on; 0 if it is given
+        ("refresh", "f8"),  # number of counted samples at which noise is next estimated; 0 at first
+        ("began", "f8"),  # samples before the filters began
+        ("settled", "f8"),  # samples after which the first filter has forgotten how it began
+        ("earlier_velocity", "f8"),  # of the sample before the one that is being whitened
+        ("turns", "f8"),  # reversals so far
+        ("heading", "f8"),  # direction of the last certain motion
+        ("certain_samples", "f8"),  # in which the direction of friction was certain
+        ("friction_squares", "f8"),  # sum of squared friction in them
+        ("net_square", "f8"),  # largest squared effort less spring force
+        ("friction_square", "f8"),  # mean square of the friction
+        ("velocity_spread", "f8"),  # standard deviation of the smoothed velocity
+        ("uncertain_run", "f8"),  # samples in a row, up to now, with friction of unknown direction
+        ("residual_squares", "f8"),  # sum of squared prediction errors over their variances
+        ("rows", "f8"),  # number of them
+        ("mismatch", "f8"),  # sum of squared innovations over their variances since an adaptation
+        ("mismatch_rows", "f8"),  # number of them
+        ("gate_scale", "f8"),  # running mean of squared innovations over their variances
+        ("force_events", "f8"),  # samples whose innovation asked for an unknown force
+        # Of the sample that has just left the ring
+        ("kept_effort", "f8"),
+        ("kept_stretch", "f8"),  # of its spring
+        ("kept_unknown", "f8"),  # variance of its unknown force
+        # Of each channel
+        ("is_measured", "i8", (CHANNELS,)),
+        ("noise", "f8", (CHANNELS,)),  # variance
+        ("guess", "f8", (CHANNELS,)),  # guessed variance
+        ("guess_samples", "f8", (CHANNELS,)),  # that the guess counts for
+        ("roughness", "f8", (CHANNELS,)),  # sum of squared third differences
+        ("noisy_samples", "f8", (CHANNELS,)),  # that show noise: those of a resting encoder do not
+        ("squares", "f8", (CHANNELS,)),  # sum of squares
+        ("differences", "f8", (CHANNELS, 3)),  # last value, first and second difference
+        ("chain", "f8", (CHANNELS,)),  # measurements in a row
+        ("disagreement", _DISAGREEMENT, (2,)),  # of each mass
+        # First filter: position, velocity and friction
+        ("free", "f8", (3,)),  # predicted states
+        ("gains", "f8", (2, 3)),  # of the innovations of position and velocity
+        ("taps", "f8", (DEPTH, 2)),  # of those innovations on an earlier velocity
+        # Second filter: position and velocity of both masses
+        ("transition", "f8", (4, 4)),
+        ("held", "f8", (4,)),  # response to a unit force
+        ("ramped", "f8", (4,)),  # response to a force of unit slope
+        ("covariance", "f8", (4, 4)),
+        ("responses", "f8", (MOST + 1, 4)),  # states, for the measurements and each regressor
+        ("ring", _SAMPLE, (DEPTH,)),
+        ("batches", "f8", (batch_size(MOST),)),
+        ("contrasts", "f8", (contrast_size(MOST),)),
+        ("admission", ADMISSION_DTYPE),
+    ]
+)
 
 
-def work_covariance(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
-    """Return P times the mean squared prediction error over its variance.
+BATCHES = place_of(_FIELDS, "batches", INFORMATION)
+CONTRASTS = place_of(_FIELDS, "contrasts", INFORMATION)
+STATE_SIZE = INFORMATION + places(_FIELDS)
 
-    With the noise known that factor is 1; otherwise it puts right what P takes for granted.
-    """
-    if state[at.ROWS] == 0.0:
-        return covariance_in(state)
-    return covariance_in(state) * state[at.RESIDUALS] / state[at.ROWS]
-
-
-def work_intervals(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p 2"]:
-    """Return 95 % intervals that allow for correlated residuals and errors of the model [SI]."""
-    return intervals_in(
-        state,
-        information=at.INFORMATION,
-        batches=at.BATCHES,
-        contrasts=at.CONTRASTS,
-        most=at.MOST,
-    )
-
-
-def work_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
-    """Return what was missing, rejected and reset so far."""
-    return health_of(
-        at.admission(state),
-        force_events=state[at.FORCE_EVENTS],
-        resets=state[at.GUARD + RESETS],
-        force_noise=state[at.DISTURBANCE],
-    )
+fields = fields_at(_FIELDS, start=INFORMATION)
+"""Fields of a state behind those of the recursion."""

@@ -11,65 +11,26 @@
   each of them the last valid state (`stickslip.estimation.online.faults.guard`).
 """
 
+from typing import Any
+
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.estimation.energy.balance import squared_velocity, turning_way
-from stickslip.estimation.energy.unknown_inertia.online.layout import (
-    ACCEPTED,
-    ADAPTED,
-    AVERAGED,
+from stickslip.estimation.energy.balance import squared_velocity, turning_distance
+from stickslip.estimation.energy.unknown_inertia.online.state import (
     BATCHES,
-    CHAIN,
-    CONSTANT,
-    CONSTANT_SPREAD,
     CONTRASTS,
-    DIFFERENCES,
-    EARLIER,
-    EXTREME,
-    FILTER,
-    FORCE_EVENTS,
-    FORCE_VARIANCE,
-    GATE_SCALE,
     GUARD,
-    HYSTERESIS,
-    IN_BLOCK,
     INFORMATION,
-    KINETIC_SQUARES,
-    KNOWN,
-    LAST,
-    LAST_ERROR,
-    LEVEL_VARIANCE,
-    MARK,
-    MEAN,
-    NOISE_SQUARES,
-    POLE,
-    POSITION_NOISE,
-    PRODUCTS,
-    ROUGHNESS,
-    ROW_VARIANCE,
-    ROWS,
-    SETTLE,
-    SINCE,
-    SQUARE_BIAS,
-    SQUARES,
-    SUMS,
-    TRACKED,
-    UNKNOWN,
-    VELOCITY_NOISE,
-    WAY,
-    WAY_SQUARE,
-    WORK,
     admission,
+    fields,
 )
-from stickslip.estimation.online.faults.admission import (
-    admit,
-    learn_inertia,
-)
+from stickslip.estimation.online.faults.admission import admit, learn_inertia
 from stickslip.estimation.online.faults.guard import keep_state, restore_state
 from stickslip.estimation.online.intervals.batches import close_batch, count_sample
 from stickslip.estimation.online.intervals.contrasts import add_row, classify
+from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import (
     COUNT,
     DERIVED,
@@ -88,8 +49,7 @@ from stickslip.estimation.online.recursion import (
     stribeck_left,
     update,
 )
-
-__all__ = ["energy_run", "energy_step"]
+from stickslip.estimation.signals.observation import HYSTERESIS
 
 _SETTLING = 16.0  # samples before the noise is known well enough to detect motion
 _NOISE_MEMORY = 256.0  # samples that the running noise estimate looks back
@@ -106,7 +66,7 @@ _ADAPTATION_GAIN = 4.0  # change of the logarithm for a correlation of 1, at fir
 _LEAST_GAIN = 0.2  # the same after many adaptations
 _LARGEST_NOISE = 6e-3
 """Share of the sensors' noise in the squared kinetic energy of the rows, beyond which the rows span
-longer ways: such a share of noise lowers an estimated inertia by as much."""
+longer distances: such a share of noise lowers an estimated inertia by as much."""
 _SMOOTHER = 0.3  # change of the ratio then
 _WAITING = 4.0  # blocks of rows before the first one: innovations of a first guess are all alike
 _PLAUSIBLE = 5.0
@@ -114,90 +74,87 @@ _PLAUSIBLE = 5.0
 
 
 @compiled(inline=True)
-def _low_pass(s: Float[np.ndarray, " s"], place: int, value: float) -> float:
-    """Return a value through two equal first-order stages at the given place of the state."""
-    pole = s[POLE]
-    s[place] = pole * s[place] + (1.0 - pole) * value
-    s[place + 1] = pole * s[place + 1] + (1.0 - pole) * s[place]
-    return s[place + 1]
+def _low_pass(pole: float, stages: Any, value: float) -> float:
+    """Return a value through two equal first-order stages."""
+    stages[0] = pole * stages[0] + (1.0 - pole) * value
+    stages[1] = pole * stages[1] + (1.0 - pole) * stages[0]
+    return stages[1]
 
 
 @compiled(inline=True)
-def _track_noise(s: Float[np.ndarray, " s"], which: int, value: float) -> float:
+def _track_noise(tracked: Any, value: float) -> float:
     """Return the running standard deviation of the noise on a signal, from third differences."""
-    place = DIFFERENCES + 3 * which
-    first = value - s[place]
-    second = first - s[place + 1]
-    third = second - s[place + 2]
-    s[place], s[place + 1], s[place + 2] = value, first, second
-    tracked = TRACKED + 2 * which
-    s[tracked] += 1.0
-    if s[tracked] > 3.0:
-        s[tracked + 1] += 1.0
-        weight = max(1.0 / s[tracked + 1], 1.0 / _NOISE_MEMORY)
-        s[ROUGHNESS + which] += weight * (third * third - s[ROUGHNESS + which])
-    return np.sqrt(s[ROUGHNESS + which] / _THIRD_DIFFERENCE)
+    last = tracked.differences
+    first = value - last[0]
+    second = first - last[1]
+    third = second - last[2]
+    last[0], last[1], last[2] = value, first, second
+    tracked.samples += 1.0
+    if tracked.samples > 3.0:
+        tracked.differences_seen += 1.0
+        weight = max(1.0 / tracked.differences_seen, 1.0 / _NOISE_MEMORY)
+        tracked.roughness += weight * (third * third - tracked.roughness)
+    return np.sqrt(tracked.roughness / _THIRD_DIFFERENCE)
 
 
 @compiled(inline=True)
-def _begin_level(s: Float[np.ndarray, " s"]) -> None:
+def _begin_level(own: Any) -> None:
     """Begin the balance again: its level is not known after an unknown force."""
-    s[CHAIN], s[WAY], s[ACCEPTED] = 0.0, 0.0, 0.0
-    s[SINCE], s[AVERAGED] = 0.0, 0.0
-    s[WORK], s[LAST_ERROR] = 0.0, 0.0
-    for j in range(MOST_PARAMETERS):
-        s[SUMS + j] = 0.0
+    own.chain, own.heading, own.accepted = 0.0, 0.0, 0.0
+    own.travel, own.averaged = 0.0, 0.0
+    own.work, own.last_error = 0.0, 0.0
+    own.sums[:] = 0.0
 
 
 @compiled(inline=True)
-def _begin_motion(s: Float[np.ndarray, " s"]) -> None:
+def _begin_motion(own: Any) -> None:
     """Begin motion and balance again, after a gap; what was learned stays."""
-    _begin_level(s)
-    s[KNOWN], s[UNKNOWN] = 0.0, 0.0
-    s[TRACKED], s[TRACKED + 2] = 0.0, 0.0
+    _begin_level(own)
+    own.filtered_samples, own.unknown = 0.0, 0.0
+    own.tracked[0].samples = own.tracked[1].samples = 0.0
 
 
 @compiled(inline=True)
-def _adapt(s: Float[np.ndarray, " s"], error: float) -> None:
+def _adapt(own: Any, error: float) -> None:
     """Take a normalised innovation; let the ratio of walk and level follow their correlation.
 
-    With the variance R of a level, Q of the walk per squared way, and w^2 the mean squared way of a
-    row, log(Q w^2 / R) += gain c with c = sum nu_k nu_k-1 / sum nu_k^2: neighbouring innovations
-    agree where the walk is larger than Q, and have opposite signs where it is smaller. R + Q w^2
-    stays the same, so that rows before and after weigh alike.
+    With the variance R of a level, Q of the walk per squared travel, and w^2 the mean squared
+    travel of a row, log(Q w^2 / R) += gain c with c = sum nu_k nu_k-1 / sum nu_k^2: neighbouring
+    innovations agree where the walk is larger than Q, and have opposite signs where it is smaller.
+    R + Q w^2 stays the same, so that rows before and after weigh alike.
     """
-    s[ROWS] += 1.0
-    weight = max(1.0 / s[ROWS], _GATE_MEMORY)
-    s[GATE_SCALE] += weight * (error * error - s[GATE_SCALE])
-    if s[ADAPTED] == 0.0:
+    own.rows += 1.0
+    weight = max(1.0 / own.rows, _GATE_MEMORY)
+    own.gate_scale += weight * (error * error - own.gate_scale)
+    if own.adaptations == 0.0:
         return
-    s[PRODUCTS] += error * s[LAST_ERROR]
-    s[SQUARES] += error * error
-    s[WAY_SQUARE] += (s[SINCE] * s[SINCE] - s[WAY_SQUARE]) / s[ROWS]
-    s[LAST_ERROR] = error
-    s[IN_BLOCK] += 1.0
-    if s[IN_BLOCK] < _ADAPTATION:
+    own.products += error * own.last_error
+    own.squares += error * error
+    own.travel_square += (own.travel * own.travel - own.travel_square) / own.rows
+    own.last_error = error
+    own.block_rows += 1.0
+    if own.block_rows < _ADAPTATION:
         return
-    gain = max(_ADAPTATION_GAIN / np.sqrt(s[ADAPTED]), _LEAST_GAIN)
-    if s[ADAPTED] <= _WAITING:
+    gain = max(_ADAPTATION_GAIN / np.sqrt(own.adaptations), _LEAST_GAIN)
+    if own.adaptations <= _WAITING:
         gain = 0.0
-    change = np.exp(gain * s[PRODUCTS] / s[SQUARES]) if s[SQUARES] > 0.0 else 1.0
-    if s[NOISE_SQUARES] > _LARGEST_NOISE * s[KINETIC_SQUARES]:
+    change = np.exp(gain * own.products / own.squares) if own.squares > 0.0 else 1.0
+    if own.noise_squares > _LARGEST_NOISE * own.kinetic_squares:
         change = _SMOOTHER
-    s[NOISE_SQUARES], s[KINETIC_SQUARES] = 0.0, 0.0
-    ratio = s[FORCE_VARIANCE] / s[LEVEL_VARIANCE] * s[WAY_SQUARE]
-    if s[ADAPTED] == 1.0:
+    own.noise_squares, own.kinetic_squares = 0.0, 0.0
+    ratio = own.force_variance / own.level_variance * own.travel_square
+    if own.adaptations == 1.0:
         ratio = _FIRST_RATIO
     ratio = min(max(change * ratio, _LEAST_RATIO), _LARGEST_RATIO)
-    total = s[ROW_VARIANCE]
-    s[LEVEL_VARIANCE] = total / (1.0 + ratio)
-    s[FORCE_VARIANCE] = total * ratio / (1.0 + ratio) / s[WAY_SQUARE]
-    s[ADAPTED] += 1.0
-    s[IN_BLOCK], s[PRODUCTS], s[SQUARES] = 0.0, 0.0, 0.0
+    total = own.row_variance
+    own.level_variance = total / (1.0 + ratio)
+    own.force_variance = total * ratio / (1.0 + ratio) / own.travel_square
+    own.adaptations += 1.0
+    own.block_rows, own.products, own.squares = 0.0, 0.0, 0.0
 
 
 @compiled(inline=True)
-def _normalised(s: Float[np.ndarray, " s"], p: int, y: float) -> float:
+def _normalised(s: State, p: int, y: float) -> float:
     """Return the innovation e = y - W' theta of the row over its deviation, sqrt(1 + W' P W)."""
     e, g = y, 0.0
     for i in range(p):
@@ -208,179 +165,163 @@ def _normalised(s: Float[np.ndarray, " s"], p: int, y: float) -> float:
 
 
 @compiled(inline=True)
-def _regress(
-    s: Float[np.ndarray, " s"], level: float, way: float, least: float, v: float, sv: float
-) -> None:
+def _regress(s: State, level: float, travel: float, least: float, v: float, sv: float) -> None:
     """Take the levels as they stand into the estimate, unless the axis rests.
 
     A row is accepted only when the axis has got further than the noise since the last one: at rest
     nothing is learned, and nothing forgotten. It holds the means over the samples since then, so
     that none is lost. The constant in the level is followed by the Kalman filter of a random walk
-    whose steps are a disturbing force times the way. ``v`` is the velocity, and ``sv`` its noise.
+    whose steps are a disturbing force times the travel. ``v`` is the velocity, and ``sv`` its
+    noise.
     """
+    own = fields(s)
+    means, constants = own.means, own.constants
     p = int(s[PARAMETERS])
     forgetting = s[FORGETTING]
     groups = classify(s, CONTRASTS, v)
-    s[SINCE] += way  # with its sign, so that noise does not add up
-    s[AVERAGED] += 1.0
-    share = 1.0 / s[AVERAGED]
-    s[MEAN] += share * (level - s[MEAN])
+    own.travel += travel  # with its sign, so that noise does not add up
+    own.averaged += 1.0
+    share = 1.0 / own.averaged
+    means[0] += share * (level - means[0])
     for j in range(p):
-        s[MEAN + 1 + j] += share * (s[SUMS + j] - s[MEAN + 1 + j])
-    if s[ACCEPTED] > 0.0 and abs(s[EXTREME] - s[MARK]) <= least:
+        means[1 + j] += share * (own.sums[j] - means[1 + j])
+    if own.accepted > 0.0 and abs(own.extreme - own.mark) <= least:
         return
-    s[MARK] = s[EXTREME]
-    begins = s[ACCEPTED] == 0.0
+    own.mark = own.extreme
+    begins = own.accepted == 0.0
     if not begins:
-        step = s[FORCE_VARIANCE] * s[SINCE] * s[SINCE]
-        if s[ADAPTED] == 1.0:
-            step = _FIRST_RATIO * s[LEVEL_VARIANCE]
-        spread = s[CONSTANT_SPREAD] / forgetting + step
-        variance = spread + s[LEVEL_VARIANCE]
+        step = own.force_variance * own.travel * own.travel
+        if own.adaptations == 1.0:
+            step = _FIRST_RATIO * own.level_variance
+        spread = own.constant_spread / forgetting + step
+        variance = spread + own.level_variance
         K = spread / variance
         scale = 1.0 / np.sqrt(variance)
-        y = (s[MEAN] - s[CONSTANT]) * scale
+        y = (means[0] - constants[0]) * scale
         for j in range(p):
-            s[ROW + j] = (s[MEAN + 1 + j] - s[CONSTANT + 1 + j]) * scale
-        s[KINETIC_SQUARES] += (s[MEAN + 1] - s[CONSTANT + 1]) ** 2
-        s[NOISE_SQUARES] += v * v * sv * sv / s[AVERAGED]
+            s[ROW + j] = (means[1 + j] - constants[1 + j]) * scale
+        own.kinetic_squares += (means[1] - constants[1]) ** 2
+        own.noise_squares += v * v * sv * sv / own.averaged
         error = _normalised(s, p, y)
-        limit = _GATE * s[GATE_SCALE]
-        begins = s[ROWS] >= _ADAPTATION and error * error > limit
+        limit = _GATE * own.gate_scale
+        begins = own.rows >= _ADAPTATION and error * error > limit
         if begins:
-            s[FORCE_EVENTS] += 1.0
-            s[GATE_SCALE] += _GATE_MEMORY * (limit - s[GATE_SCALE])
-            s[LAST_ERROR] = 0.0
+            own.force_events += 1.0
+            own.gate_scale += _GATE_MEMORY * (limit - own.gate_scale)
+            own.last_error = 0.0
         else:
-            s[CONSTANT] += K * (s[MEAN] - s[CONSTANT])
-            for j in range(p):
-                s[CONSTANT + 1 + j] += K * (s[MEAN + 1 + j] - s[CONSTANT + 1 + j])
-            s[CONSTANT_SPREAD] = K * s[LEVEL_VARIANCE]
+            for j in range(p + 1):
+                constants[j] += K * (means[j] - constants[j])
+            own.constant_spread = K * own.level_variance
             update(s, y, forgetting, False)
             add_row(s, INFORMATION, CONTRASTS, MOST_PARAMETERS, groups, y)
-            _adapt(s, error)
+            _adapt(own, error)
             if count_sample(s, BATCHES):
                 _close_batch(s)
     if begins:
         for j in range(p + 1):
-            s[CONSTANT + j] = s[MEAN + j]
-        s[CONSTANT_SPREAD] = s[LEVEL_VARIANCE]
-    s[SINCE] = 0.0
-    s[AVERAGED] = 0.0
-    s[ACCEPTED] += 1.0
+            constants[j] = means[j]
+        own.constant_spread = own.level_variance
+    own.travel = 0.0
+    own.averaged = 0.0
+    own.accepted += 1.0
 
 
 @compiled(inline=True)
-def _is_plausible(s: Float[np.ndarray, " s"], p: int) -> bool:
+def _is_plausible(s: State, p: int) -> bool:
     """Return whether Coulomb friction and offset are within `_PLAUSIBLE` times the efforts."""
     largest = admission(s).largest_effort
     for i in range(3 if s[PER_DIRECTION] > 0.0 else 2, p):
-        variance = max(s[SPREAD + i * p + i], 0.0) * s[GATE_SCALE]
+        variance = max(s[SPREAD + i * p + i], 0.0) * fields(s).gate_scale
         if not abs(s[VALUES + i]) <= _PLAUSIBLE * (largest + np.sqrt(variance)):
             return False
     return True
 
 
 @compiled(inline=True)
-def _close_batch(s: Float[np.ndarray, " s"]) -> None:
+def _close_batch(s: State) -> None:
     """Keep the information and the state, or return to the last valid one.
 
     The sums are taken from the constants on, so that they stay small however long the axis runs.
     """
+    own = fields(s)
     p = int(s[PARAMETERS])
-    s[WORK] -= s[CONSTANT]
-    s[CONSTANT] = 0.0
+    own.work -= own.constants[0]
+    own.constants[0] = 0.0
     for j in range(1, p):  # not the kinetic energy, which is no sum
-        s[SUMS + j] -= s[CONSTANT + 1 + j]
-        s[CONSTANT + 1 + j] = 0.0
+        own.sums[j] -= own.constants[1 + j]
+        own.constants[1 + j] = 0.0
     if not _is_plausible(s, p) or not keep_state(s, GUARD, GUARD):
         _reset(s)
         return
-    at = INFORMATION + MOST_PARAMETERS
-    J = s[at:GUARD].reshape(MOST_PARAMETERS, MOST_PARAMETERS)
-    close_batch(s, BATCHES, MOST_PARAMETERS, J, s[INFORMATION:at])
-    learn_inertia(admission(s), s[VALUES], s[SPREAD] * s[GATE_SCALE])
+    close_batch(s, BATCHES, MOST_PARAMETERS, own.information, own.eta)
+    learn_inertia(admission(s), s[VALUES], s[SPREAD] * own.gate_scale)
 
 
 @compiled(inline=True)
-def _reset(s: Float[np.ndarray, " s"]) -> None:
+def _reset(s: State) -> None:
     """Return to the last valid estimates; the motion begins again."""
     restore_state(s, GUARD, GUARD)
-    _begin_motion(s)
+    _begin_motion(fields(s))
 
 
 @compiled(inline=True)
-def _mean_left(s: Float[np.ndarray, " s"], v0: float, v: float) -> float:
-    """Return the mean share of the Stribeck effect over the way of a sample (Simpson's rule)."""
+def _mean_left(s: State, v0: float, v: float) -> float:
+    """Return the mean share of the Stribeck effect over the travel of a sample (Simpson's rule)."""
     if s[STRIBECK] == 0.0:
         return 0.0
     middle = 0.5 * (v0 + v)
-    way = abs(v0) + 4.0 * abs(middle) + abs(v)
+    travel = abs(v0) + 4.0 * abs(middle) + abs(v)
     share = abs(v0) * stribeck_left(s, v0) + abs(v) * stribeck_left(s, v)
     share += 4.0 * abs(middle) * stribeck_left(s, middle)
-    return share / way if way > 0.0 else 1.0
+    return share / travel if travel > 0.0 else 1.0
 
 
 @compiled(inline=True)
-def _add(
-    s: Float[np.ndarray, " s"],
-    squared: float,
-    way: float,
-    displacement: float,
-    forward: bool,
-    left: float,
+def _add_friction(
+    s: State, squared: float, travel: float, displacement: float, left: float
 ) -> None:
     """Add one sample's share to the friction regressors (Eq. 4.3).
 
-    ``left`` is the mean share of the Stribeck effect over its way.
+    ``squared`` is the integral of the squared velocity, ``left`` the mean share of the Stribeck
+    effect over the travel.
     """
-    k = SUMS + 1  # behind the kinetic energy of a unit inertia
+    own = fields(s)
+    sums = own.sums  # behind the kinetic energy of a unit inertia
     if s[PER_DIRECTION] > 0.0:
-        side = 0 if forward else 1
-        s[k + side] += squared
-        s[k + 2 + side] += way
-    else:
-        s[k] += squared
-        s[k + 1] += way * (1.0 - left)
-        if s[STRIBECK] > 0.0:
-            s[k + 2] += way * left
-            k += 1
-        if s[OFFSET] > 0.0:
-            s[k + 2] += displacement
+        side = 0 if own.heading > 0.0 else 1
+        sums[1 + side] += squared
+        sums[3 + side] += travel
+        return
+    sums[1] += squared
+    sums[2] += travel * (1.0 - left)
+    k = 3
+    if s[STRIBECK] > 0.0:
+        sums[k] += travel * left
+        k += 1
+    if s[OFFSET] > 0.0:
+        sums[k] += displacement
 
 
 @compiled(inline=True)
-def _stored(s: Float[np.ndarray, " s"], x: float, x2: float, v2: float) -> float:
-    """Return the energy of the load and of the spring (Eqs. 3.7, 3.8 with its squares)."""
-    return 0.5 * s[LOAD_INERTIA] * v2 * v2 + 0.5 * s[STIFFNESS] * (x - x2) * (x - x2)
-
-
-@compiled(inline=True)
-def _held_step(
-    s: Float[np.ndarray, " s"],
-    u: float,
-    x: float,
-    v: float,
-    x2: float,
-    v2: float,
-    sw: float,
-) -> None:
+def _held_step(s: State, u: float, x: float, v: float, x2: float, v2: float, sw: float) -> None:
     """Take one sample, its position known to sw, by the form that is exact under a held effort."""
+    own = fields(s)
     T = s[SAMPLING_TIME]
     derived = s[DERIVED] > 0.0
     sv = 0.0
     if not derived:
-        sv = s[VELOCITY_NOISE]
+        sv = own.velocity_noise
         if sv < 0.0:
-            sv = _track_noise(s, 1, v)
-    estimated = s[POSITION_NOISE] < 0.0 or (not derived and s[VELOCITY_NOISE] < 0.0)
-    s[CHAIN] += 1.0
-    if s[CHAIN] <= s[SETTLE] or (estimated and s[COUNT] < _SETTLING):
-        s[EXTREME] = x
-        s[MARK] = x
+            sv = _track_noise(own.tracked[1], v)
+    estimated = own.position_noise < 0.0 or (not derived and own.velocity_noise < 0.0)
+    own.chain += 1.0
+    if own.chain <= own.settle or (estimated and s[COUNT] < _SETTLING):
+        own.extreme = x
+        own.mark = x
         z = x
     else:
-        u0, z0, v0 = s[LAST], s[LAST + 1], s[LAST + 2]
+        u0, z0, v0 = own.last_effort, own.last_position, own.last_velocity
         # Fuse: the position goes on by the velocities, corrected by a steady Kalman gain
         gain = 1.0
         if sw > 0.0 and not derived:
@@ -389,44 +330,44 @@ def _held_step(
             gain = predicted / (predicted + 1.0)
         carried = z0 + 0.5 * T * (v0 + v)
         z = carried + gain * (x - carried)
-        least = s[HYSTERESIS] * sw * np.sqrt(gain)
+        least = HYSTERESIS * sw * np.sqrt(gain)
         dz = z - z0
-        way = s[WAY] * dz
+        travel = own.heading * dz
         # The sign of a velocity means something only beyond its own noise and that of the position
-        noisy = max(least, s[HYSTERESIS] * T * sv) > 0.5 * T * (abs(v0) + abs(v))
-        if s[WAY] == 0.0:
-            if abs(z - s[EXTREME]) > least:
-                s[WAY] = 1.0 if z > s[EXTREME] else -1.0
-                way = abs(z - s[EXTREME])
-                s[EXTREME] = z
-        elif s[WAY] * (z - s[EXTREME]) >= 0.0:
-            s[EXTREME] = z
-        elif s[WAY] * (s[EXTREME] - z) > least:
-            # Reversed at the furthest point: what was counted back since then was way forward
-            back = abs(s[EXTREME] - z)
-            way += 2.0 * back
-            s[WAY] = -s[WAY]
-            s[EXTREME] = z
+        noisy = max(least, HYSTERESIS * T * sv) > 0.5 * T * (abs(v0) + abs(v))
+        if own.heading == 0.0:
+            if abs(z - own.extreme) > least:
+                own.heading = 1.0 if z > own.extreme else -1.0
+                travel = abs(z - own.extreme)
+                own.extreme = z
+        elif own.heading * (z - own.extreme) >= 0.0:
+            own.extreme = z
+        elif own.heading * (own.extreme - z) > least:
+            # Reversed at the furthest point: what was counted back since then was travel forward
+            travel += 2.0 * abs(own.extreme - z)
+            own.heading = -own.heading
+            own.extreme = z
         if not noisy and v0 * v < 0.0:
-            way = turning_way(v0, v, dz, T)
-            s[WAY] = 1.0 if v > 0.0 else -1.0
-            s[EXTREME] = z
-        bias = s[SQUARE_BIAS] * sw * sw if derived else 2.0 / 3.0 * sv * sv
+            travel = turning_distance(v0, v, dz, T)
+            own.heading = 1.0 if v > 0.0 else -1.0
+            own.extreme = z
+        bias = own.square_bias * sw * sw if derived else 2.0 / 3.0 * sv * sv
         squared = squared_velocity(v0, v, v - v0, T) - T * bias
-        s[WORK] += u0 * dz
-        _add(s, squared, way, dz, s[WAY] > 0.0, _mean_left(s, v0, v))
-        s[SUMS] = 0.5 * v * v
+        own.work += u0 * dz
+        _add_friction(s, squared, travel, dz, _mean_left(s, v0, v))
+        own.sums[0] = 0.5 * v * v
         if derived:
-            sv = np.sqrt(s[SQUARE_BIAS]) * sw
-        _regress(s, s[WORK] - _stored(s, z, x2, v2), way, least, v, sv)
-    s[LAST], s[LAST + 1], s[LAST + 2] = u, z, v
+            sv = np.sqrt(own.square_bias) * sw
+        # Energy of the load and of the spring (Eqs. 3.7, 3.8 with its squares)
+        stored = 0.5 * s[LOAD_INERTIA] * v2 * v2 + 0.5 * s[STIFFNESS] * (z - x2) * (z - x2)
+        _regress(s, own.work - stored, travel, least, v, sv)
+    own.last_effort, own.last_position, own.last_velocity = u, z, v
 
 
 @compiled(inline=True)
-def _advance(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> None:
+def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> None:
     """Take one sample into the state, in place."""
+    own = fields(s)
     ready, u, unknown, x, v, x2, v2, stepped = admit(admission(s), u, x, v, x2, v2)
     if not ready:
         return
@@ -437,39 +378,39 @@ def _advance(
         x2, v2 = 0.0, 0.0
     missing = np.isnan(x + v + x2 + v2)
     if stepped or missing:
-        _begin_motion(s)
+        _begin_motion(own)
     if missing:
         return
-    if s[UNKNOWN] > 0.0:
-        _begin_level(s)
-    s[UNKNOWN] = 1.0 if unknown else 0.0
-    T = s[SAMPLING_TIME]
+    if own.unknown > 0.0:
+        _begin_level(own)
+    own.unknown = 1.0 if unknown else 0.0
     # Of the raw position: what a filter leaves of its noise looks like motion
-    sw = s[POSITION_NOISE]
+    sw = own.position_noise
     if sw < 0.0:
-        sw = _track_noise(s, 0, x)
+        sw = _track_noise(own.tracked[0], x)
     if derived:
         # Effort and positions through the same causal filter, one sample late so that the velocity
         # is a central difference
-        if s[KNOWN] == 0.0:
-            for place, value in ((0, u), (2, x), (4, x2)):
-                s[FILTER + place] = value
-                s[FILTER + place + 1] = value
-        uf = _low_pass(s, FILTER, u)
-        xf = _low_pass(s, FILTER + 2, x)
-        x2f = _low_pass(s, FILTER + 4, x2)
-        known = s[KNOWN]
-        u, x, x2 = s[EARLIER], s[EARLIER + 1], s[EARLIER + 2]
-        v, v2 = 0.5 * (xf - s[EARLIER + 4]) / T, 0.5 * (x2f - s[EARLIER + 5]) / T
-        for place in range(3):
-            s[EARLIER + 3 + place] = s[EARLIER + place]
-        s[EARLIER], s[EARLIER + 1], s[EARLIER + 2] = uf, xf, x2f
-        if known < 2.0:
-            s[KNOWN] += 1.0
+        T, pole, stages = s[SAMPLING_TIME], own.pole, own.stages
+        last, earlier = own.filtered, own.earlier
+        if own.filtered_samples == 0.0:
+            stages[0, 0] = stages[0, 1] = u
+            stages[1, 0] = stages[1, 1] = x
+            stages[2, 0] = stages[2, 1] = x2
+        uf = _low_pass(pole, stages[0], u)
+        xf = _low_pass(pole, stages[1], x)
+        x2f = _low_pass(pole, stages[2], x2)
+        u, x, x2 = last.effort, last.position, last.load_position
+        v = 0.5 * (xf - earlier.position) / T
+        v2 = 0.5 * (x2f - earlier.load_position) / T
+        earlier.effort, earlier.position, earlier.load_position = u, x, x2
+        last.effort, last.position, last.load_position = uf, xf, x2f
+        if own.filtered_samples < 2.0:
+            own.filtered_samples += 1.0
             return
     _held_step(s, u, x, v, x2, v2, sw)
     s[COUNT] += 1.0
-    total = s[WORK] + s[CONSTANT_SPREAD]
+    total = own.work + own.constant_spread
     for i in range(int(s[PARAMETERS])):
         total += s[VALUES + i]
     if not np.isfinite(total):
@@ -477,9 +418,7 @@ def _advance(
 
 
 @compiled(brief=True)
-def energy_step(
-    s: Float[np.ndarray, " s"], u: float, x: float, v: float, x2: float, v2: float
-) -> bool:
+def energy_step(s: State, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Take one sample into the state, in place; return whether all that is measured was finite."""
     whole = np.isfinite(u + x)
     if s[DERIVED] == 0.0:
@@ -494,8 +433,8 @@ def energy_step(
 
 @compiled()
 def energy_run(
-    state: Float[np.ndarray, " s"], samples: Float[np.ndarray, "n 5"]
-) -> tuple[Float[np.ndarray, " s"], Float[np.ndarray, "n p"]]:
+    state: State, samples: Float[np.ndarray, "n 5"]
+) -> tuple[State, Float[np.ndarray, "n p"]]:
     """Return the state after many samples, and the estimates after each."""
     s = state.copy()
     n, p = samples.shape[0], int(s[PARAMETERS])

@@ -1,152 +1,92 @@
-"""Online energy estimator with an unknown inertia: first state, intervals and health."""
+"""State of the online energy estimator with an unknown inertia.
 
-from collections.abc import Sequence
+The state is that of `stickslip.estimation.online.recursion`, and behind it the fields of the energy
+levels.
+"""
 
 import numpy as np
-from jaxtyping import Float
 
-from stickslip.estimation.energy.levels import AxisModel
-from stickslip.estimation.energy.unknown_inertia.online import layout as at
-from stickslip.estimation.online import recursion
-from stickslip.estimation.online.faults.admission import lay_admission
-from stickslip.estimation.online.faults.guard import RESETS, lay_guard
-from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import lay_batches
-from stickslip.estimation.online.intervals.contrasts import intervals_in
-from stickslip.estimation.online.recursion import MOST_PARAMETERS
-from stickslip.estimation.signals.observation import HYSTERESIS
+from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE
+from stickslip.estimation.online.faults.guard import guard_size
+from stickslip.estimation.online.intervals.batches import batch_size
+from stickslip.estimation.online.intervals.contrasts import contrast_size
+from stickslip.estimation.online.recursion import MOST_PARAMETERS, VALUES
+from stickslip.numerics.named_fields import fields_at, place_of, places
 
-__all__ = ["first_state", "level_covariance", "level_health", "level_intervals"]
+START = VALUES + MOST_PARAMETERS
 
-_UNIT_LEVEL = 1.0  # [J]; without a disturbing force the estimates do not depend on it
-_EDGE_PERIODS = 2.0
-"""Periods of the cutoff that the low-pass remembers how it began: two stages with a pole of
-exp(-2 pi cutoff T) leave 5e-5 of it."""
+_TRACKED = np.dtype(
+    [
+        ("samples", "f8"),  # in a row
+        ("differences_seen", "f8"),  # third differences so far
+        ("differences", "f8", (3,)),  # last value, first and second difference
+        ("roughness", "f8"),  # running mean of squared third differences
+    ]
+)
+_MOTION = np.dtype([("effort", "f8"), ("position", "f8"), ("load_position", "f8")])
 
+_LEVELS = np.dtype(
+    [
+        # Settings
+        ("pole", "f8"),  # of the causal low-pass where velocities are differentiated
+        ("position_noise", "f8"),  # standard deviations; negative: estimated from the samples
+        ("velocity_noise", "f8"),
+        ("row_variance", "f8"),  # of a level and the walk since the last row, together
+        # Of a differentiated velocity's square, over the variance of the position [1/s^2]
+        ("square_bias", "f8"),
+        ("settle", "f8"),  # samples without a gap before a level counts
+        # Motion
+        ("heading", "f8"),  # direction of travel
+        ("extreme", "f8"),  # furthest point in that direction
+        ("mark", "f8"),  # that point at the last accepted row
+        ("filtered_samples", "f8"),  # in the differentiating filter, up to 2
+        ("chain", "f8"),  # samples since the last gap or unknown force
+        ("unknown", "f8"),  # 1 if the force in the current interval is unknown
+        ("tracked", _TRACKED, (2,)),  # noise of position and velocity
+        ("last_effort", "f8"),
+        ("last_position", "f8"),  # fused
+        ("last_velocity", "f8"),
+        ("stages", "f8", (3, 2)),  # two of the low-pass for effort, position and load position
+        ("filtered", _MOTION),  # one sample ago
+        ("earlier", _MOTION),  # two samples ago
+        # Levels
+        ("work", "f8"),
+        ("sums", "f8", (MOST_PARAMETERS,)),  # regressors
+        ("travel", "f8"),  # since the last accepted row
+        ("accepted", "f8"),  # levels since the level's constant began
+        ("averaged", "f8"),  # samples since the last accepted row
+        ("means", "f8", (MOST_PARAMETERS + 1,)),  # of level and regressors since then
+        ("constants", "f8", (MOST_PARAMETERS + 1,)),  # of the level, then of each regressor
+        ("constant_spread", "f8"),  # variance of the level's constant
+        ("level_variance", "f8"),
+        ("force_variance", "f8"),  # of a disturbance force, in the same unit
+        # Innovations of the rows
+        ("adaptations", "f8"),  # of the force variance, from 1 on; 0 if it is given
+        ("block_rows", "f8"),  # rows since the last adaptation
+        ("travel_square", "f8"),  # mean squared travel of a row
+        ("products", "f8"),  # sum of products of neighbouring normalised innovations
+        ("squares", "f8"),  # sum of their squares
+        ("last_error", "f8"),  # the last of them
+        ("gate_scale", "f8"),  # running mean of their squares
+        ("rows", "f8"),  # number of them
+        ("noise_squares", "f8"),  # sum of the kinetic energy's variances in the rows of the block
+        ("kinetic_squares", "f8"),  # sum of its squares
+        ("force_events", "f8"),  # rows that only an unknown force explains
+        # Information
+        ("eta", "f8", (MOST_PARAMETERS,)),  # sum of row times target
+        ("information", "f8", (MOST_PARAMETERS, MOST_PARAMETERS)),  # sum of row times row'
+    ]
+)
+GUARD = START + places(_LEVELS)
+"""Place of the guard, which keeps a copy of all before it."""
 
-def _square_bias(pole: float, sampling_time: float) -> float:
-    """Return what white noise on a position adds to its squared derivative, over its variance.
+INFORMATION = place_of(_LEVELS, "eta", START)
+"""Place of eta, then J."""
 
-    The derivative is the central difference after two first-order stages, with autocorrelation R;
-    the integral over a sample is T (v_- v + dv^2 / 3), whose mean is T (2 R(0) + R(1)) / 3.
+BATCHES = GUARD + guard_size(GUARD)
+CONTRASTS = BATCHES + batch_size(MOST_PARAMETERS)
+_ADMISSION = CONTRASTS + contrast_size(MOST_PARAMETERS)
+STATE_SIZE = _ADMISSION + places(ADMISSION_DTYPE)
 
-    Parameters
-    ----------
-    pole
-        Of each stage [-].
-    sampling_time
-        [s].
-    """
-    q = pole**2
-
-    def smoothed(lag: int) -> float:
-        return (1 - pole) ** 4 * pole**lag * ((1 + q) / (1 - q) ** 3 + lag / (1 - q) ** 2)
-
-    at_once = 2 * smoothed(0) - 2 * smoothed(2)
-    one_later = smoothed(1) - smoothed(3)
-    return (2 * at_once + one_later) / 3 / (2 * sampling_time) ** 2
-
-
-def first_state(
-    *,
-    model: AxisModel,
-    sampling_time: float,
-    velocity_measured: bool,
-    cutoff: float,
-    forgetting_factor: float,
-    initial_values: Sequence[float],
-    initial_variance: float | None,
-    level_noise: float | None,
-    force_noise: float | None,
-    effort_delay: float,
-    position_noise: float | None,
-    velocity_noise: float | None,
-) -> Float[np.ndarray, " s"]:
-    """Return the state of the recursion before the first sample.
-
-    Parameters
-    ----------
-    model
-        What is known of the axis, and what is sought.
-    sampling_time
-        [s].
-    velocity_measured
-        Whether the samples hold velocities.
-    cutoff
-        Of the low-pass before positions are differentiated [Hz].
-    forgetting_factor
-        In (0, 1] [-].
-    initial_values
-        First guesses [SI].
-    initial_variance
-        Diagonal of P(0) [squared unit of the parameters over the level noise]; None for one that
-        follows the size of the regressors.
-    level_noise, force_noise
-        Standard deviations [J, N or N m]. A force noise of None is estimated, or taken as zero if
-        samples are forgotten.
-    effort_delay
-        Samples by which the effort acts after it is logged [-].
-    position_noise, velocity_noise
-        Standard deviations [m or rad, m/s or rad/s]; None estimates them on the way.
-    """
-    T = sampling_time
-    p = len(initial_values)
-    s = np.zeros(at.STATE_SIZE)
-    s[recursion.SAMPLING_TIME] = T
-    s[recursion.FORGETTING] = forgetting_factor
-    s[recursion.PARAMETERS] = p
-    s[recursion.LOAD_INERTIA] = model.load_inertia or 0.0
-    s[recursion.STIFFNESS] = model.stiffness or 0.0
-    recursion.lay_friction(s, model.terms)
-    s[recursion.DERIVED] = not velocity_measured
-    s[at.POLE] = np.exp(-2.0 * np.pi * cutoff * T)
-    s[at.POSITION_NOISE] = -1.0 if position_noise is None else position_noise
-    s[at.VELOCITY_NOISE] = -1.0 if velocity_noise is None else velocity_noise
-    s[at.ROW_VARIANCE] = (_UNIT_LEVEL if level_noise is None else level_noise) ** 2
-    s[at.LEVEL_VARIANCE] = s[at.ROW_VARIANCE]
-    s[at.FORCE_VARIANCE] = (force_noise or 0.0) ** 2
-    s[at.ADAPTED] = force_noise is None and forgetting_factor == 1.0
-    s[at.SETTLE] = 1.0 if velocity_measured else np.ceil(_EDGE_PERIODS / (cutoff * T))
-    s[at.HYSTERESIS] = HYSTERESIS
-    s[at.SQUARE_BIAS] = _square_bias(s[at.POLE], T)
-    recursion.lay_prior(s, initial_values, initial_variance)
-    recursion.lay_information(s, at.INFORMATION, MOST_PARAMETERS, initial_values, initial_variance)
-    load = model.stiffness is not None
-    lay_admission(
-        at.admission(s),
-        sampling_time=T,
-        effort_delay=effort_delay,
-        inertia=None,
-        measured=(velocity_measured, load, load and velocity_measured),
-    )
-    lay_batches(s, at.BATCHES)
-    lay_guard(s, at.GUARD, at.GUARD)
-    return s
-
-
-def level_covariance(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
-    """Return P times the mean squared innovation, which puts the arbitrary level noise right."""
-    covariance = recursion.covariance_in(state)
-    return covariance * state[at.GATE_SCALE] if state[at.ROWS] > 0.0 else covariance
-
-
-def level_intervals(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p 2"]:
-    """Return 95 % intervals that allow for correlated residuals and errors of the model [SI]."""
-    return intervals_in(
-        state,
-        information=at.INFORMATION,
-        batches=at.BATCHES,
-        contrasts=at.CONTRASTS,
-        most=MOST_PARAMETERS,
-    )
-
-
-def level_health(state: Float[np.ndarray, " s"]) -> OnlineHealth:
-    """Return what was missing, rejected and reset so far."""
-    unit = state[at.GATE_SCALE] if state[at.ADAPTED] > 0.0 else 1.0
-    return health_of(
-        at.admission(state),
-        resets=state[at.GUARD + RESETS],
-        force_events=state[at.FORCE_EVENTS],
-        force_noise=float(np.sqrt(unit * state[at.FORCE_VARIANCE])),
-    )
+fields = fields_at(_LEVELS, start=START)
+admission = fields_at(ADMISSION_DTYPE, start=_ADMISSION)
