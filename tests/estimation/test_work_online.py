@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
+from arm_logs import arm_log, energy_estimator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.extending import is_jitted
@@ -31,12 +32,7 @@ MASS, VISCOUS, COULOMB = 3.0, 5.0, 2.0
 TRUTH = np.array([VISCOUS, COULOMB])
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
 RIGID = EnergyEstimator(inertia=MASS, offset=False)
-ARM = EnergyEstimator(
-    inertia=surrogate.MASS_1,
-    load_inertia=surrogate.MASS_2,
-    stiffness=surrogate.STIFFNESS,
-    offset=False,
-)
+ARM = energy_estimator()
 NOISY = Sensors(position_noise=1e-4, velocity_noise=1e-2)
 
 NOT_DRIFTED = 1e-9  # relative: rounding of a hundred thousand samples that teach nothing
@@ -54,24 +50,10 @@ def logged(effort: np.ndarray, sensors: Sensors = NOISY, seed: int = 0) -> AxisL
 
 
 def rows_of(log: AxisLog) -> list[tuple[float, ...]]:
+    velocity = log.measured_velocity
     zero = np.zeros(len(log))
-    columns = (
-        log.effort,
-        log.measured_position,
-        log.measured_velocity,
-        log.measured_load_position,
-        log.measured_load_velocity,
-    )
-    return list(zip(*((zero if c is None else c).tolist() for c in columns), strict=True))
-
-
-def arm_log(seed: int = 0, noise: float = 1.0) -> AxisLog:
-    motion = simulate(
-        surrogate.surrogate_arm(),
-        surrogate.bang_bang_effort(),
-        sampling_time=surrogate.SAMPLING_TIME,
-    )
-    return surrogate.surrogate_sensors(noise).measure(motion, np.random.default_rng(seed))
+    columns = [log.effort, log.measured_position, zero if velocity is None else velocity]
+    return [tuple(row) for row in np.column_stack([*columns, zero, zero]).tolist()]
 
 
 VARIANTS: dict[str, tuple[dict[str, Any], Sensors]] = {
@@ -127,7 +109,7 @@ def test_it_comes_to_what_the_whole_log_gives() -> None:
     """On the same log the two differ by less than either is uncertain."""
     apart, spread = [], []
     for seed in range(20):
-        log = arm_log(seed)
+        log = arm_log("feedforward", 1.0, np.random.default_rng(seed))
         fit = ARM.fit(log)
         offline = np.array([fit.value(name) for name in ARM.parameter_names("linear")])
         start = ARM.init(sampling_time=surrogate.SAMPLING_TIME)
@@ -144,7 +126,7 @@ def test_its_covariance_is_that_of_its_errors() -> None:
     squares = {"half": 0.0, "end": 0.0}
     truth = np.array([surrogate.VISCOUS_FRICTION, surrogate.COULOMB_FRICTION])
     for seed in range(runs):
-        log = arm_log(100 + seed)
+        log = arm_log("feedforward", 1.0, np.random.default_rng(100 + seed))
         state = ARM.init(sampling_time=surrogate.SAMPLING_TIME)
         for name, part in (("half", log.part(0, 1000)), ("end", log.part(1000, len(log)))):
             state, history = ARM.run(state, part)
