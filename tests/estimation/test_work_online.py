@@ -35,7 +35,6 @@ RIGID = EnergyEstimator(inertia=MASS, offset=False)
 ARM = energy_estimator()
 NOISY = Sensors(position_noise=1e-4, velocity_noise=1e-2)
 
-NOT_DRIFTED = 1e-9  # relative: rounding of a hundred thousand samples that teach nothing
 SURE = 0.999  # probability with which a right estimator passes a statistical bound
 
 
@@ -310,9 +309,6 @@ def test_a_given_prior_holds_until_the_log_outweighs_it() -> None:
 def test_two_coulomb_frictions_have_no_one_place() -> None:
     with pytest.raises(InputError, match="two Coulomb frictions"):
         _ = replace(RIGID, per_direction=True, offset=None).values_at
-
-
-STROKES = tuple(Move(target=x, duration=1.0, dwell=0.2) for x in (0.5, 0.0, 0.8, 0.0, 0.3))
 
 
 def test_a_rigid_stage_in_its_loop() -> None:

@@ -31,56 +31,7 @@ LEAST_ROWS = 50
 
 @dataclass(frozen=True, kw_only=True)
 class EnergySettings:
-    """Settings of the energy estimator, whether the inertia is known or not.
-
-    Attributes
-    ----------
-    load_inertia, stiffness
-        Of a flexible arm [kg or kg m^2, N/m or N m/rad]; None for a rigid axis. With a known
-        inertia the log need not hold the load: its motion is then reconstructed from that of the
-        driven mass, wherever it began. With an unknown inertia it must hold its position.
-    per_direction
-        Whether Coulomb and viscous friction are estimated for each direction separately.
-    offset
-        Whether a constant offset is estimated; None estimates it unless ``per_direction``.
-    stribeck
-        How the step from static to Coulomb friction fades with speed, to estimate static friction
-        too; None does not. Several, of which each has a step of its own, are for
-        `StribeckEstimator`, which finds the one that fits.
-    cutoff
-        Cutoff frequency of the low-pass for noisy signals [Hz]; None for a tenth of the sampling
-        rate and at most 100 Hz; a fit with unknown inertia lowers it where velocities from noisy
-        positions need it.
-    filter_order
-        Order of one pass of that low-pass.
-    forgetting_factor
-        Forgetting factor of the recursion per sample, in (0, 1] [-]; 1 forgets nothing. `fit` does
-        not use it.
-    initial_values
-        First guesses of the recursion by parameter name [SI]; 0 for those not named.
-    initial_variance
-        Diagonal of P(0) of the recursion [squared unit of the parameters; over that of the level
-        noise with an unknown inertia]; None for one that follows the size of the regressors and
-        weighs nothing against them, whatever the units.
-    force_noise
-        For the recursion only: standard deviation of a disturbance force [N or N m]. None
-        estimates it from the innovations if nothing is forgotten, and takes none otherwise.
-    effort_delay
-        For the recursion only: samples by which the effort acts after it is logged [-], also a
-        fraction; negative if the effort is logged late. At most 30.
-    position_noise, velocity_noise
-        For the recursion only: standard deviation of the sensors' noise [m or rad, m/s or rad/s];
-        None estimates it from the samples. With a known inertia it is estimated in any case, and
-        this is its first guess.
-    inertia
-        Moving mass or inertia if it is known [kg or kg m^2], of a flexible arm that of the driven
-        side; None estimates it.
-    level_noise
-        For the recursion with an unknown inertia: standard deviation of the energy level [J]. Its
-        ratio to that of a disturbance force decides between levels and differences. It is needed
-        with a given ``force_noise`` only: otherwise the ratio is estimated, and no estimate depends
-        on the default of 1 J unless there is an initial variance too.
-    """
+    """Settings of `EnergyEstimator`, which documents them."""
 
     load_inertia: float | None = None
     stiffness: float | None = None
