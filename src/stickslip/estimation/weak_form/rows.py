@@ -95,41 +95,41 @@ class WindowRows:
     @cached_property
     def time(self) -> Float[np.ndarray, " n"]:
         """Middle of each window [s]."""
-        return self._filtered(lambda m: m.time)
+        return self._at_middles(lambda m: m.time)
 
     @cached_property
     def position(self) -> Float[np.ndarray, " n"]:
         """Position in the middle of each window [m or rad]."""
-        return self._filtered(lambda m: m.position)
+        return self._at_middles(lambda m: m.position)
 
     @cached_property
     def direction(self) -> Float[np.ndarray, " n"]:
         """Direction of travel in each window, 1 or -1 [-]."""
-        return self._filtered(lambda m: m.direction.astype(float))
+        return self._at_middles(lambda m: m.direction.astype(float))
 
     @cached_property
     def acceleration(self) -> Float[np.ndarray, " n"]:
         """Mean acceleration [m/s^2 or rad/s^2]."""
-        return self._filtered(_from_start, self.weight.second())
+        return self._filtered(_from_start, lambda own: own.weight.second())
 
     @cached_property
     def snap(self) -> Float[np.ndarray, " n"]:
         """Mean fourth derivative of the position [m/s^4 or rad/s^4]."""
-        return self._filtered(_from_start, self.weight.fourth())
+        return self._filtered(_from_start, lambda own: own.weight.fourth())
 
     @cached_property
     def velocity(self) -> Float[np.ndarray, " n"]:
         """Mean velocity [m/s or rad/s]."""
-        return self._filtered(_from_start, self.weight.first())
+        return self._filtered(_from_start, lambda own: own.weight.first())
 
     @cached_property
     def effort(self) -> Float[np.ndarray, " n"]:
         """Mean of the effort that acts [N or N m]."""
-        return self._filtered(lambda m: m.effort, self.weight.held(self.delay))
+        return self._filtered(lambda m: m.effort, lambda own: own.weight.held(own.delay))
 
     def mean(self, column: Column) -> Float[np.ndarray, " n"]:
         """Return the weighted mean of a function of the motion."""
-        return self._filtered(column, self.weight.mean())
+        return self._filtered(column, lambda own: own.weight.mean())
 
     def means(self, shape: Shape) -> Float[np.ndarray, "n p"]:
         """Return the weighted means of the columns of a shape, computed once."""
@@ -157,13 +157,15 @@ class WindowRows:
         return window_rows(self.motions, wider, self.delay)
 
     def _filtered(
-        self, column: Column, taps: Float[np.ndarray, " k"] | None = None
+        self, column: Column, taps_of: Callable[["WindowRows"], Float[np.ndarray, " k"]]
     ) -> Float[np.ndarray, " n"]:
-        """Return a column in the middle of each window, convolved with the taps of a weight."""
-        parts: list[Float[np.ndarray, " _"]] = []
-        for motion, at in zip(self.motions, self.middles, strict=True):
-            values = column(motion)
-            parts.append((values if taps is None else convolved(values, taps))[at])
+        """Return a column convolved with taps, which rows of several logs have for each of them."""
+        taps = taps_of(self)
+        return self._at_middles(lambda motion: convolved(column(motion), taps))
+
+    def _at_middles(self, column: Column) -> Float[np.ndarray, " n"]:
+        """Return a column in the middle of each window."""
+        parts = [column(m)[at] for m, at in zip(self.motions, self.middles, strict=True)]
         return np.concatenate(parts)
 
 
