@@ -642,7 +642,7 @@ class SelectedModelEstimator:
         """Return the largest change of the parameters by a term that is nearly significant.
 
         A significant term that was not selected, as its columns are next to a combination of the
-        others, counts whatever its change.
+        others, counts whatever its change. Viscous friction changes down to zero at most.
 
         Parameters
         ----------
@@ -675,10 +675,23 @@ class SelectedModelEstimator:
                 if smallest_ratio(more) < least_ratios[term.name]:
                     continue
                 shift = least_squares(more, rows.target)[: own.size] - own
+                shift *= _down_to_zero(rows.names, own, shift)
                 size = float(np.linalg.norm(shift * norms))
                 if size > largest:
                     largest, found = size, shift
         return found
+
+
+def _down_to_zero(
+    names: Sequence[str], own: Float[np.ndarray, " p"], shift: Float[np.ndarray, " p"]
+) -> float:
+    """Return the share of a change of the parameters that keeps viscous friction positive [-]."""
+    shares = [
+        own[k] / -shift[k]
+        for k, name in enumerate(names)
+        if name.startswith("viscous_friction") and 0.0 < own[k] < -shift[k]
+    ]
+    return min(shares, default=1.0)
 
 
 def judged(
