@@ -33,6 +33,18 @@ def test_a_rotary_axis_names_its_own_unit():
         SingleMass(mass=-1.0, friction=LAW, kind="rotary")
 
 
+def test_energies_of_a_frictionless_swing():
+    """The stretch of the spring is cos(w t), w^2 = k (1 / m_1 + 1 / m_2), at rest in the middle."""
+    arm = FlexibleArm(mass_1=2.0, mass_2=3.0, stiffness=4.8, friction=LAW)
+    time = np.linspace(0.0, 5.0, 50)
+    stretch, rate = np.cos(2.0 * time), -2.0 * np.sin(2.0 * time)
+    kinetic = arm.kinetic_energy(0.6 * rate, -0.4 * rate)
+    potential = arm.potential_energy(0.6 * stretch, -0.4 * stretch)
+    np.testing.assert_allclose(potential, 2.4 * np.cos(2.0 * time) ** 2, atol=1e-14)
+    np.testing.assert_allclose(kinetic + potential, 2.4, rtol=1e-14)
+    assert SingleMass(mass=2.0, friction=LAW).kinetic_energy(np.array([3.0])).tolist() == [9.0]
+
+
 @pytest.mark.parametrize(
     "plan",
     [

@@ -3,6 +3,8 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar, Generic
 
+from jaxtyping import Float
+from numpy import ndarray
 from typing_extensions import TypeVar
 
 from stickslip.friction import CoulombViscousFriction, FrictionLaw
@@ -50,6 +52,11 @@ class SingleMass(Generic[Law_co]):
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "mass", positive("mass", self.mass, unit_of("mass", self.kind)))
+
+    def kinetic_energy(self, velocity: Float[ndarray, " n"]) -> Float[ndarray, " n"]:
+        """Return the kinetic energy [J] at each velocity [m/s or rad/s]."""
+        energy: Any = 0.5 * self.mass * velocity**2
+        return energy
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,6 +108,20 @@ class FlexibleArm(Generic[Law_co]):
         for name, quantity in (("mass_1", "mass"), ("mass_2", "mass"), ("stiffness", "stiffness")):
             value = positive(name, getattr(self, name), unit_of(quantity, self.kind))
             object.__setattr__(self, name, value)
+
+    def kinetic_energy(
+        self, velocity: Float[ndarray, " n"], load_velocity: Float[ndarray, " n"]
+    ) -> Float[ndarray, " n"]:
+        """Return the kinetic energy [J] of both masses (van de Wijdeven 2002 A Eq. 3.8, squared)."""
+        energy: Any = 0.5 * self.mass_1 * velocity**2 + 0.5 * self.mass_2 * load_velocity**2
+        return energy
+
+    def potential_energy(
+        self, position: Float[ndarray, " n"], load_position: Float[ndarray, " n"]
+    ) -> Float[ndarray, " n"]:
+        """Return the energy [J] in the spring (van de Wijdeven 2002 A Eq. 3.7)."""
+        energy: Any = 0.5 * self.stiffness * (position - load_position) ** 2
+        return energy
 
 
 def check_affine(plant: Any) -> None:
