@@ -112,7 +112,7 @@ class FlexibleArm(Generic[Law_co]):
     def kinetic_energy(
         self, velocity: Float[ndarray, " n"], load_velocity: Float[ndarray, " n"]
     ) -> Float[ndarray, " n"]:
-        """Return the kinetic energy [J] of both masses (van de Wijdeven 2002 A Eq. 3.8, squared)."""
+        """Return the kinetic energy [J] of both masses (van de Wijdeven 2002 A, from Eq. 3.8)."""
         energy: Any = 0.5 * self.mass_1 * velocity**2 + 0.5 * self.mass_2 * load_velocity**2
         return energy
 
