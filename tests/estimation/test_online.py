@@ -137,6 +137,21 @@ def test_what_no_row_has_told_about_is_not_known() -> None:
     np.testing.assert_array_equal(history[:, [2, 4]], 0.0)
 
 
+@pytest.mark.parametrize(
+    "settings",
+    [
+        {"offset": True},  # acts as Coulomb friction does: the information is singular
+        {"offset": False, "per_direction": True},  # no information on the other direction
+    ],
+)
+def test_one_direction_of_motion_gives_no_intervals(settings: dict[str, Any]) -> None:
+    motion = moved(np.array([3.0, 5.0, 2.0]), np.full(400, 10.0))
+    estimator = EnergyEstimator(inertia=3.0, **settings)
+    state, _ = estimator.run(estimator.init(sampling_time=T), Sensors().measure(motion))
+    found = estimator.intervals(state)
+    np.testing.assert_array_equal(found, np.tile([-np.inf, np.inf], (len(found), 1)))
+
+
 @pytest.mark.usefixtures("without_shape_checks")
 def test_whole_numbers_will_do_in_a_sample() -> None:
     estimator = EnergyEstimator(offset=False)

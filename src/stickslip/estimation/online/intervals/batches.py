@@ -199,12 +199,20 @@ def _without(
     parts: Float[np.ndarray, "b p p"],
     vectors: Float[np.ndarray, "b p"],
 ) -> Float[np.ndarray, "b p"] | None:
-    """Return theta without each part; None if it is not identifiable without one of them."""
-    scale = 1.0 / np.sqrt(np.diag(information))
-    J = (information - parts) * np.outer(scale, scale)
-    if not np.all(np.isfinite(J)) or np.any(np.linalg.eigvalsh(J) <= 0.0):
+    """Return theta without each part; None if it is not identifiable with and without each."""
+    diagonal = np.diag(information)
+    if not np.all(diagonal > 0.0):
         return None
-    return np.linalg.solve(J, ((vector - vectors) * scale)[..., None])[..., 0] * scale
+    scale = 1.0 / np.sqrt(diagonal)
+    J = np.concatenate([information[None], information - parts]) * np.outer(scale, scale)
+    if not np.all(np.isfinite(J)):
+        return None
+    eigenvalues = np.linalg.eigvalsh(J)
+    # Of a singular matrix, rounding leaves one of either sign
+    rounding = scale.size * np.finfo(float).eps * eigenvalues[:, -1:]
+    if np.any(eigenvalues <= rounding):
+        return None
+    return np.linalg.solve(J[1:], ((vector - vectors) * scale)[..., None])[..., 0] * scale
 
 
 def intervals_of(
