@@ -274,6 +274,26 @@ def test_on_any_axis_it_keeps_its_limits(
     assert controller.resumed(learned).first_gain_1 == run.estimates["gain_1"][-1]
 
 
+def test_a_pulse_below_breakaway_is_repeated_up_to_max_idle_pulses():
+    # A static friction that the pulse for 0.1 mm does not overcome
+    plant = SingleMass(
+        mass=150.0,
+        friction=CoulombViscousFriction.symmetric(
+            coulomb_friction=100.0, static_friction=250.0, viscous_friction=700.0
+        ),
+    )
+    controller = replace(REPORT, target=1e-4)
+    patient = run_pulses(plant, controller, sampling_time=T, duration=1.0)
+    assert patient.outcome is PositioningOutcome.STOPPED
+    assert [pulse.moved for pulse in patient.pulses] == [False] * 3
+    assert (gains(patient) == gains(patient)[0]).all()
+    printed = run_pulses(
+        plant, replace(controller, max_idle_pulses=None), sampling_time=T, duration=1.0
+    )
+    assert printed.outcome is PositioningOutcome.MOVING
+    assert len(printed.pulses) == 99  # every sample but that of the pulse still on its way
+
+
 @pytest.mark.parametrize("seed", range(5))
 def test_on_an_encoder_without_a_velocity_it_arrives(sliding_mass, seed):
     step, noise = 1e-6, 1e-6

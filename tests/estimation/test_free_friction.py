@@ -8,6 +8,7 @@ import scipy.linalg
 import scipy.stats
 from hypothesis import given
 from hypothesis import strategies as st
+from scipy.integrate import quad
 from statsmodels.tsa.statespace.kalman_smoother import KalmanSmoother
 
 from stickslip.estimation.energy.known_inertia.free_friction import (
@@ -48,6 +49,21 @@ def test_what_friction_adds_in_a_sample_is_the_integral(
     np.testing.assert_allclose(
         found / scale, van_loan(inertia, sampling_time) / scale, atol=ROUNDING
     )
+
+
+def test_what_friction_adds_in_a_sample_by_quadrature() -> None:
+    inertia, T = 3.0, 0.07
+    A, b = rate_matrix(inertia), np.array([0.0, 0.0, 1.0])
+    found = walk_covariance(AxisModel(inertia=inertia), T)
+    for i in range(3):
+        for j in range(3):
+
+            def integrand(s: float, i: int = i, j: int = j) -> float:
+                over = scipy.linalg.expm(A * s) @ b
+                return float(over[i] * over[j])
+
+            expected, _ = quad(integrand, 0.0, T, epsabs=0.0, epsrel=1e-12)
+            assert found[i, j] == pytest.approx(expected, rel=ROUNDING)
 
 
 @dataclass(frozen=True, kw_only=True)

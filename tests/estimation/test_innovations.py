@@ -6,10 +6,15 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.linalg
+from hypothesis import given
+from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from stickslip.estimation.energy.known_inertia.free_friction import HeldAxis, SensorData
 from stickslip.estimation.energy.levels import AxisModel
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.simulation import simulate
 
 INTEGRATED = 1e-8  # relative: an integrator asked for 1e-12 a step, on states of mixed size
 EXACT = 1e-10  # relative: rounding over a hundred samples of two exact ways
@@ -17,6 +22,17 @@ DENSE = 1e-7  # relative: least squares by a dense covariance, conditioned to 1e
 
 LOAD = {"load_inertia": 0.7, "stiffness": 300.0}
 RIGID: dict[str, Any] = {"load_inertia": None, "stiffness": None}
+
+
+@given(inertia=st.floats(1e-3, 1e3), sampling_time=st.floats(1e-5, 1.0))
+def test_a_rigid_axis_in_closed_form(inertia: float, sampling_time: float) -> None:
+    m, T = inertia, sampling_time
+    axis = HeldAxis.of(AxisModel(inertia=m), T)
+    np.testing.assert_allclose(axis.transition, [[1.0, T], [0.0, 1.0]], rtol=EXACT)
+    np.testing.assert_allclose(axis.held, [0.5 * T**2 / m, T / m], rtol=EXACT)
+    # A slope about the middle of the sample leaves the velocity, and moves the position back
+    np.testing.assert_allclose(axis.ramped[0], -(T**3) / (12.0 * m), rtol=EXACT)
+    assert abs(axis.ramped[1]) < EXACT * T**2 / m
 
 
 @pytest.mark.parametrize("load", [RIGID, LOAD])
@@ -39,6 +55,23 @@ def test_the_axis_solves_its_differential_equation(
     solved = solve_ivp(rates, (0.0, T), first, method="DOP853", rtol=1e-12, atol=1e-14)
     found = axis.transition @ first + axis.held * held + axis.ramped * slope
     np.testing.assert_allclose(found, solved.y[:, -1], rtol=INTEGRATED, atol=1e-10)
+
+
+@pytest.mark.parametrize("flexible", [False, True])
+def test_the_axis_moves_as_the_simulator_without_friction(flexible: bool) -> None:
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
+    arm = FlexibleArm(mass_1=2.0, mass_2=0.7, stiffness=300.0, friction=law)
+    plant = arm if flexible else SingleMass(mass=2.0, friction=law)
+    effort = np.random.default_rng(0).normal(size=100)
+    motion = simulate(plant, effort, sampling_time=0.01)
+    axis = HeldAxis.of(AxisModel(inertia=2.0, **(LOAD if flexible else RIGID)), 0.01)
+    truth = [motion.position, motion.velocity]
+    if motion.load_position is not None and motion.load_velocity is not None:
+        truth += [motion.load_position, motion.load_velocity]
+    z = np.zeros(axis.held.size)
+    for k, u in enumerate(effort):
+        z = axis.transition @ z + axis.held * u
+        np.testing.assert_allclose(z, [row[k + 1] for row in truth], rtol=EXACT, atol=EXACT)
 
 
 @pytest.mark.parametrize("load", [RIGID, LOAD])
@@ -187,3 +220,20 @@ def test_without_noise_the_rows_give_the_parameters(sensors: str) -> None:
     np.testing.assert_allclose(
         rows[:, 1:] @ problem.PARAMETERS, rows[:, 0], atol=EXACT * np.max(np.abs(rows))
     )
+
+
+@pytest.mark.parametrize("sensors", CHANNELS)
+def test_the_rows_of_noise_are_white(sensors: str) -> None:
+    """The map from measurements to rows takes their dense covariance to the identity."""
+    problem = Problem.of(*CHANNELS[sensors], 1e-2, noisy=True)
+    _, _, covariance = problem.dense()
+    size = covariance.shape[0]
+    still = Problem(**{**vars(problem), "effort": np.zeros(30)})
+    channels = problem.channels.shape[0]
+    mapped = np.empty((size, size))
+    for k in range(size):
+        one = np.zeros((30, channels))
+        one[1 + k // channels, k % channels] = 1.0
+        rows, _ = Problem(**{**vars(still), "measured": one}).whitened()
+        mapped[:, k] = rows[:, 0]
+    np.testing.assert_allclose(mapped @ covariance @ mapped.T, np.eye(size), atol=DENSE)

@@ -472,6 +472,18 @@ def test_spring_that_the_selection_finds_is_part_of_the_model() -> None:
     assert "spring_stiffness" not in bare.parameters
 
 
+def test_glitches_are_repaired() -> None:
+    log, _ = closed_loop(10, effort_noise=0.3)
+    clean = ProcessNoiseLikelihoodEstimator().fit(log)
+    position = log.measured_position.copy()
+    position[1000:1002] += 0.05
+    spoiled = ProcessNoiseLikelihoodEstimator().fit(replace(log, measured_position=position))
+    for name, found in clean.parameters.items():
+        assert found.std is not None
+        assert spoiled.value(name) == pytest.approx(clean.value(name), abs=0.5 * found.std)
+    assert any("glitches" in note for note in spoiled.diagnostics.notes)
+
+
 def test_estimates_that_differ_from_those_of_windows_are_named() -> None:
     log, _ = closed_loop(11, effort_noise=0.3)
     own = ProcessNoiseLikelihoodEstimator().fit(log)
@@ -509,6 +521,12 @@ def test_notes_name_the_noise_levels() -> None:
     ]
     level = float(note.split("effort noise ")[1].split()[0])
     assert level == pytest.approx(0.5, rel=0.1)
+
+
+def test_too_little_motion_is_a_status() -> None:
+    log, _ = closed_loop(6)
+    estimate = ProcessNoiseLikelihoodEstimator().fit(log.part(0, 30))
+    assert estimate.status is Status.INSUFFICIENT_EXCITATION
 
 
 @pytest.mark.parametrize("settings", [{"largest_delay": -1}, {"inertia": -1.0}])

@@ -231,6 +231,23 @@ def test_five_runs_carry_over_what_was_learned(noisy: list[AxisLog]) -> None:
     np.testing.assert_array_equal(estimator.covariance(again), estimator.covariance(state))
 
 
+@pytest.mark.parametrize("chosen", VARIANTS)
+def test_steps_and_kernel_are_the_run(noisy: list[AxisLog], chosen: dict[str, Any]) -> None:
+    """Of every variant, to the last bit; the contract test has the default only."""
+    estimator = PublishedEnergyEstimator(**ARM, **chosen, forgetting_factor=0.999)
+    start = estimator.init(sampling_time=T)
+    in_place, state, values = start.copy(), start, np.empty(0)
+    part = noisy[0].part(0, 300)
+    for sample in zip(*(column.tolist() for column in columns_of(part)), strict=True):
+        state, values = estimator.step(state, sample)
+        assert estimator.kernel(in_place, *sample)
+    whole, history = estimator.run(start, part)
+    np.testing.assert_array_equal(state, whole)
+    np.testing.assert_array_equal(in_place, whole)
+    np.testing.assert_array_equal(values, history[-1])
+    np.testing.assert_array_equal(whole[estimator.values_at], history[-1, :2])
+
+
 def test_noise_that_is_not_given_is_estimated(noisy: list[AxisLog]) -> None:
     estimator = PublishedEnergyEstimator(**ARM, compensation="settled")
     known = PublishedEnergyEstimator(**ARM, compensation="settled", **FULL)

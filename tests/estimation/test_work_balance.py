@@ -10,6 +10,8 @@ import pytest
 import scipy.signal
 import scipy.stats
 from arm_logs import Loop, arm_log, energy_estimator
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
@@ -353,6 +355,19 @@ def test_other_units_scale_the_results(
     sensors: str, length: float, force: float, time: float
 ) -> None:
     assert_scaled(measured(MOTION, SENSORS[sensors]).part(0, 4_000), length, force, time)
+
+
+@pytest.mark.slow
+@settings(max_examples=10)
+@given(
+    length=st.floats(-6.0, 6.0),
+    force=st.floats(-6.0, 6.0),
+    time=st.floats(-3.0, 3.0),
+    seed=st.integers(0, 1000),
+)
+def test_any_units_scale_the_results(length: float, force: float, time: float, seed: int) -> None:
+    log = measured(MOTION, NOISY, seed).part(0, 3_000)
+    assert_scaled(log, 10.0**length, 10.0**force, 10.0**time)
 
 
 def assert_scaled(log: AxisLog, length: float, force: float, time: float) -> None:

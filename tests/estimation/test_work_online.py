@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 import scipy.stats
-from arm_logs import arm_log, energy_estimator
+from arm_logs import arm_feedback, arm_log, energy_estimator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numba.extending import is_jitted
@@ -309,6 +309,32 @@ def test_a_given_prior_holds_until_the_log_outweighs_it() -> None:
 def test_two_coulomb_frictions_have_no_one_place() -> None:
     with pytest.raises(InputError, match="two Coulomb frictions"):
         _ = replace(RIGID, per_direction=True, offset=None).values_at
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("offset", [False, True])
+def test_an_arm_in_its_loop(offset: bool) -> None:
+    """Friction of the arm of section 6.2 of the thesis, with its noise in the loop."""
+    estimator = replace(ARM, offset=offset)
+    controller = arm_feedback(estimator)
+    run = simulate_closed_loop(
+        surrogate.surrogate_arm(),
+        controller,
+        sampling_time=surrogate.SAMPLING_TIME,
+        samples=6000,
+        sensors=surrogate.surrogate_sensors(),
+        generator=np.random.default_rng(5),
+    )
+    state, history = estimator.run(
+        estimator.init(sampling_time=surrogate.SAMPLING_TIME), run.log.part(0, 6000)
+    )
+    values = state[estimator.values_at]
+    # The estimator's state lies in that of the controller; the same log gives the same estimates
+    assert set(values.tolist()) <= set(np.asarray(run.controller_state).tolist())
+    np.testing.assert_array_equal(values, history[-1][[1, 0]])
+    np.testing.assert_allclose(
+        values, [surrogate.COULOMB_FRICTION, surrogate.VISCOUS_FRICTION], rtol=0.02
+    )
 
 
 def test_a_rigid_stage_in_its_loop() -> None:

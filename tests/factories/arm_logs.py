@@ -71,11 +71,16 @@ def _feedback(noise: float) -> FeedbackController:
         error_terms=True,
         initial_variance=1e3,
     )
+    return arm_feedback(published)
+
+
+def arm_feedback(estimator: EnergyEstimator | PublishedEnergyEstimator) -> FeedbackController:
+    """Return the feedback of the arm, which compensates the friction of a running estimator."""
     friction = OnlineFriction(
-        kernel=published.kernel,
-        first_state=published.init(sampling_time=T),
+        kernel=estimator.kernel,
+        first_state=estimator.init(sampling_time=T),
         sampling_time=T,
-        values_at=published.values_at,
+        values_at=estimator.values_at,
         needs_load=True,
     )
     return FeedbackController(

@@ -53,6 +53,13 @@ def test_stribeck_friction_is_that_of_the_paper(shape, left):
     np.testing.assert_allclose(law.friction([-1.0, 0.0, 1.0]), [backward, 0.0, forward])
 
 
+def test_stribeck_friction_begins_at_the_static_friction_and_ends_viscous():
+    begin, end = UNEVEN_STRIBECK.friction([-1e-12, 1e-12]), UNEVEN_STRIBECK.friction([100.0])
+    np.testing.assert_allclose(begin, [-3.0, 1.5], rtol=1e-6)
+    assert end.tolist() == [1.0 + 0.1 * 100.0]
+    assert UNEVEN_STRIBECK.breakaway() == (1.5, 3.0)
+
+
 def test_symmetric_laws_have_one_value_for_both_directions():
     law = StribeckFriction.symmetric(
         coulomb_friction=1.0, static_friction=2.0, viscous_friction=0.5, stribeck_velocity=0.1,
