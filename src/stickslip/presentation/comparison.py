@@ -42,6 +42,7 @@ from stickslip.records import (
     parameter_label,
 )
 
+_NO_BREAK = "\N{NO-BREAK SPACE}"
 _WIDEST_NAME, _WIDEST_NUMBER = 22, 9  # characters, so that tables on a terminal stand in line
 
 _ROW = 26  # px an estimator
@@ -54,8 +55,8 @@ _LEGEND = (
     "less inertia force and friction over norm of the effort, smoothed and decimated alike for "
     "every estimator. Position explained: 1 less the norm of simulated less measured position "
     "over that of the measured one less its mean, the identified axis being driven by the "
-    "logged effort and started anew twenty times. A sample: time of a whole fit over the "
-    "samples of the log."
+    "logged effort and restarted from the measured motion twenty times. A sample: time of a "
+    "whole fit over the samples of the log."
 )
 
 
@@ -64,8 +65,8 @@ def comparison_page(found: EstimatorComparison) -> Page:
     log, applied = found.log, found.applied
     lead = (
         "Each parameter as every estimator found it, with its 95 % interval where the method "
-        "gives one. Intervals that do not meet show that a method is biased on such a log, or too "
-        "sure of itself."
+        "gives one. Intervals that do not overlap show that a method is biased on such a log, or "
+        "that its intervals are too narrow."
     )
     sections = [
         Section("estimates", "Estimates", _estimates(found)),
@@ -78,8 +79,8 @@ def comparison_page(found: EstimatorComparison) -> Page:
     motions = motion_plots(found)
     if motions:
         lead = (
-            "Each identified axis is driven by the logged effort, and starts anew from the "
-            "measured motion twenty times. Shown is the simulated position less the measured one, "
+            "Each identified axis is driven by the logged effort, and restarts from the measured "
+            "motion twenty times. Shown is the simulated position less the measured one, "
             "all at one scale."
         )
         blocks = [Text(lead, "lead"), Grid(motions, shared=False)]
@@ -149,9 +150,10 @@ def estimate_table(found: EstimatorComparison) -> Table:
     """Return the result of each estimator on a log, a row each."""
     kind = found.log.kind
     applied = [(each, each.estimate) for each in found.applied if each.estimate is not None]
-    columns = [Column("Estimator", "left")]
+    columns = [Column("Estimator", "left"), Column("Status", "left")]
     for name in found.parameters:
         label, unit = parameter_label(name, kind), f"[{printed_unit(name, kind)}]"
+        unit = unit.replace(" ", _NO_BREAK)
         stacked = "\n".join([*label.split(), unit])
         columns.append(Column(f"{label} {unit}", short=stacked))
     left = any(each.unexplained_effort is not None for each, _ in applied)
@@ -159,7 +161,6 @@ def estimate_table(found: EstimatorComparison) -> Table:
         Column("Effort left", short="effort\nleft", only="" if left else "page"),
         Column("Position explained", only="page"),
         Column("A sample", short="a\nsample"),
-        Column("Status", "left"),
     ]
     rows: list[list[str | Cell]] = []
     for each, estimate in applied:
@@ -169,11 +170,11 @@ def estimate_table(found: EstimatorComparison) -> Table:
         rows.append(
             [
                 each.name,
+                Cell(status, "good" if good else "bad"),
                 *(_value(each, name) for name in found.parameters),
                 or_none(each.unexplained_effort, share_text),
                 NONE if again is None else f"{again.fit:.2%}",
                 _seconds(each.seconds_per_sample),
-                Cell(status, "good" if good else "bad"),
             ]
         )
     return Table(columns=columns, rows=rows, what="estimators")

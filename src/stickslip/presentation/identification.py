@@ -205,7 +205,7 @@ def _model(selection: ModelSelection) -> list[Block]:
     rows = [
         [
             each.text,
-            "✓ selected" if each.selected else NONE,
+            Cell("✓ selected", "good") if each.selected else NONE,
             f"{100 * each.gain:.1f} ± {100 * each.gain_std:.1f} %",
             f"{each.p_value:.1g}",
             f"{100 * each.share:.2f} %",
@@ -471,7 +471,7 @@ def resimulation_plot(again: Resimulation, found: Identification) -> Plot:
     restart = (
         "from the first sample to the last without correction"
         if again.horizon >= float(time[-1] - time[0])
-        else f"and starts anew from the measurement every {again.horizon:.3g} s"
+        else f"and restarts from the measurement every {again.horizon:.3g} s"
     )
     return Plot(
         anchor="motion-plot",

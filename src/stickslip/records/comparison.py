@@ -16,12 +16,13 @@ _SCHEMA = 1
 
 _LOG_LEGEND = {
     "why_not": "why an estimator does not apply to this log; empty if it does",
-    "seconds_per_sample": "time of a whole fit over the samples of the log, the second of two, "
-    "as the first also loads compiled code",
+    "seconds_per_sample": "time of a whole fit over the samples of the log; of a fit below 2 s "
+    "the second of two, as the first also loads compiled code",
     "unexplained_effort": "norm of effort less inertia force and friction over norm of the effort, "
     "both smoothed and decimated as for idim-ls, and alike for every estimator; null of an arm",
     "position_fit": "1 - norm(measured - simulated) / norm(measured - mean) of the position, when "
-    "the identified axis is driven by the logged effort and starts anew twenty times",
+    "the identified axis is driven by the logged effort and restarts from the measured motion "
+    "twenty times",
     "assumed_inertia": "mass or inertia that it was given, though it was not known: that "
     "of the energy estimator on the same log; null if it needed none",
     "contradictions": "parameters of which estimates of status ok have 95 % intervals that do not "
