@@ -9,7 +9,13 @@ from rich.console import Console
 
 from stickslip import EstimationTask
 from stickslip.presentation.terminal import print_comparison
-from stickslip.records import EstimatorComparison, EstimatorStudy, Status
+from stickslip.records import (
+    EstimatorComparison,
+    EstimatorStudy,
+    ModelSelection,
+    Status,
+    TermScore,
+)
 from stickslip.tasks import compare_log, compare_scenario
 
 SCENARIO = """
@@ -162,6 +168,31 @@ def test_the_method_that_stands_alone_is_named(
     text = " ".join(" ".join(printed(contradicting, 120)).split())
     assert (f"{alone} stands alone, the others agree" in text) == bool(alone)
     assert ("ok, alone" in text) == bool(alone)
+
+
+@pytest.mark.parametrize("selected", [True, False])
+def test_a_method_with_more_terms_is_not_doubted_for_standing_alone(
+    selected: bool, good_log: Path
+) -> None:
+    found = compare_log(good_log, only=("energy",))
+    (energy,) = found.compared
+    assert energy.estimate is not None
+    mass = replace(energy.estimate.parameters["mass"], value=90.0, ci95=(89.0, 91.0))
+    spring = TermScore(
+        term="spring", text="", selected=selected, p_value=0.0, gain=1.0, gain_std=0.1, share=0.1
+    )
+    estimate = replace(
+        energy.estimate,
+        parameters={**energy.estimate.parameters, "mass": mass},
+        selection=ModelSelection(summary="", scores=(spring,)),
+    )
+    others = tuple(replace(energy, name=name) for name in ("first", "second"))
+    pair = (replace(energy, name="auto", estimate=estimate), *others)
+    found = replace(found, compared=pair)
+    text = " ".join(" ".join(printed(found, 120)).split())
+    assert "auto stands alone, the others agree" in text
+    assert ("which may lack its terms (spring)" in text) == selected
+    assert ("ok, alone" in text) != selected
 
 
 def test_tables_of_a_scenario_fit_and_mark_what_takes_an_inertia(tmp_path: Path) -> None:

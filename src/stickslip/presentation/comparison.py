@@ -224,6 +224,9 @@ def contradictions(found: EstimatorComparison) -> list[str]:
     for each in found.contradictions:
         values = (f"{name} {_value(compared[name], each.parameter)}" for name in each.intervals)
         stands = f"; {each.alone} stands alone, the others agree" if each.alone else ""
+        terms = found.selected_terms(each.alone) if each.alone else ()
+        if terms:
+            stands += f", which may lack its terms ({', '.join(terms)})"
         label, unit = parameter_label(each.parameter, kind), printed_unit(each.parameter, kind)
         sentences.append(f"{label} [{unit}]: {', '.join(values)}{stands}")
     return sentences

@@ -205,7 +205,7 @@ def _model(selection: ModelSelection) -> list[Block]:
     rows = [
         [
             each.text,
-            Cell("✓ selected", "good") if each.selected else NONE,
+            Cell("selected", "good") if each.selected else NONE,
             f"{100 * each.gain:.1f} ± {100 * each.gain_std:.1f} %",
             f"{each.p_value:.1g}",
             f"{100 * each.share:.2f} %",

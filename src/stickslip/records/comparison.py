@@ -158,8 +158,21 @@ class EstimatorComparison(Record):
 
     @property
     def alone(self) -> frozenset[str]:
-        """Estimators that stand alone against all others in a parameter."""
-        return frozenset(each.alone for each in self.contradictions if each.alone)
+        """Estimators that stand alone against all others in a parameter, with no more terms."""
+        alone = {each.alone for each in self.contradictions if each.alone}
+        return frozenset(name for name in alone if not self.selected_terms(name))
+
+    def selected_terms(self, name: str) -> tuple[str, ...]:
+        """Return the terms that an estimator selected, which the others may lack.
+
+        Parameters
+        ----------
+        name
+            Of the estimator.
+        """
+        estimate = next(each.estimate for each in self.compared if each.name == name)
+        selection = None if estimate is None else estimate.selection
+        return () if selection is None else tuple(selection.selected)
 
     def _trusted_intervals(self, name: str) -> dict[str, tuple[float, float]]:
         """Return the 95 % intervals of a parameter by trusted estimator [SI]."""
