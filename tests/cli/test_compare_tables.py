@@ -55,7 +55,8 @@ def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> 
         assert each.estimate is not None
         rows = [line for line in lines if line.startswith(f" {each.name} ")]
         assert len(rows) == sum("estimator" in line.split() for line in lines[3:])
-        assert rows[-1].rstrip().endswith(each.estimate.status.value.replace("_", " "))
+        status = each.estimate.status.value.replace("_", " ")
+        assert rows[0].removeprefix(f" {each.name} ").lstrip().startswith(status)
         # All its values are told, however many tables hold them
         told = sum(row.count(" ± ") for row in rows)
         assert told == sum(value.std is not None for value in each.estimate.parameters.values())

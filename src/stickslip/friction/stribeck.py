@@ -82,6 +82,11 @@ class StribeckEffect:
         share = np.sum(weights * self.left(speeds), axis=0)
         return np.divide(share, travel, out=np.ones_like(travel), where=travel > 0)
 
+    def slope(self, velocity: ArrayLike) -> Float[np.ndarray, "..."]:
+        """Return the derivative of `left` by the Stribeck velocity [s/m] at velocities [m/s]."""
+        power = (np.abs(np.asarray(velocity, dtype=np.float64)) / self.velocity) ** self.exponent
+        return self.exponent * power * np.exp(-power) / self.velocity
+
 
 @dataclass(frozen=True, kw_only=True)
 class StribeckFriction(DirectionalFriction):
