@@ -14,6 +14,7 @@ from stickslip.records import (
     FrictionEstimate,
     InputError,
     count_of,
+    mass_name,
     positive,
     unit_of,
 )
@@ -194,7 +195,7 @@ class EstimationTask:
             If a value is not positive, only one of load inertia and stiffness is given, an offset
             is combined with friction per direction, or the largest delay is out of range.
         """
-        body = "mass" if kind == "linear" else "inertia"
+        body = mass_name(kind)
         for what, quantity, value in (
             (body, body, self.inertia),
             (f"load {body}", body, self.load_inertia),

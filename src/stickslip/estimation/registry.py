@@ -9,7 +9,7 @@ from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from stickslip.estimation.base import EstimationTask, Estimator
-from stickslip.records import AxisKind, InputError
+from stickslip.records import AxisKind, InputError, mass_name
 
 if TYPE_CHECKING:
     from stickslip.estimation.energy.estimator import EnergyEstimator
@@ -91,7 +91,7 @@ class EstimatorEntry:
         task.check(kind)
         if self.needs_inertia and task.inertia is None:
             if inertia is None:
-                body = "mass" if kind == "linear" else "inertia"
+                body = mass_name(kind)
                 raise InputError(
                     f"{self.name} needs the {body}, and none is given",
                     remedy=f"give the {body}, or use "

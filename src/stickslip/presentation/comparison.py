@@ -39,6 +39,7 @@ from stickslip.records import (
     EstimatorStudy,
     count_of,
     in_words,
+    mass_name,
     parameter_label,
 )
 
@@ -204,16 +205,12 @@ def _estimates(found: EstimatorComparison) -> list[Block]:
 def assumed_inertia(found: EstimatorComparison | EstimatorStudy) -> str:
     """Return the meaning of a star: an inertia that was given to an estimator."""
     if isinstance(found, EstimatorStudy):
-        return f"* with the {_body(found.kind)} that the energy estimator found in each run"
+        return f"* with the {mass_name(found.kind)} that the energy estimator found in each run"
     given = [each.assumed_inertia for each in found.applied if each.assumed_inertia is not None]
     if not given:
         return ""
-    body, unit = _body(found.log.kind), printed_unit("inertia", found.log.kind)
+    body, unit = mass_name(found.log.kind), printed_unit("inertia", found.log.kind)
     return f"* with the {body} of the energy estimator, {given[0]:.6g} {unit}"
-
-
-def _body(kind: AxisKind) -> str:
-    return "mass" if kind == "linear" else "inertia"
 
 
 def contradictions(found: EstimatorComparison) -> list[str]:
@@ -242,7 +239,7 @@ def _known(found: EstimatorComparison) -> str:
         for name in ("inertia", "load_inertia", "stiffness"):
             value = each.estimate.provenance.options.get(name)
             if isinstance(value, int | float):
-                given[name.replace("inertia", _body(kind))] = value
+                given[name.replace("inertia", mass_name(kind))] = value
     parts = [
         f"{name.replace('_', ' ')} {value:.6g} {printed_unit(name, kind)}"
         for name, value in given.items()

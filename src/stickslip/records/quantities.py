@@ -96,6 +96,17 @@ QUANTITIES: dict[str, Quantity] = dict(
 )
 
 
+def mass_name(kind: AxisKind) -> str:
+    """Return the name of the moving mass of an axis: ``"mass"``, or ``"inertia"`` of a rotary one.
+
+    Parameters
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``.
+    """
+    return "mass" if kind == "linear" else "inertia"
+
+
 def quantity_name(name: str) -> str:
     """Return the quantity of a parameter, whichever direction or log it is for.
 

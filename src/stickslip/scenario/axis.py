@@ -17,7 +17,7 @@ from stickslip.friction import (
 from stickslip.friction.stribeck import StribeckShape
 from stickslip.plants import FlexibleArm, Plant, SingleMass
 from stickslip.presentation.words import prefixed
-from stickslip.records import AxisKind, InputError, non_negative, positive, unit_of
+from stickslip.records import AxisKind, InputError, mass_name, non_negative, positive, unit_of
 from stickslip.scenario.table import Table, Variants, key, kind_in, required
 
 DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
@@ -137,7 +137,7 @@ class Axis(Body):
 
     @model_validator(mode="after")
     def _check_plant(self) -> "Axis":
-        body = "mass" if self.kind == "linear" else "inertia"
+        body = mass_name(self.kind)
         needed = {body: self.body}
         if self.flexible:
             needed = {"stiffness": self.stiffness, f"load_{body}": self.load, body: self.body}

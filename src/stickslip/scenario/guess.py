@@ -16,6 +16,7 @@ from stickslip.records import (
     LearnedPulses,
     Status,
     in_words,
+    mass_name,
     non_negative,
     positive,
     quantity_name,
@@ -116,7 +117,7 @@ class FirstGuesses:
 
     def mass(self) -> float:
         """Return the mass or inertia, which must be positive [kg or kg m^2]."""
-        name = "mass" if self.kind == "linear" else "inertia"
+        name = mass_name(self.kind)
         return positive(name, self.value("mass"), unit_of("mass", self.kind))
 
     def known(self, *names: str) -> dict[str, float]:

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from stickslip.control import PositionController
-from stickslip.records import InputError, LearnedPulses, ScenarioTables, unit_of
+from stickslip.records import InputError, LearnedPulses, ScenarioTables, mass_name, unit_of
 from stickslip.scenario.axis import AXES
 from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.controllers.base import Controller, Setup
@@ -158,7 +158,7 @@ def read_scenario(path: Path | str) -> ScenarioFile:
     sensors = document.table("sensors", SensorsTable, optional=True)
     method = document.raw("controller").get("method")
     own, others = AXIS_CONTROLLERS, ARM_CONTROLLERS
-    body = "mass" if axis.kind == "linear" else "inertia"
+    body = mass_name(axis.kind)
     remedy = (
         f"use another method, such as landing or pd, or give load_{body} and stiffness in [axis]"
     )

@@ -26,6 +26,7 @@ from stickslip.records import (
     ParameterScore,
     StickslipError,
     count_of,
+    mass_name,
 )
 from stickslip.scenario import Axis, Read, StudyFile, check_runs, read_study
 from stickslip.simulation import simulate
@@ -370,7 +371,7 @@ def _bound(
     terms = EnergyEstimator(
         inertia=None, per_direction=task.per_direction, offset=task.offset
     ).terms
-    body = "mass" if plant.kind == "linear" else "inertia"
+    body = mass_name(plant.kind)
     sought = (*(() if task.inertia is not None else (body,)), *terms.names)
     axis = read.scenario.axis
     if axis.law != "coulomb":

@@ -10,7 +10,15 @@ from jaxtyping import Float
 
 from stickslip import __version__
 from stickslip.outputs import whole_file
-from stickslip.records import AxisKind, Excitation, ExpectedParameter, InputError, positive, unit_of
+from stickslip.records import (
+    AxisKind,
+    Excitation,
+    ExpectedParameter,
+    InputError,
+    mass_name,
+    positive,
+    unit_of,
+)
 from stickslip.scenario import AXES, estimate_in, table_from, with_units_of
 from stickslip.simulation import Sensors
 
@@ -167,7 +175,7 @@ def _from_estimate(path: Path, kind: AxisKind, believed: Mapping[str, float]) ->
         if name in known:
             continue
         if name == "mass":
-            values["mass" if kind == "linear" else "inertia"] = forward
+            values[mass_name(kind)] = forward
         elif forward == backward or name == "offset":
             values[name] = forward
         else:

@@ -23,7 +23,7 @@ from stickslip.estimation.settings import (
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms, StribeckEffect
-from stickslip.records import AxisKind, AxisLog, InputError, non_negative, positive
+from stickslip.records import AxisKind, AxisLog, InputError, mass_name, non_negative, positive
 
 LEAST_ROWS = 50
 """Rows that a stretch without gaps must give."""
@@ -107,7 +107,7 @@ class EnergySettings:
         """
         if self.inertia is not None:
             return self.terms.names
-        return ("mass" if kind == "linear" else "inertia", *self.terms.names)
+        return (mass_name(kind), *self.terms.names)
 
     def low_pass(self, sampling_time: float) -> LowPass:
         """Return the low-pass of the settings for a sampling time [s]."""

@@ -53,6 +53,7 @@ from stickslip.records import (
     Provenance,
     count_of,
     in_words,
+    mass_name,
     shared_name,
     unit_of,
     unit_text,
@@ -163,7 +164,7 @@ class JointEstimator:
             )
         tuning = self.single.tuning
         members = [self._member(log) for log in logs]
-        kind = "mass" if logs[0].kind == "linear" else "inertia"
+        kind = mass_name(logs[0].kind)
         model, terms = self._selected(members, self.single.inertia)
         wrong = wrong_inertia(model, kind, logs[0].unit(kind), tuning.plausibility)
         if wrong:

@@ -9,16 +9,11 @@ from jaxtyping import Float
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import PARAMETER_NAMES, AxisKind, InputError
+from stickslip.records import PARAMETER_NAMES, AxisKind, InputError, mass_name
 
 SIDES = ("_positive", "_negative")
 _MASSES = ("mass", "inertia", "load_mass", "load_inertia", "stiffness", "stribeck_velocity")
 _LEAST_SHARE = 0.2  # of a mass or stiffness that one step leaves of it
-
-
-def mass_name(kind: AxisKind) -> str:
-    """Return the name of the driven mass."""
-    return "mass" if kind == "linear" else "inertia"
 
 
 def load_name(kind: AxisKind) -> str:

@@ -8,16 +8,11 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import ArrayLike
 
-from stickslip.estimation.likelihood.axis_parameters import (
-    AxisParameters,
-    load_name,
-    mass_name,
-    without_side,
-)
+from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name, without_side
 from stickslip.estimation.likelihood.windows import run_means, run_starts
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant, SingleMass
-from stickslip.records import InputError, ReadOnlyMapping, unit_of
+from stickslip.records import InputError, ReadOnlyMapping, mass_name, unit_of
 from stickslip.simulation import MotionSensitivity, Sensors, sensitivity_names, simulate_sensitivity
 
 _DITHER = 0.25

@@ -10,7 +10,7 @@ from jaxtyping import Float
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
-from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name, mass_name
+from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name
 from stickslip.estimation.likelihood.first_guess import first_guess
 from stickslip.estimation.likelihood.search import (
     Maximum,
@@ -26,7 +26,15 @@ from stickslip.estimation.signals.sensor_noise import chosen_cutoff, position_no
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
 from stickslip.friction import FrictionTerms
 from stickslip.plants import Plant
-from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, count_of, positive
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    count_of,
+    mass_name,
+    positive,
+)
 
 _LEAST_SAMPLES = 50
 _LARGEST_CORRELATION = 0.2

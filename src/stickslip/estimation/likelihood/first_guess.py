@@ -12,11 +12,10 @@ from stickslip.estimation.likelihood.axis_parameters import (
     SIDES,
     AxisParameters,
     load_name,
-    mass_name,
     without_side,
 )
 from stickslip.estimation.regression.idim import IdimLeastSquares
-from stickslip.records import AxisLog, InputError
+from stickslip.records import AxisLog, InputError, mass_name
 
 _LEAST = 1e-3  # of the largest effort: a Coulomb friction to begin with
 _STATIC = 1.2

@@ -35,6 +35,7 @@ from stickslip.records import (
     ParameterEstimate,
     Status,
     Verdict,
+    mass_name,
     positive,
     unit_of,
 )
@@ -186,7 +187,7 @@ class FreeDecayEstimator:
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated."""
-        mass = "mass" if kind == "linear" else "inertia"
+        mass = mass_name(kind)
         friction = ("viscous_friction", "coulomb_friction")
         return (mass, *friction) if self.inertia is None else friction
 

@@ -44,7 +44,7 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.friction import CoulombViscousFriction, FrictionTerms, StribeckEffect
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, positive
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, mass_name, positive
 from stickslip.simulation import PlantStepper
 
 _SETTLING_PERIODS = 5.0
@@ -133,7 +133,7 @@ class IdimLeastSquares:
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated, in the order of the rows."""
-        mass = "mass" if kind == "linear" else "inertia"
+        mass = mass_name(kind)
         return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
@@ -199,7 +199,7 @@ class IdimLeastSquares:
             dropped += int(np.count_nonzero(~moving))
         rows = np.concatenate(blocks)
         target, regressors = rows[:, 0], rows[:, 1:]
-        names = ("mass" if log.kind == "linear" else "inertia", *self.terms.names)
+        names = (mass_name(log.kind), *self.terms.names)
         noise = np.zeros(len(names))
         noise[0] = position_noise * low_pass.noise_gain(T, derivatives=2, decimation=factor)
         noise[[name.startswith("viscous") for name in names]] = speed_noise

@@ -16,7 +16,7 @@ from stickslip.estimation.regression.idim import IdimLeastSquares, identified_la
 from stickslip.estimation.selection.evaluation.prediction import prediction_error
 from stickslip.friction import StribeckEffect, StribeckFriction
 from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import AxisLog, FrictionEstimate, Resimulation, quantity_name
+from stickslip.records import AxisLog, FrictionEstimate, Resimulation, mass_name, quantity_name
 from stickslip.simulation import simulate
 
 _RESTARTS = 20
@@ -215,7 +215,7 @@ def resimulate(plant: Plant, stretches: Sequence[tuple[EnergyLevels, AxisLog]]) 
 
 def _values(estimate: FrictionEstimate, inertia: float | None) -> dict[str, float] | None:
     """Return the parameters of the identified axis; None if one is missing."""
-    body = "mass" if estimate.kind == "linear" else "inertia"
+    body = mass_name(estimate.kind)
     values = {} if inertia is None else {body: inertia}
     for name, parameter in estimate.parameters.items():
         if parameter.value is not None:

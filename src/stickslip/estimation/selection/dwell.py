@@ -28,6 +28,7 @@ from stickslip.records import (
     ParameterEstimate,
     TermScore,
     Verdict,
+    mass_name,
     unit_of,
 )
 
@@ -319,7 +320,7 @@ def with_dwell(
         return _without_dwell(estimate, "a parameter is not identified", include=include), None
     if "presliding_friction" in estimate.parameters:
         return _without_dwell(estimate, "presliding hides the breakaways", include=include), None
-    kind = "mass" if log.log.kind == "linear" else "inertia"
+    kind = mass_name(log.log.kind)
     moved = estimate.value(kind) if inertia is None else inertia
     every = breakaways(log, motions, estimate, moved, tuning)
     dwell = sorted(each.dwell for each in every)

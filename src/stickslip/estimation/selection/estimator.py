@@ -69,6 +69,7 @@ from stickslip.records import (
     FrictionEstimate,
     InputError,
     Status,
+    mass_name,
     positive,
 )
 
@@ -357,7 +358,7 @@ class SelectedModelEstimator:
             for name in self.include
             if name not in {*model.names, DWELL}
         ]
-        kind = "mass" if log.log.kind == "linear" else "inertia"
+        kind = mass_name(log.log.kind)
         wrong = wrong_inertia(model, kind, log.log.unit(kind), self.tuning.plausibility)
         if wrong:
             causes.append(wrong)

@@ -17,7 +17,6 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
-from stickslip.estimation.likelihood.axis_parameters import mass_name
 from stickslip.estimation.likelihood.process_noise import search, uncertainty
 from stickslip.estimation.likelihood.process_noise.problem import (
     LogPart,
@@ -48,6 +47,7 @@ from stickslip.records import (
     Status,
     Verdict,
     count_of,
+    mass_name,
     positive,
     unit_of,
 )

@@ -8,12 +8,12 @@ from jaxtyping import Bool, Float, Int
 from scipy.signal import savgol_filter
 
 from stickslip.estimation.fit.rows import least_squares
-from stickslip.estimation.likelihood.axis_parameters import SoughtParameters, mass_name
+from stickslip.estimation.likelihood.axis_parameters import SoughtParameters
 from stickslip.estimation.likelihood.process_noise.slip_filter import SlipRecord
 from stickslip.estimation.prepare import PreparedPart
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.sensor_noise import position_noise
-from stickslip.records import AxisKind, AxisLog
+from stickslip.records import AxisKind, AxisLog, mass_name
 
 _ROUGHNESS_LAGS = (2, 4, 8, 16, 32)  # samples
 _ROUGHNESS_RATIO = 4.0  # of differences to those of neighbours, from which they are no noise

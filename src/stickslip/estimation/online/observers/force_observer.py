@@ -23,13 +23,7 @@ from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff, noise_level, slow_speed
 from stickslip.estimation.signals.sensor_noise import position_noise
-from stickslip.records import (
-    AxisKind,
-    AxisLog,
-    FrictionEstimate,
-    non_negative,
-    positive,
-)
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, mass_name, non_negative, positive
 
 _FRICTION: tuple[str, ...] = ("viscous_friction", "coulomb_friction", "offset")
 _FILTER_ORDER = 4  # of one pass of the low-pass before positions are differentiated
@@ -112,7 +106,7 @@ class ForceObserver(OnlineMethod):
 
     def parameter_names(self, kind: AxisKind) -> tuple[str, ...]:
         """Return the names of what is estimated, in the order of the online estimates."""
-        mass = "mass" if kind == "linear" else "inertia"
+        mass = mass_name(kind)
         return (*(() if self.inertia is not None else (mass,)), *self._estimated)
 
     def init(self, *, sampling_time: float) -> State:
