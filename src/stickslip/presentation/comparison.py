@@ -154,9 +154,8 @@ def estimate_table(found: EstimatorComparison) -> Table:
     columns = [Column("Estimator", "left"), Column("Status", "left")]
     for name in found.parameters:
         label, unit = parameter_label(name, kind), f"[{printed_unit(name, kind)}]"
-        unit = unit.replace(" ", _NO_BREAK)
         stacked = "\n".join([*label.split(), unit])
-        columns.append(Column(f"{label} {unit}", short=stacked))
+        columns.append(Column(f"{label} {unit.replace(' ', _NO_BREAK)}", short=stacked))
     left = any(each.unexplained_effort is not None for each, _ in applied)
     columns += [
         Column("Effort left", short="effort\nleft", only="" if left else "page"),

@@ -302,7 +302,7 @@ def conjunction_reproduction() -> ConjunctionReproduction:
             landing_score("landing", "no noise", lands=True),
             landing_score("PID <fast>", "no noise", lands=False),
         ),
-        how_compared="All are told the same.",
+        how_compared="All know the same parameters.",
         options={"arms": 3, "seed": 1},
         stickslip_version="0.1.0",
     )

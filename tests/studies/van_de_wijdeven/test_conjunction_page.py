@@ -23,7 +23,7 @@ def page() -> str:
         '−5 %, stays</th><td class="number">600 mm</td><td class="number">–</td>',
         '<td class="number">6 (7.5)</td><td class="number">2 (3)</td>',
         "PID &lt;fast&gt;",
-        "All are told the same.",
+        "All know the same parameters.",
         "The arm &lt;lands&gt;",
     ],
 )

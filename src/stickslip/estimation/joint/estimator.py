@@ -190,14 +190,16 @@ class JointEstimator:
         def rows_of(wide: Model) -> ModelRows:
             return joint_rows(cast("JointModel", wide), kind, rows.names)
 
-        shifts = [
+        unknown_delay = None
+        if DELAY not in model.names and not any(model.delay_known):
+            unknown_delay = self.single.of_unknown_delay(model, rows)
+        every = (
             self.single.between_windows(model, rows, estimate, rows_of),
             self.single.of_other_terms(model, rows, terms),
+            unknown_delay,
             *consistency.shifts,
-        ]
-        if DELAY not in model.names and not any(model.delay_known):
-            shifts.insert(2, self.single.of_unknown_delay(model, rows))
-        shifts = [shift for shift in shifts if shift is not None]
+        )
+        shifts = [shift for shift in every if shift is not None]
         differences: dict[bool, list[str]] = {True: [], False: []}  # by whether they matter
         for each in consistency.deviations:
             differences[each.material].append(difference_text(each, model.logs, logs[0].kind))

@@ -420,9 +420,9 @@ class SelectedModelEstimator:
                 include=DWELL in self.include,
             )
             estimate = replace(estimate, selection=select(further=score))
-        reverse = reversed_sign(model, kind, self.tuning.plausibility)
-        if reverse and estimate.status is Status.UNPHYSICAL:
-            estimate = judged(estimate, [reverse], Status.UNPHYSICAL)
+        if estimate.status is Status.UNPHYSICAL:
+            reverse = reversed_sign(model, kind, self.tuning.plausibility)
+            estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
         estimate = judged(estimate, [cause for cause in causes if cause])
         short = untested(model) if self.select else ""
         if short and estimate.status.usable:
