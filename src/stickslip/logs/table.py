@@ -1,7 +1,9 @@
 """The columns of a log as they stand in the file, before they are interpreted."""
 
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from jaxtyping import Float
@@ -14,11 +16,21 @@ Column = Float[np.ndarray, " n"]
 
 
 @dataclass(frozen=True, kw_only=True)
+class RateGroup:
+    """Columns of one length, sampled together."""
+
+    columns: tuple[str, ...]  # names, in the file's order; the time stamps among them
+    time: str | None = None  # column of the time stamps, if the format itself says which
+    name: str = ""  # topic, channel group or file; empty where the log has one group only
+
+
+@dataclass(frozen=True, kw_only=True)
 class Table:
-    """Named columns of one log.
+    """Named columns of one log, in groups of one length each.
 
     ``load`` returns the named columns, or raises `InputError` if one of them is not numeric;
-    ``place`` locates a sample of a column, as in ``"stage.csv, row 17"``.
+    ``place`` locates a sample of a column, as in ``"stage.csv, row 17"``. Columns of the same group
+    have the same number of samples; a table made without groups has one.
     """
 
     label: str  # what the log is called in messages: the file's name
@@ -28,6 +40,22 @@ class Table:
     place: Callable[[str, int], str]
     constants: Mapping[str, float] = field(default_factory=dict[str, float])  # single numbers
     notes: tuple[str, ...] = ()  # assumptions made to read the file
+    groups: tuple[RateGroup, ...] = ()
+    origins: Mapping[str, str] = field(default_factory=dict[str, str])
+    """By column name, where the file has it, such as ``"/joint_states (sensor_msgs/JointState)"``;
+    a column whose header says all has none."""
+
+    def __post_init__(self) -> None:
+        if not self.groups:
+            object.__setattr__(self, "groups", (RateGroup(columns=tuple(self.headers)),))
+
+    def group_of(self, name: str) -> RateGroup:
+        """Return the group of a column."""
+        return self._groups[name]
+
+    @cached_property
+    def _groups(self) -> dict[str, RateGroup]:
+        return {name: group for group in self.groups for name in group.columns}
 
     def find(self, name: str) -> str | None:
         """Return the column or constant of that name or header, or None."""
@@ -55,18 +83,43 @@ def name_columns(headers: Sequence[str]) -> tuple[dict[str, str], dict[str, str]
     columns that share a name each gets its number behind it, so that none is taken for another.
     """
     split = [header_unit(header) for header in headers]
-    plain = [name for name, _ in split]
+    plain = Counter(name for name, _ in split)
     names = [
-        header.strip() if plain.count(name) > 1 else name
-        for header, name in zip(headers, plain, strict=True)
+        header.strip() if plain[name] > 1 else name
+        for header, (name, _) in zip(headers, split, strict=True)
     ]
-    names = [
-        f"{name} #{names[: k + 1].count(name)}" if name and names.count(name) > 1 else name
-        for k, name in enumerate(names)
-    ]
+    names = _numbered(names)
     by_name = {name: headers[k] for k, name in enumerate(names) if name}
     units = {name: unit for name, (_, unit) in zip(names, split, strict=True) if name and unit}
     return by_name, units
+
+
+def _numbered(names: list[str]) -> list[str]:
+    """Return the names, with its number behind each that several columns share."""
+    shared = Counter(names)
+    taken = {name for name, times in shared.items() if times == 1}
+    used: Counter[str] = Counter()
+    numbered: list[str] = []
+    for name in names:
+        each = name
+        while name and shared[name] > 1:
+            used[name] += 1
+            each = f"{name} #{used[name]}"
+            if each not in taken:
+                break
+        numbered.append(each)
+    return numbered
+
+
+def groups_by_length(sizes: Mapping[str, int]) -> tuple[RateGroup, ...]:
+    """Return groups of the columns that have as many samples; those of one length have no name."""
+    lengths: dict[int, list[str]] = {}
+    for name, size in sizes.items():
+        lengths.setdefault(size, []).append(name)
+    return tuple(
+        RateGroup(columns=tuple(names), name=f"{size} samples" if len(lengths) > 1 else "")
+        for size, names in lengths.items()
+    )
 
 
 def combined(tables: Mapping[str, Table], label: str) -> Table:
@@ -96,6 +149,16 @@ def combined(tables: Mapping[str, Table], label: str) -> Table:
         load=load,
         place=place,
         notes=tuple(f"{t.label}: {note}" for t in tables.values() for note in t.notes),
+        groups=tuple(
+            RateGroup(
+                columns=tuple(f"{s}:{name}" for name in group.columns),
+                time=None if group.time is None else f"{s}:{group.time}",
+                name=f"{s}:{group.name}" if group.name else s,
+            )
+            for s, t in parts
+            for group in t.groups
+        ),
+        origins={f"{s}:{name}": text for s, t in parts for name, text in t.origins.items()},
     )
 
 

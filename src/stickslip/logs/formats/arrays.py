@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.logs.table import Column, Table, name_columns
+from stickslip.logs.table import Column, Table, groups_by_length, name_columns
 from stickslip.records import InputError, MissingExtraError
 
 _NUMERIC = "biuf"  # kinds of NumPy types
@@ -75,6 +75,7 @@ def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_f
         load=load,
         place=lambda name, sample: f"{label}, {name} at index {sample + counts_from}",
         notes=tuple(notes),
+        groups=groups_by_length({name: column.size for name, column in by_name.items()}),
     )
 
 
