@@ -1,72 +1,131 @@
-"""The errors a user can meet, and the checks of values; each message says how to mend it."""
+"""The errors a user can meet, and the checks of values."""
 
-from functools import partial
-from typing import Any
+import copyreg
+from collections.abc import Callable, Mapping
+from copy import copy
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 from jaxtyping import Float
 
+if TYPE_CHECKING:
+    from stickslip.messages import Message
+
 
 class StickslipError(Exception):
-    """Root of every error this package raises on purpose."""
+    """Root of every error this package raises on purpose.
 
-
-class InputError(StickslipError, ValueError):
-    """Something handed in cannot be used.
+    An error is a code and quantities. ``stickslip.messages`` holds the sentence of each code, which
+    ``str`` renders with the names that settings have in Python.
 
     Parameters
     ----------
-    what
-        The quantity or thing at fault, with its value, unit and limit.
+    code
+        What is wrong.
     where
-        File, row, column or key where it was found; empty when there is no such place.
-    remedy
-        What to do about it, as an instruction.
+        File, row, column, table or key where it was found; empty when there is no such place.
+    **quantities
+        Values, units, limits and names that the sentence mentions.
+
+    Attributes
+    ----------
+    code, where, quantities
+        As given.
+    keys
+        Whether names of settings are keys of the file at ``where``, whatever the front end.
+    """
+
+    keys = False
+
+    def __init__(self, code: str, *, where: str = "", **quantities: Any) -> None:
+        if "remedy" in quantities:
+            code, quantities = "free_text", {"what": code, **quantities}
+        self.code = code
+        self.where = where
+        self._quantities = quantities
+        super().__init__(code)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        """Pickle without a call of the constructor, whose arguments subclasses choose."""
+        return copyreg.__newobj__, (type(self), self.code), self.__dict__  # type: ignore[attr-defined]
+
+    @property
+    def quantities(self) -> Mapping[str, Any]:
+        """Values, units, limits and names, by name."""
+        return MappingProxyType(self._quantities)
+
+    @property
+    def what(self) -> str:
+        """What is wrong, as a sentence without place and remedy."""
+        return self._rendered(str).what
+
+    @property
+    def remedy(self) -> str:
+        """What to do about it, as an instruction."""
+        return self._rendered(str).remedy
+
+    def sentence(self, naming: Callable[[str], str] = str) -> str:
+        """Return place, what is wrong, and the remedy; ``naming`` names settings in a front end."""
+        message = self._rendered(naming)
+        place = f"{self.where}: " if self.where else ""
+        return f"{place}{message.what}; {message.remedy}"
+
+    def __str__(self) -> str:
+        return self.sentence()
+
+    def _rendered(self, naming: Callable[[str], str]) -> "Message":
+        # Imported here, as only an error that is shown needs the sentences
+        from stickslip.messages import rendered
+
+        return rendered(self.code, self._quantities, str if self.keys else naming)
+
+
+class InputError(StickslipError, ValueError):
+    """Something handed in cannot be used; see `StickslipError` for what it holds.
 
     Examples
     --------
-    >>> str(InputError("mass is -1 kg, it must be positive", remedy="give the moving mass"))
-    'mass is -1 kg, it must be positive; give the moving mass'
+    >>> error = InputError("not_positive", name="mass", value=-1.0, unit="kg")
+    >>> error.code, error.quantities["value"]
+    ('not_positive', -1.0)
+    >>> str(error)
+    'mass is -1 kg, it must be positive; give a positive value'
     """
 
-    def __init__(self, what: str, *, where: str = "", remedy: str) -> None:
-        self.what = what
-        self.where = where
-        self.remedy = remedy
-        place = f"{where}: " if where else ""
-        super().__init__(f"{place}{what}; {remedy}")
+    def at(self, where: str, *, keys: bool = False) -> "InputError":
+        """Return the same error placed at ``where``: a reader knows the file, a record does not.
 
-    def __reduce__(self) -> tuple[partial["InputError"], tuple[()]]:
-        """Pickle the arguments, some of which are keyword-only."""
-        return partial(InputError, self.what, where=self.where, remedy=self.remedy), ()
+        ``keys`` is whether the names of settings are keys there.
+        """
+        placed = copy(self)
+        placed.where = f"{where}, {self.where}" if self.where else where
+        placed.keys = self.keys or keys
+        return placed
 
-    def at(self, where: str) -> "InputError":
-        """Return the same error placed at ``where``: a reader knows the file, a record does not."""
-        place = f"{where}, {self.where}" if self.where else where
-        return InputError(self.what, where=place, remedy=self.remedy)
+    def on(self, kind: Literal["linear", "rotary"]) -> "InputError":
+        """Return the same error with the units of one kind of axis where it has those of both."""
+        own = copy(self)
+        own._quantities = {
+            name: value.split(" or ")[kind == "rotary"] if _is_either_unit(name, value) else value
+            for name, value in self._quantities.items()
+        }
+        return own
 
 
 class MissingExtraError(StickslipError, ImportError):
     """An optional dependency is needed and not installed."""
 
     def __init__(self, purpose: str, *, extra: str) -> None:
-        self.purpose = purpose
-        self.extra = extra
-        super().__init__(
-            f"{purpose} needs an optional dependency; "
-            f"install it with: pip install 'stickslip[{extra}]'"
-        )
-
-    def __reduce__(self) -> tuple[partial["MissingExtraError"], tuple[()]]:
-        """Pickle the arguments, one of which is keyword-only."""
-        return partial(MissingExtraError, self.purpose, extra=self.extra), ()
+        super().__init__("missing_extra", purpose=purpose, extra=extra)
 
 
 class EventBudgetError(StickslipError, RuntimeError):
     """More sticks and slips inside one sample than the simulator's budget allows."""
 
 
-_NO_UNIT = ("", "-")
+def _is_either_unit(name: str, value: object) -> bool:
+    return "unit" in name and isinstance(value, str) and " or " in value
 
 
 def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
@@ -79,16 +138,17 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
     """
     array = np.array(values, dtype=np.float64)
     if array.ndim != 1:
+        raise InputError("not_a_vector", name=name, dimensions=array.ndim)
+    bad = np.flatnonzero(~np.isfinite(array))
+    if bad.size:
         raise InputError(
-            f"{name} has {array.ndim} dimensions, it must be a vector",
-            remedy="pass one value a sample",
-        )
-    if not np.isfinite(array).all():
-        bad = np.flatnonzero(~np.isfinite(array))
-        raise InputError(
-            f"{name} is {array[bad[0]]} [{unit}] at sample {bad[0]} ({bad.size} of {array.size} "
-            "samples are not finite)",
-            remedy="remove or repair those samples; nothing is interpolated silently",
+            "samples_not_finite",
+            name=name,
+            value=float(array[bad[0]]),
+            unit=unit,
+            sample=int(bad[0]),
+            count=bad.size,
+            samples=array.size,
         )
     array.flags.writeable = False
     return array
@@ -99,21 +159,16 @@ def _number(name: str, value: Any, unit: str) -> float:
     try:
         return float("text" if isinstance(value, str | bytes) else value)
     except (TypeError, ValueError):
-        within = "" if unit in _NO_UNIT else f" in {unit}"
-        raise InputError(
-            f"{name} is {value!r}, it must be a number", remedy=f"give a number{within}"
-        ) from None
+        raise InputError("not_a_number", name=name, value=value, unit=unit) from None
 
 
 def _checked(name: str, value: float, unit: str, *, zero: bool) -> float:
     """Return a finite number that is positive, or zero where that is allowed."""
     number = _number(name, value, unit)
-    if not (np.isfinite(number) and (number > 0 or (zero and number == 0))):
-        shown = f"{number:g}" if unit in _NO_UNIT else f"{number:g} {unit}"
-        limit = "must not be negative" if zero else "must be positive"
-        limit = "must be finite" if number == np.inf else limit
-        remedy = "give a positive value" + ", or 0" * zero
-        raise InputError(f"{name} is {shown}, it {limit}", remedy=remedy)
+    if not np.isfinite(number):
+        raise InputError("not_finite", name=name, value=number, unit=unit)
+    if number < 0.0 or (number == 0.0 and not zero):
+        raise InputError("negative" if zero else "not_positive", name=name, value=number, unit=unit)
     return number
 
 

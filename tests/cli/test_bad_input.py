@@ -24,7 +24,7 @@ BAD = [
     (LOG, ("--unit", "mm"), ["--unit mm", "position=mm"]),
     (LOG, ("--inertia", "-2"), ["mass is -2 kg, it must be positive; give a positive value"]),
     (ROTARY, ("--inertia", "-2"), ["inertia is -2 kg m^2, it must be positive"]),
-    (LOG, ("--mass", "nan"), ["mass is nan kg, it must be positive; give a positive value"]),
+    (LOG, ("--mass", "nan"), ["--mass is nan kg, it must be finite; give a finite value"]),
     (LOG, ("--stiffness", "inf", "--load-mass", "1"), ["stiffness is inf N/m, it must be finite"]),
     (LOG, ("--load-mass", "5"), ["load"]),
     (LOG, ("--schema", "no.toml"), ["no.toml", "check the path"]),

@@ -1,6 +1,7 @@
 import numpy as np
 import pytest
 from law_plants import LAWS, plant_of
+from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
@@ -71,11 +72,9 @@ def test_a_load_swing_that_just_reaches_the_static_friction_is_flagged():
 def test_too_many_events_in_a_sample_are_an_error_that_says_so():
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1e4, friction=FREE)
     state = (0.0, 1.0, 0.0, -1.0)
-    with pytest.raises(
-        EventBudgetError, match=r"more than 50 events or steps in the sample at 0 s; shorten"
-    ):
+    with refuses("event_budget", EventBudgetError, where="", event_budget=50, time=0.0):
         simulate(arm, [0.0], sampling_time=10.0, initial_state=state, event_budget=50)
-    with pytest.raises(EventBudgetError, match=r"at 0 s of trajectory 0"):
+    with refuses("event_budget", EventBudgetError, where="trajectory 0"):
         simulate_batch(arm, [[0.0]], sampling_time=10.0, initial_states=[state], event_budget=50)
     assert simulate(arm, [0.0], sampling_time=10.0, initial_state=state).event_count > 400
 

@@ -4,6 +4,7 @@ import inspect
 import logging
 import sys
 from collections.abc import Callable, Sequence
+from functools import partial
 
 from cyclopts import App, CycloptsError
 
@@ -47,6 +48,13 @@ app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --
 app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
 
 
+def _flag(arguments: Sequence[str], name: str) -> str:
+    """Return the option of the command for a setting of the package; its name without an option."""
+    flag = f"--{name.replace('_', '-')}"
+    options = app[arguments[0]].assemble_argument_collection()
+    return flag if any(flag in each.names for each in options) else name
+
+
 def run(arguments: Sequence[str]) -> int:
     """Run one command line and return its exit code."""
     try:
@@ -71,7 +79,7 @@ def run(arguments: Sequence[str]) -> int:
     try:
         return int(command(*bound.args, **bound.kwargs))
     except StickslipError as error:
-        say(one_line(str(error)))
+        say(one_line(error.sentence(partial(_flag, arguments))))
         return _BAD_INPUT
     except OSError as error:
         where = f"{error.filename}: " if error.filename else ""

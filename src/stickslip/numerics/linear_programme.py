@@ -66,6 +66,4 @@ def minimise(
             prices = result.eqlin.marginals, result.ineqlin.marginals
             return Optimum(result.x, float(result.fun), *prices)
         failures.append(f"{method}: status {result.status}, {result.message}")
-    raise StickslipError(
-        "HiGHS found neither an optimum nor a contradiction: " + "; ".join(failures)
-    )
+    raise StickslipError("programme_unsolved", failures=failures)

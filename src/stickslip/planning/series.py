@@ -393,15 +393,11 @@ class PulseSeriesPlanner:
         stops = slowest <= 0.0 and rest is None
         if stops or error > _LANDED * move.travel:
             raise StickslipError(
-                f"rounding errors leave {error:g} of {move.travel:g} to go, at a least speed of "
-                f"{slowest:g}; give fewer pulses, or an effort limit nearer to what the move needs"
+                "series_misses_target", error=error, travel=move.travel, least_speed=slowest
             )
         peak = float(np.abs(effort).max())
         if peak > self.effort_limit:
-            raise StickslipError(
-                f"rounding errors ask for an effort of {peak:.9g}, above the limit of "
-                f"{self.effort_limit:g}; give fewer pulses"
-            )
+            raise StickslipError("series_exceeds_effort", effort=peak, limit=self.effort_limit)
         width = self.pulse_width
         samples = states[:: programme.steps_per_pulse // self.pulse_samples] * direction
         return PulseSeries(

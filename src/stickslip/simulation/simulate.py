@@ -113,20 +113,13 @@ class SimulatedMotion:
 
 def budget_error(time: float, event_budget: int, trajectory: int | None = None) -> EventBudgetError:
     """Return the error for a sample with more events than allowed."""
-    whose = "" if trajectory is None else f" of trajectory {trajectory}"
-    return EventBudgetError(
-        f"more than {event_budget} events or steps in the sample at {time:.9g} s{whose}; "
-        "shorten the sampling time, or raise event_budget if the axis really sticks so often"
-    )
+    where = "" if trajectory is None else f"trajectory {trajectory}"
+    return EventBudgetError("event_budget", where=where, time=time, event_budget=event_budget)
 
 
 def overflow_error(where: str) -> InputError:
     """Return the error for a motion that leaves the range of floating-point numbers."""
-    return InputError(
-        "the motion is too large for floating-point numbers",
-        where=where,
-        remedy="give smaller efforts or a smaller initial state",
-    )
+    return InputError("motion_overflows", where=where)
 
 
 def simulate(

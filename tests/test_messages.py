@@ -1,0 +1,131 @@
+"""The table of messages against the errors that the package raises, and their rendering."""
+
+import ast
+import copy
+import pickle
+import string
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+
+import stickslip
+from stickslip.errors import InputError, MissingExtraError
+from stickslip.messages import messages
+
+ERRORS = {"InputError", "StickslipError", "EventBudgetError", "NoPulseSeriesError"}
+PACKAGE = Path(stickslip.__file__).parent
+ITEMS = {"names", "list", "any", "all"}  # formats of several items
+PURELY_INTERNAL = {"missing_extra"}  # raised by a class of its own
+
+
+@dataclass(frozen=True)
+class Raised:
+    """A call that makes an error."""
+
+    place: str
+    codes: tuple[str, ...]
+    quantities: frozenset[str]
+
+
+def codes_in(node: ast.expr) -> tuple[str, ...]:
+    """Return the codes that the first argument of an error can be."""
+    match node:
+        case ast.Constant(value=str(code)):
+            return (code,)
+        case ast.IfExp(body=body, orelse=other):
+            return codes_in(body) + codes_in(other)
+        case _:
+            raise AssertionError(f"line {node.lineno}: the code is no literal")
+
+
+def calls() -> Iterator[Raised]:
+    for path in sorted(PACKAGE.rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if not isinstance(node, ast.Call) or getattr(node.func, "id", "") not in ERRORS:
+                continue
+            names = frozenset(each.arg or "**" for each in node.keywords)
+            if "remedy" in names:
+                continue
+            place = f"{path.relative_to(PACKAGE)}:{node.lineno}"
+            yield Raised(place, codes_in(node.args[0]), names - {"where"})
+
+
+def fields_of(code: str) -> dict[str, str]:
+    """Return the format of each quantity in a template."""
+    message = messages()[code]
+    parsed = string.Formatter().parse(f"{message.what} {message.remedy}")
+    named = {field: spec or "" for _, field, spec, _ in parsed if field}
+    return {name: spec for name, spec in named.items() if not name.startswith("option.")}
+
+
+CALLS = list(calls())
+
+
+@pytest.mark.parametrize("raised", CALLS, ids=[each.place for each in CALLS])
+def test_an_error_has_a_message_and_its_quantities(raised: Raised) -> None:
+    for code in raised.codes:
+        assert code in messages()
+        assert set(fields_of(code)) <= raised.quantities, code
+
+
+def test_every_message_is_of_an_error() -> None:
+    raised = {code for each in CALLS for code in each.codes}
+    assert set(messages()) - raised <= PURELY_INTERNAL | {"free_text"}
+
+
+@pytest.mark.parametrize("code", messages())
+def test_a_message_is_two_sentences_without_ends(code: str) -> None:
+    values = {
+        name: ["a", "b"] if spec in ITEMS else 3 if spec.startswith("n ") else 0.25
+        for name, spec in fields_of(code).items()
+    }
+    error = InputError(code, where="log.csv, row 3", **values)
+    for text in (error.what, error.remedy):
+        assert text.strip(" .;:") == text != "", text
+        assert "{" not in text
+        assert "  " not in text
+    assert str(error) == f"log.csv, row 3: {error.what}; {error.remedy}"
+
+
+def test_a_front_end_names_the_settings() -> None:
+    error = InputError("not_positive", name="effort_limit", value=-1.0, unit="N")
+    flags = error.sentence(lambda name: f"--{name.replace('_', '-')}")
+    assert flags == "--effort-limit is -1 N, it must be positive; give a positive value"
+    in_file = error.at("[controller]", keys=True).at("a.toml")
+    assert in_file.sentence(lambda name: f"--{name}").startswith(
+        "a.toml, [controller]: effort_limit is -1 N,"
+    )
+
+
+def test_units_of_a_kind() -> None:
+    error = InputError("negative", name="noise", value=-1.0, unit="m or rad")
+    assert "-1 m or rad," in str(error)
+    assert error.on("linear").quantities["unit"] == "m"
+    assert "-1 rad," in str(error.on("rotary"))
+
+
+@pytest.mark.parametrize("unit", ["", "-"])
+def test_no_unit(unit: str) -> None:
+    error = InputError("not_a_number", name="exponent", value="two", unit=unit)
+    assert str(error) == "exponent is 'two', it must be a number; give a number"
+
+
+@pytest.mark.parametrize(
+    "error",
+    [
+        InputError("negative", where="[task]", name="noise", value=-1.0, unit="m").at(
+            "a", keys=True
+        ),
+        MissingExtraError("reading Parquet files", extra="parquet"),
+    ],
+)
+def test_errors_copy_with_their_quantities(error: InputError) -> None:
+    for other in (pickle.loads(pickle.dumps(error)), copy.deepcopy(error)):  # noqa: S301
+        assert type(other) is type(error)
+        assert str(other) == str(error)
+        assert (other.code, other.where, other.keys) == (error.code, error.where, error.keys)
+        assert other.quantities == error.quantities
+    with pytest.raises(TypeError, match="does not support item assignment"):
+        error.quantities["value"] = 1.0  # type: ignore[index]
