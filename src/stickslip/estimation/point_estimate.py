@@ -79,7 +79,7 @@ def estimate_of(
             value=value if known else None,
             std=std,
             ci95=None if std is None else (value - half, value + half),
-            unit=unit_of(name, regression.kind),
+            unit=unit_of(name, regression.kind, provenance.effort_unit),
         )
     residual = target - regressors @ np.asarray(values)
     relative = float(np.linalg.norm(residual)) / regression.scale if regression.scale > 0 else 0.0

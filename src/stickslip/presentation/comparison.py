@@ -41,6 +41,7 @@ from stickslip.records import (
     in_words,
     mass_name,
     parameter_label,
+    unit_text,
 )
 
 _NO_BREAK = "\N{NO-BREAK SPACE}"
@@ -153,7 +154,10 @@ def estimate_table(found: EstimatorComparison) -> Table:
     applied = [(each, each.estimate) for each in found.applied if each.estimate is not None]
     columns = [Column("Estimator", "left"), Column("Status", "left")]
     for name in found.parameters:
-        label, unit = parameter_label(name, kind), f"[{printed_unit(name, kind)}]"
+        label, unit = (
+            parameter_label(name, kind),
+            f"[{printed_unit(name, kind, found.log.effort_unit)}]",
+        )
         stacked = "\n".join([*label.split(), unit])
         columns.append(Column(f"{label} {unit.replace(' ', _NO_BREAK)}", short=stacked))
     left = any(each.unexplained_effort is not None for each, _ in applied)
@@ -208,7 +212,7 @@ def assumed_inertia(found: EstimatorComparison | EstimatorStudy) -> str:
     given = [each.assumed_inertia for each in found.applied if each.assumed_inertia is not None]
     if not given:
         return ""
-    body, unit = mass_name(found.log.kind), printed_unit("inertia", found.log.kind)
+    body, unit = mass_name(found.log.kind), unit_text(found.log.unit("inertia"))
     return f"* with the {body} of the energy estimator, {given[0]:.6g} {unit}"
 
 
@@ -223,7 +227,10 @@ def contradictions(found: EstimatorComparison) -> list[str]:
         terms = found.selected_terms(each.alone) if each.alone else ()
         if terms:
             stands += f", which may lack its terms ({', '.join(terms)})"
-        label, unit = parameter_label(each.parameter, kind), printed_unit(each.parameter, kind)
+        label, unit = (
+            parameter_label(each.parameter, kind),
+            printed_unit(each.parameter, kind, found.log.effort_unit),
+        )
         sentences.append(f"{label} [{unit}]: {', '.join(values)}{stands}")
     return sentences
 
@@ -240,7 +247,7 @@ def _known(found: EstimatorComparison) -> str:
             if isinstance(value, int | float):
                 given[name.replace("inertia", mass_name(kind))] = value
     parts = [
-        f"{name.replace('_', ' ')} {value:.6g} {printed_unit(name, kind)}"
+        f"{name.replace('_', ' ')} {value:.6g} {printed_unit(name, kind, found.log.effort_unit)}"
         for name, value in given.items()
     ]
     return f"Given: {', '.join(parts)}." if parts else ""
@@ -354,7 +361,7 @@ def estimate_plots(found: EstimatorComparison) -> list[Plot]:
             and (parameter := each.estimate.parameters.get(name)) is not None
             and parameter.value is not None
         ]
-        title = f"{draw.symbol(name)} [{printed_unit(name, kind)}]"
+        title = f"{draw.symbol(name)} [{printed_unit(name, kind, found.log.effort_unit)}]"
         plots.append(_bars(name, kind, bars, names=("trusted", "not to be trusted"), title=title))
     return plots
 

@@ -10,7 +10,7 @@ import numpy as np
 from jaxtyping import Float, Int
 
 from stickslip.presentation.words import printed_unit
-from stickslip.records import QUANTITIES, AxisKind, quantity_name
+from stickslip.records import QUANTITIES, AxisKind, EffortUnit, quantity_name
 
 if TYPE_CHECKING:
     import matplotlib.figure
@@ -289,9 +289,11 @@ def range_of(
     return {"range": [low - margin, high + margin]}
 
 
-def quantity_axis(quantity: str, kind: AxisKind, **settings: Any) -> dict[str, Any]:
+def quantity_axis(
+    quantity: str, kind: AxisKind, effort: EffortUnit = "", **settings: Any
+) -> dict[str, Any]:
     """Return the axis of a quantity, with its name in words, its symbol and its unit."""
-    unit = printed_unit(quantity, kind)
+    unit = printed_unit(quantity, kind, effort)
     return axis(f"{QUANTITIES[quantity].name} {symbol(quantity)} [{unit}]", **settings)
 
 

@@ -52,7 +52,6 @@ from stickslip.records import (
     Resimulation,
     in_words,
     parameter_label,
-    unit_of,
     unit_text,
 )
 
@@ -177,10 +176,10 @@ def _facts(found: Identification) -> list[Fact]:
 
 def _logs(joint: JointLogs, found: Identification) -> list[Block]:
     """Return the contribution of each log to a joint fit, and where they differ."""
-    kind = found.log.kind
+    log = found.log
     differences = [
         f"{each.log}: {in_words(each.parameter)} differs by {each.difference:.3g} "
-        f"{printed_unit(each.parameter, kind)} ({each.relative:+.1%}, p = {each.p_value:.1g})"
+        f"{unit_text(log.unit(each.parameter))} ({each.relative:+.1%}, p = {each.p_value:.1g})"
         for each in joint.deviations
     ]
     heads = ("Samples", "Duration", "One every", "Residual")
@@ -190,7 +189,7 @@ def _logs(joint: JointLogs, found: Identification) -> list[Block]:
             str(each.samples),
             f"{each.duration:.4g} s",
             f"{1e3 * each.sampling_time:.4g} ms",
-            f"{each.residual:.3g} {printed_unit('effort', kind)}",
+            f"{each.residual:.3g} {unit_text(found.log.unit('effort'))}",
         ]
         for each in joint.logs
     ]
@@ -277,7 +276,7 @@ def _log_facts(log: AxisLog) -> list[tuple[str, str]]:
     ]
     ranges = (("motion", "position", log.measured_position), ("effort", "effort", log.effort))
     for name, quantity, values in ranges:
-        unit = printed_unit(quantity, log.kind)
+        unit = unit_text(log.unit(quantity))
         facts.append((f"Range of {name}", f"{values.min():.5g} to {values.max():.5g} {unit}"))
     return facts
 
@@ -324,7 +323,7 @@ def curve_plot(curve: FrictionCurve, found: Identification) -> Plot:
         ],
         layout=layout(
             x=quantity_axis("velocity", kind),
-            y=[axis(f"friction{also} [{printed_unit('effort', kind)}]")],
+            y=[axis(f"friction{also} [{unit_text(found.log.unit('effort'))}]")],
             hovermode="closest",
         ),
         height=420,
@@ -336,6 +335,7 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
     kind, time = found.log.kind, energy.time
     also = " and offset" if "offset" in found.estimate.parameters else ""
     measured, explained = energy.measured_dissipation, energy.explained_dissipation
+    unit = unit_text(found.log.unit("energy"))
     traces = [
         line(time, energy.input, "input", Look(draw.ORANGE)),
         line(time, energy.kinetic, "kinetic", Look(draw.SKY)),
@@ -351,7 +351,8 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
         alternative=(
             "Two panels over time: input, kinetic and potential energy; and the dissipated energy "
             "as measured and as the fitted friction explains it. At the end of the log "
-            f"{measured[-1]:.3g} J are dissipated, of which the fit explains {explained[-1]:.3g} J."
+            f"{measured[-1]:.3g} {unit} are dissipated, of which the fit explains "
+            f"{explained[-1]:.3g} {unit}."
         ),
         caption=(
             "Above, where the input energy is stored. Below, what is left of it when kinetic and "
@@ -363,7 +364,10 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
         traces=traces,
         layout=layout(
             x=quantity_axis("time", kind),
-            y=[quantity_axis("energy", kind), axis(f"dissipated [{unit_of('energy', kind)}]")],
+            y=[
+                quantity_axis("energy", kind, found.log.effort_unit),
+                axis(f"dissipated [{found.log.unit('energy')}]"),
+            ],
         ),
         height=480,
     )
@@ -377,7 +381,7 @@ def evolution_plots(
     time = evolution.time
     for name, values in evolution.values.items():
         widths = estimate.parameters[name].quantile * evolution.stds[name]
-        label, unit = parameter_label(name), printed_unit(name, estimate.kind)
+        label, unit = parameter_label(name), unit_text(estimate.unit(name))
         true = None if truth is None else truth.get(name)
         traces = [
             *band(time, values - widths, values + widths, name="95 % interval"),
@@ -410,7 +414,7 @@ def evolution_plots(
 def residual_plots(residuals: Residuals, found: Identification) -> list[Plot]:
     """Draw the residual over time and its autocorrelation."""
     kind = found.log.kind
-    unit = printed_unit("effort", kind)
+    unit = unit_text(found.log.unit("effort"))
     residual, lag, bound = residuals.residual, residuals.lag, residuals.white_bound
     outside = float(np.mean(np.abs(residuals.autocorrelation[lag > 0]) > bound))
     over_time = Plot(
@@ -527,7 +531,10 @@ def log_plot(log: AxisLog, number: int = 1) -> Plot:
         traces=traces,
         layout=layout(
             x=quantity_axis("time", log.kind),
-            y=[quantity_axis(name, log.kind) for name in ("position", "velocity", "effort")],
+            y=[
+                quantity_axis(name, log.kind, log.effort_unit)
+                for name in ("position", "velocity", "effort")
+            ],
         ),
         height=520,
     )

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from stickslip.records import (
     AxisKind,
     AxisLog,
+    EffortUnit,
     FrictionEstimate,
     ParameterEstimate,
     Status,
@@ -153,13 +154,13 @@ def rounded(value: float, uncertainty: float) -> str:
     return _fixed(value, _decimals(uncertainty))
 
 
-def printed_unit(name: str, kind: AxisKind) -> str:
-    """Return the unit of a quantity or parameter as it is printed.
+def printed_unit(name: str, kind: AxisKind, effort: EffortUnit = "") -> str:
+    """Return the unit of a quantity or parameter as it is printed, for a unit of the effort.
 
     >>> printed_unit("mass", "rotary")
     'kg m²'
     """
-    return unit_text(unit_of(name, kind))
+    return unit_text(unit_of(name, kind, effort))
 
 
 def prefixed_unit(size: float, unit: str) -> tuple[float, str]:

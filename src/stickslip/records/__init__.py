@@ -63,6 +63,7 @@ from stickslip.records.pulses import (
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
+    EffortUnit,
     Quantity,
     count_of,
     in_units_of,
@@ -91,6 +92,7 @@ __all__ = [
     "Contradiction",
     "Diagnostics",
     "EffortKind",
+    "EffortUnit",
     "Ending",
     "EnergyBalance",
     "EstimateEvolution",

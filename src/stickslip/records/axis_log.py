@@ -4,13 +4,19 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from stickslip.errors import InputError, finite_vector
-from stickslip.records.quantities import AxisKind, count_of, quantity_field, unit_of
+from stickslip.records.quantities import (
+    AxisKind,
+    EffortUnit,
+    count_of,
+    quantity_field,
+    unit_of,
+)
 from stickslip.records.record import Record
 
 GAP_RATIO = 3.5
@@ -60,6 +66,9 @@ class AxisLog(Record):
         Its velocity, shape (n,), or None if it was not measured.
     measured_load_position, measured_load_velocity
         Position and velocity of the second mass of a flexible arm, shape (n,), or None.
+    effort_unit
+        ``"A"`` or ``"%"`` for an effort that is not converted to a force or torque: all
+        results then have units made of it, such as A s/rad. Empty for SI.
     source
         Where the log came from, or None if it was made in memory.
 
@@ -91,12 +100,18 @@ class AxisLog(Record):
     measured_load_velocity: Float[np.ndarray, " n"] | None = quantity_field(
         "velocity", default=None
     )
+    effort_unit: EffortUnit = ""
     source: LogSource | None = None
 
     def __post_init__(self) -> None:
         if self.kind not in ("linear", "rotary"):
             raise InputError(
                 f"the kind of the axis is {self.kind!r}", remedy="give 'linear' or 'rotary'"
+            )
+        if self.effort_unit not in get_args(EffortUnit):
+            raise InputError(
+                f"the unit of the effort is {self.effort_unit!r}",
+                remedy="give '' for the SI unit, 'A' or '%'",
             )
         time = self._store("time", self.time)
         if time.size < _MINIMUM_SAMPLES:
@@ -123,7 +138,7 @@ class AxisLog(Record):
 
     def _store(self, name: str, values: Any) -> Float[np.ndarray, " n"]:
         quantity = self.__dataclass_fields__[name].metadata["quantity"]
-        array = finite_vector(name, values, quantity.unit(self.kind))
+        array = finite_vector(name, values, self.unit(quantity.name.replace(" ", "_")))
         object.__setattr__(self, name, array)
         return array
 
@@ -185,7 +200,7 @@ class AxisLog(Record):
 
     def unit(self, quantity: str) -> str:
         """Return the unit of a quantity on this axis, such as ``log.unit("velocity")``."""
-        return unit_of(quantity, self.kind)
+        return unit_of(quantity, self.kind, self.effort_unit)
 
 
 class SensorSample(NamedTuple):

@@ -9,7 +9,14 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.errors import InputError
-from stickslip.records.quantities import QUANTITIES, AxisKind, quantity_name, shared_name
+from stickslip.records.quantities import (
+    QUANTITIES,
+    AxisKind,
+    EffortUnit,
+    quantity_name,
+    shared_name,
+    unit_of,
+)
 from stickslip.records.record import Record, Worded
 
 SCHEMA_VERSION = 1
@@ -174,6 +181,9 @@ class Provenance(Record):
     input_sha256: str  #: Hash of the input; empty for a log made in memory.
     options: Mapping[str, Any]  #: Every option of the estimator, as plain values.
     assumptions: tuple[str, ...] = ()  #: What was inferred while reading the log.
+    effort_unit: EffortUnit = (
+        ""  #: Of the log: ``"A"`` or ``"%"`` if its effort is no force or torque.
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -318,6 +328,10 @@ class FrictionEstimate(Record):
         covariance = np.array(self.covariance, dtype=np.float64)
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
+
+    def unit(self, quantity: str) -> str:
+        """Return the unit of a quantity or parameter in this estimate."""
+        return unit_of(quantity, self.kind, self.provenance.effort_unit)
 
     def value(self, name: str) -> float:
         """Return one identified parameter's value.

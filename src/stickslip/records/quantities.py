@@ -129,15 +129,33 @@ def shared_name(name: str) -> str:
     return name.partition("[")[0]
 
 
-def unit_of(name: str, kind: AxisKind) -> str:
-    """Return the SI unit of a quantity or of one of its ``_positive``/``_negative`` forms.
+EffortUnit = Literal["", "A", "%"]
+"""Unit of an effort: that of the kind of axis if empty, or ampere or percent where the effort was
+not converted to a force or torque."""
+
+
+def unit_of(name: str, kind: AxisKind, effort: EffortUnit = "") -> str:
+    """Return the unit of a quantity or of one of its ``_positive``/``_negative`` forms.
+
+    It is the SI unit, but for an effort in ampere or percent; a mass is then effort over
+    acceleration.
 
     Examples
     --------
     >>> unit_of("viscous_friction_positive", "rotary")
     'N m s/rad'
+    >>> unit_of("viscous_friction", "rotary", "A"), unit_of("mass", "linear", "A")
+    ('A s/rad', 'A s^2/m')
     """
-    return QUANTITIES[quantity_name(name)].unit(kind)
+    unit = QUANTITIES[quantity_name(name)].unit(kind)
+    if not effort:
+        return unit
+    force, mass, energy, length = (
+        ("N", "kg", "J", "m") if kind == "linear" else ("N m", "kg m^2", "J", "rad")
+    )
+    replaced = {force: effort, mass: f"{effort} s^2/{length}", energy: f"{effort} {length}"}
+    pattern = "|".join(rf"(?<!\w){re.escape(each)}(?![\w^])" for each in replaced)
+    return re.sub(pattern, lambda found: replaced[found[0]], unit)
 
 
 def quantity_field(name: str, **options: Any) -> Any:

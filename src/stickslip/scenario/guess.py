@@ -276,6 +276,13 @@ def _check_estimate(document: Mapping[str, Any], path: Path, kind: AxisKind) -> 
             where=f"{path}, kind",
             remedy="give an estimate of this axis, or correct its kind",
         )
+    provenance = document.get("provenance")
+    if isinstance(provenance, dict) and provenance.get("effort_unit"):
+        raise InputError(
+            f"the effort of the estimate is in {provenance['effort_unit']}, not in N or N m",
+            where=f"{path}, provenance.effort_unit",
+            remedy="identify the log again with a torque constant",
+        )
     if document["status"] != Status.OK.value:
         text = document.get("status_text", "")
         raise InputError(

@@ -117,6 +117,7 @@ def provenance_of(log: AxisLog, options: Mapping[str, Any]) -> Provenance:
         input_sha256="" if source is None else source.sha256,
         options=options,
         assumptions=() if source is None else source.assumptions,
+        effort_unit=log.effort_unit,
     )
 
 
@@ -169,7 +170,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
             ci95=(value - half + min(shift, 0.0), value + half + max(shift, 0.0))
             if mask[k]
             else None,
-            unit=unit_of(name, regression.kind),
+            unit=unit_of(name, regression.kind, provenance.effort_unit),
         )
     relative = float(np.linalg.norm(fit.residual)) / regression.scale
     left_out = cross_validation_residual(regression)
@@ -334,7 +335,11 @@ def _nothing_identified(
         kind=regression.kind,
         parameters={
             name: ParameterEstimate(
-                name=name, value=None, std=None, ci95=None, unit=unit_of(name, regression.kind)
+                name=name,
+                value=None,
+                std=None,
+                ci95=None,
+                unit=unit_of(name, regression.kind, provenance.effort_unit),
             )
             for name in regression.names
         },

@@ -42,7 +42,6 @@ from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.estimation.weak_form.windows import Weight
 from stickslip.records import (
-    AxisKind,
     AxisLog,
     FrictionEstimate,
     InputError,
@@ -55,7 +54,6 @@ from stickslip.records import (
     in_words,
     mass_name,
     shared_name,
-    unit_of,
     unit_text,
 )
 
@@ -202,7 +200,9 @@ class JointEstimator:
         shifts = [shift for shift in every if shift is not None]
         differences: dict[bool, list[str]] = {True: [], False: []}  # by whether they matter
         for each in consistency.deviations:
-            differences[each.material].append(difference_text(each, model.logs, logs[0].kind))
+            differences[each.material].append(
+                difference_text(each, model.logs, logs[0].unit(each.parameter))
+            )
         notes += differences[False]
         if shifts:
             widened = np.array(shifts)
@@ -437,7 +437,7 @@ def _motion(members: Sequence[_Member], model: JointModel) -> MotionSummary:
     )
 
 
-def difference_text(deviation: LogDeviation, logs: Sequence[str], kind: AxisKind) -> str:
+def difference_text(deviation: LogDeviation, logs: Sequence[str], unit: str) -> str:
     """Return in words by how much one of the named logs differs, and the remedy."""
     others = "the others" if len(logs) > 2 else logs[0]
     what = in_words(deviation.parameter)
@@ -448,7 +448,7 @@ def difference_text(deviation: LogDeviation, logs: Sequence[str], kind: AxisKind
         sentence = f"{deviation.log} shows {size} % {side} {what} than {others}"
     else:  # of zero or of the other sign
         value = deviation.difference / deviation.relative
-        unit = unit_text(unit_of(deviation.parameter, kind))
+        unit = unit_text(unit)
         sentence = (
             f"{deviation.log} shows a {what} of {value + deviation.difference:.2g} {unit}, "
             f"{others} {value:.2g} {unit}"

@@ -27,7 +27,6 @@ from stickslip.records import (
     ParameterEstimate,
     Status,
     Verdict,
-    unit_of,
 )
 
 _MOST_STEPS = 60
@@ -326,7 +325,7 @@ class StaticRange:
         for name, allowed in self.ranges.items():
             value = self.values.get(name)
             std = None if allowed is None else (allowed[1] - allowed[0]) / (2.0 * NORMAL_95)
-            unit = unit_of(name, estimate.kind)
+            unit = estimate.unit(name)
             parameters[name] = ParameterEstimate(
                 name=name, value=value, std=std, ci95=allowed, unit=unit
             )

@@ -37,7 +37,6 @@ from stickslip.records import (
     Verdict,
     mass_name,
     positive,
-    unit_of,
 )
 
 _LEAST_EXTREMES = 4
@@ -252,7 +251,7 @@ class FreeDecayEstimator:
                 value=float(values[k]),
                 std=float(stds[k]),
                 ci95=(float(lower[k]), float(upper[k])),
-                unit=unit_of(name, log.kind),
+                unit=log.unit(name),
             )
             for k, name in enumerate(names)
         }

@@ -29,7 +29,6 @@ from stickslip.records import (
     TermScore,
     Verdict,
     mass_name,
-    unit_of,
 )
 
 __all__ = ["Breakaway", "DwellTuning", "breakaways", "with_dwell"]
@@ -366,7 +365,7 @@ def with_dwell(
             value=value,
             std=std,
             ci95=(value - quantile * std, value + quantile * std),
-            unit=unit_of(name, estimate.kind),
+            unit=estimate.unit(name),
         )
         for name, value, std in zip(
             ("breakaway_friction", "breakaway_growth"), values.tolist(), stds.tolist(), strict=True

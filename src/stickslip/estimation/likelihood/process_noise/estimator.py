@@ -49,7 +49,6 @@ from stickslip.records import (
     count_of,
     mass_name,
     positive,
-    unit_of,
 )
 
 _DELAY = "effort_delay"
@@ -343,7 +342,7 @@ class ProcessNoiseLikelihoodEstimator:
                 value=value if mask[k] else None,
                 std=float(np.sqrt(covariance[k, k])) if mask[k] else None,
                 ci95=(value - half, value + half) if mask[k] else None,
-                unit=unit_of(name, log.kind),
+                unit=log.unit(name),
             )
         relative = effort_residual(problem, maximum.values)
         status, causes = _status(candidate, parameters, relative, found.estimate)

@@ -24,7 +24,7 @@ from stickslip.estimation.likelihood.process_noise.search import (
     evaluate,
     inverted,
 )
-from stickslip.records import AxisLog, FrictionEstimate, InputError, unit_of
+from stickslip.records import AxisLog, FrictionEstimate, InputError
 
 _SURELY_SLIPPING = 0.003  # of the largest speed: a log without noise shows the direction
 _NEGLIGIBLE = 1e-6  # of the effort's rms: a noise of zero has no logarithm
@@ -290,5 +290,5 @@ def process_noise_bound(
         names=tuple(parameters),
         information=information,
         covariance=inverted(information),
-        units={name: unit_of(name, true_log.kind) for name in parameters},
+        units={name: true_log.unit(name) for name in parameters},
     )
