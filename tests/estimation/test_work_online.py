@@ -306,6 +306,21 @@ def test_a_given_prior_holds_until_the_log_outweighs_it() -> None:
     np.testing.assert_allclose(history[-1], TRUTH, rtol=0.01)
 
 
+def test_a_prior_covariance_acts_as_samples_seen_before() -> None:
+    log = logged(swing(2000))
+    noisy = replace(RIGID, initial_variance=1e3, position_noise=1e-5)
+    whole, _ = noisy.run(noisy.init(sampling_time=T), log)
+    P = noisy.covariance(whole)
+    values = dict(zip(noisy.parameter_names("linear"), whole[noisy.values_at][::-1], strict=True))
+    resumed = replace(RIGID, initial_values=values, initial_variance=tuple(map(tuple, P.tolist())))
+    state = resumed.init(sampling_time=T)
+    np.testing.assert_allclose(resumed.covariance(state), P, rtol=1e-12)
+    assert abs(P[0, 1]) > 0.1 * np.sqrt(P[0, 0] * P[1, 1])  # a diagonal would lose something
+    for wrong in (-1.0, ((1.0, 2.0), (2.0, 1.0)), ((1.0,),), ((1.0, 0.5), (0.0, 1.0))):
+        with pytest.raises(InputError, match="initial variance"):
+            replace(RIGID, initial_variance=wrong)
+
+
 def test_two_coulomb_frictions_have_no_one_place() -> None:
     with pytest.raises(InputError, match="two Coulomb frictions"):
         _ = replace(RIGID, per_direction=True, offset=None).values_at

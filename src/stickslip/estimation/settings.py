@@ -1,14 +1,22 @@
 """What several estimators do with their settings: check them, and tell them."""
 
-from collections.abc import Callable, Collection, Mapping
+from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import fields
 from typing import Any
 
 import numpy as np
 
-from stickslip.records import InputError, ReadOnlyMapping
+from stickslip.estimation.online.recursion import Variance
+from stickslip.records import InputError, ReadOnlyMapping, positive
 
-__all__ = ["check_arm", "check_forgetting_factor", "check_given", "first_guesses", "options_of"]
+__all__ = [
+    "check_arm",
+    "check_forgetting_factor",
+    "check_given",
+    "checked_variance",
+    "first_guesses",
+    "options_of",
+]
 
 
 def first_guesses(
@@ -81,6 +89,27 @@ def check_arm(load_inertia: float | None, stiffness: float | None) -> None:
             "a flexible arm needs both the load inertia and the stiffness of its spring",
             remedy="give both, or neither for a rigid axis",
         )
+
+
+def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Variance:
+    """Return P(0): a positive number, or a positive definite matrix as rows of numbers.
+
+    Raises
+    ------
+    InputError
+        If it is neither, or the matrix is not of ``count`` parameters.
+    """
+    if isinstance(value, int | float | np.number):
+        return positive("initial variance", float(value), "(unit of the parameter)^2")
+    matrix = np.array([[float(each) for each in row] for row in value])
+    square = matrix.shape == (count, count) and bool(np.isfinite(matrix).all())
+    if not (square and np.allclose(matrix, matrix.T) and np.linalg.eigvalsh(matrix)[0] > 0.0):
+        raise InputError(
+            f"the initial variance has shape {matrix.shape}, it must be a number or a positive "
+            f"definite matrix of {count} by {count}",
+            remedy="give the covariance of the first guesses, in the order of parameter_names",
+        )
+    return tuple(tuple(row) for row in (0.5 * (matrix + matrix.T)).tolist())
 
 
 def check_forgetting_factor(value: float) -> None:

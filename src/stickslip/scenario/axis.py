@@ -23,7 +23,7 @@ from stickslip.scenario.table import Table, Variants, key, kind_in, required
 DIRECTIONAL = ("coulomb_friction", "viscous_friction", "static_friction")
 """Quantities that are given for both directions at once, or for each direction."""
 
-_SIDES = ("positive", "negative")
+SIDES = ("positive", "negative")
 
 
 def _friction(name: str, side: str = "") -> Any:
@@ -62,14 +62,14 @@ class Body(Table):
                     remedy=f"give its {of}{name} [{unit_of(name, kind)}]",
                 )
         for friction in DIRECTIONAL:
-            given = [side for side in _SIDES if getattr(self, f"{friction}_{side}") is not None]
+            given = [side for side in SIDES if getattr(self, f"{friction}_{side}") is not None]
             if getattr(self, friction) is not None and given:
                 raise InputError(
                     f"{friction} is given for both directions and for one of them apart",
                     remedy=f"keep {friction}, or {friction}_positive and {friction}_negative",
                 )
             if len(given) == 1:
-                (missing,) = set(_SIDES) - set(given)
+                (missing,) = set(SIDES) - set(given)
                 raise InputError(
                     f"{friction}_{given[0]} is given without {friction}_{missing}",
                     remedy=f"give both, or {friction} if it is the same in both directions",
@@ -102,7 +102,7 @@ def coulomb_viscous(
     coulomb, viscous = pairs["coulomb_friction"], pairs["viscous_friction"]
     static = pairs.get("static_friction", coulomb)
     unit = unit_of("effort", kind)
-    for side, held, slowing in zip(_SIDES, static, coulomb, strict=True):
+    for side, held, slowing in zip(SIDES, static, coulomb, strict=True):
         for name, pair in pairs.items():
             own = name if pair[0] == pair[1] else f"{name}_{side}"
             non_negative(own, pair[side == "negative"], unit_of(name, kind))

@@ -6,6 +6,9 @@ from math import isfinite, nan
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+from jaxtyping import Float
+
 from stickslip.control import ExactPulseController
 from stickslip.friction import CoulombViscousFriction
 from stickslip.input_files import read_json
@@ -22,17 +25,21 @@ from stickslip.records import (
     quantity_name,
     unit_of,
 )
-from stickslip.scenario.axis import DIRECTIONAL, Body, coulomb_viscous
+from stickslip.scenario.axis import DIRECTIONAL, SIDES, Body, coulomb_viscous
 from stickslip.scenario.table import key
 
 AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
 FILES = ("estimate", "learned")
+_RUNNING = ("coulomb_friction", "viscous_friction")
 _WRITTEN = "give a file that stickslip identify --json wrote"
+_DRIFT = 0.05
+"""Relative standard deviation of the change of friction since a log or an earlier run."""
+
 _UNCERTAINTY = {
     "mass_uncertainty": (("mass",), 0.01, ExactPulseController.mass_uncertainty),
     "friction_uncertainty": (
-        ("coulomb_friction", "viscous_friction"),
-        0.05,
+        _RUNNING,
+        _DRIFT,
         ExactPulseController.friction_uncertainty,
     ),
 }
@@ -94,6 +101,8 @@ class FirstGuesses:
     sources: Mapping[str, str] = field(default_factory=dict)  # in words
     missing: Mapping[str, InputError] = field(default_factory=dict)  # why an estimate has no value
     spreads: Mapping[str, float] = field(default_factory=dict)  # standard deviation over value [-]
+    # of the means of Coulomb and viscous friction over both directions, in this order [SI]
+    covariance: Float[np.ndarray, "2 2"] | None = None
     learned: LearnedPulses | None = None  # to resume from
     source: str = ""  # of it
 
@@ -139,6 +148,30 @@ class FirstGuesses:
                 pairs[name] = (0.0, 0.0)
         return coulomb_viscous(pairs, self.known("offset").get("offset", 0.0), self.kind)
 
+    def running(self, *, uncertainty: float, speed: float) -> dict[str, Any]:
+        """Return the prior of an estimator of viscous and Coulomb friction that runs along.
+
+        Parameters
+        ----------
+        uncertainty
+            Standard deviation of a value whose source does not state one, over the value [-].
+        speed
+            Of a typical move [m/s or rad/s]: a viscous friction of zero is uncertain by what is
+            small beside Coulomb friction at this speed.
+        """
+        values = self.known(*_RUNNING)
+        coulomb = values.get("coulomb_friction", 0.0)
+        if coulomb <= 0.0 or "viscous_friction" not in values:
+            return {"initial_values": values or None}
+        size = np.array([values["viscous_friction"] or coulomb / speed, coulomb])
+        P = np.zeros((2, 2)) if self.covariance is None else self.covariance[::-1, ::-1]
+        stated = self.covariance is not None or self.learned is not None
+        P = P + np.diag(((_DRIFT if stated else uncertainty) * size) ** 2)
+        return {
+            "initial_values": values,
+            "initial_variance": tuple(tuple(row) for row in P.tolist()),
+        }
+
     def uncertainties(self) -> dict[str, float]:
         """Return relative uncertainties of an estimate, by the names of ``[guess]`` [-].
 
@@ -170,7 +203,15 @@ def guesses_from(guess: GuessTable, kind: AxisKind, folder: Path) -> FirstGuesse
         if pair is not None:
             values[name], sources[name] = pair, "the scenario"
             spreads.pop(name, None)
-    return FirstGuesses(kind=kind, values=values, sources=sources, missing=missing, spreads=spreads)
+    replaced = any(own[name] for name in _RUNNING)
+    return FirstGuesses(
+        kind=kind,
+        values=values,
+        sources=sources,
+        missing=missing,
+        spreads=spreads,
+        covariance=None if replaced else held.covariance,
+    )
 
 
 def learned_from(path: Path) -> LearnedPulses:
@@ -239,7 +280,44 @@ def estimate_in(path: Path, kind: AxisKind) -> FirstGuesses:
                 where=f"{path}, provenance.options.load_inertia",
                 remedy="give the moving mass beside the estimate",
             )
-    return FirstGuesses(kind=kind, values=values, missing=missing, spreads=spreads)
+    return FirstGuesses(
+        kind=kind,
+        values=values,
+        missing=missing,
+        spreads=spreads,
+        covariance=_covariance(document),
+    )
+
+
+def _covariance(document: Mapping[str, Any]) -> Float[np.ndarray, "2 2"] | None:
+    """Return the covariance of Coulomb and viscous friction, each the mean over both directions.
+
+    None where the estimate does not have both, or no finite covariance.
+    """
+    parameters = document["parameters"]
+    identified = [
+        name
+        for name, entry in parameters.items()
+        if isinstance(entry, dict) and entry.get("value") is not None
+    ]
+    means = np.zeros((2, len(identified)))
+    for mean, name in zip(means, _RUNNING, strict=True):
+        sides = [
+            each for each in (name, *(f"{name}_{side}" for side in SIDES)) if each in identified
+        ]
+        if len(sides) not in (1, len(SIDES)):
+            return None
+        for side in sides:
+            mean[identified.index(side)] = 1.0 / len(sides)
+    try:
+        every = np.array(document.get("covariance"), dtype=np.float64)
+    except (TypeError, ValueError):
+        return None
+    if every.shape != (len(identified), len(identified)):
+        return None
+    found = means @ every @ means.T
+    sure = np.isfinite(found).all() and np.linalg.eigvalsh(found)[0] >= 0.0
+    return 0.5 * (found + found.T) if sure else None
 
 
 def _number(value: Any) -> float:

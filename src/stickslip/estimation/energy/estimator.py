@@ -79,9 +79,10 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
     initial_values
         First guesses of the recursion by parameter name [SI]; 0 for those not named.
     initial_variance
-        Diagonal of P(0) of the recursion [squared unit of the parameters; over that of the level
-        noise with an unknown inertia]; None for one that follows the size of the regressors and
-        weighs nothing against them, whatever the units.
+        P(0) of the recursion [product of the units of two parameters; over the squared level noise
+        with an unknown inertia]: its diagonal value, or the whole covariance of the first guesses
+        as rows of numbers, in the order of `parameter_names`. None for one that follows the size of
+        the regressors and weighs nothing against them, whatever the units.
     force_noise
         For the recursion only: standard deviation of a disturbance force [N or N m]. None
         estimates it from the innovations if nothing is forgotten, and takes none otherwise.

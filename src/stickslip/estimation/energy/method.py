@@ -13,11 +13,13 @@ from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import long_stretches
 from stickslip.estimation.online import recursion
 from stickslip.estimation.online.method import State
+from stickslip.estimation.online.recursion import Variance
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import (
     check_arm,
     check_forgetting_factor,
     check_given,
+    checked_variance,
     first_guesses,
 )
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
@@ -42,7 +44,7 @@ class EnergySettings:
     filter_order: int = 4
     forgetting_factor: float = 1.0
     initial_values: Mapping[str, float] | None = None
-    initial_variance: float | None = None
+    initial_variance: Variance | None = None
     force_noise: float | None = None
     effort_delay: float = 0.0
     position_noise: float | None = None
@@ -57,7 +59,6 @@ class EnergySettings:
             "load_inertia": "kg or kg m^2",
             "stiffness": "N/m or N m/rad",
             "cutoff": "Hz",
-            "initial_variance": "(unit of the parameter)^2/J^2",
         }
         check_given(self, positive, units)
         check_arm(self.load_inertia, self.stiffness)
@@ -73,6 +74,11 @@ class EnergySettings:
         }
         check_given(self, non_negative, units)
         check_forgetting_factor(self.forgetting_factor)
+        if self.initial_variance is not None:
+            count = len(self.parameter_names("linear"))
+            object.__setattr__(
+                self, "initial_variance", checked_variance(self.initial_variance, count)
+            )
         names = (*self.parameter_names("linear"), *self.parameter_names("rotary"))
         guesses = first_guesses(self.initial_values, tuple(dict.fromkeys(names)))
         object.__setattr__(self, "initial_values", guesses)

@@ -16,6 +16,9 @@ from stickslip.records import InputError
 
 MOST_PARAMETERS = 5
 
+Variance = float | tuple[tuple[float, ...], ...]
+"""P(0): its diagonal value, or all of it row by row."""
+
 (
     # Settings
     SAMPLING_TIME,
@@ -229,19 +232,21 @@ def lay_friction(s: Float[np.ndarray, " s"], terms: FrictionTerms) -> None:
 
 
 def lay_prior(
-    state: Float[np.ndarray, " s"], values: Sequence[float], variance: float | None
+    state: Float[np.ndarray, " s"], values: Sequence[float], variance: Variance | None
 ) -> None:
     """Write first guesses [SI] and P(0) into a state, in place.
 
-    ``variance`` is the diagonal of P(0); None for one that follows the size of the regressors.
+    ``variance`` is P(0) or its diagonal value; None for one that follows the size of the
+    regressors.
     """
     p = len(values)
     state[VALUES : VALUES + p] = values
     if variance is None:
         state[RELATIVE_PRIOR] = 1.0
     else:
-        state[FIRST_SPREAD : FIRST_SPREAD + p] = variance
-        state[SPREAD : SPREAD + p * p] = (variance * np.eye(p)).ravel()
+        P = _matrix(variance, p)
+        state[FIRST_SPREAD : FIRST_SPREAD + p] = np.diag(P)
+        state[SPREAD : SPREAD + p * p] = P.ravel()
 
 
 def lay_information(
@@ -249,7 +254,7 @@ def lay_information(
     at: int,
     most: int,
     values: Sequence[float],
-    variance: float | None,
+    variance: Variance | None,
 ) -> None:
     """Write P(0)^-1 theta(0) and P(0)^-1 into a state from ``at`` on, with room for ``most`` each.
 
@@ -257,6 +262,12 @@ def lay_information(
     """
     if variance is not None:
         p = len(values)
-        state[at : at + p] = np.asarray(values) / variance
-        diagonal = at + most
-        state[diagonal : diagonal + p * (most + 1) : most + 1] = 1.0 / variance
+        information = np.linalg.inv(_matrix(variance, p))
+        state[at : at + p] = information @ np.asarray(values)
+        whole = state[at + most : at + most + most * most].reshape(most, most)
+        whole[:p, :p] = 0.5 * (information + information.T)
+
+
+def _matrix(variance: Variance, p: int) -> Float[np.ndarray, "p p"]:
+    """Return P(0)."""
+    return variance * np.eye(p) if isinstance(variance, float) else np.array(variance)

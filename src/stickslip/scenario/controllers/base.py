@@ -2,13 +2,14 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from math import sqrt
 from pathlib import Path
 from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from stickslip.control import PD, PositionController, RestDetection
+from stickslip.control import PD, ExactPulseController, PositionController, RestDetection
 from stickslip.presentation.words import prefixed
 from stickslip.records import (
     AxisKind,
@@ -135,6 +136,17 @@ class Setup:
                 remedy=f"widen the tolerance, take better sensors, or {otherwise}",
             )
         return tolerance - off
+
+    def running_prior(self, first: FirstGuesses) -> dict[str, Any]:
+        """Return first guesses and P(0) of a friction estimator that runs along."""
+        task = self.task
+        places = (task.start, *task.all_targets)
+        longest = max(abs(end - start) for start, end in pairwise(places))
+        given = self.guess.friction_uncertainty
+        return first.running(
+            uncertainty=ExactPulseController.friction_uncertainty if given is None else given,
+            speed=max(longest, task.tolerance) / task.duration,
+        )
 
     def rest_notes(self, given: int | None) -> tuple[str, ...]:
         """Return notes on when the axis rests, and on the controller's own tolerance."""

@@ -31,7 +31,13 @@ _PARTS = {"mass": "mass 1", "load_mass": "mass 2", "stiffness": "the spring"}
 class _ArmController(GainsByRule):
     """Landing and feedback of an arm."""
 
-    guesses: ClassVar[tuple[str, ...]] = (*_PARTS, *DIRECTIONAL, "offset", *FILES)
+    guesses: ClassVar[tuple[str, ...]] = (
+        *_PARTS,
+        *DIRECTIONAL,
+        "offset",
+        "friction_uncertainty",
+        *FILES,
+    )
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
     beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learned")
     position_gain: float | None = POSITION_GAIN
@@ -93,7 +99,7 @@ class _ArmController(GainsByRule):
                 load_inertia=arm.mass_2,
                 stiffness=arm.stiffness,
                 offset=False,
-                initial_values=first.known("coulomb_friction", "viscous_friction") or None,
+                **setup.running_prior(first),
             ),
             position_noise=sensors.position_deviation,
             velocity_noise=sensors.velocity_noise,

@@ -164,7 +164,12 @@ class AxisLanding(GainsByRule):
 
     title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
     learns: ClassVar[bool] = True
-    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, "mass_uncertainty", *FILES)
+    guesses: ClassVar[tuple[str, ...]] = (
+        *AXIS_GUESSES,
+        "mass_uncertainty",
+        "friction_uncertainty",
+        *FILES,
+    )
     learned_names: ClassVar[tuple[str, ...]] = (
         "mass",
         *(f"{name}_{side}" for name in DIRECTIONAL for side in ("positive", "negative")),
@@ -194,14 +199,16 @@ class AxisLanding(GainsByRule):
             name: (found[f"{name}_positive"], found[f"{name}_negative"]) for name in DIRECTIONAL
         }
         values["mass"] = (found["mass"], found["mass"])
+        # Limits that pulses have shown may lie below an estimate
+        sides = zip(values["static_friction"], values["coulomb_friction"], strict=True)
+        forward, backward = (max(pair) for pair in sides)
+        values["static_friction"] = (forward, backward)
         return FirstGuesses(kind=kind, values=values, learned=learned, source=source)
 
     def build(self, setup: Setup, first: FirstGuesses) -> AxisLandingController:
         if first.learned is None:
             _check_guess(self, first)
         mass = first.mass()
-        # The estimator that runs along does not distinguish the directions
-        values = first.known("coulomb_friction", "viscous_friction")
         law = first.friction(symmetric=True)
         rest = setup.rest(self.rest_samples)
         uncertainties = first.uncertainties() | setup.guess.given()
@@ -212,8 +219,9 @@ class AxisLanding(GainsByRule):
             tolerance=setup.tolerance_at(rest),
             axis=SingleMass(mass=mass, friction=law, kind=setup.kind),
             effort_limit=self.effort_limit,
+            # The estimator that runs along does not distinguish the directions
             estimator=EnergyEstimator(
-                inertia=mass, offset=False, force_noise=0.0, initial_values=values or None
+                inertia=mass, offset=False, force_noise=0.0, **setup.running_prior(first)
             ),
             rest=rest,
             position_noise=setup.sensors.position_deviation,
