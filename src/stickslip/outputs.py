@@ -62,12 +62,27 @@ def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
 
     `check_output` runs first; an existing file is replaced.
     """
+    with (
+        _complete(path, what) as written,
+        written.open("w", encoding="utf-8", newline="") as stream,
+    ):
+        yield stream
+
+
+def write_whole(path: Path, content: bytes, *, what: str = "the output") -> None:
+    """Write a file of any content, as `whole_file` does."""
+    with _complete(path, what) as written:
+        written.write_bytes(content)
+
+
+@contextlib.contextmanager
+def _complete(path: Path, what: str) -> Generator[Path]:
+    """Yield the path to write to, which is renamed when it is complete."""
     check_output(path, what=what)
     replaceable = path.is_file() or not path.exists()
     written = _sibling(path) if replaceable else path
     try:
-        with written.open("x" if replaceable else "w", encoding="utf-8", newline="") as stream:
-            yield stream
+        yield written
         if replaceable:
             written.replace(path)
     except OSError as error:
@@ -81,9 +96,9 @@ def whole_file(path: Path, *, what: str = "the output") -> Generator[TextIO]:
 def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
     """Write several files into a folder that appear there together, once all are complete.
 
-    What is written into the folder yielded is moved to ``folder`` when the block ends; existing
-    files of the same names are replaced. If it fails nothing appears, and a folder that was made
-    for it is removed.
+    What is written into the folder yielded, also into folders in it, is moved to ``folder`` when
+    the block ends; existing files of the same names are replaced. If it fails nothing appears, and
+    a folder that was made for it is removed.
     """
     for each in (folder, *folder.parents):
         if each.exists() and not each.is_dir():
@@ -101,15 +116,20 @@ def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
         except OSError as error:
             raise _unwritable(folder, error, what) from error
         yield scratch
-        written = sorted(scratch.iterdir())
-        for path in written:  # before the first is moved: all or none
-            if (folder / path.name).is_dir():
-                raise _unwritable(folder / path.name, IsADirectoryError(21, "it is a folder"), what)
-        for path in written:
+        written = {
+            path: folder / path.relative_to(scratch)
+            for path in sorted(scratch.rglob("*"))
+            if path.is_file()
+        }
+        for place in written.values():  # before the first is moved: all or none
+            if place.is_dir():
+                raise _unwritable(place, IsADirectoryError(21, "it is a folder"), what)
+        for path, place in written.items():
             try:
-                path.replace(folder / path.name)
+                place.parent.mkdir(parents=True, exist_ok=True)
+                path.replace(place)
             except OSError as error:
-                raise _unwritable(folder / path.name, error, what) from error
+                raise _unwritable(place, error, what) from error
     finally:
         shutil.rmtree(scratch, ignore_errors=True)
         for made in missing:

@@ -14,6 +14,8 @@ from stickslip.cli.compare import compare
 from stickslip.cli.demo import data, demo
 from stickslip.cli.excite import EXAMPLES as EXCITE_EXAMPLES
 from stickslip.cli.excite import excite
+from stickslip.cli.export import EXAMPLES as EXPORT_EXAMPLES
+from stickslip.cli.export import export
 from stickslip.cli.identify import EXAMPLES, identify
 from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
 from stickslip.cli.position import position
@@ -44,6 +46,7 @@ app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
 app.command(compare, help=_help(compare), help_epilogue=COMPARE_EXAMPLES)
 app.command(excite, help=_help(excite), help_epilogue=EXCITE_EXAMPLES)
 app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)
+app.command(export, help=_help(export), help_epilogue=EXPORT_EXAMPLES)
 app.command(demo, help=_help(demo), help_epilogue="Example:\n  stickslip demo --out demo-output")
 app.command(data, help=_help(data), help_epilogue="Example:\n  stickslip data emps")
 

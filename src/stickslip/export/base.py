@@ -1,0 +1,150 @@
+"""What every export obeys: the protocol, the settings, and what is written."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from typing import Literal, Protocol, runtime_checkable
+
+from stickslip.export.parameters import ExportParameters
+from stickslip.export.transmission import Side
+from stickslip.records import InputError
+
+Group = Literal["simulator", "drive", "code", "randomisation"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportSettings:
+    """Settings of an export; those a target does not use must be None.
+
+    Attributes
+    ----------
+    overwrite
+        Whether values that the edited file already has are replaced.
+    points
+        Number of points of a table of effort over speed [-].
+    top_speed
+        Largest speed that a table covers [rad/s or m/s], on the side of the target.
+    link_inertia
+        Part of the identified inertia that the model has already [kg m^2 or kg], on the side of the
+        target; the rest is written as armature. None: no armature is written.
+    rated_current, torque_constant
+        Of the motor [A] and [N m/A or N/A].
+    precision
+        Arithmetic of generated code: ``"single"`` or ``"double"``.
+    fmi_version
+        ``"2.0"`` or ``"3.0"``.
+    sampling_time
+        Of a sampled model or generated code [s].
+    """
+
+    overwrite: bool = False
+    points: int | None = None
+    top_speed: float | None = None
+    link_inertia: float | None = None
+    rated_current: float | None = None
+    torque_constant: float | None = None
+    precision: Literal["single", "double"] | None = None
+    fmi_version: Literal["2.0", "3.0"] | None = None
+    sampling_time: float | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rendered:
+    """What an export writes.
+
+    Attributes
+    ----------
+    files
+        Content by relative path with ``/``; text is written as UTF-8. An exporter of one file uses
+        the empty path.
+    notes
+        What the target does not represent, and anything else a user should know, one sentence
+        each; they also stand in the file where its format has comments.
+    """
+
+    files: Mapping[str, str | bytes]
+    notes: tuple[str, ...] = field(default=())
+
+
+@runtime_checkable
+class Exporter(Protocol):
+    """A target of exports.
+
+    Attributes
+    ----------
+    name
+        As on the command line, such as ``"urdf"``.
+    title
+        Name of the target in words.
+    group
+        Section of the overview.
+    side
+        The side whose values the target holds; None for whichever side the parameters are of.
+    represents
+        Quantities that the target holds, of `stickslip.records.QUANTITIES`.
+    cannot
+        For other quantities that friction may have, what the target does instead, as the end of
+        a sentence such as ``"static friction ..."``.
+    ending
+        Of the file, such as ``".urdf"``; empty for a folder.
+    edits
+        Whether it edits an existing file: ``"never"``, ``"always"``, or ``"optional"``.
+    several
+        Whether one file can hold several axes.
+    options
+        Fields of `ExportSettings` that it uses, beside ``overwrite``.
+    """
+
+    @property
+    def name(self) -> str: ...  # noqa: D102 - see the class
+    @property
+    def title(self) -> str: ...  # noqa: D102
+    @property
+    def group(self) -> Group: ...  # noqa: D102
+    @property
+    def side(self) -> Side | None: ...  # noqa: D102
+    @property
+    def represents(self) -> tuple[str, ...]: ...  # noqa: D102
+    @property
+    def cannot(self) -> Mapping[str, str]: ...  # noqa: D102
+    @property
+    def ending(self) -> str: ...  # noqa: D102
+    @property
+    def edits(self) -> Literal["never", "optional", "always"]: ...  # noqa: D102
+    @property
+    def several(self) -> bool: ...  # noqa: D102
+    @property
+    def options(self) -> tuple[str, ...]: ...  # noqa: D102
+
+    def render(
+        self,
+        axes: Mapping[str, ExportParameters],
+        settings: ExportSettings,
+        into: "str | bytes | None" = None,
+    ) -> Rendered:
+        """Return what is written.
+
+        Parameters
+        ----------
+        axes
+            Parameters by the name of the axis or joint, on ``side``.
+        settings
+            See `ExportSettings`.
+        into
+            Content of the file to edit.
+
+        Raises
+        ------
+        InputError
+            If the target cannot hold the parameters, or the file to edit is unsuitable.
+        """
+        ...
+
+
+def only_axis(axes: Mapping[str, ExportParameters], title: str) -> tuple[str, ExportParameters]:
+    """Return the only axis, with its name."""
+    if len(axes) != 1:
+        raise InputError(
+            f"{title} holds one axis, and there are {len(axes)}: {', '.join(axes)}",
+            remedy="name one of them with --axis",
+        )
+    return next(iter(axes.items()))

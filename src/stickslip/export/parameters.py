@@ -1,0 +1,284 @@
+"""Parameters of an estimate as exports use them: identified, on one side, in SI units."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.export.transmission import Side, Transmission, factor
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    ReadOnlyMapping,
+    Status,
+    in_words,
+    mass_name,
+    quantity_name,
+    unit_of,
+)
+
+_SIDES = ("_positive", "_negative")
+
+
+@dataclass(frozen=True, kw_only=True)
+class Source:
+    """The origin of exported values.
+
+    Attributes
+    ----------
+    file
+        Name of the estimate's file; empty for one in memory.
+    logs
+        Names of the logs that it was identified from.
+    status
+        Of the estimate.
+    estimator, version
+        Name of the estimator, and the version of stickslip that wrote it.
+    sha256
+        Hash of the log; empty for one in memory.
+    """
+
+    file: str = ""
+    logs: tuple[str, ...] = ()
+    status: Status = Status.OK
+    estimator: str = ""
+    version: str = ""
+    sha256: str = ""
+
+    @property
+    def text(self) -> str:
+        """One sentence on the origin."""
+        logs = f" from {', '.join(self.logs)}" if self.logs else ""
+        named = f" ({self.file})" if self.file else ""
+        digest = f", sha256 {self.sha256[:12]}" if self.sha256 else ""
+        by = f" by stickslip {self.version}" if self.version else ""
+        with_method = f", estimator {self.estimator}" if self.estimator else ""
+        return f"Identified{logs}{by}{with_method}{named}{digest}; status: {self.status.value}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ExportParameters:
+    """Parameters of one axis that an export may write.
+
+    Attributes
+    ----------
+    kind
+        ``"linear"`` or ``"rotary"``; its units are those of `stickslip.records.unit_of`.
+    values
+        Values that may be written, by parameter name [SI]: those identified, and with ``force``
+        also others that have a value.
+    withheld
+        Parameters that are not written, each with the reason.
+    forced
+        Parameters that are written although they were not identified, each with the reason.
+    given
+        Names of values that were not estimated but given to the estimator, such as a known mass.
+    std
+        Standard deviations by name [SI]; given values have none.
+    covariance
+        Of the parameters in ``uncertain`` [SI], shape (p, p); the log's, not that of given values.
+    uncertain
+        Names of the rows of ``covariance``, all of which are in ``values``.
+    side
+        Side that the values are of.
+    transmission
+        The side of the estimate and the ratio to the other.
+    source
+        Where the values come from.
+    """
+
+    kind: AxisKind
+    values: Mapping[str, float]
+    withheld: Mapping[str, str] = field(default_factory=dict)
+    forced: Mapping[str, str] = field(default_factory=dict)
+    given: frozenset[str] = frozenset()
+    std: Mapping[str, float] = field(default_factory=dict)
+    covariance: Float[np.ndarray, "p p"] = field(default_factory=lambda: np.zeros((0, 0)))
+    uncertain: tuple[str, ...] = ()
+    side: Side = "joint"
+    transmission: Transmission = field(default_factory=Transmission)
+    source: Source = field(default_factory=Source)
+
+    def __post_init__(self) -> None:
+        for name in ("values", "withheld", "forced", "std"):
+            object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
+        covariance = np.array(self.covariance, dtype=np.float64)
+        covariance.flags.writeable = False
+        object.__setattr__(self, "covariance", covariance)
+
+    @property
+    def inertia(self) -> float | None:
+        """Moving mass [kg] or inertia [kg m^2]; None if there is none to write."""
+        return self.values.get(mass_name(self.kind))
+
+    @property
+    def offset(self) -> float:
+        """Constant effort lost whatever the motion [N or N m]; 0 if there is none to write.
+
+        Friction per direction contains it: half of the difference of the Coulomb frictions.
+        """
+        if "offset" in self.values:
+            return self.values["offset"]
+        if self.directional("coulomb_friction"):
+            forward, backward = self.pair("coulomb_friction") or (0.0, 0.0)
+            return 0.5 * (forward - backward)
+        return 0.0
+
+    def unit(self, name: str) -> str:
+        """Return the SI unit of a parameter."""
+        return unit_of(name, self.kind)
+
+    def has(self, quantity: str) -> bool:
+        """Return whether there is a value of a quantity, in both directions."""
+        return self.pair(quantity) is not None
+
+    def pair(self, quantity: str) -> tuple[float, float] | None:
+        """Return the value of a quantity in the positive and in the negative direction [SI]."""
+        if quantity in self.values:
+            return self.values[quantity], self.values[quantity]
+        names = [quantity + side for side in _SIDES]
+        if all(name in self.values for name in names):
+            return self.values[names[0]], self.values[names[1]]
+        return None
+
+    def directional(self, quantity: str) -> bool:
+        """Return whether a quantity has a value for each direction."""
+        return quantity not in self.values and self.has(quantity)
+
+    def mean(self, quantity: str) -> float | None:
+        """Return the value of a quantity, of both directions the mean [SI]; None without one."""
+        pair = self.pair(quantity)
+        return None if pair is None else 0.5 * (pair[0] + pair[1])
+
+    def required(self, quantity: str) -> float:
+        """Return the mean of both directions, which must be there [SI].
+
+        Raises
+        ------
+        InputError
+            If it is withheld or not in the estimate.
+        """
+        value = self.mean(quantity)
+        if value is not None:
+            return value
+        reason = next((r for n, r in self.withheld.items() if quantity_name(n) == quantity), None)
+        if reason is None:
+            raise InputError(
+                in_words(f"the estimate holds no {quantity}"),
+                where=self.source.file,
+                remedy="identify it from a log that determines it",
+            )
+        raise InputError(
+            in_words(f"{quantity} is not written, as {reason}"),
+            where=self.source.file,
+            remedy="identify it from a better log, or write it nevertheless with --force",
+        )
+
+    def on(self, side: Side | None) -> "ExportParameters":
+        """Return the parameters on a side of the transmission.
+
+        Parameters
+        ----------
+        side
+            ``"motor"`` or ``"joint"``; None for the side they are of.
+
+        Raises
+        ------
+        InputError
+            If they are of the other side and the ratio is not given.
+        """
+        if side is None or side == self.side:
+            return self
+        ratio = self.transmission.ratio()
+        if ratio is None:
+            raise InputError(
+                f"the estimate is of the {self.side} side, and the target holds values of the "
+                f"{side} side",
+                where=self.source.file,
+                remedy="give --gear-ratio, turns of the motor per turn of the joint (1 for a "
+                f"direct drive; for a linear joint --lead), or --side {side} if the log is of that "
+                "side",
+            )
+        factors = {
+            name: factor(quantity_name(name), ratio, to=side)
+            for name in {*self.values, *self.std, *self.uncertain}
+        }
+        withheld = dict(self.withheld)
+        for name, scale in factors.items():
+            if scale is None:
+                withheld[_turned(name, ratio)] = "it has no value on the other side of the gear"
+        known = {name: scale for name, scale in factors.items() if scale is not None}
+        kind = self.transmission.kind_on(side, self.kind)
+
+        def renamed(name: str) -> str:
+            turned = _turned(name, ratio)
+            return mass_name(kind) if turned in {"mass", "inertia"} else turned
+
+        rows = [k for k, name in enumerate(self.uncertain) if name in known]
+        scales = np.array([known[self.uncertain[k]] for k in rows])
+        return replace(
+            self,
+            kind=kind,
+            side=side,
+            values={renamed(n): v * known[n] for n, v in self.values.items() if n in known},
+            std={renamed(n): v * abs(known[n]) for n, v in self.std.items() if n in known},
+            withheld={renamed(name): reason for name, reason in withheld.items()},
+            forced={renamed(name): reason for name, reason in self.forced.items()},
+            given=frozenset(renamed(name) for name in self.given),
+            uncertain=tuple(renamed(self.uncertain[k]) for k in rows),
+            covariance=self.covariance[np.ix_(rows, rows)] * np.outer(scales, scales),
+        )
+
+    def warnings(self) -> tuple[str, ...]:
+        """Return one sentence on each parameter that is written against its verdict."""
+        return tuple(
+            in_words(f"{name} was written by force: {reason}")
+            for name, reason in self.forced.items()
+        )
+
+    def missing(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
+        """Return one sentence on each of these quantities that is withheld."""
+        return tuple(
+            in_words(f"{name} is not written: {reason}")
+            for name, reason in self.withheld.items()
+            if quantity_name(name) in quantities
+        )
+
+    def omissions(self, cannot: Mapping[str, str]) -> tuple[str, ...]:
+        """Return one sentence on each effect of the estimate that a target does not represent.
+
+        ``cannot`` maps a quantity, or ``"direction"`` for different values in the directions, to
+        what the target does instead.
+        """
+        sentences: list[str] = []
+        for quantity, instead in cannot.items():
+            if quantity == "direction":
+                differs = [n for n in ("coulomb_friction", "viscous_friction") if self._differs(n)]
+                if differs:
+                    sentences.append(in_words(f"{' and '.join(differs)} per direction {instead}"))
+                continue
+            value = self.offset if quantity == "offset" else self.mean(quantity)
+            # Within twice its standard deviation of zero, it may not exist
+            if value is not None and abs(value) > 2.0 * self.std.get(quantity, 0.0):
+                unit = self.unit(quantity)
+                shown = "" if unit == "-" else f" {unit}"
+                sentences.append(in_words(f"{quantity} ({value:.4g}{shown}) {instead}"))
+        return tuple(each[0].upper() + each[1:] for each in sentences)
+
+    def _differs(self, quantity: str) -> bool:
+        """Return whether the directions differ beyond an offset."""
+        pair = self.pair(quantity)
+        if pair is None or quantity not in {"coulomb_friction", "viscous_friction"}:
+            return False
+        return pair[0] != pair[1]
+
+
+def _turned(name: str, ratio: float) -> str:
+    """Return the name of a parameter on the other side, whose directions may be opposite."""
+    if ratio > 0:
+        return name
+    for side, other in (_SIDES, _SIDES[::-1]):
+        if name.endswith(side):
+            return name.removesuffix(side) + other
+    return name

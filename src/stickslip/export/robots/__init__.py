@@ -1,0 +1,1 @@
+"""Friction in robot descriptions, edited as text: URDF, SDF, MJCF and USD."""

@@ -1,0 +1,83 @@
+"""Text of exported files: Jinja2 templates, numbers, and what stands at the head."""
+
+from collections.abc import Mapping
+from functools import cache
+from typing import Any
+
+from stickslip.export.base import Exporter
+from stickslip.export.parameters import ExportParameters
+
+
+def number(value: float) -> str:
+    """Return a number with all digits that it needs to be read back as it is.
+
+    Examples
+    --------
+    >>> number(0.1), number(20.0), number(1e-07)
+    ('0.1', '20.0', '1e-07')
+    """
+    return repr(float(value))
+
+
+def filled_in(package: str, template: str, **context: Any) -> str:
+    """Return a template of the folder ``templates`` of a package, filled in.
+
+    Undefined names are errors; the filter ``number`` writes a number with all its digits.
+    """
+    return str(_environment(package).get_template(template).render(**context))
+
+
+@cache
+def _environment(package: str) -> Any:
+    from jinja2 import Environment, PackageLoader, StrictUndefined
+
+    environment = Environment(
+        loader=PackageLoader(package, "templates"),
+        undefined=StrictUndefined,
+        autoescape=False,  # noqa: S701 - code and data, no HTML
+        trim_blocks=True,
+        lstrip_blocks=True,
+        keep_trailing_newline=True,
+    )
+    environment.filters["number"] = number
+    return environment
+
+
+def notes_on(
+    exporter: Exporter, axes: Mapping[str, ExportParameters], *extra: str
+) -> tuple[str, ...]:
+    """Return what a target does not represent of some axes, one sentence each."""
+    return (
+        tuple(
+            f"{name}: {sentence}" if len(axes) > 1 else sentence
+            for name, parameters in axes.items()
+            for sentence in parameters.omissions(exporter.cannot)
+        )
+        + extra
+    )
+
+
+def heading(axes: Mapping[str, ExportParameters], notes: tuple[str, ...]) -> tuple[str, ...]:
+    """Return the lines at the head of a file: origin, side, what was forced, and the notes."""
+    lines: list[str] = []
+    for name, parameters in axes.items():
+        before = f"{name}: " if len(axes) > 1 else ""
+        lines.append(f"{before}{parameters.source.text}")
+        lines.append(f"{before}{side_of(parameters)}")
+        lines += [f"{before}WARNING: {each}" for each in parameters.warnings()]
+    return (*lines, *notes)
+
+
+def side_of(parameters: ExportParameters) -> str:
+    """Return one sentence on the side and the units of the values."""
+    ratio = parameters.transmission.ratio()
+    units = "SI units, " + ("rad and N m" if parameters.kind == "rotary" else "m and N")
+    if ratio is None:
+        return f"Values of the {parameters.side} side, {units}"
+    if parameters.side == parameters.transmission.side:
+        return f"Values of the {parameters.side} side, as identified, {units}"
+    per = "rad of the joint" if parameters.transmission.lead is None else "m"
+    return (
+        f"Values of the {parameters.side} side, identified on the {parameters.transmission.side} "
+        f"side, {units}; the motor turns {ratio:.9g} rad per {per}"
+    )
