@@ -3,7 +3,9 @@
 A leaf beside the packages: schemas of logs, scenarios and saved results are such files.
 """
 
+import errno
 import json
+import os
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -15,28 +17,42 @@ from stickslip.records import InputError
 
 Record = TypeVar("Record")
 
+_LARGEST_DOCUMENT = 100_000_000
+"""Bytes of a saved result with all its arrays are fewer."""
+
 _UNKNOWN = "unexpected_keyword_argument"
+
+
+def printable(name: str | Path) -> str:
+    """Return a file's name with a substitute for each byte that is no UTF-8."""
+    return os.fsencode(name).decode("utf-8", errors="replace")
 
 
 def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
     """Read a TOML file."""
     try:
         # Some editors begin a file with a byte order mark
-        return tomllib.loads(path.read_bytes().decode("utf-8-sig"))
+        return tomllib.loads(_content(path).decode("utf-8-sig"))
     except FileNotFoundError:
         raise InputError(
-            f"there is no such {what} file", where=str(path), remedy="check the path"
+            f"there is no such {what} file", where=printable(path), remedy="check the path"
         ) from None
     except OSError as error:
         raise InputError(
             f"the {what} cannot be read ({error.strerror})",
-            where=str(path),
+            where=printable(path),
             remedy="give the path of a readable TOML file",
         ) from error
+    except RecursionError:
+        raise InputError(
+            f"the {what} is nested too deeply",
+            where=printable(path),
+            remedy=f"write lines such as {line}",
+        ) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
         raise InputError(
             f"the {what} is not TOML ({error})",
-            where=str(path),
+            where=printable(path),
             remedy=f"write lines such as {line}; text goes in quotes",
         ) from error
 
@@ -45,24 +61,37 @@ def read_json(path: Path) -> dict[str, Any]:
     """Read a table from a JSON file."""
     remedy = "give a file that stickslip wrote"
     try:
-        document = json.loads(path.read_bytes())
+        document = json.loads(_content(path))
     except FileNotFoundError:
         raise InputError(
-            "there is no such file", where=str(path), remedy="check the path"
+            "there is no such file", where=printable(path), remedy="check the path"
         ) from None
     except OSError as error:
         raise InputError(
             f"the file cannot be read ({error.strerror})",
-            where=str(path),
+            where=printable(path),
             remedy="give a readable file",
         ) from error
+    except RecursionError:
+        raise InputError(
+            "the file is nested too deeply", where=printable(path), remedy=remedy
+        ) from None
     except ValueError as error:
         raise InputError(
-            f"the file is not JSON ({error})", where=str(path), remedy=remedy
+            f"the file is not JSON ({error})", where=printable(path), remedy=remedy
         ) from error
     if not isinstance(document, dict):
-        raise InputError("the file holds no table", where=str(path), remedy=remedy)
+        raise InputError("the file holds no table", where=printable(path), remedy=remedy)
     return document
+
+
+def _content(path: Path) -> bytes:
+    """Return the bytes of a file; a pipe, from which none may ever come, is none."""
+    if path.exists() and not path.is_file() and not path.is_dir():
+        raise OSError(errno.EINVAL, "it is a pipe or a device")
+    if path.is_file() and path.stat().st_size > _LARGEST_DOCUMENT:
+        raise OSError(errno.EFBIG, f"it has more than {_LARGEST_DOCUMENT / 1e6:.0f} MB")
+    return path.read_bytes()
 
 
 def record_from(

@@ -1,7 +1,7 @@
 """From a file or a data frame to an `AxisLog` in SI units, checked for plausibility."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -11,9 +11,9 @@ import numpy as np
 from stickslip.logs.channels import Bound, axis_kind, bind, candidates
 from stickslip.logs.expressions import Expression, Value
 from stickslip.logs.formats.frames import table_of_frame
-from stickslip.logs.formats.registry import reader_of
+from stickslip.logs.opening import open_log
 from stickslip.logs.schema import AxisSchema, LogSchema, read_schema
-from stickslip.logs.table import Column, Table, check_lengths, combined
+from stickslip.logs.table import Column, Table, check_lengths
 from stickslip.logs.units import quantity_of, scale_to_si
 from stickslip.records import AxisKind, AxisLog, InputError, LogSource, unit_of
 
@@ -70,28 +70,15 @@ def read_log(
     'the axis is taken as linear because position is in mm'
     """
     try:
-        path = Path(path)
+        Path(path)
     except TypeError:
         raise InputError(
             f"an object of type {type(path).__name__} is not the path of a log",
             remedy="give a path, or turn a data frame into a log with stickslip.log_from_frame",
         ) from None
     whole, chosen, where = _chosen(schema, axis)
-    try:
-        files = _files(path, whole.files, where)
-        tables = {short: _table(file) for short, file in files.items()}
-        source = LogSource(
-            files=tuple(file.name for file in files.values()),
-            sha256=_hash_of_files(list(files.values())),
-        )
-    except OSError as error:
-        raise InputError(
-            f"the log cannot be read ({error.strerror or error})",
-            where=str(path),
-            remedy="check that the file can be read",
-        ) from error
-    table = combined(tables, path.name) if whole.files else tables[""]
-    return _axis_log(table, chosen, where, source, default_name=path.stem)
+    table, source, name = open_log(path, whole.files, where)
+    return _axis_log(table, chosen, where, source, default_name=name)
 
 
 def log_from_frame(
@@ -149,59 +136,6 @@ def _chosen(
         return whole, whole.for_axis(axis), where
     except InputError as error:
         raise error.at(where) if where else error from None
-
-
-def _files(path: Path, named: Mapping[str, str], where: str) -> dict[str, Path]:
-    """Return the files of a log by their short names; a log of one file has it under no name."""
-    if not path.exists():
-        raise InputError(
-            "there is no such file or folder", where=str(path), remedy="check the path"
-        )
-    if not (path.is_file() or path.is_dir()) or path == Path("/dev/stdin"):
-        raise InputError(
-            "this is a pipe or a device, which are not supported: a log is read more than once",
-            where=str(path),
-            remedy="write the log to a file and give that",
-        )
-    if not path.is_dir():
-        if named:
-            raise InputError(
-                f"the schema {where} names files in a folder, and this is one file",
-                where=str(path),
-                remedy="give the folder, or leave [files] out of the schema",
-            )
-        return {"": path}
-    if not named:
-        raise InputError(
-            "this is a folder" + (f" and the schema {where} names no files" if where else ""),
-            where=str(path),
-            remedy="give a file, or a schema whose table [files] names the folder's files",
-        )
-    files = {short: path / name for short, name in named.items()}
-    for short, file in files.items():
-        if not file.is_file():
-            raise InputError(
-                f"there is no file {named[short]!r} in the folder",
-                where=str(path),
-                remedy=f"correct {short!r} under [files] in the schema",
-            )
-    return files
-
-
-def _table(path: Path) -> Table:
-    read = reader_of(path)
-    if path.stat().st_size == 0:
-        raise InputError("the file is empty", where=str(path), remedy="record or copy it again")
-    return read(path)
-
-
-def _hash_of_files(files: Sequence[Path]) -> str:
-    digest = hashlib.sha256()
-    for file in files:
-        with file.open("rb") as stream:
-            while block := stream.read(1 << 20):
-                digest.update(block)
-    return digest.hexdigest()
 
 
 def _axis_log(

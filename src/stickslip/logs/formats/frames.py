@@ -78,31 +78,18 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
 def read_parquet(path: Path) -> Table:
     """Read a Parquet file, and of its columns only those in use."""
     try:
-        import pyarrow as pa
         import pyarrow.parquet as pq
     except ImportError:
         raise MissingExtraError(
             f"{path.name} is a Parquet file; reading it", extra="parquet"
         ) from None
 
-    damaged = InputError(
-        "the file is no Parquet file, or is cut short or damaged",
-        where=path.name,
-        remedy="save or copy it again",
-    )
-    try:
-        empty = pq.read_schema(path).empty_table()
-    except (pa.ArrowException, OSError, ValueError) as error:
-        raise damaged from error
-    layout = table_of_frame(empty, path.name)
+    layout = table_of_frame(pq.read_schema(path).empty_table(), path.name)
 
     def load(names: Sequence[str]) -> dict[str, Column]:
         headers = [layout.headers[name] for name in names]
-        try:
-            with pq.ParquetFile(path, page_checksum_verification=True) as file:
-                content = file.read(columns=headers)
-        except (pa.ArrowException, OSError, ValueError) as error:
-            raise damaged from error
+        with pq.ParquetFile(path, page_checksum_verification=True) as file:
+            content = file.read(columns=headers)
         return dict(table_of_frame(content, path.name).load(names))
 
     return Table(

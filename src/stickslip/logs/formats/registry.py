@@ -36,15 +36,38 @@ class LogFormat:
     name: str  # in prose
     endings: tuple[str, ...]  # of its files, in lower case
     read: Reader
+    libraries: str = ""  # that read it, with their licences
+    extra: str = ""  # of this package that installs them
+    signature: bytes = b""  # with which its files begin, if all of them do
+    folder: str = ""  # file by which a folder of that format is known
+    hashed_endings: tuple[str, ...] = ()  # of the files in such a folder that make up the log
+    apart: bool = True  # whether a library parses it that may crash: in a process of its own
 
 
 _ENTRIES = (
     LogFormat(
-        name="text", endings=(".csv", ".tsv", ".txt", ".dat", ".asc", ".log"), read=read_text
+        name="text",
+        endings=(".csv", ".tsv", ".txt", ".dat", ".asc", ".log"),
+        read=read_text,
+        apart=False,
     ),
-    LogFormat(name="Parquet", endings=(".parquet", ".pq"), read=read_parquet),
-    LogFormat(name="MATLAB", endings=(".mat",), read=read_matlab),
-    LogFormat(name="NPZ", endings=(".npz",), read=read_npz),
+    LogFormat(
+        name="Parquet",
+        endings=(".parquet", ".pq"),
+        read=read_parquet,
+        libraries="pyarrow (Apache-2.0)",
+        extra="parquet",
+        signature=b"PAR1",
+    ),
+    LogFormat(
+        name="MATLAB",
+        endings=(".mat",),
+        read=read_matlab,
+        libraries="scipy (BSD-3-Clause), h5py (BSD-3-Clause)",
+        extra="hdf5",
+        signature=b"MATLAB ",
+    ),
+    LogFormat(name="NPZ", endings=(".npz",), read=read_npz, signature=b"PK\x03\x04"),
 )
 
 FORMATS: Mapping[str, LogFormat] = MappingProxyType(
@@ -53,8 +76,13 @@ FORMATS: Mapping[str, LogFormat] = MappingProxyType(
 """The format of every known ending."""
 
 
-def reader_of(path: Path) -> Reader:
-    """Return the reader for a file by its ending, in either case."""
+def format_named(name: str) -> LogFormat:
+    """Return the format of that name, which must be one."""
+    return next(entry for entry in _ENTRIES if entry.name == name)
+
+
+def format_of(path: Path) -> LogFormat:
+    """Return the format of a file by its ending, in either case."""
     entry = FORMATS.get(path.suffix.lower())
     if entry is None:
         raise InputError(
@@ -62,4 +90,19 @@ def reader_of(path: Path) -> Reader:
             where=str(path),
             remedy=f"convert the log to one of: {', '.join(FORMATS)}",
         )
-    return entry.read
+    return entry
+
+
+def format_of_content(path: Path) -> LogFormat:
+    """Return the format of a file without a known name by its first bytes, or else text."""
+    with path.open("rb") as file:
+        head = file.read(max(len(entry.signature) for entry in _ENTRIES))
+    found = (entry for entry in _ENTRIES if entry.signature and head.startswith(entry.signature))
+    return next(found, _ENTRIES[0])
+
+
+def folder_format(path: Path) -> LogFormat | None:
+    """Return the format of a folder that is a log as a whole, or None."""
+    return next(
+        (entry for entry in _ENTRIES if entry.folder and (path / entry.folder).is_file()), None
+    )

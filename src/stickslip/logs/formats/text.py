@@ -1,14 +1,17 @@
 """Text logs: columns between commas, semicolons, tabs or blanks, below a header."""
 
+import codecs
 import csv
 import re
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
+from stickslip.logs.formats.twincat import is_twincat, read_twincat
 from stickslip.logs.table import Column, Table, name_columns
 from stickslip.logs.units import is_unit
 from stickslip.records import InputError, count_of
@@ -19,8 +22,23 @@ _SNIFFED_LINES = 500
 _SNIFFED_ROWS = 50
 """Rows of data that decide on the dialect."""
 
+_LONGEST_LINE = 10_000_000
+"""Characters; what has longer lines is no text log."""
+
+_LARGE = 20_000_000
+"""Bytes from which a library that takes a while to load is worth its time."""
+
+_BLOCK = 1 << 24
+"""Bytes decoded at once."""
+
 _COMMENTS = ("#", "%", "//")
 _REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
+
+_MOMENT = re.compile(
+    r"(?:(?P<date>\d{4}-\d\d-\d\d)[T ])?(?P<clock>\d\d:\d\d:\d\d)(?:[.,](?P<fraction>\d{1,9}))?"
+    r"(?P<offset>Z|[+-]\d\d:?\d\d)?"
+)
+"""A date as ISO 8601 has it, or a time of day."""
 
 _BLANKS = " "
 """Delimiter of columns between runs of blanks."""
@@ -34,25 +52,29 @@ def read_text(path: Path) -> Table:
     names, and UTF-8, UTF-16 and Latin-1 text.
     """
     text = _Text(path=path, encoding=_encoding(path))
-    layout = _find_layout(list(islice(text.lines(), _SNIFFED_LINES)), path.name)
+    lines = text.first_lines()
+    if is_twincat(lines):
+        return read_twincat(lines, text.lines(), path.name)
+    layout = _find_layout(lines, path.name)
     headers, units = name_columns(layout.headers)
     notes = layout.notes
     if text.encoding == "latin-1":
         notes = (*notes, "the text is not UTF-8 and was read as Latin-1")
     used = [position for position, header in enumerate(layout.headers) if header.strip()]
+    positions = dict(zip(headers, used, strict=True))
+    dated = {name for name, position in positions.items() if position in layout.dated}
+    units |= dict.fromkeys(dated, "s")
+    notes = (
+        *notes,
+        *(f"column {name!r} is read as seconds since its first date" for name in dated),
+    )
 
     def load(names: Sequence[str]) -> dict[str, Column]:
-        positions = {
-            name: position for name, position in zip(headers, used, strict=True) if name in names
-        }
-        rows = _fast(text, layout, None)
-        if rows is not None and rows.shape[1] == len(layout.headers):
-            return {name: rows[:, position] for name, position in positions.items()}
-        if _widths_agree(text, layout):  # the columns that are not wanted may hold anything
-            rows = _fast(text, layout, list(positions.values()))
-            if rows is not None:
-                return dict(zip(positions, rows.T, strict=True))
-        return _careful(text, layout, positions)
+        wanted = {name: positions[name] for name in names}
+        dates = {name: position for name, position in wanted.items() if name in dated}
+        numbers = {name: position for name, position in wanted.items() if name not in dated}
+        columns = _numbers(text, layout, numbers) if numbers else {}
+        return {**columns, **(_careful(text, layout, dates, dates=True) if dates else {})}
 
     def place(_: str, sample: int) -> str:
         number, _ = next(islice(_rows(text, layout), sample, None))
@@ -73,17 +95,34 @@ class _Text:
         with self.path.open(encoding=self.encoding) as file:
             yield from file
 
+    def first_lines(self) -> list[str]:
+        """Return the lines in which the layout must show."""
+        with self.path.open(encoding=self.encoding) as file:
+            lines = [file.readline(_LONGEST_LINE) for _ in range(_SNIFFED_LINES)]
+        if any(len(line) == _LONGEST_LINE for line in lines):
+            raise InputError(
+                f"a line has {_LONGEST_LINE} characters or more",
+                where=self.path.name,
+                remedy="give a text log with one row of numbers a sample",
+            )
+        return [line for line in lines if line]
+
 
 def _encoding(path: Path) -> str:
-    content = path.read_bytes()
-    utf_16 = content.startswith((b"\xff\xfe", b"\xfe\xff"))
+    with path.open("rb") as file:
+        utf_16 = file.read(2) in {b"\xff\xfe", b"\xfe\xff"}
     for encoding in ("utf-16",) if utf_16 else ("utf-8-sig", "latin-1"):
-        try:
-            text = content.decode(encoding)
-        except UnicodeDecodeError:
-            continue
-        if "\0" not in text:
-            return encoding
+        decoder = codecs.getincrementaldecoder(encoding)()
+        with path.open("rb") as file:
+            try:
+                while block := file.read(_BLOCK):
+                    if "\0" in decoder.decode(block):
+                        break
+                else:
+                    decoder.decode(b"", final=True)
+                    return encoding
+            except UnicodeDecodeError:
+                continue
     raise InputError(
         "the file is not text",
         where=path.name,
@@ -123,7 +162,7 @@ class _Dialect:
 
     def numbers(self, cells: Sequence[str]) -> int:
         """Return how many cells hold a number."""
-        return sum(self.number(cell) is not None for cell in cells)
+        return sum(self.number(cell) is not None or bool(_MOMENT.fullmatch(cell)) for cell in cells)
 
 
 _DIALECTS = tuple(
@@ -142,6 +181,7 @@ class _Layout:
     headers: tuple[str, ...]
     first_row: int
     notes: tuple[str, ...]
+    dated: frozenset[int] = frozenset()  # places of columns with a date or a time of day
 
 
 def _find_layout(lines: list[str], label: str) -> _Layout:
@@ -219,7 +259,12 @@ def _named(dialect: _Dialect, lines: list[str], first: int, width: int, label: s
     else:
         headers = [f"column_{k + 1}" for k in range(width)]
         notes = (f"there is no header row; the columns are called column_1 to column_{width}",)
-    return _Layout(dialect=dialect, headers=tuple(headers), first_row=first, notes=notes)
+    dated = frozenset(
+        k for k, cell in enumerate(dialect.cells(lines[first])) if _MOMENT.fullmatch(cell)
+    )
+    return _Layout(
+        dialect=dialect, headers=tuple(headers), first_row=first, notes=notes, dated=dated
+    )
 
 
 def _names(dialect: _Dialect, line: str, width: int) -> list[str] | None:
@@ -272,9 +317,84 @@ def _fast(text: _Text, layout: _Layout, positions: list[int] | None) -> np.ndarr
         return None
 
 
-def _careful(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[str, Column]:
+def _numbers(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[str, Column]:
+    """Return columns of numbers, by the first way that can read them: the last one reads all."""
+    columns = _by_arrow(text, layout, positions)
+    if columns is not None:
+        return columns
+    rows = _fast(text, layout, None)
+    if rows is not None and rows.shape[1] == len(layout.headers):
+        return {name: rows[:, position] for name, position in positions.items()}
+    if _widths_agree(text, layout):  # the columns that are not wanted may hold anything
+        rows = _fast(text, layout, list(positions.values()))
+        if rows is not None:
+            return dict(zip(positions, rows.T, strict=True))
+    return _careful(text, layout, positions)
+
+
+def _by_arrow(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[str, Column] | None:
+    """Return columns of a large file through pyarrow; None without it, or if a cell is no number.
+
+    Nothing is read otherwise than in the ways after this one: an empty cell, a comment and a row of
+    another width are errors to pyarrow, and it rounds to the nearest number too.
+    """
+    delimiter = layout.dialect.delimiter
+    if delimiter == _BLANKS or text.encoding != "utf-8-sig":
+        return None
+    if text.path.stat().st_size < _LARGE:
+        return None
+    try:
+        import pyarrow as pa
+        from pyarrow import csv as arrow
+    except ImportError:
+        return None
+    names = [str(k) for k in range(len(layout.headers))]
+    wanted = [names[position] for position in positions.values()]
+    try:
+        table = arrow.read_csv(
+            text.path,
+            read_options=arrow.ReadOptions(skip_rows=layout.first_row, column_names=names),
+            parse_options=arrow.ParseOptions(delimiter=delimiter),
+            convert_options=arrow.ConvertOptions(
+                column_types=dict.fromkeys(wanted, pa.float64()),
+                include_columns=list(dict.fromkeys(wanted)),
+                null_values=[],
+                decimal_point=layout.dialect.decimal,
+            ),
+        )
+    except (pa.ArrowException, OSError, ValueError):
+        return None
+    return {name: table.column(names[k]).to_numpy() for name, k in positions.items()}
+
+
+def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
+    """Return dates or times of day as seconds since the first."""
+    if len({each["offset"] for each in moments}) > 1:
+        raise InputError(
+            f"the dates of column {name!r} are of several time zones",
+            where=label,
+            remedy="write all of them in one, or the time in seconds",
+        )
+    texts = [
+        f"{each['date'] or '1970-01-01'}T{each['clock']}.{each['fraction'] or '0'}"
+        for each in moments
+    ]
+    try:
+        stamps = np.array(texts, "datetime64[ns]")
+    except ValueError as error:
+        raise InputError(
+            f"column {name!r} has a date that there is not ({error})",
+            where=label,
+            remedy="write dates as in 2024-03-01T12:00:00.001, or the time in seconds",
+        ) from None
+    return (stamps - stamps[:1]).astype(np.int64) * 1e-9
+
+
+def _careful(
+    text: _Text, layout: _Layout, positions: dict[str, int], *, dates: bool = False
+) -> dict[str, Column]:
     """Return the wanted columns, read cell by cell; the first faulty cell is an error."""
-    columns: dict[str, list[float]] = {name: [] for name in positions}
+    columns: dict[str, list[Any]] = {name: [] for name in positions}
     width = len(layout.headers)
     for number, line in _rows(text, layout):
         cells, where = layout.dialect.cells(line), f"{text.path.name}, row {number}"
@@ -285,13 +405,17 @@ def _careful(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[st
                 remedy="repair or remove the row",
             )
         for name, position in positions.items():
-            value = layout.dialect.number(cells[position])
+            cell = cells[position]
+            value = layout.dialect.number(cell) if not dates else _MOMENT.fullmatch(cell)
             if value is None:
-                held = f"the text {cells[position]!r}" if cells[position] else "an empty cell"
+                held = f"the text {cell!r}" if cell else "an empty cell"
+                needed = "a date" if dates else "a number"
                 raise InputError(
-                    f"column {name!r} has {held} where a number is needed",
+                    f"column {name!r} has {held} where {needed} is needed",
                     where=where,
                     remedy="repair or remove the row",
                 )
             columns[name].append(value)
+    if dates:
+        return {name: _seconds(cells, name, text.path.name) for name, cells in columns.items()}
     return {name: np.array(values) for name, values in columns.items()}

@@ -1,0 +1,291 @@
+"""From what a user gives as a log to its table: a file, a folder, standard input or a URL."""
+
+import bz2
+import gzip
+import hashlib
+import lzma
+import re
+import shutil
+import sys
+import tempfile
+import weakref
+import zipfile
+import zlib
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path, PurePosixPath
+from types import MappingProxyType
+from typing import IO, Any, cast
+
+from stickslip.input_files import printable
+from stickslip.logs.formats.registry import (
+    FORMATS,
+    LogFormat,
+    folder_format,
+    format_of,
+    format_of_content,
+)
+from stickslip.logs.isolation import read_apart
+from stickslip.logs.table import Column, Table, combined
+from stickslip.records import InputError, LogSource, MissingExtraError
+
+_STANDARD_INPUT = frozenset({"-", "/dev/stdin"})
+_URL = re.compile(r"(?P<protocol>[A-Za-z][A-Za-z0-9+.]+):(?://|/(?!/))(?P<rest>.+)", re.DOTALL)
+"""A URL, also with the one slash that remains when it has been taken for a path."""
+
+_COMPRESSED: Mapping[str, Callable[[Path], Any]] = MappingProxyType(
+    {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
+)
+_ARCHIVE = ".zip"
+_DAMAGED = (EOFError, OSError, zlib.error, lzma.LZMAError, zipfile.BadZipFile, ValueError)
+"""Errors of the decompressors on damaged files."""
+
+_LARGEST_RATIO, _SMALL = 200, 100_000_000
+"""Bytes of a decompressed file are at most so many times those of the compressed one, or so many:
+the dullest text is compressed less, and a file that is made to fill a disk more."""
+
+_BLOCK = 1 << 20
+
+
+class _Scratch:
+    """A temporary folder, which is removed with the last reference to it."""
+
+    def __init__(self) -> None:
+        self.path = Path(tempfile.mkdtemp(prefix="stickslip-"))
+        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Opened:
+    """A file or folder that a reader can be given, and what the user gave."""
+
+    path: Path  # to read
+    name: str  # of what the user gave, in results
+    hashed: tuple[Path, ...]  # files whose bytes identify the log
+    entry: LogFormat
+    scratch: _Scratch | None = None  # which holds the path
+
+    def table(self) -> Table:
+        """Return the table, which keeps a temporary folder as long as it is needed."""
+        apart = self.entry.apart
+        table = read_apart(self.entry, self.path) if apart else self.entry.read(self.path)
+        load, kept = table.load, self.scratch
+        if kept is None:
+            return table
+
+        def loaded(names: Sequence[str], _: _Scratch = kept) -> Mapping[str, Column]:
+            return load(names)
+
+        return replace(table, load=loaded)
+
+
+def open_log(
+    location: str | Path, named: Mapping[str, str], where: str
+) -> tuple[Table, LogSource, str]:
+    """Return the table of a log, its source, and the name that its file gives to the log.
+
+    ``named`` are the files of a folder by their short names, from the schema called ``where``.
+    """
+    shown = printable(location)
+    try:
+        files = _files(location, named, where)
+        tables = {short: opened.table() for short, opened in files.items()}
+        source = LogSource(
+            files=tuple(opened.name for opened in files.values()),
+            sha256=_hash(file for opened in files.values() for file in opened.hashed),
+        )
+    except OSError as error:
+        raise InputError(
+            f"the log cannot be read ({error.strerror or error})",
+            where=shown,
+            remedy="check that the file can be read",
+        ) from error
+    if named:
+        folder = PurePosixPath(shown).name
+        return combined(tables, folder), source, PurePosixPath(folder).stem
+    return tables[""], source, PurePosixPath(files[""].path.name).stem
+
+
+def _files(location: str | Path, named: Mapping[str, str], where: str) -> dict[str, _Opened]:
+    """Return the files of a log by their short names; a log of one file has it under no name."""
+    path, shown = Path(location), printable(location)
+    if str(location) in _STANDARD_INPUT:
+        return {"": _standard_input()}
+    if not path.exists():
+        if match := _URL.fullmatch(str(location)):
+            return {"": _downloaded(match["protocol"], match["rest"])}
+        raise InputError("there is no such file or folder", where=shown, remedy="check the path")
+    if not (path.is_file() or path.is_dir()):
+        raise InputError(
+            "this is a pipe or a device, which are not supported",
+            where=shown,
+            remedy="give it as standard input, with - as the log, or write it to a file",
+        )
+    if not path.is_dir():
+        if named:
+            raise InputError(
+                f"the schema {where} names files in a folder, and this is one file",
+                where=shown,
+                remedy="give the folder, or leave [files] out of the schema",
+            )
+        return {"": _opened(path)}
+    if not named:
+        return {"": _folder(path, where)}
+    for short, name in named.items():
+        if not (path / name).is_file():
+            raise InputError(
+                f"there is no file {name!r} in the folder",
+                where=shown,
+                remedy=f"correct {short!r} under [files] in the schema",
+            )
+    return {short: _opened(path / name) for short, name in named.items()}
+
+
+def _folder(path: Path, where: str) -> _Opened:
+    """Return a folder that is a log as a whole."""
+    entry = folder_format(path)
+    if entry is None:
+        raise InputError(
+            "this is a folder" + (f" and the schema {where} names no files" if where else ""),
+            where=printable(path),
+            remedy="give a file, or a schema whose table [files] names the folder's files",
+        )
+    files = sorted(file for file in path.rglob("*") if file.is_file())
+    hashed = tuple(file for file in files if file.suffix.lower() in entry.hashed_endings)
+    return _Opened(path=path, name=printable(path.name), hashed=hashed, entry=entry)
+
+
+def _opened(path: Path) -> _Opened:
+    """Return a file as it can be read: not compressed, and with a name that can be printed."""
+    name, ending = printable(path.name), path.suffix.lower()
+    if ending in _COMPRESSED or ending == _ARCHIVE:
+        if not path.stat().st_size:
+            raise _empty(path)
+        try:
+            return _unzipped(path) if ending == _ARCHIVE else _decompressed(path, ending)
+        except _DAMAGED as error:
+            if isinstance(error, InputError):
+                raise
+            raise InputError(
+                "the compressed file is cut short or damaged",
+                where=name,
+                remedy="copy it again",
+            ) from error
+    entry = format_of(path)
+    if not path.stat().st_size:
+        raise _empty(path)
+    if name == path.name:
+        return _Opened(path=path, name=name, hashed=(path,), entry=entry)
+    scratch = _Scratch()
+    link = scratch.path / name
+    link.symlink_to(path.absolute())
+    return _Opened(path=link, name=name, hashed=(path,), entry=entry, scratch=scratch)
+
+
+def _empty(path: Path) -> InputError:
+    return InputError("the file is empty", where=printable(path), remedy="record or copy it again")
+
+
+def _decompressed(path: Path, ending: str) -> _Opened:
+    with _COMPRESSED[ending](path) as stream:
+        return _spooled(stream, Path(printable(path.stem)).name, given=path)
+
+
+def _unzipped(path: Path) -> _Opened:
+    """Return the log in an archive: its only file, or the only one that has a known ending."""
+    with zipfile.ZipFile(path) as archive:
+        members = [each for each in archive.infolist() if not each.is_dir()]
+        members = [each for each in members if not each.filename.startswith("__MACOSX/")]
+        known = [each for each in members if Path(each.filename).suffix.lower() in FORMATS]
+        chosen = known if len(members) > 1 else members
+        if len(chosen) != 1:
+            listed = ", ".join(repr(each.filename) for each in chosen[:5])
+            raise InputError(
+                f"the archive has {len(chosen)} logs" + (f" ({listed})" if listed else ""),
+                where=printable(path.name),
+                remedy="unpack it and give the log, or its folder with a schema",
+            )
+        if chosen[0].flag_bits & 1:
+            raise InputError(
+                "the archive needs a password", where=printable(path.name), remedy="unpack it"
+            )
+        with archive.open(chosen[0]) as stream:
+            return _spooled(stream, PurePosixPath(chosen[0].filename).name, given=path)
+
+
+def _standard_input() -> _Opened:
+    if sys.stdin is None or sys.stdin.isatty():
+        raise InputError(
+            "standard input is a terminal",
+            where="-",
+            remedy="pipe the log in, as in: stickslip identify - < stage.csv",
+        )
+    stream = getattr(sys.stdin, "buffer", None)
+    if stream is None:
+        raise InputError(
+            "standard input holds no bytes", where="-", remedy="give the path of the log"
+        )
+    return _spooled(stream, "standard input")
+
+
+def _downloaded(protocol: str, rest: str) -> _Opened:
+    """Return the file at a URL; what may stand before the host or behind the path stays unsaid."""
+    try:
+        import fsspec
+    except ImportError:
+        raise MissingExtraError("reading a log from a URL", extra="url") from None
+
+    name = PurePosixPath(re.split(r"[?#]", rest)[0]).name or "log"
+    try:
+        with fsspec.open(f"{protocol}://{rest}", "rb") as stream:
+            opened = _spooled(cast("IO[bytes]", stream), name)
+    except InputError:
+        raise
+    # Each protocol has a library of its own, with errors of its own.
+    except Exception as error:  # noqa: BLE001
+        reason = " ".join(str(error).split())[:200] or type(error).__name__
+        raise InputError(
+            f"the log cannot be fetched by {protocol} ({reason})",
+            where=name,
+            remedy="check the address, or fetch the file and give its path",
+        ) from None
+    if Path(name).suffix.lower() in {*_COMPRESSED, _ARCHIVE}:
+        return _opened(opened.path)
+    return opened
+
+
+def _spooled(stream: IO[bytes], name: str, given: Path | None = None) -> _Opened:
+    """Return the content of a stream as a file; that of a compressed file must not be enormous."""
+    scratch = _Scratch()
+    path = scratch.path / printable(name)
+    limit = None if given is None else max(_SMALL, _LARGEST_RATIO * given.stat().st_size)
+    size = 0
+    with path.open("wb") as file:
+        while block := stream.read(_BLOCK):
+            size += len(block)
+            if limit is not None and size > limit:
+                raise InputError(
+                    f"the file is more than {limit / 1e6:.0f} MB when it is decompressed",
+                    where=printable(given.name if given else name),
+                    remedy="decompress it and give the log",
+                )
+            file.write(block)
+    if not size:
+        raise InputError("the log is empty", where=name, remedy="record or copy it again")
+    entry = FORMATS.get(path.suffix.lower()) or format_of_content(path)
+    return _Opened(
+        path=path,
+        name=name if given is None else printable(given.name),
+        hashed=(given or path,),
+        entry=entry,
+        scratch=scratch,
+    )
+
+
+def _hash(files: Iterable[Path]) -> str:
+    digest = hashlib.sha256()
+    for file in files:
+        with file.open("rb") as stream:
+            while block := stream.read(_BLOCK):
+                digest.update(block)
+    return digest.hexdigest()
