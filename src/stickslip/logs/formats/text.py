@@ -29,7 +29,7 @@ _LARGE = 20_000_000
 """Bytes from which a library that takes a while to load is worth its time."""
 
 _BLOCK = 1 << 24
-"""Bytes decoded at once."""
+"""Bytes decoded or parsed at once."""
 
 _COMMENTS = ("#", "%", "//")
 _REMARK = re.compile(r"(?<=\s)#.*")  # a # without a blank before it begins a cell, such as #N/A
@@ -112,22 +112,31 @@ def _encoding(path: Path) -> str:
     with path.open("rb") as file:
         utf_16 = file.read(2) in {b"\xff\xfe", b"\xfe\xff"}
     for encoding in ("utf-16",) if utf_16 else ("utf-8-sig", "latin-1"):
-        decoder = codecs.getincrementaldecoder(encoding)()
-        with path.open("rb") as file:
-            try:
-                while block := file.read(_BLOCK):
-                    if "\0" in decoder.decode(block):
-                        break
-                else:
-                    decoder.decode(b"", final=True)
-                    return encoding
-            except UnicodeDecodeError:
-                continue
+        try:
+            if _decodes(path, encoding):
+                return encoding
+        except UnicodeDecodeError:
+            continue
     raise InputError(
         "the file is not text",
         where=path.name,
         remedy="give it the ending of its format, such as .mat or .parquet",
     )
+
+
+def _decodes(path: Path, encoding: str) -> bool:
+    """Return whether a file has no character zero; what is not in the encoding is an error."""
+    decoder = codecs.getincrementaldecoder(encoding)()
+    with path.open("rb") as file:
+        while block := file.read(_BLOCK):
+            if encoding != "utf-16" and block.isascii():  # quicker than to decode it
+                if b"\0" in block:
+                    return False
+                decoder.decode(b"\n" if decoder.getstate()[0] else b"")
+            elif "\0" in decoder.decode(block):
+                return False
+    decoder.decode(b"", final=True)
+    return True
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -353,7 +362,9 @@ def _by_arrow(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[s
     try:
         table = arrow.read_csv(
             text.path,
-            read_options=arrow.ReadOptions(skip_rows=layout.first_row, column_names=names),
+            read_options=arrow.ReadOptions(
+                skip_rows=layout.first_row, column_names=names, block_size=_BLOCK
+            ),
             parse_options=arrow.ParseOptions(delimiter=delimiter),
             convert_options=arrow.ConvertOptions(
                 column_types=dict.fromkeys(wanted, pa.float64()),
@@ -364,7 +375,10 @@ def _by_arrow(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[s
         )
     except (pa.ArrowException, OSError, ValueError):
         return None
-    return {name: table.column(names[k]).to_numpy() for name, k in positions.items()}
+    columns: dict[str, Column] = {}
+    for name, k in positions.items():
+        columns[name] = table.column(names[k]).to_numpy()
+    return columns
 
 
 def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
