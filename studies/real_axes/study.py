@@ -12,7 +12,7 @@ from jaxtyping import Bool, Float
 
 import stickslip
 from stickslip.estimation import predict_effort
-from stickslip.estimation.selection.evaluation.law import is_velocity_term, law_columns, law_effort
+from stickslip.friction.estimated_law import is_velocity_term, law_columns, law_effort
 from stickslip.records import AxisLog, FrictionEstimate, InputError
 from studies.real_axes.logs import RealLog, ReferenceValue
 from studies.real_axes.reference import (

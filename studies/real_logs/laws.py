@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.selection.evaluation.law import law_effort
+from stickslip.friction.estimated_law import law_effort
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate

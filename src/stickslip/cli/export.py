@@ -65,14 +65,12 @@ def export(
     lead: Annotated[
         float | None, _side(help="Travel of a linear joint per turn of its rotary motor, in m.")
     ] = None,
-    effort_unit: Annotated[
-        Literal["A"] | None,
-        _side(
-            help="Give A if the effort of the log was a current. [default: that of the estimate]"
-        ),
-    ] = None,
     torque_constant: Annotated[
-        float | None, _side(help="Of the motor, in N m/A, or N/A of a linear motor.")
+        float | None,
+        _side(
+            help="Torque or force per current, in N m/A or N/A (or per %, for an effort in "
+            "percent)."
+        ),
     ] = None,
     points: Annotated[
         int | None, _target(converter=whole_number, help="Number of points of a table.")
@@ -115,11 +113,7 @@ def export(
         return 0
     for given, what in ((target, "a target"), (estimate, "an estimate"), (out, "--out")):
         if given is None:
-            raise InputError(
-                f"{what} is missing",
-                remedy="write stickslip export TARGET ESTIMATE.json --out FILE; --list lists the "
-                "targets",
-            )
+            raise InputError("export_arguments", what=what)
     assert target is not None  # noqa: S101 - for the type checker
     assert estimate is not None  # noqa: S101
     assert out is not None  # noqa: S101
@@ -134,7 +128,6 @@ def export(
         axis=axis,
         reading=EstimateReading(
             transmission=Transmission(side=side, gear_ratio=gear_ratio, lead=lead),
-            effort_unit=effort_unit,
             torque_constant=torque_constant,
             force=force,
         ),

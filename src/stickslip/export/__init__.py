@@ -1,6 +1,6 @@
 """Identified friction as files for simulators, drives, code and functional mock-up units."""
 
-from stickslip.export.base import Exporter, ExportSettings, Rendered
+from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters, Source
 from stickslip.export.reading import EstimateReading, axes_of
 from stickslip.export.registry import exporters, targets
@@ -13,6 +13,7 @@ __all__ = [
     "ExportParameters",
     "ExportSettings",
     "Exporter",
+    "FileToEdit",
     "Rendered",
     "Side",
     "Source",

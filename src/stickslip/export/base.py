@@ -1,7 +1,9 @@
 """What every export obeys: the protocol, the settings, and what is written."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from difflib import get_close_matches
+from pathlib import Path
 from typing import Literal, Protocol, runtime_checkable
 
 from stickslip.export.parameters import ExportParameters
@@ -65,6 +67,25 @@ class Rendered:
     notes: tuple[str, ...] = field(default=())
 
 
+@dataclass(frozen=True, kw_only=True)
+class FileToEdit:
+    """A file that an export is written into.
+
+    Attributes
+    ----------
+    content
+        Its bytes.
+    path
+        Where it stands; None in memory.
+    out
+        Where the edited file will stand; None if it is not written.
+    """
+
+    content: bytes
+    path: Path | None = None
+    out: Path | None = None
+
+
 @runtime_checkable
 class Exporter(Protocol):
     """A target of exports.
@@ -119,7 +140,7 @@ class Exporter(Protocol):
         self,
         axes: Mapping[str, ExportParameters],
         settings: ExportSettings,
-        into: "str | bytes | None" = None,
+        into: FileToEdit | None = None,
     ) -> Rendered:
         """Return what is written.
 
@@ -130,7 +151,7 @@ class Exporter(Protocol):
         settings
             See `ExportSettings`.
         into
-            Content of the file to edit.
+            The file to edit; None if there is none.
 
         Raises
         ------
@@ -143,8 +164,13 @@ class Exporter(Protocol):
 def only_axis(axes: Mapping[str, ExportParameters], title: str) -> tuple[str, ExportParameters]:
     """Return the only axis, with its name."""
     if len(axes) != 1:
-        raise InputError(
-            f"{title} holds one axis, and there are {len(axes)}: {', '.join(axes)}",
-            remedy="name one of them with --axis",
-        )
+        raise InputError("several_axes", title=title, count=len(axes), axes=tuple(axes))
     return next(iter(axes.items()))
+
+
+def choices(name: str, known: Iterable[str]) -> tuple[str, ...]:
+    """Return the known names that are similar to a given one; all if none is."""
+    known = tuple(known)
+    plain = {each.casefold(): each for each in known}
+    near = get_close_matches(name.casefold(), plain, n=3, cutoff=0.6)
+    return tuple(plain[each] for each in near) or known

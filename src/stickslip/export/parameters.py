@@ -1,6 +1,6 @@
 """Parameters of an estimate as exports use them: identified, on one side, in SI units."""
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -151,8 +151,8 @@ class ExportParameters:
         pair = self.pair(quantity)
         return None if pair is None else 0.5 * (pair[0] + pair[1])
 
-    def required(self, quantity: str) -> float:
-        """Return the mean of both directions, which must be there [SI].
+    def required(self, quantity: str, title: str) -> float:
+        """Return the mean of both directions, which the target of this title needs [SI].
 
         Raises
         ------
@@ -163,17 +163,8 @@ class ExportParameters:
         if value is not None:
             return value
         reason = next((r for n, r in self.withheld.items() if quantity_name(n) == quantity), None)
-        if reason is None:
-            raise InputError(
-                in_words(f"the estimate holds no {quantity}"),
-                where=self.source.file,
-                remedy="identify it from a log that determines it",
-            )
-        raise InputError(
-            in_words(f"{quantity} is not written, as {reason}"),
-            where=self.source.file,
-            remedy="identify it from a better log, or write it nevertheless with --force",
-        )
+        code = "parameter_absent" if reason is None else "parameter_withheld"
+        raise InputError(code, where=self.source.file, title=title, name=quantity, reason=reason)
 
     def on(self, side: Side | None) -> "ExportParameters":
         """Return the parameters on a side of the transmission.
@@ -193,12 +184,7 @@ class ExportParameters:
         ratio = self.transmission.ratio()
         if ratio is None:
             raise InputError(
-                f"the estimate is of the {self.side} side, and the target holds values of the "
-                f"{side} side",
-                where=self.source.file,
-                remedy="give --gear-ratio, turns of the motor per turn of the joint (1 for a "
-                f"direct drive; for a linear joint --lead), or --side {side} if the log is of that "
-                "side",
+                "gear_ratio_missing", where=self.source.file, side=self.side, wanted=side
             )
         factors = {
             name: factor(quantity_name(name), ratio, to=side)
@@ -245,25 +231,42 @@ class ExportParameters:
             if quantity_name(name) in quantities
         )
 
-    def omissions(self, cannot: Mapping[str, str]) -> tuple[str, ...]:
+    def omissions(
+        self, title: str, represents: Collection[str], cannot: Mapping[str, str]
+    ) -> tuple[str, ...]:
         """Return one sentence on each effect of the estimate that a target does not represent.
 
-        ``cannot`` maps a quantity, or ``"direction"`` for different values in the directions, to
-        what the target does instead.
+        Parameters
+        ----------
+        title
+            Of the target.
+        represents
+            Quantities that it holds.
+        cannot
+            What it does instead, by quantity, or by ``"direction"`` for different values in the
+            directions; the end of a sentence.
         """
         sentences: list[str] = []
-        for quantity, instead in cannot.items():
-            if quantity == "direction":
-                differs = [n for n in ("coulomb_friction", "viscous_friction") if self._differs(n)]
-                if differs:
-                    sentences.append(in_words(f"{' and '.join(differs)} per direction {instead}"))
-                continue
+        differs = [n for n in ("coulomb_friction", "viscous_friction") if self._differs(n)]
+        if differs and "direction" in cannot:
+            sentences.append(
+                in_words(f"{' and '.join(differs)} per direction {cannot['direction']}")
+            )
+        others: list[str] = []
+        for quantity in dict.fromkeys(("offset", *map(quantity_name, self.values))):
             value = self.offset if quantity == "offset" else self.mean(quantity)
             # Within twice its standard deviation of zero, it may not exist
-            if value is not None and abs(value) > 2.0 * self.std.get(quantity, 0.0):
-                unit = self.unit(quantity)
-                shown = "" if unit == "-" else f" {unit}"
-                sentences.append(in_words(f"{quantity} ({value:.4g}{shown}) {instead}"))
+            exists = value is not None and abs(value) > 2.0 * self.std.get(quantity, 0.0)
+            if not exists or quantity in (*represents, "mass", "inertia"):
+                continue
+            unit = self.unit(quantity)
+            shown = in_words(f"{quantity} ({value:.4g}{'' if unit == '-' else f' {unit}'})")
+            if quantity in cannot:
+                sentences.append(f"{shown} {cannot[quantity]}")
+            else:
+                others.append(shown)
+        if others:
+            sentences.append(f"not represented in {title}: {', '.join(others)}")
         return tuple(each[0].upper() + each[1:] for each in sentences)
 
     def _differs(self, quantity: str) -> bool:

@@ -4,17 +4,19 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 
+from stickslip.export.base import choices
 from stickslip.export.parameters import ExportParameters, Source
 from stickslip.export.transmission import Transmission
-from stickslip.input_files import nearest, read_json
+from stickslip.input_files import read_json
 from stickslip.records import (
     PARAMETER_NAMES,
     SCHEMA_VERSION,
     AxisKind,
+    EffortUnit,
     FrictionEstimate,
     InputError,
     Status,
@@ -23,19 +25,6 @@ from stickslip.records import (
     shared_name,
     unit_of,
 )
-
-_WRITTEN = "give a file that stickslip identify --json wrote"
-_IN_AMPERE: Mapping[str, str] = {
-    "kg": "A s^2/m",
-    "kg m^2": "A s^2/rad",
-    **{
-        unit: unit.replace("N m", "A").replace("N", "A")
-        for kind in ("linear", "rotary")
-        for name in PARAMETER_NAMES
-        if (unit := unit_of(name, kind)).startswith("N")
-    },
-}
-"""Unit of a parameter of an estimate whose effort is a current, by the SI unit."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -46,17 +35,14 @@ class EstimateReading:
     ----------
     transmission
         Side of the estimate, and the ratio to the other side.
-    effort_unit
-        ``"A"`` if the logged effort is a current although the estimate has it in N or N m; None for
-        the units of the estimate.
     torque_constant
-        Torque or force per current [N m/A or N/A], for an estimate in ampere; None if not given.
+        Torque or force per current [N m/A or N/A] for an estimate in ampere, or per percent for one
+        in percent; None if it is not given.
     force
         Whether values are exported that were not identified or are not to be used.
     """
 
     transmission: Transmission = field(default_factory=Transmission)
-    effort_unit: Literal["A"] | None = None
     torque_constant: float | None = None
     force: bool = False
 
@@ -90,7 +76,7 @@ def axes_of(
         return {"": _parameters(document, where, reading)}
     axes = document["axes"]
     if not isinstance(axes, Mapping) or not axes:
-        raise InputError("it holds no axes", where=_place(where, "axes"), remedy=_WRITTEN)
+        raise InputError("not_an_estimate", where=where, name="axes")
     return {
         str(name): _parameters(each, _place(where, f"axes.{name}"), reading)
         for name, each in axes.items()
@@ -101,13 +87,7 @@ def chosen(axes: Mapping[str, ExportParameters], name: str) -> ExportParameters:
     """Return one axis of a robot by its name."""
     if name in axes:
         return axes[name]
-    near = nearest(name, axes)
-    known = ", ".join(axes)
-    raise InputError(
-        f"the estimate has no axis {name!r}",
-        where="--axis",
-        remedy=f"did you mean {near}?" if near else f"its axes are: {known or 'not named'}",
-    )
+    raise InputError("unknown_axis", axis=name, choices=choices(name, axes))
 
 
 def _place(*parts: str) -> str:
@@ -127,7 +107,7 @@ def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportPa
     for name, entry in document["parameters"].items():
         place = _place(where, f"parameters.{name}")
         if shared_name(name) not in PARAMETER_NAMES or not isinstance(entry, Mapping):
-            raise InputError(f"{name!r} is not a parameter", where=place, remedy=_WRITTEN)
+            raise InputError("estimate_value", where=place, name=name, value=entry)
         value = _number(entry.get("value"), name, place)
         row = identified
         identified += value is not None
@@ -163,35 +143,23 @@ def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportPa
 
 def _checked(document: Any, where: str) -> tuple[AxisKind, Status]:
     """Check the frame of a document; return the kind of axis and the status."""
-    if not isinstance(document, Mapping):
-        raise InputError("this is no estimate", where=where, remedy=_WRITTEN)
     for name in ("schema", "kind", "status", "parameters"):
-        if name not in document:
-            raise InputError(
-                f"{name} is missing, this is no estimate", where=where, remedy=_WRITTEN
-            )
+        if not isinstance(document, Mapping) or name not in document:
+            raise InputError("not_an_estimate", where=where, name=name)
     if document["schema"] != SCHEMA_VERSION:
         raise InputError(
-            f"the schema is {document['schema']!r}, this version reads {SCHEMA_VERSION}",
+            "estimate_schema",
             where=_place(where, "schema"),
-            remedy="identify the log again with this version",
+            value=document["schema"],
+            known=SCHEMA_VERSION,
         )
-    if document["kind"] not in ("linear", "rotary"):
-        raise InputError(
-            f"the kind of axis is {document['kind']!r}",
-            where=_place(where, "kind"),
-            remedy=_WRITTEN,
-        )
+    statuses = tuple(each.value for each in Status)
+    for name, known in (("kind", ("linear", "rotary")), ("status", statuses)):
+        if document[name] not in known:
+            raise InputError("estimate_value", where=where, name=name, value=document[name])
     if not isinstance(document["parameters"], Mapping):
-        raise InputError(
-            "it holds no parameters", where=_place(where, "parameters"), remedy=_WRITTEN
-        )
-    try:
-        return document["kind"], Status(document["status"])
-    except ValueError:
-        raise InputError(
-            f"the status is {document['status']!r}", where=_place(where, "status"), remedy=_WRITTEN
-        ) from None
+        raise InputError("not_an_estimate", where=where, name="parameters")
+    return document["kind"], Status(document["status"])
 
 
 def _verdicts(document: Mapping[str, Any]) -> dict[str, tuple[bool, str]]:
@@ -213,7 +181,7 @@ def _reason(
     if value is None or not identifiable:
         return reason or "the log does not determine it"
     if not status.usable:
-        return f"the estimate is not to be used, its status is {status.value!r}"
+        return f"the status of the estimate is {status.value}, and its values are not to be used"
     if "[" in name:
         return (
             "it is of one log of several; take the estimate of that log (FrictionEstimate.of_log)"
@@ -225,29 +193,31 @@ def _number(value: Any, name: str, where: str) -> float | None:
     if value is None:
         return None
     if isinstance(value, bool) or not isinstance(value, int | float) or not math.isfinite(value):
-        raise InputError(
-            f"{name} is {value!r}, it must be a finite number", where=where, remedy=_WRITTEN
-        )
+        raise InputError("estimate_value", where=where, name=name, value=value)
     return float(value)
 
 
 def _scale(name: str, unit: Any, kind: AxisKind, where: str, reading: EstimateReading) -> float:
     """Return the factor of a value to SI units."""
     si = unit_of(name, kind)
-    in_ampere = _IN_AMPERE.get(si, "")
-    if unit == in_ampere or (unit == si and in_ampere and reading.effort_unit == "A"):
-        if reading.torque_constant is None:
-            raise InputError(
-                f"{name} is in {in_ampere}, of an effort in ampere, and the target needs {si}",
-                where=where,
-                remedy="give --torque-constant in N m/A (N/A of a linear motor)",
-            )
-        return positive("torque constant", reading.torque_constant, "N m/A or N/A")
-    if unit != si:
+    if unit == si:
+        return 1.0
+    efforts: tuple[EffortUnit, ...] = ("A", "%")
+    effort = next((each for each in efforts if unit == unit_of(name, kind, each)), None)
+    if effort is None:
+        raise InputError("estimate_unit", where=where, name=name, unit=unit, wanted=si)
+    if reading.torque_constant is None:
         raise InputError(
-            f"{name} is in {unit!r}, and this kind of axis has {si}", where=where, remedy=_WRITTEN
+            "estimate_in_units_of_drive",
+            where=where,
+            name=name,
+            unit=unit,
+            effort=effort,
+            wanted=si,
         )
-    return 1.0
+    return positive(
+        "torque_constant", reading.torque_constant, f"{unit_of('effort', kind)}/{effort}"
+    )
 
 
 def _given_inertia(

@@ -4,17 +4,22 @@ from collections.abc import Mapping
 from functools import cache
 from types import MappingProxyType
 
-from stickslip.export.base import Exporter
-from stickslip.input_files import nearest
+from stickslip.export.base import Exporter, choices
 from stickslip.records import InputError
 
 
 @cache
 def exporters() -> Mapping[str, Exporter]:
     """Return every exporter by its name, in the order of the overview."""
+    from stickslip.export.robots.mjcf import MjcfExporter
+    from stickslip.export.robots.sdf import SdfExporter
     from stickslip.export.robots.urdf import UrdfExporter
 
-    every: tuple[Exporter, ...] = (UrdfExporter(),)
+    every: tuple[Exporter, ...] = (
+        UrdfExporter(),
+        SdfExporter(),
+        MjcfExporter(),
+    )
     return MappingProxyType({each.name: each for each in every})
 
 
@@ -39,10 +44,5 @@ def exporter(name: str) -> Exporter:
     """
     found = exporters().get(name)
     if found is None:
-        near = nearest(name, exporters())
-        known = ", ".join(exporters())
-        raise InputError(
-            f"{name!r} is not a target of exports",
-            remedy=f"did you mean {near}?" if near else f"the targets are: {known}",
-        )
+        raise InputError("unknown_target", target=name, choices=choices(name, exporters()))
     return found

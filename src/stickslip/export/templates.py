@@ -51,7 +51,9 @@ def notes_on(
         tuple(
             f"{name}: {sentence}" if len(axes) > 1 else sentence
             for name, parameters in axes.items()
-            for sentence in parameters.omissions(exporter.cannot)
+            for sentence in parameters.omissions(
+                exporter.title, exporter.represents, exporter.cannot
+            )
         )
         + extra
     )

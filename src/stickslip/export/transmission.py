@@ -55,10 +55,7 @@ class Transmission:
         if self.gear_ratio is not None and not (
             math.isfinite(self.gear_ratio) and self.gear_ratio != 0.0
         ):
-            raise InputError(
-                f"the gear ratio is {self.gear_ratio:g}, it must be finite and not zero",
-                remedy="give turns of the motor per turn of the joint",
-            )
+            raise InputError("gear_ratio_zero", name="gear_ratio", value=self.gear_ratio)
         if self.lead is not None:
             positive("lead", self.lead, "m")
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass, fields
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from stickslip.export.base import Exporter, ExportSettings, Rendered
+from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.reading import EstimateReading, axes_of, chosen
 from stickslip.export.registry import exporter as exporter_named
@@ -41,7 +41,7 @@ def render(
     estimate: "FrictionEstimate | Mapping[str, Any] | Path | str",
     target: str,
     *,
-    into: "str | bytes | None" = None,
+    into: FileToEdit | str | bytes | None = None,
     joint: str | None = None,
     axis: str | None = None,
     reading: EstimateReading | None = None,
@@ -56,7 +56,7 @@ def render(
     target
         One of `targets`.
     into
-        Content of the file to edit.
+        The file to edit, or its content.
     joint
         Name of the joint that the axis is; None for the name of the axis.
     axis
@@ -73,17 +73,13 @@ def render(
     """
     exporter = exporter_named(target)
     settings = settings or ExportSettings()
+    if isinstance(into, str | bytes):
+        into = FileToEdit(content=into.encode() if isinstance(into, str) else into)
     _check_options(exporter, settings)
     if exporter.edits == "never" and into is not None:
-        raise InputError(
-            f"{exporter.title} is a file of its own, and no file is edited",
-            remedy="leave --into out",
-        )
+        raise InputError("not_edited", title=exporter.title)
     if exporter.edits == "always" and into is None:
-        raise InputError(
-            f"{exporter.title} is written into an existing file",
-            remedy="give the file with --into",
-        )
+        raise InputError("file_to_edit_missing", title=exporter.title)
     axes = axes_of(estimate, reading or EstimateReading())
     if axis is not None:
         axes = {axis: chosen(axes, axis)}
@@ -91,7 +87,11 @@ def render(
     axes = {name: each.on(exporter.side) for name, each in axes.items()}
     for name, each in axes.items():
         _check_values(exporter, name, each)
-    rendered = exporter.render(axes, settings, into)
+    try:
+        rendered = exporter.render(axes, settings, into)
+    except InputError as error:
+        path = None if into is None else into.path
+        raise error if error.where or path is None else error.at(str(path)) from None
     warnings = tuple(
         (f"{name}: " if len(axes) > 1 else "") + sentence
         for name, each in axes.items()
@@ -141,11 +141,10 @@ def write(
         As `render` does, and if a file cannot be read or written.
     """
     out = Path(out)
-    content = None if into is None else _content(Path(into))
     result = render(
         estimate,
         target,
-        into=content,
+        into=into if into is None else _file(Path(into), out),
         joint=joint,
         axis=axis,
         reading=reading,
@@ -160,11 +159,7 @@ def _check_options(exporter: Exporter, settings: ExportSettings) -> None:
         # The torque constant is also used where the estimate is in ampere
         used = each.name in {"overwrite", "torque_constant", *exporter.options}
         if not used and getattr(settings, each.name) is not None:
-            option = f"--{each.name.replace('_', '-')}"
-            raise InputError(
-                f"{option} is given, and {exporter.title} does not use it",
-                remedy=f"leave {option} out",
-            )
+            raise InputError("option_unused", name=each.name, title=exporter.title)
 
 
 def _named(
@@ -173,10 +168,7 @@ def _named(
     if joint is None:
         return {name or _DEFAULT_AXIS: each for name, each in axes.items()}
     if len(axes) != 1:
-        raise InputError(
-            f"--joint {joint} is given, and the estimate has {len(axes)} axes, {', '.join(axes)}",
-            remedy="leave --joint out, or give one of the axes with --axis",
-        )
+        raise InputError("joint_of_several_axes", joint=joint, count=len(axes), axes=tuple(axes))
     return dict.fromkeys([joint], next(iter(axes.values())))
 
 
@@ -185,27 +177,22 @@ def _check_values(exporter: Exporter, name: str, parameters: ExportParameters) -
     held = [quantity for quantity in exporter.represents if parameters.has(quantity)]
     if held:
         return
-    reasons = "; ".join(parameters.missing(exporter.represents)) or "it holds none of them"
+    reasons = "; ".join(parameters.missing(exporter.represents)) or "it has no such parameter"
     raise InputError(
-        f"nothing of the estimate of {name!r} can be written to {exporter.title} ({reasons})",
+        "nothing_to_write",
         where=parameters.source.file,
-        remedy="identify it from a better log, or write it nevertheless with --force",
+        axis=name,
+        title=exporter.title,
+        reasons=reasons,
     )
 
 
-def _content(path: Path) -> bytes:
+def _file(path: Path, out: Path) -> FileToEdit:
     try:
-        return path.read_bytes()
-    except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=str(path), remedy="check the path of --into"
-        ) from None
+        return FileToEdit(content=path.read_bytes(), path=path, out=out)
     except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})",
-            where=str(path),
-            remedy="give a readable file with --into",
-        ) from error
+        reason = error.strerror or type(error).__name__
+        raise InputError("file_unreadable", where=str(path), reason=reason) from error
 
 
 def _write(files: Mapping[str, str | bytes], out: Path) -> None:

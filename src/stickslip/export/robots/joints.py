@@ -2,17 +2,18 @@
 
 from collections.abc import Mapping
 
+from stickslip.export.base import ExportSettings, FileToEdit
 from stickslip.export.parameters import ExportParameters
-from stickslip.records import InputError
+from stickslip.records import InputError, mass_name, non_negative
 
 _JOINT = {"linear": "a prismatic (sliding)", "rotary": "a revolute (turning)"}
 
 
-def content_bytes(into: str | bytes | None) -> bytes:
+def content_of(into: FileToEdit | None, title: str) -> bytes:
     """Return the content of the file to edit."""
     if into is None:
-        raise InputError("there is no file to edit", remedy="give one with --into")
-    return into.encode() if isinstance(into, str) else into
+        raise InputError("file_to_edit_missing", title=title)
+    return into.content
 
 
 def check_kind(
@@ -34,17 +35,14 @@ def check_kind(
     kind = kinds.get(joint_type)
     if kind == parameters.kind:
         return
-    if kind is None:
-        raise InputError(
-            f"joint {name!r} is {joint_type}, which has no friction of one axis",
-            where="--into",
-            remedy=f"name {_JOINT[parameters.kind]} joint",
-        )
+    code = "joint_of_no_axis" if kind is None else "joint_of_other_kind"
     raise InputError(
-        f"the estimate is of a {parameters.kind} axis, and joint {name!r} is {joint_type}",
-        where=parameters.source.file or "--into",
-        remedy=f"name {_JOINT[parameters.kind]} joint, or identify the axis as {kind}; for a "
-        "spindle between a rotary motor and a linear joint give --lead",
+        code,
+        joint=name,
+        type=joint_type,
+        kind=parameters.kind,
+        other=kind,
+        wanted=_JOINT[parameters.kind],
     )
 
 
@@ -64,11 +62,7 @@ def check_present(
         if key in present and not _equal(present[key], value)
     ]
     if changes and not overwrite:
-        raise InputError(
-            f"joint {name!r} has values already: {', '.join(changes)}",
-            where="--into",
-            remedy="give --overwrite to replace them",
-        )
+        raise InputError("values_present", joint=name, changes=changes)
 
 
 def _equal(one: str, other: str) -> bool:
@@ -77,3 +71,26 @@ def _equal(one: str, other: str) -> bool:
         return [float(each) for each in one.split()] == [float(each) for each in other.split()]
     except ValueError:
         return False
+
+
+def armature(
+    parameters: ExportParameters, settings: ExportSettings
+) -> tuple[float | None, list[str]]:
+    """Return the armature [kg m^2 or kg] and what to say of it; None if none is written.
+
+    The identified inertia is that of rotor and link. A model has that of its links already.
+    """
+    identified, unit = parameters.inertia, parameters.unit("inertia")
+    if settings.link_inertia is None:
+        if identified is None:
+            return None, []
+        return None, [
+            f"No armature is written: the identified {identified:.4g} {unit} contain the link's; "
+            "link-inertia is the option for the part that the model has already"
+        ]
+    link = non_negative("link_inertia", settings.link_inertia, unit)
+    if identified is None:
+        identified = parameters.required(mass_name(parameters.kind), "armature")
+    if link > identified:
+        raise InputError("link_inertia_too_large", value=link, identified=identified, unit=unit)
+    return identified - link, []

@@ -4,9 +4,9 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Literal
 
-from stickslip.export.base import ExportSettings, Rendered
+from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import check_kind, check_present, content_bytes
+from stickslip.export.robots.joints import check_kind, check_present, content_of
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
 
@@ -41,24 +41,21 @@ class UrdfExporter:
             "offset": "is left out: URDF has no constant joint effort",
             "static_friction": "is left out: URDF has one friction value, and it gets the Coulomb "
             "friction",
-            "quadratic_friction": "is left out",
-            "two_thirds_friction": "is left out",
-            "low_speed_friction": "is left out",
         }
 
     def render(
         self,
         axes: Mapping[str, ExportParameters],
         settings: ExportSettings,
-        into: str | bytes | None = None,
+        into: FileToEdit | None = None,
     ) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
-        text = XmlText(content_bytes(into), self.title)
+        text = XmlText(content_of(into, self.title), self.title)
         # A joint of a transmission or of ros2_control has a name, and no type
         joints = [each for each in text.elements("joint") if "type" in each.attributes]
         edits: list[Edit] = []
         for name, parameters in axes.items():
-            joint = text.named(name, joints)
+            joint = text.joint(name, joints)
             check_kind(name, joint.attributes["type"], _KINDS, parameters)
             edits += self._joint_edits(text, joint, name, parameters, settings)
         notes = notes_on(self, axes)

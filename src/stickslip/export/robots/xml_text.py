@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from xml.parsers import expat
 from xml.sax.saxutils import escape
 
-from stickslip.input_files import nearest
+from stickslip.export.base import choices
 from stickslip.records import InputError
 
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=<>/]+)\s*=\s*("[^"]*"|'[^']*')""")
@@ -79,11 +79,7 @@ class XmlText:
 
     def _parsed(self) -> Element:
         if self.content[:2] in (b"\xff\xfe", b"\xfe\xff"):
-            raise InputError(
-                f"the {self.what} file is in UTF-16, which is not edited",
-                where="--into",
-                remedy="save it in UTF-8",
-            )
+            raise InputError("encoding_not_edited", encoding="UTF-16")
         parser = expat.ParserCreate()
         document = Element(tag="#document", attributes={}, start=0, opened=0)
         stack = [document]
@@ -129,21 +125,13 @@ class XmlText:
         try:
             parser.Parse(self.content, True)
         except (expat.ExpatError, ValueError) as error:
-            raise InputError(
-                f"the file is not XML ({error})",
-                where="--into",
-                remedy=f"give a {self.what} file",
-            ) from error
+            raise InputError("not_xml", reason=str(error), format=self.what) from error
         return next(each for each in document.children if each.tag != "#comment")
 
     def _tag_end(self, start: int, tag: str) -> int:
         """Return the place after a start tag, whose attribute values may contain ``>``."""
         if not self.content.startswith(b"<", start):
-            raise InputError(
-                f"the element {tag} comes from an entity, which is not edited",
-                where="--into",
-                remedy="replace the entity by its text",
-            )
+            raise InputError("entity_not_edited", tag=tag)
         quote = b""
         for at in range(start, len(self.content)):
             character = self.content[at : at + 1]
@@ -159,8 +147,8 @@ class XmlText:
         """Yield every element of a tag."""
         return (each for each in self.root.walk() if each.tag == tag)
 
-    def named(self, name: str, candidates: Sequence[Element], *, thing: str = "joint") -> Element:
-        """Return the candidate of a name.
+    def joint(self, name: str, candidates: Sequence[Element], hint: str = "") -> Element:
+        """Return the joint of a name among candidates.
 
         Raises
         ------
@@ -171,18 +159,12 @@ class XmlText:
         if len(found) == 1:
             return found[0]
         if found:
-            raise InputError(
-                f"the {self.what} file has {len(found)} {thing}s {name!r}",
-                where="--into",
-                remedy="give a file in which the name is unique",
-            )
+            raise InputError("joint_not_unique", format=self.what, joint=name, count=len(found))
         known = [each.attributes["name"] for each in candidates if "name" in each.attributes]
-        near = nearest(name, known)
-        listed = ", ".join(known) or "none with a name"
+        if not known:
+            raise InputError("no_joints", format=self.what, hint=hint)
         raise InputError(
-            f"the {self.what} file has no {thing} {name!r}",
-            where="--into",
-            remedy=f"did you mean {near}?" if near else f"its {thing}s are: {listed}",
+            "unknown_joint", format=self.what, joint=name, choices=choices(name, known)
         )
 
     def set_attributes(self, element: Element, values: Mapping[str, str]) -> list[Edit]:
@@ -204,6 +186,10 @@ class XmlText:
         if added:
             edits.append(Edit(start=at, end=at, content=added))
         return edits
+
+    def inner(self, element: Element) -> str:
+        """Return what stands between the tags of an element, without white space around it."""
+        return self.content[element.opened : element.closing].decode("utf-8", "replace").strip()
 
     def comment(self, sentences: Sequence[str], indent: bytes) -> bytes:
         """Return a comment of some sentences, over several lines."""

@@ -7,15 +7,15 @@ from jaxtyping import Float
 
 from stickslip.estimation.figures import EnergyStretch, ForceRows, VelocityLaw
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.selection.evaluation.law import (
+from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.terms import DELAY, SATURATION
+from stickslip.estimation.weak_form.motion import SlipMotion
+from stickslip.friction.estimated_law import (
     SHAPES,
     is_velocity_term,
     law_columns,
     law_effort,
 )
-from stickslip.estimation.selection.search import Model
-from stickslip.estimation.selection.terms import DELAY, SATURATION
-from stickslip.estimation.weak_form.motion import SlipMotion
 from stickslip.records import FrictionEstimate
 
 __all__ = ["energy_stretches", "force_rows", "velocity_law"]

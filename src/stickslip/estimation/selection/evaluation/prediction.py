@@ -6,7 +6,6 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.evaluation.law import law_effort
 from stickslip.estimation.selection.search import SearchTuning, half_width
 from stickslip.estimation.weak_form.motion import (
     MotionTuning,
@@ -15,6 +14,7 @@ from stickslip.estimation.weak_form.motion import (
     slip_motions,
 )
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
+from stickslip.friction.estimated_law import law_effort
 from stickslip.records import AxisLog, EffortKind, FrictionEstimate, InputError, ModelSelection
 
 __all__ = ["effort_at_rest", "predict_effort", "prediction_error"]

@@ -1,0 +1,236 @@
+"""Joint friction in MJCF, the format of MuJoCo, edited as text."""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from stickslip.export.base import ExportSettings, FileToEdit, Rendered
+from stickslip.export.parameters import ExportParameters
+from stickslip.export.robots.joints import armature, check_kind, check_present, content_of
+from stickslip.export.robots.xml_text import Edit, Element, XmlText
+from stickslip.export.templates import heading, notes_on, number
+from stickslip.records import mass_name, positive
+
+_KINDS = {"hinge": "rotary", "slide": "linear"}
+_TIME_STEP = 0.002  # MuJoCo's default [s]
+_IMPEDANCE = "0.9999 0.9999 0.001 0.5 2"
+_PLACES = ("body", "frame", "replicate")
+
+# Bristles of the LuGre friction, over the inertia J and the time step h: stiffness 0.09 J/h^2 and
+# damping 0.9 J/h. Stiffer or more damped ones are unstable if the model's inertia is half of that
+# identified; weaker ones break away when 0.9 of the static friction is applied at once.
+_STIFFNESS = 0.09
+_DAMPING = 0.9
+
+
+@dataclass(frozen=True, kw_only=True)
+class MjcfExporter:
+    """``damping``, ``frictionloss`` and ``armature`` of a joint, or passive LuGre friction.
+
+    MuJoCo's dry friction is a soft constraint: with its defaults a joint creeps under a load far
+    below the friction. ``solreffriction`` is set to twice the time step, the fastest that MuJoCo
+    accepts, and ``solimpfriction`` to a nearly rigid constraint. Quadratic friction is the second
+    coefficient of ``damping`` (MuJoCo 3.7 and later). Static friction above the Coulomb friction is
+    a passive ``<dcmotor input="none" lugre=...>`` (MuJoCo 3.12 and later). ``damping`` and
+    ``frictionloss`` are in SI units also in a model with ``<compiler angle="degree"/>``.
+
+    Source: https://mujoco.readthedocs.io/en/stable/XMLreference.html (joint, dcmotor, compiler) and
+    https://mujoco.readthedocs.io/en/stable/modeling.html (solver parameters).
+    """
+
+    name: str = "mjcf"
+    title: str = "MJCF (MuJoCo)"
+    group: Literal["simulator"] = "simulator"
+    side: Literal["joint"] = "joint"
+    represents: tuple[str, ...] = (
+        "viscous_friction",
+        "coulomb_friction",
+        "quadratic_friction",
+        "static_friction",
+        "stribeck_velocity",
+    )
+    ending: str = ".xml"
+    edits: Literal["always"] = "always"
+    several: bool = True
+    options: tuple[str, ...] = ("link_inertia", "sampling_time")
+
+    @property
+    def cannot(self) -> Mapping[str, str]:
+        """Effects that MJCF does not represent."""
+        return {
+            "direction": "is replaced by the mean of both directions",
+            "offset": "is left out: a joint has no constant effort",
+        }
+
+    def render(
+        self,
+        axes: Mapping[str, ExportParameters],
+        settings: ExportSettings,
+        into: FileToEdit | None = None,
+    ) -> Rendered:
+        """Return the edited file; see `Exporter.render`."""
+        text = XmlText(content_of(into, self.title), "MJCF")
+        includes = [each.attributes.get("file", "") for each in text.elements("include")]
+        hint = f", which may be one of those included ({', '.join(includes)})" if includes else ""
+        joints = [
+            each
+            for each in text.elements("joint")
+            if each.parent is not None and each.parent.tag in _PLACES
+        ]
+        defaults = _Defaults(text.root)
+        time_step, assumed = _time_step(text, settings, included=bool(includes))
+        edits: list[Edit] = []
+        motors: list[bytes] = []
+        notes: list[str] = [*notes_on(self, axes), *assumed]
+        for name, parameters in axes.items():
+            joint = text.joint(name, joints, hint)
+            inherited = defaults.of(joint)
+            check_kind(
+                name, (inherited | joint.attributes).get("type", "hinge"), _KINDS, parameters
+            )
+            values, motor, own = _values(name, parameters, settings, time_step)
+            overridden = [
+                f"{key} {inherited[key]}"
+                for key in values
+                if key in inherited and key not in joint.attributes
+            ]
+            if overridden:
+                own.append(f"Joint {name} no longer has {', '.join(overridden)} of its class")
+            check_present(name, joint.attributes, values, overwrite=settings.overwrite)
+            one = {name: parameters}
+            remark = heading(one, (*notes_on(self, one), *assumed, *own))
+            edits += text.insert_before(joint, text.comment(remark, text.indent(joint)))
+            edits += text.set_attributes(joint, values)
+            motors += [] if motor is None else [motor]
+            notes += [f"{name}: {each}" if len(axes) > 1 else each for each in own]
+        edits += _motor_edits(text, motors)
+        return Rendered(files={"": text.edited(edits)}, notes=tuple(notes))
+
+
+class _Defaults:
+    """Attributes of joints by default classes."""
+
+    def __init__(self, root: Element) -> None:
+        self.classes: dict[str, dict[str, str]] = {}
+        for child in root.children:
+            if child.tag == "default":
+                self._read(child, {}, top=True)
+
+    def _read(self, element: Element, inherited: Mapping[str, str], *, top: bool = False) -> None:
+        own = dict(inherited)
+        for child in element.children:
+            if child.tag == "joint":
+                own |= child.attributes
+        self.classes[element.attributes.get("class", "main" if top else "")] = own
+        for child in element.children:
+            if child.tag == "default":
+                self._read(child, own)
+
+    def of(self, joint: Element) -> dict[str, str]:
+        """Return the attributes that a joint has from its class."""
+        around = (each.attributes.get("childclass") for each in joint.ancestors())
+        name = joint.attributes.get("class") or next(filter(None, around), "main")
+        return self.classes.get(name, {})
+
+
+def _time_step(
+    text: XmlText, settings: ExportSettings, *, included: bool
+) -> tuple[float, tuple[str, ...]]:
+    """Return the time step of the model [s], and what was assumed about it."""
+    if settings.sampling_time is not None:
+        return positive("sampling_time", settings.sampling_time, "s"), ()
+    stated = [
+        each.attributes["timestep"]
+        for each in text.elements("option")
+        if "timestep" in each.attributes
+    ]
+    if stated:
+        return float(stated[-1]), ()
+    if not included:
+        return _TIME_STEP, ()
+    return _TIME_STEP, (
+        f"solreffriction is for a time step of {_TIME_STEP:g} s, MuJoCo's default, as this file "
+        "states none; sampling-time is the option for another",
+    )
+
+
+def _values(
+    name: str, parameters: ExportParameters, settings: ExportSettings, time_step: float
+) -> tuple[dict[str, str], bytes | None, list[str]]:
+    """Return the attributes of a joint, its actuator of LuGre friction, and what to say of them."""
+    values: dict[str, str] = {}
+    notes: list[str] = []
+    viscous = parameters.mean("viscous_friction")
+    quadratic = parameters.mean("quadratic_friction")
+    if viscous is not None or quadratic is not None:
+        coefficients = [viscous or 0.0] if not quadratic else [viscous or 0.0, quadratic, 0.0]
+        values["damping"] = " ".join(map(number, coefficients))
+    inertia, remark = armature(parameters, settings)
+    notes += remark
+    if inertia is not None:
+        values["armature"] = number(inertia)
+    coulomb = parameters.mean("coulomb_friction")
+    if coulomb is None:
+        return values, None, notes
+    motor, remark = _lugre(name, parameters, coulomb, time_step)
+    notes += remark
+    # The bristles of the actuator hold the Coulomb friction too
+    values["frictionloss"] = number(0.0 if motor is not None else coulomb)
+    if motor is None:
+        values["solreffriction"] = f"{number(2.0 * time_step)} 1"
+        values["solimpfriction"] = _IMPEDANCE
+    return values, motor, notes
+
+
+def _lugre(
+    name: str, parameters: ExportParameters, coulomb: float, time_step: float
+) -> tuple[bytes | None, list[str]]:
+    """Return the actuator of static friction above the Coulomb friction, if the law has that."""
+    static = parameters.mean("static_friction")
+    speed = parameters.mean("stribeck_velocity")
+    if static is None or static <= coulomb:
+        return None, []
+    inertia = parameters.inertia
+    missing = mass_name(parameters.kind) if inertia is None else "Stribeck velocity"
+    if inertia is None or speed is None:
+        return None, [
+            f"Static friction {static:.4g} {parameters.unit('static_friction')} is left out, as "
+            f"the estimate has no {missing}"
+        ]
+    stiffness = _STIFFNESS * inertia / time_step**2
+    damping = _DAMPING * inertia / time_step
+    numbers = " ".join(map(number, (stiffness, damping, coulomb, static, speed)))
+    motor = (
+        f'<dcmotor name="{name}_friction" joint="{name}" input="none" motorconst="0 0" '
+        f'resistance="1" lugre="{numbers}"/>'
+    )
+    bend = static / stiffness
+    return motor.encode(), [
+        "Coulomb and static friction are those of the actuator "
+        f"{name}_friction (MuJoCo 3.12 or later), which adds one activation to the model; its "
+        f"bristles bend by {bend:.2g} {parameters.unit('position')} before the joint slips",
+    ]
+
+
+def _motor_edits(text: XmlText, motors: list[bytes]) -> list[Edit]:
+    """Return the edits that add actuators, and replace those of an earlier export."""
+    if not motors:
+        return []
+    actuators = next((each for each in text.root.children if each.tag == "actuator"), None)
+    if actuators is None:
+        lines = [b"<actuator>", *(b"  " + each for each in motors), b"</actuator>"]
+        return text.insert_child(text.root, lines)
+    edits: list[Edit] = []
+    new: list[bytes] = []
+    for motor in motors:
+        name = motor.split(b'"')[1].decode()
+        old = next(_named(actuators, name), None)
+        if old is None:
+            new.append(motor)
+        else:
+            edits.append(Edit(start=old.start, end=old.end, content=motor))
+    return [*edits, *(text.insert_child(actuators, new) if new else [])]
+
+
+def _named(actuators: Element, name: str) -> Iterator[Element]:
+    return (each for each in actuators.children if each.attributes.get("name") == name)
