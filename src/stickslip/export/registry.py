@@ -14,11 +14,13 @@ def exporters() -> Mapping[str, Exporter]:
     from stickslip.export.robots.mjcf import MjcfExporter
     from stickslip.export.robots.sdf import SdfExporter
     from stickslip.export.robots.urdf import UrdfExporter
+    from stickslip.export.robots.usd import UsdExporter
 
     every: tuple[Exporter, ...] = (
         UrdfExporter(),
         SdfExporter(),
         MjcfExporter(),
+        UsdExporter(),
     )
     return MappingProxyType({each.name: each for each in every})
 
