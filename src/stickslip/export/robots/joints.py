@@ -1,11 +1,13 @@
 """Checks that exports into robot descriptions share."""
 
+import math
 from collections.abc import Mapping
 
 from stickslip.export.base import ExportSettings, FileToEdit
 from stickslip.export.parameters import ExportParameters
 from stickslip.records import InputError, mass_name, non_negative
 
+_SINGLE = 1e-7
 _JOINT = {"linear": "a prismatic (sliding)", "rotary": "a revolute (turning)"}
 
 
@@ -66,11 +68,14 @@ def check_present(
 
 
 def _equal(one: str, other: str) -> bool:
-    """Return whether two texts are the same numbers."""
+    """Return whether two texts are the same numbers, in single precision."""
     try:
-        return [float(each) for each in one.split()] == [float(each) for each in other.split()]
+        ours, theirs = ([float(each) for each in text.split()] for text in (one, other))
     except ValueError:
         return False
+    return len(ours) == len(theirs) and all(
+        math.isclose(a, b, rel_tol=_SINGLE) for a, b in zip(ours, theirs, strict=True)
+    )
 
 
 def armature(

@@ -16,11 +16,12 @@ _TIME_STEP = 0.002  # MuJoCo's default [s]
 _IMPEDANCE = "0.9999 0.9999 0.001 0.5 2"
 _PLACES = ("body", "frame", "replicate")
 
-# Bristles of the LuGre friction, over the inertia J and the time step h: stiffness 0.09 J/h^2 and
-# damping 0.9 J/h. Stiffer or more damped ones are unstable if the model's inertia is half of that
-# identified; weaker ones break away when 0.9 of the static friction is applied at once.
-_STIFFNESS = 0.09
-_DAMPING = 0.9
+# Bristles of the LuGre friction, over the inertia J and the time step h: stiffness 0.04 J/h^2 (31
+# steps a period) and damping 0.2 J/h (half of the critical one). They stay stable if the model's
+# inertia is a tenth of that identified. Stiffer ones would bend less; more damped ones would brake
+# a joint whose velocity jumps, in a collision, by the same share of its momentum.
+_STIFFNESS = 0.04
+_DAMPING = 0.2
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,7 +209,8 @@ def _lugre(
     return motor.encode(), [
         "Coulomb and static friction are those of the actuator "
         f"{name}_friction (MuJoCo 3.12 or later), which adds one activation to the model; its "
-        f"bristles bend by {bend:.2g} {parameters.unit('position')} before the joint slips",
+        f"bristles bend by {bend:.2g} {parameters.unit('position')} before the joint slips, and a "
+        "load of nearly the static friction that is applied at once frees it",
     ]
 
 
