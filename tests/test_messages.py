@@ -17,7 +17,7 @@ from stickslip.messages import messages
 ERRORS = {"InputError", "StickslipError", "EventBudgetError", "NoPulseSeriesError"}
 PACKAGE = Path(stickslip.__file__).parent
 ITEMS = {"names", "list", "any", "all"}  # formats of several items
-PURELY_INTERNAL = {"missing_extra"}  # raised by a class of its own
+PURELY_INTERNAL = {"missing_extra", "misspelt_key", "not_a_table", "wrong_type"}
 
 
 @dataclass(frozen=True)
@@ -55,9 +55,19 @@ def calls() -> Iterator[Raised]:
 def fields_of(code: str) -> dict[str, str]:
     """Return the format of each quantity in a template."""
     message = messages()[code]
-    parsed = string.Formatter().parse(f"{message.what} {message.remedy}")
-    named = {field: spec or "" for _, field, spec, _ in parsed if field}
-    return {name: spec for name, spec in named.items() if not name.startswith("option.")}
+    return {
+        name: spec
+        for name, spec in named_in(f"{message.what} {message.remedy}")
+        if not name.startswith("option.")
+    }
+
+
+def named_in(template: str) -> Iterator[tuple[str, str]]:
+    """Yield fields and their formats, also those inside formats."""
+    for _, field, spec, _ in string.Formatter().parse(template):
+        if field:
+            yield from named_in(spec or "")
+            yield field, spec or ""
 
 
 CALLS = list(calls())
@@ -78,7 +88,7 @@ def test_every_message_is_of_an_error() -> None:
 @pytest.mark.parametrize("code", messages())
 def test_a_message_is_two_sentences_without_ends(code: str) -> None:
     values = {
-        name: ["a", "b"] if spec in ITEMS else 3 if spec.startswith("n ") else 0.25
+        name: ["a", "b"] if spec in ITEMS else 3 if spec.startswith(("n ", "if ")) else 0.25
         for name, spec in fields_of(code).items()
     }
     error = InputError(code, where="log.csv, row 3", **values)

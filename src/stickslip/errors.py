@@ -1,8 +1,9 @@
 """The errors a user can meet, and the checks of values."""
 
 import copyreg
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from copy import copy
+from numbers import Integral
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -206,3 +207,17 @@ def non_negative(name: str, value: float, unit: str) -> float:
         If it is no number, not finite, or below zero.
     """
     return _checked(name, value, unit, zero=True)
+
+
+def whole(name: str, value: Any, *, least: int = 0, unit: str = "") -> int:
+    """Check a whole number of at least ``least``; an InputError otherwise."""
+    if isinstance(value, bool) or not isinstance(value, Integral) or value < least:
+        raise InputError("not_whole", name=name, value=value, least=least, unit=unit)
+    return int(value)
+
+
+def one_of(name: str, value: Any, choices: Iterable[str], *, where: str = "") -> None:
+    """Check that a value is one of several words; an InputError otherwise."""
+    choices = tuple(choices)
+    if value not in choices:
+        raise InputError("not_a_choice", where=where, name=name, value=value, choices=choices)

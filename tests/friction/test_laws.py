@@ -4,6 +4,7 @@ import dataclasses
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.friction import (
     CoulombViscousFriction,
@@ -13,7 +14,6 @@ from stickslip.friction import (
     StribeckEffect,
     StribeckFriction,
 )
-from stickslip.records import InputError
 
 SIDES = {
     "coulomb_friction_positive": 1.0,
@@ -90,40 +90,40 @@ def test_passivity_of_lugre_is_that_of_barabanov_and_ortega():
 
 
 @pytest.mark.parametrize(
-    ("law", "change", "message"),
+    ("law", "change", "code"),
     [
-        (UNEVEN, {"coulomb_friction_positive": -1.0}, "positive is -1 N or N m, it must not be"),
-        (UNEVEN, {"viscous_friction_negative": -0.1}, "negative is -0.1 N s/m or N m s/rad, it"),
-        (UNEVEN, {"static_friction_positive": 0.5}, "below the Coulomb friction of that direction"),
-        (UNEVEN, {"offset": np.nan}, "offset is nan N or N m, it must be finite"),
-        (UNEVEN, {"coulomb_friction_negative": np.inf}, "must be finite"),
-        (STRIBECK, {"stribeck_velocity": 0.0}, "stribeck_velocity is 0 m/s or rad/s, it must be"),
-        (STRIBECK, {"stribeck_velocity": np.nan}, "it must be finite"),
-        (STRIBECK, {"static_friction_positive": 0.5}, "below the Coulomb friction"),
-        (DAHL, {"bristle_stiffness": 0.0}, "bristle_stiffness is 0 N/m or N m/rad, it must be pos"),
-        (DAHL, {"exponent": 0.5}, "the exponent is 0.5, it must be at least 1"),
-        (DAHL, {"exponent": np.nan}, "the exponent is nan"),
+        (UNEVEN, {"coulomb_friction_positive": -1.0}, "negative"),
+        (UNEVEN, {"viscous_friction_negative": -0.1}, "negative"),
+        (UNEVEN, {"static_friction_positive": 0.5}, "static_below_coulomb"),
+        (UNEVEN, {"offset": np.nan}, "not_finite"),
+        (UNEVEN, {"coulomb_friction_negative": np.inf}, "not_finite"),
+        (STRIBECK, {"stribeck_velocity": 0.0}, "not_positive"),
+        (STRIBECK, {"stribeck_velocity": np.nan}, "not_finite"),
+        (STRIBECK, {"static_friction_positive": 0.5}, "static_below_coulomb"),
+        (DAHL, {"bristle_stiffness": 0.0}, "not_positive"),
+        (DAHL, {"exponent": 0.5}, "out_of_range"),
+        (DAHL, {"exponent": np.nan}, "out_of_range"),
         (
             DAHL,
             {"sliding": dataclasses.replace(COULOMB, static_friction_negative=2.0)},
-            "static_friction_negative is 2 N or N m, but the friction of Dahl has no peak",
+            "dahl_with_peak",
         ),
         (
             DAHL,
             {"sliding": dataclasses.replace(COULOMB, coulomb_friction_positive=0.0)},
-            "coulomb_friction_positive is 0 N or N m, it must be positive",
+            "no_coulomb_under_bristles",
         ),
-        (LUGRE, {"bristle_damping": -1.0}, "bristle_damping is -1 .* must not be negative"),
-        (PLASTIC, {"elastic_deflection": 0.0}, "elastic_deflection is 0 m or rad, it must be pos"),
-        (PLASTIC, {"elastic_deflection": 8e-6}, "it must be below 8e-06 m or rad"),
+        (LUGRE, {"bristle_damping": -1.0}, "negative"),
+        (PLASTIC, {"elastic_deflection": 0.0}, "not_positive"),
+        (PLASTIC, {"elastic_deflection": 8e-6}, "bristles_bend_less"),
     ],
 )
-def test_rejects_unphysical_values(law, change, message):
-    with pytest.raises(InputError, match=message):
+def test_rejects_unphysical_values(law, change, code):
+    with refuses(code):
         dataclasses.replace(law, **change)
 
 
 @pytest.mark.usefixtures("without_shape_checks")
 def test_rejects_an_unknown_shape():
-    with pytest.raises(InputError, match="'lorentzian', there is no such"):
+    with refuses("not_a_choice", value="lorentzian"):
         dataclasses.replace(STRIBECK, shape="lorentzian")

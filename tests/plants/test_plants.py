@@ -1,10 +1,10 @@
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction, StribeckFriction
 from stickslip.planning import PulseLaw, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm, SingleMass, check_affine
-from stickslip.records import InputError
 from stickslip.simulation import simulate_sensitivity
 
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=1.0, viscous_friction=0.1)
@@ -17,19 +17,19 @@ ARM = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STRIBECK)
 
 @pytest.mark.parametrize("mass", [0.0, -1.0, np.nan, np.inf])
 def test_rejects_a_mass_that_is_not_positive_and_finite(mass):
-    with pytest.raises(InputError, match=r"mass is .* kg, it must be (positive|finite)"):
+    with refuses("not_positive" if np.isfinite(mass) else "not_finite", name="mass"):
         SingleMass(mass=mass, friction=LAW)
 
 
 @pytest.mark.parametrize("name", ["mass_1", "mass_2", "stiffness"])
 def test_rejects_an_arm_without_one_of_its_parts(name):
     values = {"mass_1": 1.0, "mass_2": 1.0, "stiffness": 1.0, name: 0.0}
-    with pytest.raises(InputError, match=f"{name} is 0 "):
+    with refuses("not_positive", name=name, value=0.0):
         FlexibleArm(friction=LAW, **values)
 
 
 def test_a_rotary_axis_names_its_own_unit():
-    with pytest.raises(InputError, match=r"mass is -1 kg m\^2"):
+    with refuses("not_positive", name="mass", value=-1.0, unit="kg m^2"):
         SingleMass(mass=-1.0, friction=LAW, kind="rotary")
 
 
@@ -57,5 +57,5 @@ def test_energies_of_a_frictionless_swing():
 )
 @pytest.mark.usefixtures("without_shape_checks")
 def test_what_needs_affine_friction_rejects_another_law(plan):
-    with pytest.raises(InputError, match="the plant's friction is a StribeckFriction, it must be"):
+    with refuses("not_affine", law="StribeckFriction"):
         plan()

@@ -4,8 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refuses
 
-from stickslip.records import AxisLog, InputError
+from stickslip.records import AxisLog
 
 EXACT_GRID = 1e-12
 """Relative spread of time steps that decimal rounding of the stamps leaves."""
@@ -33,28 +34,28 @@ def test_arrays_are_copied_in_and_cannot_be_written() -> None:
 
 @pytest.mark.usefixtures("without_shape_checks")
 @pytest.mark.parametrize(
-    ("changes", "message"),
+    ("changes", "code"),
     [
-        ({"time": np.array([0.0, 0.1, 0.1, 0.2, 0.3])}, r"time repeats at sample 2.*sort the rows"),
-        ({"time": np.array([0.0, 0.2, 0.1, 0.3, 0.4])}, r"time goes backwards at sample 2"),
-        ({"effort": np.array([0.0, np.nan, 1.0, 1.0, 1.0])}, r"effort is nan \[N\] at sample 1"),
-        ({"measured_position": np.full(5, np.inf)}, r"measured_position is inf \[m\] at sample 0"),
-        ({"effort": np.ones(4)}, r"effort has 4 samples and time has 5"),
-        ({"effort": np.ones((5, 1))}, r"effort has 2 dimensions"),
-        ({"time": np.array([0.0]), "effort": np.ones(1)}, r"1 sample, at least 2"),
+        ({"time": np.array([0.0, 0.1, 0.1, 0.2, 0.3])}, "time_not_increasing"),
+        ({"time": np.array([0.0, 0.2, 0.1, 0.3, 0.4])}, "time_not_increasing"),
+        ({"effort": np.array([0.0, np.nan, 1.0, 1.0, 1.0])}, "samples_not_finite"),
+        ({"measured_position": np.full(5, np.inf)}, "samples_not_finite"),
+        ({"effort": np.ones(4)}, "unequal_lengths"),
+        ({"effort": np.ones((5, 1))}, "not_a_vector"),
+        ({"time": np.array([0.0]), "effort": np.ones(1)}, "too_few_samples"),
     ],
 )
 def test_bad_columns_are_refused_with_place_and_remedy(
-    changes: dict[str, object], message: str
+    changes: dict[str, object], code: str
 ) -> None:
-    with pytest.raises(InputError, match=message):
+    with refuses(code):
         make_log(**changes)
 
 
 def test_units_follow_the_kind_of_axis() -> None:
     assert make_log(kind="linear").unit("viscous_friction") == "N s/m"
     assert make_log(kind="rotary").unit("viscous_friction_negative") == "N m s/rad"
-    with pytest.raises(InputError, match=r"nan \[N m\]"):
+    with refuses("samples_not_finite", unit="N m"):
         make_log(kind="rotary", effort=np.full(5, np.nan))
 
 

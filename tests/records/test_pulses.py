@@ -2,8 +2,9 @@ import json
 
 import numpy as np
 import pytest
+from refusals import refuses
 
-from stickslip.records import InputError, LearnedPulses, PositioningOutcome, PulseRecord
+from stickslip.records import LearnedPulses, PositioningOutcome, PulseRecord
 
 COVARIANCE = np.array([[2.0, 0.5], [0.5, 1.0]])
 LEARNED = LearnedPulses(
@@ -44,46 +45,44 @@ def test_what_was_learned_cannot_be_changed():
 
 
 @pytest.mark.parametrize(
-    ("key", "value", "where", "says"),
+    ("key", "value", "where", "code"),
     [
-        ("schema", 2, "schema", "reads schema 1"),
-        ("method", "pid", "method", "pwc, papwc, exact"),
-        ("kind", "angular", "kind", "linear, rotary"),
-        ("values", [1.0], "values", "a list"),
-        ("values", {"gain_1": 3.0}, "values.gain_1", "a float"),
-        ("values", {"gain_1": {"value": 3.0}}, "values.gain_1", "'unit' is missing"),
-        ("values", {"gain_1": {"value": 3.0, "unit": "m"}}, "values.gain_1", r"rad/\(N m s\)\^2"),
-        ("values", {"luck": {"value": 3.0, "unit": "m"}}, "values", "'luck'"),
+        ("schema", 2, "schema", "other_schema"),
+        ("method", "pid", "method", "not_a_choice"),
+        ("kind", "angular", "kind", "not_a_choice"),
+        ("values", [1.0], "values", "not_as_saved"),
+        ("values", {"gain_1": 3.0}, "values.gain_1", "not_as_saved"),
+        ("values", {"gain_1": {"value": 3.0}}, "values.gain_1", "key_missing"),
+        ("values", {"gain_1": {"value": 3.0, "unit": "m"}}, "values.gain_1", "other_unit"),
+        ("values", {"luck": {"value": 3.0, "unit": "m"}}, "values", "not_learned"),
         (
             "values",
             {"gain_1": {"value": None, "unit": "rad/(N m s)^2"}},
             "values.gain_1",
-            "must be a finite number",
+            "not_a_number",
         ),
-        ("covariance", "large", "covariance", "not a matrix"),
-        ("covariance", [[1.0, 2.0]], "covariance", r"\(1, 2\)"),
-        ("covariance", [[float("nan")]], "covariance", "not finite"),
-        ("colour", "red", "", "'colour' is unknown"),
+        ("covariance", "large", "covariance", "covariance_no_numbers"),
+        ("covariance", [[1.0, 2.0]], "covariance", "covariance_not_square"),
+        ("covariance", [[float("nan")]], "covariance", "covariance_not_finite"),
+        ("colour", "red", "", "unknown_key"),
     ],
 )
 def test_a_file_with_something_wrong_is_refused_and_the_place_is_named(
-    key, value, where, says, without_shape_checks
+    key, value, where, code, without_shape_checks
 ):
-    with pytest.raises(InputError, match=says) as error:
+    with refuses(code, where=where):
         LearnedPulses.from_dict({**saved(), key: value})
-    assert error.value.where == where
-    assert error.value.remedy
 
 
 @pytest.mark.parametrize("key", ["schema", "method", "kind", "values", "covariance"])
 def test_a_missing_key_is_named(key):
     rest = {name: value for name, value in saved().items() if name != key}
-    with pytest.raises(InputError, match=f"'{key}' is missing"):
+    with refuses("key_missing", key=key):
         LearnedPulses.from_dict(rest)
 
 
 def test_a_file_of_something_else_is_refused(without_shape_checks):
-    with pytest.raises(InputError, match="a list"):
+    with refuses("not_as_saved", found="list"):
         LearnedPulses.from_dict([1.0, 2.0])  # type: ignore[arg-type]
 
 

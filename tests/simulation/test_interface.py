@@ -13,7 +13,7 @@ from refusals import refuses
 from stickslip.compiled import compiled
 from stickslip.friction import CoulombViscousFriction, FrictionLaw
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import EventBudgetError, InputError
+from stickslip.records import EventBudgetError
 from stickslip.simulation import (
     PlantStepper,
     Sensors,
@@ -192,32 +192,32 @@ EFFORTS = np.zeros((37, 500))
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("options", "code"),
     [
-        ({"commanded_efforts": EFFORTS * np.nan}, "is nan N in trajectory 0 at sample 0"),
-        ({"commanded_efforts": np.zeros((2, 3, 4))}, "3 dimensions"),
-        ({"plants": [ARM, MASS]}, "not all of the same class"),
-        ({"plants": [MASS, dataclasses.replace(MASS, friction=DAHL)]}, "not all of the same"),
-        ({"plants": []}, "not all of the same class"),
-        ({"plants": [ARM] * 3}, "plants holds 3 trajectories where the batch has 37"),
-        ({"initial_states": np.zeros((2, 4))}, "initial_states holds 2 trajectories"),
-        ({"initial_states": np.zeros((1, 2))}, "has 2 values, the plant's has 4"),
-        ({"store_every": 0}, "store_every is 0"),
-        ({"store_every": 501}, "store_every is 501 samples, the efforts have 500"),
-        ({"threads": 0}, "threads is 0"),
-        ({"sampling_time": -1.0}, "sampling time is -1 s"),
+        ({"commanded_efforts": EFFORTS * np.nan}, "effort_not_finite"),
+        ({"commanded_efforts": np.zeros((2, 3, 4))}, "efforts_not_a_matrix"),
+        ({"plants": [ARM, MASS]}, "mixed_batch"),
+        ({"plants": [MASS, dataclasses.replace(MASS, friction=DAHL)]}, "mixed_batch"),
+        ({"plants": []}, "mixed_batch"),
+        ({"plants": [ARM] * 3}, "unequal_batch"),
+        ({"initial_states": np.zeros((2, 4))}, "unequal_batch"),
+        ({"initial_states": np.zeros((1, 2))}, "wrong_length"),
+        ({"store_every": 0}, "out_of_range"),
+        ({"store_every": 501}, "out_of_range"),
+        ({"threads": 0}, "not_whole"),
+        ({"sampling_time": -1.0}, "not_positive"),
     ],
 )
-def test_a_batch_rejects_what_does_not_fit_together(options, message):
+def test_a_batch_rejects_what_does_not_fit_together(options, code):
     arguments = {"plants": ARM, "commanded_efforts": EFFORTS, "sampling_time": 0.1} | options
     of, what = arguments.pop("plants"), arguments.pop("commanded_efforts")
-    with pytest.raises(InputError, match=message):
+    with refuses(code):
         simulate_batch(of, what, **arguments)
 
 
 def test_a_step_budget_and_the_range_of_floats_are_limits():
     plant = plant_of(LUGRE, arm=True)
-    with pytest.raises(InputError, match="too large for floating-point numbers"):
+    with refuses("motion_overflows"):
         simulate(plant, np.full(5, 1e308), sampling_time=10.0)
     with refuses("event_budget", EventBudgetError, event_budget=3, time=0.0):
         simulate(plant, np.array([3.0]), sampling_time=0.1, event_budget=3)
@@ -242,7 +242,7 @@ def test_rejects_a_law_it_does_not_know():
         def mirrored(self):
             return self
 
-    with pytest.raises(InputError, match="the friction law Other cannot be simulated"):
+    with refuses("law_not_simulated", law="Other"):
         simulate(SingleMass(mass=1.0, friction=Other()), np.zeros(1), sampling_time=0.1)
 
 
@@ -250,7 +250,7 @@ def test_rejects_a_plant_it_does_not_know():
     class Other(SingleMass):
         """Without kernels of its own."""
 
-    with pytest.raises(InputError, match="no kernels for the plant Other"):
+    with refuses("plant_not_simulated", plant="Other"):
         simulate(Other(mass=1.0, friction=STRIBECK), np.zeros(1), sampling_time=0.1)
 
 
@@ -266,5 +266,5 @@ def test_static_friction_needs_a_stribeck_velocity_to_join_it_to_coulomb_frictio
     if not static:
         assert simulate(plant, np.full(9, 2.0), sampling_time=T).position[-1] > 0.0
         return
-    with pytest.raises(InputError, match="needs a Stribeck velocity"):
+    with refuses("static_friction_without_stribeck"):
         simulate(plant, np.zeros(1), sampling_time=T)

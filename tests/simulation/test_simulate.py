@@ -5,7 +5,7 @@ from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import EventBudgetError, InputError
+from stickslip.records import EventBudgetError
 from stickslip.simulation import PlantStepper, simulate, simulate_batch
 
 FREE = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
@@ -101,39 +101,39 @@ def test_an_effort_of_no_samples_is_the_initial_state():
 
 
 @pytest.mark.parametrize(
-    ("options", "message"),
+    ("options", "code"),
     [
-        ({"commanded_effort": [0.0, np.nan]}, r"commanded effort is nan \[N\] at sample 1"),
-        ({"sampling_time": 0.0}, "sampling time is 0 s, it must be positive"),
-        ({"sampling_time": np.inf}, "sampling time is inf s"),
-        ({"initial_state": (0.0,)}, "the initial state has 1 values, the plant's has 4"),
-        ({"initial_state": (0.0, np.nan, 0.0, 0.0)}, "initial velocity is nan"),
-        ({"event_budget": 0}, "event_budget is 0"),
+        ({"commanded_effort": [0.0, np.nan]}, "samples_not_finite"),
+        ({"sampling_time": 0.0}, "not_positive"),
+        ({"sampling_time": np.inf}, "not_finite"),
+        ({"initial_state": (0.0,)}, "wrong_length"),
+        ({"initial_state": (0.0, np.nan, 0.0, 0.0)}, "not_finite"),
+        ({"event_budget": 0}, "not_whole"),
     ],
 )
-def test_refuses_bad_input(options, message):
+def test_refuses_bad_input(options, code):
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=STICKY)
     arguments = {"commanded_effort": [0.0], "sampling_time": 0.1} | options
-    with pytest.raises(InputError, match=message):
+    with refuses(code):
         simulate(arm, **arguments)
 
 
 @pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
 def test_a_motion_that_overflows_is_an_error(plant):
     efforts = [[0.0] * 3, [1e308] * 3]
-    with pytest.raises(InputError, match=r"sample 1: the motion is too large"):
+    with refuses("motion_overflows", where="sample 1"):
         simulate(plant, efforts[1], sampling_time=100.0)
-    with pytest.raises(InputError, match=r"trajectory 1: the motion is too large"):
+    with refuses("motion_overflows", where="trajectory 1"):
         simulate_batch(plant, efforts, sampling_time=100.0)
 
 
 @pytest.mark.parametrize("plant", [MASS, ARM], ids=["mass", "arm"])
 def test_every_way_to_simulate_checks_the_event_budget(plant):
-    with pytest.raises(InputError, match="event_budget is -5, it must be at least 1"):
+    with refuses("not_whole", value=-5, least=1):
         simulate(plant, [0.0], sampling_time=0.1, event_budget=-5)
-    with pytest.raises(InputError, match="event_budget is -5, it must be at least 1"):
+    with refuses("not_whole", value=-5, least=1):
         simulate_batch(plant, [[0.0]], sampling_time=0.1, event_budget=-5)
-    with pytest.raises(InputError, match="event_budget is -5, it must be at least 1"):
+    with refuses("not_whole", value=-5, least=1):
         PlantStepper(plant, sampling_time=0.1, event_budget=-5)
 
 
@@ -144,14 +144,10 @@ def stiff(damping):
 
 def test_an_arm_far_too_stiff_for_its_sampling_time_is_an_error():
     """Its samples would take as many polynomials as they hold time constants."""
-    message = (
-        r"the sampling time 1 s is 1e\+05 times the arm's fastest time constant, 1e-05 s, "
-        r"it must be at most 10000 times that long; shorten"
-    )
     for make in (simulate, simulate_batch):
-        with pytest.raises(InputError, match=message):
+        with refuses("arm_too_stiff", sampling_time=1.0, limit=10000.0):
             make(stiff(1e5), [1.0], sampling_time=1.0)
-    with pytest.raises(InputError, match="fastest time constant"):
+    with refuses("arm_too_stiff"):
         simulate(stiff(1e300), [1.0], sampling_time=1e10)
 
 

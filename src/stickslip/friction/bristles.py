@@ -39,8 +39,7 @@ class BristleFriction:
         for side in ("positive", "negative"):
             if not getattr(self.sliding, f"coulomb_friction_{side}") > 0:
                 raise InputError(
-                    f"coulomb_friction_{side} is 0 N or N m, it must be positive: bristles bear it",
-                    remedy="give a Coulomb friction, or take a law without bristles",
+                    "no_coulomb_under_bristles", name=f"coulomb_friction_{side}", unit="N or N m"
                 )
 
     @property
@@ -121,14 +120,20 @@ class DahlFriction(BristleFriction):
             coulomb = getattr(self.sliding, f"coulomb_friction_{side}")
             if static != coulomb:
                 raise InputError(
-                    f"static_friction_{side} is {static:g} N or N m, but the friction of Dahl has "
-                    f"no peak above its Coulomb friction, {coulomb:g} N or N m",
-                    remedy="leave the static friction out, or take LuGreFriction",
+                    "dahl_with_peak",
+                    name=f"static_friction_{side}",
+                    value=static,
+                    coulomb=coulomb,
+                    unit="N or N m",
                 )
         if not 1.0 <= self.exponent < np.inf:
             raise InputError(
-                f"the exponent is {self.exponent:g}, it must be at least 1 and finite",
-                remedy="leave it at 1",
+                "out_of_range",
+                name="exponent",
+                value=self.exponent,
+                least=1,
+                most="any finite number",
+                unit="",
             )
 
 
@@ -234,7 +239,9 @@ class ElastoPlasticFriction(BristleFriction):
         limit = weaker / self.bristle_stiffness
         if self.elastic_deflection >= limit:
             raise InputError(
-                f"elastic_deflection is {self.elastic_deflection:g} m or rad, it must be below "
-                f"{limit:g} m or rad, by which the Coulomb friction bends the bristles",
-                remedy="give less, such as two thirds of that",
+                "bristles_bend_less",
+                name="elastic_deflection",
+                value=self.elastic_deflection,
+                limit=limit,
+                unit="m or rad",
             )

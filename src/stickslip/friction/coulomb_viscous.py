@@ -27,18 +27,11 @@ def check_magnitudes(law: Any, *, positive: tuple[str, ...] = ()) -> None:
         value = float(getattr(law, name))
         unit = f"{quantity.linear} or {quantity.rotary}"  # whichever the axis has
         if not np.isfinite(value):
-            raise InputError(
-                f"{name} is {value:g} {unit}, it must be finite", remedy=f"give the {name}"
-            )
+            raise InputError("not_finite", name=name, value=value, unit=unit)
         if name in positive and value <= 0:
-            raise InputError(
-                f"{name} is {value:g} {unit}, it must be positive", remedy=f"give the {name}"
-            )
+            raise InputError("not_positive", name=name, value=value, unit=unit)
         if value < 0 and name != "offset":
-            raise InputError(
-                f"{name} is {value:g} {unit}, it must not be negative",
-                remedy="give a magnitude; both directions count theirs as positive",
-            )
+            raise InputError("negative", name=name, value=value, unit=unit)
         object.__setattr__(law, name, value)
 
 
@@ -80,9 +73,11 @@ class DirectionalFriction:
             coulomb = getattr(self, f"coulomb_friction_{side}")
             if static < coulomb:
                 raise InputError(
-                    f"static_friction_{side} is {static:g} N or N m, below the Coulomb friction of "
-                    f"that direction, {coulomb:g} N or N m",
-                    remedy="give a static friction of at least the Coulomb friction",
+                    "static_below_coulomb",
+                    name=f"static_friction_{side}",
+                    value=static,
+                    coulomb=coulomb,
+                    unit="N or N m",
                 )
 
     @property

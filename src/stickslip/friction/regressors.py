@@ -50,11 +50,7 @@ class FrictionTerms:
 
     def __post_init__(self) -> None:
         if self.per_direction and self.offset:
-            raise InputError(
-                "an offset and friction per direction are both asked for, but an offset is the "
-                "same as half the difference of the two Coulomb values",
-                remedy="ask for one of them",
-            )
+            raise InputError("offset_and_directions")
 
     @classmethod
     def asked(

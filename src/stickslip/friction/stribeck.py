@@ -12,7 +12,7 @@ from stickslip.friction.coulomb_viscous import (
     both_directions,
     check_magnitudes,
 )
-from stickslip.records import InputError, positive, quantity_field
+from stickslip.records import one_of, positive, quantity_field
 
 StribeckShape = Literal["gaussian", "exponential"]
 
@@ -51,11 +51,7 @@ class StribeckEffect:
         object.__setattr__(
             self, "velocity", positive("stribeck_velocity", self.velocity, "m/s or rad/s")
         )
-        if self.shape not in _EXPONENTS:
-            raise InputError(
-                f"the Stribeck effect has the shape {self.shape!r}, there is no such",
-                remedy=f"use one of {', '.join(_EXPONENTS)}",
-            )
+        one_of("shape", self.shape, _EXPONENTS)
 
     @property
     def exponent(self) -> float:

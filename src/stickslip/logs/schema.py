@@ -81,7 +81,7 @@ class AxisSchema:
                 remedy="keep the one that says how the log was sampled",
             )
         if self.sampling_time is not None:
-            positive("sampling time", self.sampling_time, "s")
+            positive("sampling_time", self.sampling_time, "s")
         if self.sampling_frequency is not None:
             positive("sampling frequency", self.sampling_frequency, "Hz")
 

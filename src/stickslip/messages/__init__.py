@@ -4,13 +4,13 @@ A template names quantities of the error in braces, with a format as in ``str.fo
 these: ``name`` and ``names`` (settings, as the front end calls them), ``words`` (a name without
 underscores), ``value`` (a number in short, else as Python writes it), ``unit`` and ``in`` (" N" and
 " in N"; nothing where there is none), ``list``, ``any`` and ``all`` (items, the last after "or" or
-"and"), ``n sample`` (a count of samples). ``{option.NAME}`` is a setting, as the front end calls
-it.
+"and"), ``n sample`` (a count of samples), ``if TEXT`` (text, itself a template, unless the quantity
+is 0, empty or None). ``{option.NAME}`` is a setting, as the front end calls it.
 """
 
 import string
 import tomllib
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from numbers import Real
@@ -69,14 +69,14 @@ class _Template(string.Formatter):
     def __init__(self, naming: Naming) -> None:
         self._own: dict[str, Callable[[Any], str]] = {
             "name": lambda value: naming(str(value)),
-            "names": lambda value: _listed(map(naming, value), "and"),
+            "names": lambda value: _listed([naming(each) for each in value], "and"),
             "words": lambda value: str(value).replace("_", " "),
             "value": _short,
             "unit": lambda value: "" if value in _NO_UNIT else f" {value}",
             "in": lambda value: "" if value in _NO_UNIT else f" in {value}",
-            "list": lambda value: ", ".join(map(str, value)),
-            "any": lambda value: _listed(map(_quoted, value), "or"),
-            "all": lambda value: _listed(map(_quoted, value), "and"),
+            "list": lambda value: ", ".join(map(str, value)) or "none",
+            "any": lambda value: _listed([_quoted(each) for each in value], "or"),
+            "all": lambda value: _listed([_quoted(each) for each in value], "and"),
         }
 
     def format_field(self, value: Any, format_spec: str) -> str:
@@ -84,6 +84,8 @@ class _Template(string.Formatter):
             return self._own[format_spec](value)
         if format_spec.startswith("n "):
             return f"{value}{format_spec[1:]}{'' if value == 1 else 's'}"
+        if format_spec.startswith("if "):
+            return format_spec[3:] if value else ""
         try:
             return format(value, format_spec)
         except (TypeError, ValueError):  # text where a number belongs
@@ -100,6 +102,6 @@ def _quoted(value: object) -> str:
     return repr(value) if isinstance(value, str) else str(value)
 
 
-def _listed(items: Iterable[str], last: str) -> str:
-    *others, end = items
+def _listed(items: Sequence[str], last: str) -> str:
+    *others, end = items or ["none"]
     return f"{', '.join(others)} {last} {end}" if others else end

@@ -9,7 +9,15 @@ from numpy.typing import ArrayLike
 
 from stickslip.planning import pulse_kernels
 from stickslip.plants import SingleMass, check_affine
-from stickslip.records import AxisKind, InputError, non_negative, positive, quantity_field, unit_of
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    non_negative,
+    one_of,
+    positive,
+    quantity_field,
+    unit_of,
+)
 
 Values = Float[np.ndarray, "..."]
 
@@ -63,8 +71,7 @@ class PulseLaw:
     kind: AxisKind = "linear"
 
     def __post_init__(self) -> None:
-        if self.kind not in ("linear", "rotary"):
-            raise InputError(f"the kind is {self.kind!r}", remedy="give 'linear' or 'rotary'")
+        one_of("kind", self.kind, ("linear", "rotary"))
         for name, check in (
             ("mass", positive),
             ("coulomb_friction", positive),
@@ -78,9 +85,11 @@ class PulseLaw:
             object.__setattr__(self, "static_friction", static)
             if static < self.coulomb_friction:
                 raise InputError(
-                    f"static_friction is {static:g} {unit}, below the Coulomb friction, "
-                    f"{self.coulomb_friction:g} {unit}",
-                    remedy="give a static friction of at least the Coulomb friction",
+                    "static_below_coulomb",
+                    name="static_friction",
+                    value=static,
+                    coulomb=self.coulomb_friction,
+                    unit=unit,
                 )
 
     @classmethod
@@ -94,17 +103,17 @@ class PulseLaw:
             the offset is so strong that a mass moving in this direction never stops by itself.
         """
         if direction not in (1, -1):
-            raise InputError(f"the direction is {direction!r}", remedy="give 1 or -1")
+            raise InputError("not_a_choice", name="direction", value=direction, choices=(1, -1))
         check_affine(plant)
         friction = plant.friction if direction > 0 else plant.friction.mirrored()
         coulomb = friction.coulomb_friction_positive + friction.offset
         if not coulomb > 0:
             unit = unit_of("offset", plant.kind)
             raise InputError(
-                f"the offset, {plant.friction.offset:g} {unit}, drives the mass on against its "
-                f"Coulomb friction, {friction.coulomb_friction_positive:g} {unit}, so that no "
-                "pulse ends",
-                remedy="balance the offset, or give one below the Coulomb friction",
+                "offset_never_stops",
+                offset=plant.friction.offset,
+                coulomb=friction.coulomb_friction_positive,
+                unit=unit,
             )
         return cls(
             mass=plant.mass,
@@ -137,9 +146,7 @@ class PulseLaw:
         displacement = self._apply(pulse_kernels.pulse_displacement, moving, t)
         for bad in f[~np.isfinite(displacement) & ~np.isnan(moving)].flat:
             raise InputError(
-                f"effort is {bad:g} {unit_of('effort', self.kind)}, and the displacement more than "
-                "can be computed",
-                remedy="give a smaller effort or width",
+                "displacement_overflows", effort=bad, unit=unit_of("effort", self.kind)
             )
         return np.where(np.isnan(moving), 0.0, displacement)
 
@@ -173,9 +180,12 @@ class PulseLaw:
         if np.any(f <= self.breakaway):
             unit = unit_of("effort", self.kind)
             raise InputError(
-                f"effort is {float(np.min(f)):g} {unit}, not above the breakaway, "
-                f"{self.breakaway:g} {unit}, so it moves nothing",
-                remedy="give a stronger pulse",
+                "pulse_below_breakaway",
+                name="effort",
+                value=float(np.min(f)),
+                limit_name="breakaway",
+                limit=self.breakaway,
+                unit=unit,
             )
         return self._apply(pulse_kernels.width_for, d, f, nothing=0.0)
 
@@ -224,10 +234,7 @@ class PulseLaw:
         """
         (values,) = self._numbers(effort=effort)
         if values.ndim > 0:
-            raise InputError(
-                f"effort has shape {values.shape}, it must be a number",
-                remedy="take the gains of several efforts one by one",
-            )
+            raise InputError("effort_not_scalar", shape=values.shape)
         f, F = float(values), self.coulomb_friction
         return f * (f - F) / (2.0 * self.mass * F)
 
@@ -243,15 +250,11 @@ class PulseLaw:
                 arrays.append(np.asarray(values, dtype=np.float64))
             except (TypeError, ValueError) as error:
                 raise InputError(
-                    f"{name} is {values!r}, it must be a number or an array of numbers",
-                    remedy=f"give it in {units[name]}",
+                    "not_numbers", name=name, value=values, unit=units[name]
                 ) from error
         for name, values in zip(quantities, arrays, strict=True):
             for bad in values[~np.isfinite(values)].flat:
-                raise InputError(
-                    f"{name} is {bad:g} {units[name]}, it must be finite",
-                    remedy="give finite numbers",
-                )
+                raise InputError("not_finite", name=name, value=float(bad), unit=units[name])
             if name != "effort" and np.any(values < 0):
                 non_negative(name, float(np.min(values)), units[name])
         return tuple(np.broadcast_arrays(*arrays))

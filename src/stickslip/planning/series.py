@@ -20,10 +20,11 @@ from stickslip.records import (
     AxisKind,
     InputError,
     StickslipError,
-    count_of,
+    non_negative,
     positive,
     quantity_field,
     unit_of,
+    whole,
 )
 
 _LANDED = 1e-9  # of the travel: what rounding may leave, speeds over the frequency of mass 2
@@ -33,7 +34,7 @@ _STRONGER_TO = 1.05  # accuracy of the effort that would do
 
 
 class SeriesLimit(Enum):
-    """What makes a series impossible; the text says what it means and what to do."""
+    """What makes a series impossible."""
 
     EFFORT = "effort"
     DIRECTION = "direction"
@@ -41,40 +42,14 @@ class SeriesLimit(Enum):
     PULSES = "pulses"
     TOGETHER = "together"
 
-    @property
-    def text(self) -> str:
-        """What to do about it, as an instruction."""
-        return _REMEDIES[self]
-
-
-_REMEDIES = {
-    SeriesLimit.EFFORT: "allow more effort or more time",
-    SeriesLimit.DIRECTION: (
-        "allow more time, wait for mass 2 to swing less or the other way, or choose a target "
-        "farther away, so that mass 1 need not turn back"
-    ),
-    SeriesLimit.BREAKAWAY: (
-        "allow more time or more effort, wait until the spring helps to free mass 1, or choose a "
-        "target farther away"
-    ),
-    SeriesLimit.PULSES: "allow at least 4 pulses, one for each of the four states to be met",
-    SeriesLimit.TOGETHER: "allow more time and more effort, or choose another target",
-}
-
 
 class NoPulseSeriesError(InputError):
-    """No series of pulses does what is asked for.
+    """No series of pulses does what is asked for."""
 
-    Attributes
-    ----------
-    limit
-        The limit without which there would be one; ``TOGETHER`` if there would be none without any
-        single one of them.
-    """
-
-    def __init__(self, what: str, *, limit: SeriesLimit, remedy: str) -> None:
-        self.limit = limit
-        super().__init__(what, remedy=remedy)
+    @property
+    def limit(self) -> SeriesLimit:
+        """Limit without which there would be one; ``TOGETHER`` if no single one is enough."""
+        return self.quantities["limit"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -242,29 +217,15 @@ class PulseSeriesPlanner:
         for name, unit in (("sampling_time", "s"), ("effort_limit", unit_of("effort", kind))):
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
         for name in ("slowest", "impulse_gap"):
-            value = positive(name, getattr(self, name), "(a share)")
+            value = positive(name, getattr(self, name), "-")
             if value >= 1:
-                raise InputError(
-                    f"{name} is {value:g}, it must be below 1", remedy="give a small share"
-                )
+                raise InputError("not_below", name=name, value=value, limit=1.0, unit="-")
             object.__setattr__(self, name, value)
-        if not 0.0 <= self.excess < math.inf:
-            raise InputError(
-                f"excess is {self.excess:g}, it must be finite and not negative",
-                remedy="give the share of time that may be added, or 0",
-            )
-        if self.pulse_samples < 1:
-            raise InputError(
-                f"pulse_samples is {self.pulse_samples}, it must be at least 1",
-                remedy="give the number of samples over which the effort is held",
-            )
+        non_negative("excess", self.excess, "-")
+        whole("pulse_samples", self.pulse_samples, least=1)
         law = self.arm.friction
         if not -law.static_friction_positive <= law.offset <= law.static_friction_negative:
-            raise InputError(
-                f"the offset, {law.offset:g} {unit_of('offset', kind)}, is above the static "
-                "friction, so that mass 1 does not rest without effort",
-                remedy="balance the offset, and plan with what remains of it",
-            )
+            raise InputError("offset_moves_arm", offset=law.offset, unit=unit_of("offset", kind))
 
     @property
     def pulse_width(self) -> float:
@@ -318,27 +279,19 @@ class PulseSeriesPlanner:
         names = ("position", "velocity", "load_position", "load_velocity", "target")
         if len(state) != len(names) - 1:
             raise InputError(
-                f"the state has {len(state)} values, it must have 4",
-                remedy="give (position, velocity, load_position, load_velocity)",
+                "wrong_length", name="state", length=len(state), parts=4, names=names[:-1]
             )
+        kind = self.arm.kind
         for name, value in zip(names, (*state, target), strict=True):
             if not math.isfinite(value):
-                raise InputError(
-                    f"{name} is {value:g}, it must be finite", remedy="give a finite number"
-                )
-        kind = self.arm.kind
+                unit = unit_of("velocity" if "velocity" in name else "position", kind)
+                raise InputError("not_finite", name=name, value=value, unit=unit)
         if target == state[0]:
-            raise InputError(
-                f"mass 1 is on the target, {target:g} {unit_of('position', kind)}, already, and a "
-                "series moves it one way only",
-                remedy="wait for mass 2 to come to rest, or choose another target",
-            )
+            raise InputError("on_the_target", target=target, unit=unit_of("position", kind))
         direction = 1 if target > state[0] else -1
         if state[1] * direction < 0:
-            raise InputError(
-                f"mass 1 moves away from the target, with {state[1]:g} {unit_of('velocity', kind)}",
-                remedy="stop it first",
-            )
+            unit = unit_of("velocity", kind)
+            raise InputError("away_from_target", velocity=state[1], unit=unit)
         return direction
 
     def _move(
@@ -424,46 +377,41 @@ def _refusal(move: Move, pulses: int, *, at_most: bool, kind: AxisKind) -> NoPul
 
     ``at_most`` says whether fewer pulses would have done.
     """
-    effort = unit_of("effort", kind)
-    asked = (
-        f"no series of {'at most ' if at_most else ''}{count_of(pulses, 'pulse')} "
-        f"({pulses * move.pulse_width:g} s) brings both masses to rest "
-        f"{move.travel:g} {unit_of('position', kind)} away"
-    )
+    effort: float | None = None
     if pulses < FEWEST_PULSES:
-        limit, why = SeriesLimit.PULSES, "four states are to be met"
+        code, limit = "series_too_short", SeriesLimit.PULSES
     elif not move.frees:
-        limit = SeriesLimit.BREAKAWAY
-        why = (
-            f"it takes more than {move.breakaway:.6g} {effort} to free mass 1, and the limit is "
-            f"{move.effort_limit:g} {effort}"
-        )
+        code, limit = "series_cannot_break_away", SeriesLimit.BREAKAWAY
     elif move.fewest == 0:
-        limit = SeriesLimit.DIRECTION
-        why = "mass 2 swings farther than mass 1 may move, which would have to turn back"
-    elif (enough := _enough_effort(move, pulses)) is not None:
-        limit = SeriesLimit.EFFORT
-        why = (
-            f"it would take efforts of up to {enough:.3g} {effort}, and the limit is "
-            f"{move.effort_limit:g} {effort}"
-        )
+        code, limit = "series_swings_too_far", SeriesLimit.DIRECTION
+    elif (effort := _enough_effort(move, pulses)) is not None:
+        code, limit = "series_needs_effort", SeriesLimit.EFFORT
     elif move.frees_too_far or _possible_without("breakaway", move, pulses):
-        limit = SeriesLimit.BREAKAWAY
-        why = (
-            f"the first effort must exceed {move.breakaway:.6g} {effort} to free mass 1, which is "
-            "too much for this move"
-        )
+        code, limit = "series_breaks_away_too_far", SeriesLimit.BREAKAWAY
     elif _possible_without("direction", move, pulses):
-        limit, why = SeriesLimit.DIRECTION, "mass 1 would have to stop or turn back on the way"
+        code, limit = "series_turns_back", SeriesLimit.DIRECTION
     else:
-        limit, why = SeriesLimit.TOGETHER, "several limits bind at once"
-    remedy = limit.text
+        code, limit = "series_impossible", SeriesLimit.TOGETHER
+    enough = None
     if not at_most and limit is not SeriesLimit.PULSES and move.frees:
         search = move.shortest()
         if search.solution is not None and search.pulses != pulses:
-            enough = f"{search.pulses} pulses ({search.pulses * move.pulse_width:g} s)"
-            remedy = f"{enough} are enough; or {remedy}"
-    return NoPulseSeriesError(f"{asked}: {why}", limit=limit, remedy=remedy)
+            enough = search.pulses
+    return NoPulseSeriesError(
+        code,
+        limit=limit,
+        pulses=pulses,
+        duration=pulses * move.pulse_width,
+        at_most=at_most,
+        travel=move.travel,
+        unit=unit_of("position", kind),
+        breakaway=move.breakaway,
+        effort=effort,
+        effort_limit=move.effort_limit,
+        effort_unit=unit_of("effort", kind),
+        enough=enough,
+        enough_duration=(enough or 0) * move.pulse_width,
+    )
 
 
 def _enough_effort(move: Move, pulses: int) -> float | None:

@@ -133,8 +133,4 @@ def check_affine(plant: Any) -> None:
         If it is not a `CoulombViscousFriction`.
     """
     if not isinstance(plant.friction, CoulombViscousFriction):
-        raise InputError(
-            f"the plant's friction is a {type(plant.friction).__name__}, it must be a "
-            "CoulombViscousFriction here",
-            remedy="give one that comes near it; simulate the plant as it is",
-        )
+        raise InputError("not_affine", law=type(plant.friction).__name__)

@@ -7,7 +7,9 @@ from stickslip.errors import (
     StickslipError,
     finite_vector,
     non_negative,
+    one_of,
     positive,
+    whole,
 )
 from stickslip.records.axis_log import GAP_RATIO, AxisLog, LogSource, SensorSample
 from stickslip.records.comparison import (
@@ -140,6 +142,7 @@ __all__ = [
     "in_words",
     "mass_name",
     "non_negative",
+    "one_of",
     "parameter_label",
     "positive",
     "quantity_field",
@@ -147,4 +150,5 @@ __all__ = [
     "shared_name",
     "unit_of",
     "unit_text",
+    "whole",
 ]

@@ -9,14 +9,8 @@ from typing import Any, NamedTuple, get_args
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from stickslip.errors import InputError, finite_vector
-from stickslip.records.quantities import (
-    AxisKind,
-    EffortUnit,
-    count_of,
-    quantity_field,
-    unit_of,
-)
+from stickslip.errors import InputError, finite_vector, one_of
+from stickslip.records.quantities import AxisKind, EffortUnit, quantity_field, unit_of
 from stickslip.records.record import Record
 
 GAP_RATIO = 3.5
@@ -104,36 +98,20 @@ class AxisLog(Record):
     source: LogSource | None = None
 
     def __post_init__(self) -> None:
-        if self.kind not in ("linear", "rotary"):
-            raise InputError(
-                f"the kind of the axis is {self.kind!r}", remedy="give 'linear' or 'rotary'"
-            )
-        if self.effort_unit not in get_args(EffortUnit):
-            raise InputError(
-                f"the unit of the effort is {self.effort_unit!r}",
-                remedy="give '' for the SI unit, 'A' or '%'",
-            )
+        one_of("kind", self.kind, get_args(AxisKind))
+        one_of("effort_unit", self.effort_unit, get_args(EffortUnit))
         time = self._store("time", self.time)
         if time.size < _MINIMUM_SAMPLES:
-            raise InputError(
-                f"the log has {count_of(time.size, 'sample')}, at least {_MINIMUM_SAMPLES} are "
-                "needed",
-                remedy="record a longer log",
-            )
+            raise InputError("too_few_samples", samples=time.size, least=_MINIMUM_SAMPLES)
         backward = np.flatnonzero(np.diff(time) <= 0)
         if backward.size:
             k = int(backward[0])
-            word = "repeats" if time[k + 1] == time[k] else "goes backwards"
-            raise InputError(
-                f"time {word} at sample {k + 1}: {time[k + 1]:.9g} s follows {time[k]:.9g} s",
-                remedy="sort the rows by time and drop duplicates",
-            )
+            raise InputError("time_not_increasing", sample=k + 1, time=time[k], next=time[k + 1])
         for name in _CHANNELS:
             values = getattr(self, name)
             if values is not None and (size := self._store(name, values).size) != time.size:
                 raise InputError(
-                    f"{name} has {size} samples and time has {time.size}",
-                    remedy="every column of a log needs the same number of samples",
+                    "unequal_lengths", name=name, samples=size, other="time", needed=time.size
                 )
 
     def _store(self, name: str, values: Any) -> Float[np.ndarray, " n"]:

@@ -8,7 +8,7 @@ from typing import Any, Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, one_of
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
@@ -114,16 +114,10 @@ class ParameterEstimate(Record):
     unit: str  #: Name of the SI unit.
 
     def __post_init__(self) -> None:
-        if shared_name(self.name) not in PARAMETER_NAMES:
-            raise InputError(
-                f"{self.name!r} is not a parameter name", remedy=f"use one of {PARAMETER_NAMES}"
-            )
+        one_of("name", shared_name(self.name), PARAMETER_NAMES)
         uncertain = self.std is not None
         if uncertain != (self.ci95 is not None) or (uncertain and self.value is None):
-            raise InputError(
-                f"{self.name} has an uncertainty without a value, or half an uncertainty",
-                remedy="give std and ci95 together, and only with a value",
-            )
+            raise InputError("half_an_uncertainty", name=self.name)
 
     @property
     def identified(self) -> bool:
@@ -344,10 +338,7 @@ class FrictionEstimate(Record):
         parameter = self.parameters.get(name)
         if parameter is None or parameter.value is None:
             held = [key for key, p in self.parameters.items() if p.identified]
-            raise InputError(
-                f"the estimate holds no value for {name!r}",
-                remedy=f"it identified {', '.join(held) or 'nothing'}",
-            )
+            raise InputError("not_identified", name=name, identified=held)
         return parameter.value
 
     def of_log(self, log: str) -> "FrictionEstimate":
@@ -361,10 +352,7 @@ class FrictionEstimate(Record):
         every = () if self.joint is None else self.joint.logs
         own = next((each for each in every if each.name == log), None)
         if own is None:
-            raise InputError(
-                f"the estimate is not of a log {log!r}",
-                remedy=f"its logs are {', '.join(each.name for each in every) or 'not named'}",
-            )
+            raise InputError("unknown_log", log=log, logs=[each.name for each in every])
         suffix = f"[{log}]"
         names = [n for n in self.parameters if n == shared_name(n) or n.endswith(suffix)]
         identified = [name for name, p in self.parameters.items() if p.identified]

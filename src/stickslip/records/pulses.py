@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.errors import InputError
+from stickslip.errors import InputError, one_of
 from stickslip.records.quantities import (
     QUANTITIES,
     AxisKind,
@@ -106,23 +106,20 @@ class LearnedPulses(Record):
     covariance: Float[np.ndarray, "n n"]
 
     def __post_init__(self) -> None:
-        _one_of("method", self.method, get_args(PulseMethod))
-        _one_of("kind", self.kind, get_args(AxisKind))
+        one_of("method", self.method, get_args(PulseMethod), where="method")
+        one_of("kind", self.kind, get_args(AxisKind), where="kind")
         values: dict[str, float] = {}
         for name, value in self.values.items():
             if quantity_name(name) not in QUANTITIES:
-                what = f"{name!r} is not the name of a value that a pulse controller learns"
-                raise InputError(what, where="values", remedy="leave it out")
+                raise InputError("not_learned", where="values", name=name)
             values[name] = _number(value, f"values.{name}", unit_of(name, self.kind))
         object.__setattr__(self, "values", ReadOnlyMapping(values))
         covariance = np.array(self.covariance, dtype=np.float64)
-        square = covariance.ndim == 2 and covariance.shape[0] == covariance.shape[1]
-        if not (square and np.isfinite(covariance).all()):
-            raise _unlike_saved(
-                f"the covariance must be a square matrix of finite numbers, it has shape "
-                f"{covariance.shape}" + (" and numbers that are not finite" if square else ""),
-                "covariance",
-            )
+        shape = covariance.shape
+        if len(shape) != 2 or shape[0] != shape[1]:
+            raise InputError("covariance_not_square", where="covariance", shape=shape)
+        if not np.isfinite(covariance).all():
+            raise InputError("covariance_not_finite", where="covariance")
         covariance.flags.writeable = False
         object.__setattr__(self, "covariance", covariance)
 
@@ -145,16 +142,12 @@ class LearnedPulses(Record):
         """
         _keys(saved, ("schema", "method", "kind", "values", "covariance"), "")
         if saved["schema"] != _SCHEMA:
-            raise InputError(
-                f"the schema is {saved['schema']!r}, this version reads schema {_SCHEMA}",
-                where="schema",
-                remedy="read it with the version of stickslip that wrote it, or learn anew",
-            )
+            raise InputError("other_schema", where="schema", schema=saved["schema"], known=_SCHEMA)
         kind = saved["kind"]
-        _one_of("kind", kind, get_args(AxisKind))
+        one_of("kind", kind, get_args(AxisKind), where="kind")
         if not isinstance(saved["values"], Mapping):
-            what = f"values is a {type(saved['values']).__name__}, it must be a table of values"
-            raise _unlike_saved(what, "values")
+            found = type(saved["values"]).__name__
+            raise InputError("not_as_saved", where="values", found=found, keys=("value", "unit"))
         values: dict[str, float] = {}
         for name, entry in saved["values"].items():
             where = f"values.{name}"
@@ -162,49 +155,38 @@ class LearnedPulses(Record):
             known = quantity_name(name) in QUANTITIES
             if known and entry["unit"] != unit_of(name, kind):
                 raise InputError(
-                    f"{name} is given in {entry['unit']!r}, on a {kind} axis it must be in "
-                    f"{unit_of(name, kind)!r}",
+                    "other_unit",
                     where=where,
-                    remedy="give it in that unit",
+                    name=name,
+                    unit=entry["unit"],
+                    kind=kind,
+                    needed=unit_of(name, kind),
                 )
             values[name] = entry["value"]
         try:
             covariance = np.array(saved["covariance"], dtype=np.float64)
         except (TypeError, ValueError) as error:
-            what = "the covariance is not a matrix of numbers"
-            raise _unlike_saved(what, "covariance") from error
+            raise InputError("covariance_no_numbers", where="covariance") from error
         return cls(method=saved["method"], kind=kind, values=values, covariance=covariance)
 
 
-def _one_of(name: str, value: Any, known: tuple[str, ...]) -> None:
-    if value not in known:
-        remedy = f"give one of {', '.join(known)}"
-        raise InputError(f"the {name} is {value!r}", where=name, remedy=remedy)
-
-
 def _number(value: Any, where: str, unit: str) -> float:
-    number = isinstance(value, int | float | np.floating) and not isinstance(value, bool)
-    if not (number and np.isfinite(value)):
-        raise _unlike_saved(f"the value is {value!r} [{unit}], it must be a finite number", where)
+    if not isinstance(value, int | float | np.floating) or isinstance(value, bool):
+        raise InputError("not_a_number", where=where, name="value", value=value, unit=unit)
+    if not np.isfinite(value):
+        raise InputError("not_finite", where=where, name="value", value=value, unit=unit)
     if abs(value) > _LARGEST:
-        raise _unlike_saved(f"the value is {value:g} [{unit}], more than any axis has", where)
+        raise InputError("saved_value_too_large", where=where, value=value, unit=unit)
     return float(value)
 
 
 def _keys(table: Any, names: tuple[str, ...], where: str) -> None:
     """Check that a table has these keys and no others."""
-    listed = ", ".join(names)
     if not isinstance(table, Mapping):
-        what = f"what was learned is a {type(table).__name__}, it must be a table with the keys"
-        raise _unlike_saved(f"{what} {listed}", where)
+        raise InputError("not_as_saved", where=where, found=type(table).__name__, keys=names)
     for name in names:
         if name not in table:
-            raise _unlike_saved(f"the key {name!r} is missing", where)
+            raise InputError("key_missing", where=where, key=name, keys=names)
     for name in table:
         if name not in names:
-            remedy = f"the keys are {listed}"
-            raise InputError(f"the key {name!r} is unknown", where=where, remedy=remedy)
-
-
-def _unlike_saved(what: str, where: str) -> InputError:
-    return InputError(what, where=where, remedy="give it as it was saved")
+            raise InputError("unknown_key", where=where, key=name, keys=names)

@@ -11,7 +11,7 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import AxisKind, InputError, quantity_field, unit_of
+from stickslip.records import AxisKind, InputError, quantity_field, unit_of, whole
 from stickslip.simulation.kernels.arm_batch import LANES
 from stickslip.simulation.plant_kernels import (
     EVENT_BUDGET,
@@ -106,11 +106,7 @@ def simulate_batch(
     """
     plants = [plants] if isinstance(plants, SingleMass | FlexibleArm) else list(plants)
     if not plants or any(kernels_of(plant) is not kernels_of(plants[0]) for plant in plants):
-        raise InputError(
-            "the plants of a batch are not all of the same class",
-            remedy="simulate single masses and arms in batches of their own, and those with "
-            "CoulombViscousFriction apart from those without",
-        )
+        raise InputError("mixed_batch")
     efforts = _efforts(commanded_efforts, plants[0])
     states_given = None if initial_states is None else np.atleast_2d(np.asarray(initial_states))
     sizes = {
@@ -121,19 +117,15 @@ def simulate_batch(
     batch = max(sizes.values())
     for name, size in sizes.items():
         if size not in (1, batch):
-            raise InputError(
-                f"{name} holds {size} trajectories where the batch has {batch}",
-                remedy=f"give 1 or {batch}",
-            )
+            raise InputError("unequal_batch", name=name, trajectories=size, batch=batch)
     n = efforts.shape[1]
     every = 0 if store_every is None else store_every
     if store_every is not None and not 1 <= store_every <= n:
         raise InputError(
-            f"store_every is {store_every} samples, the efforts have {n}",
-            remedy=f"give 1 to {n}, or None for the last state only",
+            "out_of_range", name="store_every", value=store_every, least=1, most=n, unit="samples"
         )
-    if threads is not None and threads < 1:
-        raise InputError(f"threads is {threads}", remedy="give 1 or more, or None for all cores")
+    if threads is not None:
+        whole("threads", threads, least=1)
     models = np.stack([kernel_model(plant, sampling_time, event_budget) for plant in plants])
     given = [None] if states_given is None else [tuple(row) for row in states_given.tolist()]
     states = np.array([initial_kernel_state(plants[0], state) for state in given])
@@ -171,19 +163,19 @@ def _efforts(commanded_efforts: ArrayLike, plant: Plant) -> Float[np.ndarray, "b
     efforts = np.ascontiguousarray(np.atleast_2d(np.asarray(commanded_efforts, dtype=np.float64)))
     unit = unit_of("effort", plant.kind)
     if efforts.ndim != 2:
-        raise InputError(
-            f"commanded efforts have {efforts.ndim} dimensions",
-            remedy="give shape (batch, n), or (n,) for one that all trajectories share",
-        )
+        raise InputError("efforts_not_a_matrix", dimensions=efforts.ndim)
     # One pass that allocates nothing; a sum that overflows is looked at in detail
     with np.errstate(over="ignore", invalid="ignore"):
         total = efforts.sum()
     if not np.isfinite(total) and not np.isfinite(efforts).all():
         row, sample = np.argwhere(~np.isfinite(efforts))[0].tolist()
         raise InputError(
-            f"commanded effort is {efforts[row, sample]} {unit} in trajectory {row} at sample "
-            f"{sample}",
-            remedy="give finite efforts",
+            "effort_not_finite",
+            where=f"trajectory {row}",
+            name="commanded effort",
+            value=efforts[row, sample],
+            unit=unit,
+            sample=sample,
         )
     view = efforts.view()
     view.flags.writeable = False  # always, so that one compiled kernel serves every caller

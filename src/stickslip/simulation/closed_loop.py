@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.plants import Plant
-from stickslip.records import AxisLog, InputError, SensorSample, unit_of
+from stickslip.records import AxisLog, InputError, SensorSample, unit_of, whole
 from stickslip.simulation.plant_kernels import (
     EVENT_BUDGET,
     initial_kernel_state,
@@ -177,8 +177,7 @@ def simulate_closed_loop(
     >>> abs(0.1 - float(run.motion.position[-1])) <= 1.0 / 500.0
     True
     """
-    if samples < 1:
-        raise InputError(f"samples is {samples}", remedy="run at least 1 sample")
+    whole("samples", samples, least=1)
     sensors = Sensors() if sensors is None else sensors
     model = kernel_model(plant, sampling_time, event_budget)
     state = initial_kernel_state(plant, initial_state)
@@ -192,16 +191,15 @@ def simulate_closed_loop(
     seen = np.empty((4, samples + 1))
     for method in ("init", "step"):
         if not callable(getattr(controller, method, None)):
-            raise InputError(
-                f"the controller, a {type(controller).__name__}, has no method {method}",
-                remedy="give one with init() -> state and step(state, sample) -> (state, effort)",
-            )
+            raise InputError("no_controller", controller=type(controller).__name__, method=method)
     own = getattr(controller, "sampling_time", None)
     if isinstance(own, Real) and not isclose(own, sampling_time, rel_tol=_SAME_SAMPLING_TIME):
         raise InputError(
-            f"the controller was made for a sampling time of {float(own):.9g} s, the loop has "
-            f"{sampling_time:.9g} s",
-            remedy="give both the same",
+            "other_sampling_time",
+            name="the controller",
+            own=float(own),
+            other="the loop",
+            sampling_time=sampling_time,
         )
     step = controller.step
     loop: Any = _compiled_loop if is_jitted(step) else _loop
@@ -220,9 +218,10 @@ def simulate_closed_loop(
     )
     if status == _EFFORT:
         raise InputError(
-            f"the controller's effort at {at * sampling_time:.9g} s (sample {at}) is not a finite "
-            f"number of {unit_of('effort', plant.kind)}",
-            remedy="limit what it commands",
+            "controller_effort_not_finite",
+            time=at * sampling_time,
+            sample=at,
+            unit=unit_of("effort", plant.kind),
         )
     # The same efforts once more, for the events: to the last bit the motion of the loop, and the
     # error too, when its last sample could not be propagated

@@ -12,7 +12,7 @@ from stickslip.compiled import compiled
 from stickslip.friction.registry import LAWS
 from stickslip.numerics.named_fields import places
 from stickslip.plants import FlexibleArm, Plant, SingleMass
-from stickslip.records import InputError, positive
+from stickslip.records import InputError, positive, whole
 from stickslip.simulation.kernels.arm import ARM_MODEL, arm_fields, arm_run, arm_step
 from stickslip.simulation.kernels.arm_batch import arm_batch
 from stickslip.simulation.kernels.double_double import arm_increment
@@ -104,9 +104,11 @@ def _arm_model(plant: FlexibleArm, T: float, event_budget: int) -> Vector:
     norm = math.sqrt(ks / m1 + ks / m2) + c / m1
     if not norm * T <= _LONGEST:
         raise InputError(
-            f"the sampling time {T:g} s is {norm * T:.3g} times the arm's fastest time constant, "
-            f"{1.0 / norm:.3g} s, it must be at most {_LONGEST:g} times that long",
-            remedy="shorten the sampling time, or leave out what is so stiff (SingleMass)",
+            "arm_too_stiff",
+            sampling_time=T,
+            ratio=norm * T,
+            time_constant=1.0 / norm,
+            limit=_LONGEST,
         )
     model = np.zeros(places(ARM_MODEL))
     m = arm_fields(model)
@@ -158,12 +160,7 @@ def _law_model(plant: Plant, T: float, event_budget: int) -> Vector:
         m.stribeck_velocity, m.delta = effect.velocity, effect.exponent
         feature = effect.velocity
     elif m.fs_n != m.fc_n or m.fs_p != m.fc_p:
-        raise InputError(
-            f"a {type(law).__name__} whose static friction exceeds its Coulomb friction needs a "
-            "Stribeck velocity to be simulated",
-            remedy="give a StribeckFriction as its friction of steady motion, or leave the static "
-            "friction out",
-        )
+        raise InputError("static_friction_without_stribeck", law=type(law).__name__)
     if bristles is not None:
         m.sigma_0, m.sigma_1 = bristles.stiffness, bristles.damping
         m.exponent = bristles.exponent
@@ -222,16 +219,10 @@ def kernels_of(plant: Plant) -> PlantKernels:
     """Return the kernels that propagate a plant, by its class and its friction law."""
     law = plant.friction
     if not isinstance(law, tuple(LAWS.values())):
-        raise InputError(
-            f"the friction law {type(law).__name__} cannot be simulated",
-            remedy="use one of those in stickslip.friction",
-        )
+        raise InputError("law_not_simulated", law=type(law).__name__)
     kernels = _KERNELS.get((type(plant), law.affine))
     if kernels is None:
-        raise InputError(
-            f"there are no kernels for the plant {type(plant).__name__}",
-            remedy="use one of those in stickslip.plants",
-        )
+        raise InputError("plant_not_simulated", plant=type(plant).__name__)
     return kernels
 
 
@@ -246,11 +237,8 @@ def kernel_model(plant: Plant, sampling_time: float, event_budget: int = EVENT_B
         if the event budget is not at least 1; or if the friction law is not one that can be
         simulated.
     """
-    T = positive("sampling time", sampling_time, "s")
-    if not event_budget >= 1:
-        raise InputError(
-            f"event_budget is {event_budget}, it must be at least 1", remedy="leave it at default"
-        )
+    T = positive("sampling_time", sampling_time, "s")
+    whole("event_budget", event_budget, least=1)
     model = kernels_of(plant).model(plant, T, event_budget)
     model.flags.writeable = False
     return model
@@ -266,10 +254,9 @@ def initial_kernel_state(plant: Plant, initial_state: State | None) -> State:
     values = (0.0,) * len(names) if initial_state is None else tuple(map(float, initial_state))
     if len(values) != len(names):
         raise InputError(
-            f"the initial state has {len(values)} values, the plant's has {len(names)}",
-            remedy=f"give ({', '.join(names)})",
+            "wrong_length", name="initial_state", length=len(values), parts=len(names), names=names
         )
     for name, value in zip(names, values, strict=True):
         if not math.isfinite(value):
-            raise InputError(f"initial {name} is {value}", remedy="give a finite value")
+            raise InputError("not_finite", name=f"initial {name}", value=value, unit="")
     return kernels_of(plant).initial(values)

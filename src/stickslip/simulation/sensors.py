@@ -8,7 +8,7 @@ from jaxtyping import Float
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
-from stickslip.records import AxisLog, InputError, non_negative, quantity_field
+from stickslip.records import AxisLog, InputError, non_negative, one_of, quantity_field, whole
 from stickslip.simulation.simulate import SimulatedMotion
 
 Vector = NDArray[np.float64]
@@ -111,20 +111,15 @@ class Sensors:
             quantity = self.__dataclass_fields__[name].metadata["quantity"]
             unit = f"{quantity.linear} or {quantity.rotary}"  # whichever the axis has
             object.__setattr__(self, name, non_negative(name, getattr(self, name), unit))
-        if self.velocity not in ("measured", "differences", "none"):
-            raise InputError(
-                f"velocity is {self.velocity!r}",
-                remedy="give 'measured', 'differences' or 'none'",
-            )
+        one_of("velocity", self.velocity, ("measured", "differences", "none"))
+        whole("delay", self.delay, unit="samples")
         if self.velocity_noise > 0 and self.velocity != "measured":
             raise InputError(
-                f"velocity_noise is {self.velocity_noise:g} m/s or rad/s where no velocity is "
-                f"measured (velocity is {self.velocity!r})",
-                remedy="leave it at 0; the noise of differences comes from position_noise",
-            )
-        if self.delay < 0:
-            raise InputError(
-                f"delay is {self.delay} samples", remedy="give 0 or more whole samples"
+                "noise_without_velocity",
+                name="velocity_noise",
+                value=self.velocity_noise,
+                unit="m/s or rad/s",
+                velocity=self.velocity,
             )
 
     def draw(self, samples: int, generator: np.random.Generator | None) -> Noise:
@@ -134,10 +129,7 @@ class Sensors:
         """
         if generator is None:
             if self.position_noise > 0 or self.velocity_noise > 0:
-                raise InputError(
-                    "the sensors have noise and no generator was given",
-                    remedy="pass generator=numpy.random.default_rng(SEED)",
-                )
+                raise InputError("no_generator")
             return Noise(*(np.zeros(samples) for _ in Noise._fields))
         return Noise(*(generator.standard_normal(samples) for _ in Noise._fields))
 

@@ -77,7 +77,7 @@ def excite(
     """
     from stickslip.estimation import InputLimits, design_input
 
-    samples = positive("duration", duration, "s") / positive("sampling time", sampling_time, "s")
+    samples = positive("duration", duration, "s") / positive("sampling_time", sampling_time, "s")
     if samples > _MOST_SAMPLES:
         raise InputError(
             f"duration is {duration:g} s, that is {samples:.3g} samples of {sampling_time:g} s, at "

@@ -149,7 +149,7 @@ class Notch:
 
         With ``K = w / tan(w T / 2)``, ``s = K (1 - 1/z) / (1 + 1/z)`` is put into ``H(s)``.
         """
-        T = positive("sampling time", sampling_time, "s")
+        T = positive("sampling_time", sampling_time, "s")
         w = self.angular_frequency
         if w * T >= np.pi:
             raise InputError(

@@ -200,7 +200,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
             sought.
         """
         return self.method.init(
-            sampling_time=positive("sampling time", sampling_time, "s"),
+            sampling_time=positive("sampling_time", sampling_time, "s"),
             velocity_measured=velocity_measured,
             load_measured=load_measured,
         )

@@ -139,7 +139,7 @@ def design_input(
     >>> designed.largest_travel <= 0.1, designed.bound.std["mass"] < 1.0
     (True, True)
     """
-    n = round(positive("duration", duration, "s") / positive("sampling time", sampling_time, "s"))
+    n = round(positive("duration", duration, "s") / positive("sampling_time", sampling_time, "s"))
     if n < _SAMPLES * _CYCLES:
         raise InputError(
             f"the input has {n} samples, at least {_SAMPLES * _CYCLES:g} are needed",

@@ -234,7 +234,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         guesses = self.initial_values or {}
         s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self._names]
         own = kernels.fields(s)
-        own.sampling_time = positive("sampling time", sampling_time, "s")
+        own.sampling_time = positive("sampling_time", sampling_time, "s")
         own.inertia, own.load_inertia = self.inertia, self.load_inertia or 0.0
         own.stiffness = self.stiffness or 0.0
         own.settled_sums = self.sums == "settled"

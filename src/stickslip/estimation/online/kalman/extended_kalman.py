@@ -186,7 +186,7 @@ class ExtendedKalmanFilter(OnlineMethod):
                 f"{', '.join(missing)} is not given, and the filter needs it from the start",
                 remedy="give them, or use fit",
             )
-        T = positive("sampling time", sampling_time, "s")
+        T = positive("sampling_time", sampling_time, "s")
         vector = np.zeros(at.MEMORY + _CHANNELS * self.memory)
         s = at.fields(vector)
         vector[SAMPLING_TIME] = s.period = T

@@ -113,7 +113,7 @@ class ForceObserver(OnlineMethod):
         """Return the state before the first sample; the sampling time is in s."""
         vector = np.zeros(at.STATE_SIZE)
         s = at.fields(vector)
-        vector[SAMPLING_TIME] = T = positive("sampling time", sampling_time, "s")
+        vector[SAMPLING_TIME] = T = positive("sampling_time", sampling_time, "s")
         vector[STIFFNESS] = self.stiffness or 0.0
         s.inertia, s.dead_band = self.inertia or 0.0, self.dead_band or 0.0
         vector[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
