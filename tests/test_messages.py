@@ -29,27 +29,44 @@ class Raised:
     quantities: frozenset[str]
 
 
-def codes_in(node: ast.expr) -> tuple[str, ...]:
-    """Return the codes that the first argument of an error can be."""
+def codes_in(node: ast.expr, scope: ast.AST) -> tuple[str, ...]:
+    """Return the codes that the first argument of an error can be, assigned in the scope or not."""
     match node:
         case ast.Constant(value=str(code)):
             return (code,)
         case ast.IfExp(body=body, orelse=other):
-            return codes_in(body) + codes_in(other)
+            return codes_in(body, scope) + codes_in(other, scope)
+        case ast.Name(id=name):
+            assigned = [value for key, value in assignments(scope) if key == name]
+            assert assigned, f"line {node.lineno}: the code is no literal"
+            return tuple(code for value in assigned for code in codes_in(value, scope))
         case _:
             raise AssertionError(f"line {node.lineno}: the code is no literal")
 
 
+def assignments(scope: ast.AST) -> Iterator[tuple[str, ast.expr]]:
+    """Yield names and the values that are assigned to them."""
+    for node in ast.walk(scope):
+        match node:
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                yield name, value
+            case ast.Assign(targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)):
+                yield from zip((getattr(each, "id", "") for each in names), values, strict=True)
+
+
 def calls() -> Iterator[Raised]:
     for path in sorted(PACKAGE.rglob("*.py")):
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+        tree = ast.parse(path.read_text(encoding="utf-8"))
+        scopes = [node for node in ast.walk(tree) if isinstance(node, ast.FunctionDef)]
+        for node in ast.walk(tree):
             if not isinstance(node, ast.Call) or getattr(node.func, "id", "") not in ERRORS:
                 continue
             names = frozenset(each.arg or "**" for each in node.keywords)
             if "remedy" in names:
                 continue
+            own = [each for each in scopes if each.lineno <= node.lineno <= (each.end_lineno or 0)]
             place = f"{path.relative_to(PACKAGE)}:{node.lineno}"
-            yield Raised(place, codes_in(node.args[0]), names - {"where"})
+            yield Raised(place, codes_in(node.args[0], own[-1]), names - {"where"})
 
 
 def fields_of(code: str) -> dict[str, str]:

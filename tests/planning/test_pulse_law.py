@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw
 from stickslip.planning.pulse_kernels import position_along, pulse_ends
 from stickslip.plants import SingleMass
-from stickslip.records import InputError
 from stickslip.simulation import simulate
 
 TABLE_1 = PulseLaw(
@@ -176,36 +176,43 @@ def test_arrays_are_broadcast() -> None:
 
 
 @pytest.mark.parametrize(
-    ("call", "said"),
+    ("call", "code", "name"),
     [
-        (lambda: TABLE_1.displacement(300.0, -0.01), "width is -0.01 s, it must not be negative"),
-        (lambda: TABLE_1.displacement(np.nan, 0.01), "effort is nan N, it must be finite"),
-        (lambda: TABLE_1.width_for(0.01, effort=130.0), "130 N, not above the breakaway, 130 N"),
-        (lambda: TABLE_1.width_for(-0.01, effort=300.0), "displacement is -0.01 m"),
-        (lambda: TABLE_1.effort_for(0.0, width=0.01), "displacement is 0 m, it must be positive"),
-        (lambda: TABLE_1.effort_for(0.01, width=0.0), "width is 0 s, it must be positive"),
-        (lambda: TABLE_1.displacement(1e300, 1.0), "more than can be computed"),
-        (lambda: TABLE_1.displacement("a", 1.0), "effort is 'a'"),
-        (lambda: TABLE_1.gain(np.nan), "effort is nan N"),
+        (lambda: TABLE_1.displacement(300.0, -0.01), "negative", "width"),
+        (lambda: TABLE_1.displacement(np.nan, 0.01), "not_finite", "effort"),
+        (lambda: TABLE_1.width_for(0.01, effort=130.0), "pulse_below_breakaway", "effort"),
+        (lambda: TABLE_1.width_for(-0.01, effort=300.0), "negative", "displacement"),
+        (lambda: TABLE_1.effort_for(0.0, width=0.01), "not_positive", "displacement"),
+        (lambda: TABLE_1.effort_for(0.01, width=0.0), "not_positive", "width"),
+        (lambda: TABLE_1.displacement("a", 1.0), "not_numbers", "effort"),
+        (lambda: TABLE_1.gain(np.nan), "not_finite", "effort"),
         (
             lambda: PulseLaw(mass=0.0, coulomb_friction=1.0, viscous_friction=0.0),
-            "mass is 0 kg, it must be positive",
+            "not_positive",
+            "mass",
         ),
         (
             lambda: PulseLaw(mass=1.0, coulomb_friction=0.0, viscous_friction=0.0),
-            "coulomb_friction is 0 N, it must be positive",
+            "not_positive",
+            "coulomb_friction",
         ),
         (
             lambda: PulseLaw(
                 mass=1.0, coulomb_friction=2.0, viscous_friction=0.0, static_friction=1.0
             ),
-            "static_friction is 1 N, below the Coulomb friction, 2 N",
+            "static_below_coulomb",
+            "static_friction",
         ),
     ],
 )
-def test_bad_input_is_named(call, said: str) -> None:
-    with pytest.raises(InputError, match=said.replace("(", r"\(")):
+def test_bad_input_is_named(call, code: str, name: str) -> None:
+    with refuses(code, name=name):
         call()
+
+
+def test_a_displacement_that_no_float_holds_is_refused() -> None:
+    with refuses("displacement_overflows", effort=1e300):
+        TABLE_1.displacement(1e300, 1.0)
 
 
 def test_an_offset_that_never_lets_go_is_refused() -> None:
@@ -214,10 +221,10 @@ def test_an_offset_that_never_lets_go_is_refused() -> None:
     )
     plant = SingleMass(mass=1.0, friction=friction)
     assert PulseLaw.of(plant, direction=1).coulomb_friction == 3.0
-    with pytest.raises(InputError, match="drives the mass on"):
+    with refuses("offset_never_stops"):
         PulseLaw.of(plant, direction=-1)
     balanced = replace(plant, friction=replace(friction, offset=1.0))
-    with pytest.raises(InputError, match="drives the mass on"):
+    with refuses("offset_never_stops"):
         PulseLaw.of(balanced, direction=-1)
     less = replace(plant, friction=replace(friction, offset=np.nextafter(1.0, 0.0)))
     assert PulseLaw.of(less, direction=-1).coulomb_friction > 0.0

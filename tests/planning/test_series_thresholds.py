@@ -5,13 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from pulse_series import REST
+from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import NoPulseSeriesError, PulseSeries, PulseSeriesPlanner, SeriesLimit
 from stickslip.planning.move import Move
 from stickslip.planning.rest import _holding, _stopped
 from stickslip.plants import FlexibleArm
-from stickslip.records import InputError
 
 STATIC, OFFSET = 0.2, 0.03125
 HELD = 0.9  # of static friction, at most, holds mass 1
@@ -63,7 +63,7 @@ def test_an_offset_up_to_static_friction_lets_mass_1_rest(direction: float) -> N
     held = {"static_friction_negative": 0.5, "static_friction_positive": 0.25}
     most = 0.5 if direction > 0 else -0.25
     planner_of(**held, offset=most)
-    with pytest.raises(InputError, match="above the static friction"):
+    with refuses("offset_moves_arm"):
         planner_of(**held, offset=np.nextafter(most, 2.0 * most))
 
 
