@@ -11,6 +11,7 @@ from typing import Protocol, runtime_checkable
 
 from stickslip.logs.formats.arrays import read_matlab, read_npz
 from stickslip.logs.formats.frames import read_parquet
+from stickslip.logs.formats.ros import read_bag, read_mcap
 from stickslip.logs.formats.text import read_text
 from stickslip.logs.table import Table
 from stickslip.records import InputError
@@ -66,6 +67,24 @@ _ENTRIES = (
         libraries="scipy (BSD-3-Clause), h5py (BSD-3-Clause)",
         extra="hdf5",
         signature=b"MATLAB ",
+    ),
+    LogFormat(
+        name="ROS bag",
+        endings=(".bag", ".db3"),
+        read=read_bag,
+        libraries="rosbags (Apache-2.0)",
+        extra="ros",
+        signature=b"#ROSBAG V",
+        folder="metadata.yaml",
+        hashed_endings=(".yaml", ".db3", ".mcap", ".zstd"),
+    ),
+    LogFormat(
+        name="MCAP",
+        endings=(".mcap",),
+        read=read_mcap,
+        libraries="rosbags (Apache-2.0), mcap and mcap-protobuf-support (MIT)",
+        extra="ros",
+        signature=b"\x89MCAP0\r\n",
     ),
     LogFormat(name="NPZ", endings=(".npz",), read=read_npz, signature=b"PK\x03\x04"),
 )
