@@ -41,6 +41,7 @@ def read_bag(path: Path) -> Table:
     except ImportError:
         raise MissingExtraError(f"{path.name} is a ROS bag; reading it", extra="ros") from None
 
+    path = _File(path)
     store = get_typestore(Stores.LATEST)
     for name, definition in _CONTROL_TYPES.items():
         if name not in store.types:
@@ -55,6 +56,14 @@ def read_bag(path: Path) -> Table:
             yield from _decoded(reader, wanted)
 
     return table_of_topics(path.name, topics, messages, notes)
+
+
+class _File(type(Path())):
+    """A path whose ending is in lower case, as the library knows the kinds of bags by it."""
+
+    @property
+    def suffix(self) -> str:
+        return super().suffix.lower()
 
 
 def _first_messages(reader: Any) -> tuple[list[Message], dict[str, str]]:
