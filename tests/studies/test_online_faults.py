@@ -152,7 +152,7 @@ def test_a_delay_out_of_range_is_refused() -> None:
 
 def test_a_step_is_accepted_after_the_stated_number_of_samples() -> None:
     s = fields_at(admission.ADMISSION_DTYPE)(np.zeros(admission.ADMISSION_SIZE))
-    admission.lay_admission(
+    admission.set_admission(
         s, sampling_time=T, effort_delay=0.0, inertia=1.0, measured=(False, False, False)
     )
     rng = np.random.default_rng(0)

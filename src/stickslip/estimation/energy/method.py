@@ -3,8 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-
-import numpy as np
+from typing import Any
 
 from stickslip.estimation.energy.known_inertia.stretches import reconstructed
 from stickslip.estimation.energy.levels import AxisModel, EnergyLevels, energy_levels
@@ -12,7 +11,6 @@ from stickslip.estimation.energy.unknown_inertia.level_regression import noise_o
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import long_stretches
 from stickslip.estimation.online import recursion
-from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import Variance
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import (
@@ -181,24 +179,15 @@ class EnergyMethod(ABC):
         noise = noise_of_longest(parts, low_pass)
         return [(energy_levels(part, model, low_pass, noise, T), part) for part in parts]
 
-    def _recursion_state(
-        self, size: int, information: int, most: int, sampling_time: float
-    ) -> State:
-        """Return a state with the settings, first guesses and P(0) of its recursion.
-
-        ``information`` is the place of eta and J, with room for ``most`` parameters.
-        """
-        own = self.settings
+    def _set_recursion(self, fields: Any, sampling_time: float, *, velocity_measured: bool) -> None:
+        """Write settings, first guesses and P(0) of the recursion into the fields of a state."""
+        own, s = self.settings, fields.recursion
         guesses = dict(own.initial_values or {})
         guesses["mass"] = guesses.get("mass", guesses.get("inertia", 0.0))
         values = [guesses.get(name, 0.0) for name in own.parameter_names("linear")]
-        s = np.zeros(size)
-        s[recursion.SAMPLING_TIME] = sampling_time
-        s[recursion.FORGETTING] = own.forgetting_factor
-        s[recursion.PARAMETERS] = len(values)
-        s[recursion.LOAD_INERTIA] = own.load_inertia or 0.0
-        s[recursion.STIFFNESS] = own.stiffness or 0.0
-        recursion.lay_friction(s, own.terms)
-        recursion.lay_prior(s, values, own.initial_variance)
-        recursion.lay_information(s, information, most, values, own.initial_variance)
-        return s
+        s.sampling_time, s.forgetting = sampling_time, own.forgetting_factor
+        s.load_inertia, s.stiffness = own.load_inertia or 0.0, own.stiffness or 0.0
+        s.differentiates = not velocity_measured
+        recursion.set_friction(s, own.terms)
+        recursion.set_prior(s, values, own.initial_variance)
+        recursion.set_information(fields.eta, fields.information, values, own.initial_variance)

@@ -4,8 +4,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.levels import load_position
-from stickslip.estimation.online import recursion
 from stickslip.estimation.online.method import State
+from stickslip.estimation.online.recursion import recursion_fields
 from stickslip.estimation.signals.kinematics import LowPass, central_difference
 from stickslip.records import AxisLog, InputError
 
@@ -45,9 +45,10 @@ def samples_of(state: State, log: AxisLog, *, load: bool) -> Float[np.ndarray, "
     ``load`` is whether the state was made for measurements of the load. Raises InputError if the
     log has a gap or another sampling time than the state, or lacks a signal that it was made for.
     """
+    own = recursion_fields(state)
     check_fits(
         log,
-        float(state[recursion.SAMPLING_TIME]),
+        float(own.sampling_time),
         at_gaps="run its segments one by one, each from a new state with the last estimates as "
         "initial_values, or use fit",
     )
@@ -57,7 +58,7 @@ def samples_of(state: State, log: AxisLog, *, load: bool) -> Float[np.ndarray, "
     for of, velocity in velocities:
         if of:
             load_position(log)
-        if velocity is None and state[recursion.DERIVED] == 0.0:
+        if velocity is None and own.differentiates == 0:
             raise InputError(
                 f"the log holds no velocity{of}, the state was made for a measured one",
                 where=log.name,

@@ -1,17 +1,20 @@
-"""The state of what is estimated on line, and kernels for recursive least squares in it.
+"""State of the online estimators, and kernels for recursive least squares in it.
 
 All that a step remembers is one vector of fixed size, so that the same step runs from Python, in a
-compiled loop and on a drive. What lies where in the vector is given by the constants below; some
-settings that several methods have in common are among them.
+compiled loop and on a drive. It begins with the fields of `RECURSION`, among them some settings
+that several methods have in common.
 """
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
+from stickslip.estimation.online.method import State
 from stickslip.friction import FrictionTerms
+from stickslip.numerics.named_fields import fields_at, place_of
 from stickslip.records import InputError
 
 MOST_PARAMETERS = 5
@@ -19,30 +22,38 @@ MOST_PARAMETERS = 5
 Variance = float | tuple[tuple[float, ...], ...]
 """P(0): its diagonal value, or all of it row by row."""
 
-(
-    # Settings
-    SAMPLING_TIME,
-    FORGETTING,
-    PARAMETERS,
-    LOAD_INERTIA,
-    STIFFNESS,
-    PER_DIRECTION,
-    OFFSET,
-    DERIVED,  # velocities are not measured but differentiated
-    RELATIVE_PRIOR,  # P(0) follows the largest regressors so far
-    EXPONENTIAL,  # everything is forgotten, in `rls_step`
-    STRIBECK,  # velocity of the Stribeck effect; 0 without
-    DELTA,  # its exponent, 1 or 2
-    # What changes
-    COUNT,
-    COUNTED,  # rows that counted
-) = range(14)
-FIRST_SPREAD = COUNTED + 1  # diagonal of P(0)
-SPREAD = FIRST_SPREAD + MOST_PARAMETERS  # P, row by row
-ROW = SPREAD + MOST_PARAMETERS**2  # regressor of the row being taken
-GAIN = ROW + MOST_PARAMETERS
-TYPICAL = GAIN + MOST_PARAMETERS  # running mean squares of the regressors that count
-VALUES = TYPICAL + MOST_PARAMETERS  # estimates; behind them is what a method needs besides
+RECURSION = np.dtype(
+    [
+        # Settings
+        ("sampling_time", "f8"),
+        ("forgetting", "f8"),
+        ("parameters", "i8"),
+        ("load_inertia", "f8"),
+        ("stiffness", "f8"),
+        ("per_direction", "i8"),
+        ("has_offset", "i8"),
+        ("differentiates", "i8"),  # velocities are not measured but differentiated
+        ("has_relative_prior", "i8"),  # P(0) follows the largest regressors so far
+        ("exponential", "i8"),  # everything is forgotten, in `rls_step`
+        ("stribeck_velocity", "f8"),  # 0 without a Stribeck effect
+        ("stribeck_exponent", "i8"),  # 1 or 2
+        # What changes
+        ("samples", "i8"),
+        ("typical_rows", "i8"),  # rows that are not far smaller than a typical one
+        ("first_spread", "f8", (MOST_PARAMETERS,)),  # diagonal of P(0)
+        ("spread", "f8", (MOST_PARAMETERS, MOST_PARAMETERS)),  # P
+        ("row", "f8", (MOST_PARAMETERS,)),  # regressor of the row being taken
+        ("gain", "f8", (MOST_PARAMETERS,)),
+        ("typical", "f8", (MOST_PARAMETERS,)),  # running mean squares of the regressors that count
+        ("values", "f8", (MOST_PARAMETERS,)),  # estimates
+    ]
+)
+"""Fields that the state of every estimator by least squares begins with."""
+
+recursion_fields = fields_at(RECURSION)
+
+VALUES = place_of(RECURSION, "values")
+"""Place of the first estimate in a state."""
 
 _PRIOR = 1e-8
 """Information of a relative prior, over that of the largest row so far: too little to matter, and
@@ -52,58 +63,56 @@ _SMALL_ROW = 1e-3  # squared size of a row without new information, over that of
 
 
 @compiled(inline=True)
-def stribeck_left(s: Float[np.ndarray, " s"], v: float) -> float:
+def stribeck_left(s: Any, v: float) -> float:
     """Return exp(-(abs(v)/v_s)^delta), the share of the step to static friction that is left."""
-    if s[STRIBECK] == 0.0:
+    if s.stribeck_velocity == 0.0:
         return 0.0
-    r = abs(v) / s[STRIBECK]
-    return np.exp(-r * r if s[DELTA] == 2.0 else -r)
+    r = abs(v) / s.stribeck_velocity
+    return np.exp(-r * r if s.stribeck_exponent == 2 else -r)
 
 
 @compiled(inline=True)
-def _counts(s: Float[np.ndarray, " s"], p: int, forgetting: float) -> bool:
+def _counts(s: Any, p: int, forgetting: float) -> bool:
     """Return whether the row is not far smaller than a typical one, and let it count as typical."""
     size = 0.0
     for i in range(p):
-        if s[TYPICAL + i] > 0.0:
-            size = max(size, s[ROW + i] * s[ROW + i] / s[TYPICAL + i])
-    if s[COUNTED] > 0.0 and size < _SMALL_ROW:
+        if s.typical[i] > 0.0:
+            size = max(size, s.row[i] * s.row[i] / s.typical[i])
+    if s.typical_rows > 0 and size < _SMALL_ROW:
         return False
-    s[COUNTED] += 1.0
-    weight = max(1.0 / s[COUNTED], 1.0 - forgetting)
+    s.typical_rows += 1
+    weight = max(1.0 / s.typical_rows, 1.0 - forgetting)
     for i in range(p):
-        s[TYPICAL + i] += weight * (s[ROW + i] * s[ROW + i] - s[TYPICAL + i])
+        s.typical[i] += weight * (s.row[i] * s.row[i] - s.typical[i])
     return True
 
 
 @compiled(inline=True)
-def _widen_prior(s: Float[np.ndarray, " s"], p: int) -> None:
+def _widen_prior(s: Any, p: int) -> None:
     """Let P(0) be that of a small fraction of the largest row so far, whatever its units.
 
     A regressor counts from its first value other than zero; as it grows, so does the information
     that P begins with, which leaves the estimates as they are.
     """
     for k in range(p):
-        size = _PRIOR * s[ROW + k] * s[ROW + k]
-        first = s[FIRST_SPREAD + k]
+        size = _PRIOR * s.row[k] * s.row[k]
+        first = s.first_spread[k]
         if first == 0.0 and size > 0.0:
-            s[FIRST_SPREAD + k] = 1.0 / size
-            s[SPREAD + k * p + k] = 1.0 / size
+            s.first_spread[k] = 1.0 / size
+            s.spread[k, k] = 1.0 / size
         elif size * first > 2.0:
-            s[FIRST_SPREAD + k] = 1.0 / size
+            s.first_spread[k] = 1.0 / size
             added = size - 1.0 / first
             for i in range(p):
-                s[GAIN + i] = s[SPREAD + i * p + k]
-            drop = added / (1.0 + added * s[GAIN + k])
+                s.gain[i] = s.spread[i, k]
+            drop = added / (1.0 + added * s.gain[k])
             for i in range(p):
                 for j in range(p):
-                    s[SPREAD + i * p + j] -= drop * s[GAIN + i] * s[GAIN + j]
+                    s.spread[i, j] -= drop * s.gain[i] * s.gain[j]
 
 
 @compiled(inline=True)
-def _update(
-    s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool, p: int
-) -> float:
+def _update(s: Any, y: float, forgetting: float, printed: bool, p: int) -> float:
     """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
 
     Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
@@ -116,17 +125,17 @@ def _update(
 
     Returns the squared prediction error over its variance, that of a row's noise being 1.
     """
-    if s[RELATIVE_PRIOR] > 0.0:
+    if s.has_relative_prior:
         _widen_prior(s, p)
     g = 0.0
     e = y
     for i in range(p):
         total = 0.0
         for j in range(p):
-            total += s[SPREAD + i * p + j] * s[ROW + j]
-        s[GAIN + i] = total
-        g += total * s[ROW + i]
-        e -= s[ROW + i] * s[VALUES + i]
+            total += s.spread[i, j] * s.row[j]
+        s.gain[i] = total
+        g += total * s.row[i]
+        e -= s.row[i] * s.values[i]
     if not (g > 0.0 and np.isfinite(g)):
         return e * e
     weight, grown = 1.0, 1.0
@@ -142,29 +151,29 @@ def _update(
         spread, square = 0.0, 0.0
         started = 0
         for i in range(p):
-            if s[FIRST_SPREAD + i] > 0.0:
+            if s.first_spread[i] > 0.0:
                 started += 1
-                spread += s[SPREAD + i * p + i] / s[FIRST_SPREAD + i]
-                square += s[GAIN + i] * s[GAIN + i] / s[FIRST_SPREAD + i]
+                spread += s.spread[i, i] / s.first_spread[i]
+                square += s.gain[i] * s.gain[i] / s.first_spread[i]
         if grown * spread - drop * square > started:
             weight, grown, drop = 1.0, 1.0, 1.0 / (1.0 + g)
     step = e / (weight + g)
     for i in range(p):
-        s[VALUES + i] += s[GAIN + i] * step
+        s.values[i] += s.gain[i] * step
         for j in range(i, p):
-            value = grown * s[SPREAD + i * p + j] - drop * s[GAIN + i] * s[GAIN + j]
-            s[SPREAD + i * p + j] = value
-            s[SPREAD + j * p + i] = value
+            value = grown * s.spread[i, j] - drop * s.gain[i] * s.gain[j]
+            s.spread[i, j] = value
+            s.spread[j, i] = value
     return e * e / (1.0 + g)
 
 
 @compiled(inline=True)
-def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: bool) -> float:
+def update(s: Any, y: float, forgetting: float, printed: bool) -> float:
     """Take the row at its place and its target y into the estimates, as `_update` does.
 
     The loops run over a number that the compiler knows where it is a frequent one.
     """
-    p = int(s[PARAMETERS])
+    p = s.parameters
     if p == 2:
         return _update(s, y, forgetting, printed, 2)
     if p == 3:
@@ -175,99 +184,96 @@ def update(s: Float[np.ndarray, " s"], y: float, forgetting: float, printed: boo
 
 
 @compiled(brief=True)
-def rls_step(s: Float[np.ndarray, " s"], row: Float[np.ndarray, " p"], y: float) -> bool:
+def rls_step(state: State, row: Float[np.ndarray, " p"], y: float) -> bool:
     """Take one row into the state, in place; return whether it was taken.
 
     It is not if it does not have the size of the estimates, or a number is not finite.
     """
-    p = int(s[PARAMETERS])
+    s = recursion_fields(state)
+    p = s.parameters
     finite = np.isfinite(y) and row.size == p
     if finite:
         for i in range(p):
             finite = finite and np.isfinite(row[i])
     if finite:
         for i in range(p):
-            s[ROW + i] = row[i]
-        update(s, y, s[FORGETTING], s[EXPONENTIAL] > 0.0)
+            s.row[i] = row[i]
+        update(s, y, s.forgetting, s.exponential > 0)
     return finite
 
 
 @compiled()
 def rls_run(
-    s: Float[np.ndarray, " s"], rows: Float[np.ndarray, "n p"], targets: Float[np.ndarray, " n"]
+    state: State, rows: Float[np.ndarray, "n p"], targets: Float[np.ndarray, " n"]
 ) -> Float[np.ndarray, "n p"]:
     """Take many rows, in place, and return the estimates after each."""
+    s = recursion_fields(state)
     n, p = rows.shape
     history = np.empty((n, p))
     for k in range(n):
         for i in range(p):
-            s[ROW + i] = rows[k, i]
-        update(s, targets[k], s[FORGETTING], s[EXPONENTIAL] > 0.0)
+            s.row[i] = rows[k, i]
+        update(s, targets[k], s.forgetting, s.exponential > 0)
         for i in range(p):
-            history[k, i] = s[VALUES + i]
+            history[k, i] = s.values[i]
     return history
 
 
-def covariance_in(state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
+def covariance_in(state: State) -> Float[np.ndarray, "p p"]:
     """Return P from a state; infinite for a parameter that no row depends on yet."""
-    p = int(state[PARAMETERS])
-    spread = state[SPREAD : SPREAD + p * p].reshape(p, p).copy()
-    unknown = np.flatnonzero(state[FIRST_SPREAD : FIRST_SPREAD + p] == 0.0)
+    s = recursion_fields(state)
+    p = int(s.parameters)
+    spread = s.spread[:p, :p].copy()
+    unknown = np.flatnonzero(s.first_spread[:p] == 0.0)
     spread[unknown, unknown] = np.inf
     return spread
 
 
-def lay_friction(s: Float[np.ndarray, " s"], terms: FrictionTerms) -> None:
-    """Write into a state which friction is sought; an InputError if there is no room for it."""
+def set_friction(s: Any, terms: FrictionTerms) -> None:
+    """Write the estimated friction terms into the fields; an InputError if they do not fit."""
     if len(terms.stribeck) > 1 or (terms.stribeck and terms.per_direction):
         raise InputError(
             f"{len(terms.names)} frictions are sought with a Stribeck effect, on line there is "
             "room for one effect that is the same in both directions",
             remedy="leave per_direction out, give one effect, or use fit",
         )
-    s[PER_DIRECTION] = terms.per_direction
-    s[OFFSET] = "offset" in terms.names
+    s.per_direction = terms.per_direction
+    s.has_offset = "offset" in terms.names
     for effect in terms.stribeck:
-        s[STRIBECK], s[DELTA] = effect.velocity, effect.exponent
+        s.stribeck_velocity, s.stribeck_exponent = effect.velocity, effect.exponent
 
 
-def lay_prior(
-    state: Float[np.ndarray, " s"], values: Sequence[float], variance: Variance | None
-) -> None:
-    """Write first guesses [SI] and P(0) into a state, in place.
+def set_prior(s: Any, values: Sequence[float], variance: Variance | None) -> None:
+    """Write number of parameters, first guesses [SI] and P(0) into the fields.
 
     ``variance`` is P(0) or its diagonal value; None for one that follows the size of the
     regressors.
     """
     p = len(values)
-    state[VALUES : VALUES + p] = values
+    s.parameters = p
+    s.values[:p] = values
     if variance is None:
-        state[RELATIVE_PRIOR] = 1.0
+        s.has_relative_prior = 1
     else:
         P = _matrix(variance, p)
-        state[FIRST_SPREAD : FIRST_SPREAD + p] = np.diag(P)
-        state[SPREAD : SPREAD + p * p] = P.ravel()
+        s.first_spread[:p] = np.diag(P)
+        s.spread[:p, :p] = P
 
 
-def lay_information(
-    state: Float[np.ndarray, " s"],
-    at: int,
-    most: int,
+def set_information(
+    eta: Float[np.ndarray, " q"],
+    information: Float[np.ndarray, "q q"],
     values: Sequence[float],
     variance: Variance | None,
 ) -> None:
-    """Write P(0)^-1 theta(0) and P(0)^-1 into a state from ``at`` on, with room for ``most`` each.
-
-    Zeros stay without a variance.
-    """
+    """Write P(0)^-1 theta(0) and P(0)^-1, in place; zeros stay without a variance."""
     if variance is not None:
         p = len(values)
-        information = np.linalg.inv(_matrix(variance, p))
-        state[at : at + p] = information @ np.asarray(values)
-        whole = state[at + most : at + most + most * most].reshape(most, most)
-        whole[:p, :p] = 0.5 * (information + information.T)
+        inverse = np.linalg.inv(_matrix(variance, p))
+        eta[:p] = inverse @ np.asarray(values)
+        information[:p, :p] = 0.5 * (inverse + inverse.T)
 
 
 def _matrix(variance: Variance, p: int) -> Float[np.ndarray, "p p"]:
     """Return P(0)."""
-    return variance * np.eye(p) if isinstance(variance, float) else np.array(variance)
+    return np.array(variance) if isinstance(variance, tuple) else variance * np.eye(p)

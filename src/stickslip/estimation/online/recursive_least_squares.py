@@ -10,18 +10,19 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import (
-    EXPONENTIAL,
-    FORGETTING,
     MOST_PARAMETERS,
-    PARAMETERS,
+    RECURSION,
     VALUES,
     covariance_in,
-    lay_prior,
+    recursion_fields,
     rls_run,
     rls_step,
+    set_prior,
 )
 from stickslip.estimation.settings import check_forgetting_factor
+from stickslip.numerics.named_fields import places
 from stickslip.records import InputError, finite_vector, positive
 
 _DOUBLE = np.dtype(np.float64)
@@ -81,12 +82,11 @@ class RecursiveLeastSquares:
             )
         guesses = finite_vector("initial values", initial_values, "unit of each parameter")
         variance = positive("initial variance", initial_variance, "(unit of the parameter)^2")
-        s = np.zeros(VALUES + p)
-        s[PARAMETERS] = p
-        s[FORGETTING] = self.forgetting_factor
-        s[EXPONENTIAL] = self.forgetting == "exponential"
-        lay_prior(s, guesses.tolist(), variance)
-        return s
+        state = np.zeros(places(RECURSION))
+        s = recursion_fields(state)
+        s.forgetting, s.exponential = self.forgetting_factor, self.forgetting == "exponential"
+        set_prior(s, guesses.tolist(), variance)
+        return state
 
     def step(
         self, state: Float[np.ndarray, " s"], sample: tuple[Float[np.ndarray, " p"], float]
@@ -105,8 +105,8 @@ class RecursiveLeastSquares:
             row = np.asarray(row, np.float64)
         after = state.copy()
         if row.ndim != 1 or not rls_step(after, row, float(target)):
-            raise _refused(row, target, after.size - VALUES)
-        return after, after[VALUES:]
+            raise _refused(row, target, _parameters(after))
+        return after, after[VALUES : VALUES + row.size]
 
     def run(
         self,
@@ -126,10 +126,11 @@ class RecursiveLeastSquares:
         after = state.copy()
         table = np.ascontiguousarray(rows, dtype=np.float64)
         sought = np.ascontiguousarray(targets, dtype=np.float64)
-        if table.shape != (sought.size, after.size - VALUES) or sought.ndim != 1:
+        p = _parameters(state)
+        if table.shape != (sought.size, p) or sought.ndim != 1:
             raise InputError(
                 f"the rows have shape {table.shape} and the targets {sought.shape}, there are "
-                f"{after.size - VALUES} parameters",
+                f"{p} parameters",
                 remedy="give one target a row, and one regressor a parameter",
             )
         bad = np.flatnonzero(~(np.isfinite(sought) & np.all(np.isfinite(table), axis=1)))
@@ -143,6 +144,10 @@ class RecursiveLeastSquares:
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
         """Return P, the inverse of the information."""
         return covariance_in(state)
+
+
+def _parameters(state: State) -> int:
+    return int(recursion_fields(state).parameters)
 
 
 def _refused(row: Float[np.ndarray, "..."], target: float, parameters: int) -> InputError:

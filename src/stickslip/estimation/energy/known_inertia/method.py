@@ -13,10 +13,10 @@ from stickslip.estimation.energy.method import LEAST_ROWS, EnergyMethod, UsableL
 from stickslip.estimation.energy.samples import samples_of
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.online import recursion
-from stickslip.estimation.online.faults.admission import lay_admission
-from stickslip.estimation.online.faults.guard import RESETS, lay_guard
+from stickslip.estimation.online.faults.admission import set_admission
+from stickslip.estimation.online.faults.guard import set_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import lay_batches
+from stickslip.estimation.online.intervals.batches import clear_batches
 from stickslip.estimation.online.intervals.contrasts import intervals_in
 from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.signals.kinematics import LowPass
@@ -50,11 +50,11 @@ class KnownInertiaMethod(EnergyMethod):
         settings, model = self.settings, self.settings.model
         load = model.load_inertia is not None and load_measured
         measured = (True, velocity_measured, load, load and velocity_measured)
-        s = self._recursion_state(at.STATE_SIZE, at.INFORMATION, at.MOST, sampling_time)
-        # A sample brings one row a sensor, and all of them together forget once
-        s[recursion.FORGETTING] = settings.forgetting_factor ** (1.0 / sum(measured))
-        s[recursion.DERIVED] = not velocity_measured
+        s = np.zeros(at.STATE_SIZE)
         own = at.fields(s)
+        self._set_recursion(own, sampling_time, velocity_measured=velocity_measured)
+        # A sample brings one row a sensor, and all of them together forget once
+        own.recursion.forgetting = settings.forgetting_factor ** (1.0 / sum(measured))
         own.inertia = model.driven
         own.disturbance = settings.force_noise or 0.0
         # Where samples are forgotten, large innovations show that friction has changed
@@ -69,15 +69,15 @@ class KnownInertiaMethod(EnergyMethod):
         own.transition[:] = np.eye(4)  # a rigid axis has a load that stays where it is
         own.transition[:states, :states] = axis.transition
         own.held[:states], own.ramped[:states] = axis.held, axis.ramped
-        lay_admission(
+        set_admission(
             own.admission,
             sampling_time=sampling_time,
             effort_delay=settings.effort_delay,
             inertia=model.driven,
             measured=measured[1:],
         )
-        lay_batches(s, at.BATCHES)
-        lay_guard(s, at.GUARD, at.GUARD)
+        clear_batches(own.batches)
+        set_guard(s, own.guard)
         return s
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
@@ -95,13 +95,7 @@ class KnownInertiaMethod(EnergyMethod):
 
     def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
         """Return 95 % intervals that allow for correlated residuals and errors of the model."""
-        return intervals_in(
-            state,
-            information=at.INFORMATION,
-            batches=at.BATCHES,
-            contrasts=at.CONTRASTS,
-            most=at.MOST,
-        )
+        return intervals_in(at.fields(state))
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
@@ -109,6 +103,6 @@ class KnownInertiaMethod(EnergyMethod):
         return health_of(
             own.admission,
             force_events=own.force_events,
-            resets=state[at.GUARD + RESETS],
+            resets=int(own.guard.resets),
             force_noise=own.disturbance,
         )

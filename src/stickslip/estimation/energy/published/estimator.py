@@ -23,18 +23,11 @@ from stickslip.estimation.energy.samples import check_fits, filtered_samples
 from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
-from stickslip.estimation.online.faults.admission import lay_admission, restart_admission
-from stickslip.estimation.online.faults.guard import RESETS, lay_guard
+from stickslip.estimation.online.faults.admission import restart_admission, set_admission
+from stickslip.estimation.online.faults.guard import set_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
-from stickslip.estimation.online.recursion import (
-    FIRST_SPREAD,
-    FORGETTING,
-    PARAMETERS,
-    SPREAD,
-    VALUES,
-    covariance_in,
-)
+from stickslip.estimation.online.recursion import VALUES, covariance_in, set_prior
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import (
     check_arm,
@@ -215,7 +208,8 @@ class PublishedEnergyEstimator(OnlineMethod):
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far; no force noise is estimated."""
-        return health_of(kernels.fields(state).admission, resets=state[kernels.GUARD + RESETS])
+        own = kernels.fields(state)
+        return health_of(own.admission, resets=int(own.guard.resets))
 
     def init(self, *, sampling_time: float) -> State:
         """Return the state before the first sample.
@@ -225,22 +219,20 @@ class PublishedEnergyEstimator(OnlineMethod):
         sampling_time
             [s].
         """
-        p = len(self._names)
         s = np.zeros(kernels.STATE_SIZE)
-        s[PARAMETERS] = p
-        s[FORGETTING] = self.forgetting_factor
-        s[FIRST_SPREAD : FIRST_SPREAD + p] = self.initial_variance
-        s[SPREAD : SPREAD + p * p] = (self.initial_variance * np.eye(p)).ravel()
-        guesses = self.initial_values or {}
-        s[VALUES : VALUES + p] = [guesses.get(name, 0.0) for name in self._names]
         own = kernels.fields(s)
-        own.sampling_time = positive("sampling_time", sampling_time, "s")
-        own.inertia, own.load_inertia = self.inertia, self.load_inertia or 0.0
-        own.stiffness = self.stiffness or 0.0
+        own.recursion.sampling_time = positive("sampling_time", sampling_time, "s")
+        own.recursion.forgetting = self.forgetting_factor
+        own.recursion.load_inertia = self.load_inertia or 0.0
+        own.recursion.stiffness = self.stiffness or 0.0
+        guesses = self.initial_values or {}
+        first = [guesses.get(name, 0.0) for name in self._names]
+        set_prior(own.recursion, first, self.initial_variance)
+        own.inertia = self.inertia
         own.settled_sums = self.sums == "settled"
         own.compensation = _COMPENSATIONS.index(self.compensation)
         arm = self.stiffness is not None
-        lay_admission(
+        set_admission(
             own.admission,
             sampling_time=sampling_time,
             effort_delay=self.effort_delay,
@@ -249,7 +241,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         )
         if self.compensation != "none" or self.sums == "settled":
             self._write_noise(s, self._assumed_noise)
-        lay_guard(s, kernels.GUARD, kernels.OWN)
+        set_guard(s, own.guard)
         return s
 
     def resume(self, state: State) -> State:
@@ -258,7 +250,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         own = kernels.fields(after)
         own["sums"] = np.zeros((), kernels.SUMS)
         restart_admission(own.admission)
-        lay_guard(after, kernels.GUARD, kernels.OWN)
+        set_guard(after, own.guard)
         return after
 
     def step(
@@ -311,7 +303,7 @@ class PublishedEnergyEstimator(OnlineMethod):
         """Return the new state, the estimates and the prediction errors."""
         after = state.copy()
         own = kernels.fields(after)
-        check_fits(log, float(own.sampling_time))
+        check_fits(log, float(own.recursion.sampling_time))
         if own.noise < 0.0:
             self._write_noise(after, sensor_noise_of(log, cutoff=self.cutoff))
         return after, *published_energy_run(after, self._samples(log))
@@ -460,12 +452,13 @@ def weighted_rows(
     stretches = [published_energy_rows(state.copy(), part) for part in samples]
     target = np.concatenate([part[0] for part in stretches])
     columns = np.concatenate([part[1] for part in stretches])
-    n, p = target.size, int(state[PARAMETERS])
-    root = np.sqrt(state[FORGETTING])
+    recursion = kernels.fields(state).recursion
+    n, p = target.size, int(recursion.parameters)
+    root = np.sqrt(recursion.forgetting)
     weight = root ** np.arange(n - 1, -1, -1)
-    prior = root**n / np.sqrt(state[FIRST_SPREAD : FIRST_SPREAD + p])
+    prior = root**n / np.sqrt(recursion.first_spread[:p])
     return (
-        np.concatenate([prior * state[VALUES : VALUES + p], weight * target]),
+        np.concatenate([prior * recursion.values[:p], weight * target]),
         np.concatenate([np.diag(prior), weight[:, None] * columns]),
     )
 

@@ -2,8 +2,8 @@
 
 Source: van de Wijdeven (2002), part A, chapters 3 to 6.
 
-The state is that of `stickslip.estimation.online.recursion`, with room for four parameters, and
-behind it the fields of `_PUBLISHED`. A sample passes `stickslip.estimation.online.faults.admission`
+The fields of the recursion (`stickslip.estimation.online.recursion`) come first, behind them those
+of the sums. A sample passes `stickslip.estimation.online.faults.admission`
 first. The published balance cannot leave a sample out: the work in it would be missing from then
 on. A missing or impossible value is replaced, the effort by the last one, the motion by one of
 constant velocity. Estimates that are not finite are replaced by the last valid ones
@@ -11,6 +11,7 @@ constant velocity. Estimates that are not finite are replaced by the last valid 
 """
 
 import math
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
@@ -18,9 +19,9 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.balance import squared_velocity, turning_distance
 from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, admit, continued
-from stickslip.estimation.online.faults.guard import guard_size, stays_valid
+from stickslip.estimation.online.faults.guard import guard_dtype, stays_valid
 from stickslip.estimation.online.method import State
-from stickslip.estimation.online.recursion import FORGETTING, PARAMETERS, ROW, VALUES, update
+from stickslip.estimation.online.recursion import RECURSION, VALUES, update
 from stickslip.numerics.named_fields import fields_at, places
 
 MOST_VALUES = 4
@@ -39,28 +40,26 @@ SUMS = np.dtype(
 )
 """What begins at zero in a new run."""
 
-_PUBLISHED = np.dtype(
+_LEARNED: list[Any] = [
+    ("recursion", RECURSION),
+    ("inertia", "f8"),
+    ("settled_sums", "i8"),  # 1 for sums that are exact under a held effort
+    ("compensation", "i8"),  # 0 none, 1 by the printed polynomial, 2 exact
+    ("noise", "f8"),  # standard deviation of the velocity; negative: needed and not known
+    ("level_bias", "f8"),  # bracket of Eq. 5.26
+    ("prediction_error", "f8"),
+    ("sums", SUMS),
+]
+_FIELDS = np.dtype(
     [
-        ("sampling_time", "f8"),
-        ("inertia", "f8"),
-        ("load_inertia", "f8"),
-        ("stiffness", "f8"),
-        ("settled_sums", "i8"),  # 1 for sums that are exact under a held effort
-        ("compensation", "i8"),  # 0 none, 1 by the printed polynomial, 2 exact
-        ("noise", "f8"),  # standard deviation of the velocity; negative: needed and not known
-        ("level_bias", "f8"),  # bracket of Eq. 5.26
-        ("prediction_error", "f8"),
-        ("sums", SUMS),
+        *_LEARNED,
         ("admission", ADMISSION_DTYPE),
+        ("guard", guard_dtype(places(np.dtype(_LEARNED)))),
     ]
 )
-_START = VALUES + MOST_VALUES
-fields = fields_at(_PUBLISHED, start=_START)
+STATE_SIZE = places(_FIELDS)
 
-OWN = _START + places(_PUBLISHED) - places(ADMISSION_DTYPE)
-"""Numbers that the guard keeps a copy of."""
-GUARD = _START + places(_PUBLISHED)
-STATE_SIZE = GUARD + guard_size(OWN)
+fields = fields_at(_FIELDS)
 
 POLYNOMIAL_RANGE = 3.0
 """Standard deviations up to which the polynomials hold (Eqs. 5.21, 5.22)."""
@@ -123,7 +122,7 @@ def bias_of_double_mean(m: float, sigma: float) -> float:
 
 
 @compiled(inline=True)
-def _target_and_row(s: State, u: float, x: float, v: float, x2: float, v2: float) -> float:
+def _target_and_row(own: Any, u: float, x: float, v: float, x2: float, v2: float) -> float:
     """Add one sample to the sums, write W(k) to the state and return y(k) (Eqs. 4.3, 4.4).
 
     The printed sums are by backward Euler: T u(k) x1'(k), T abs(x1'(k)), T x1'(k)^2 (Eqs. 3.6,
@@ -132,9 +131,8 @@ def _target_and_row(s: State, u: float, x: float, v: float, x2: float, v2: float
     two velocities: noise does not lengthen it, so W_c is not subtracted there, and the squared
     velocity T (v_-^2 + v_- v + v^2) / 3 gains 2/3 sigma^2 T a sample.
     """
-    own = fields(s)
     sums = own.sums
-    T, sigma = own.sampling_time, own.noise
+    T, sigma = own.recursion.sampling_time, own.noise
     compensated = own.compensation > 0
     settled = own.settled_sums > 0  # read once: a second read, after a store, slows a step by 30 %
     bias = 0.0
@@ -166,13 +164,13 @@ def _target_and_row(s: State, u: float, x: float, v: float, x2: float, v2: float
     if settled:
         sums.last_effort, sums.last_position, sums.last_velocity = u, x, v
     sums.samples += 1
-    s[ROW] = sums.travel
-    s[ROW + 1] = sums.square
-    if s[PARAMETERS] > 2.0:  # Eq. 6.2
-        s[ROW + 2] = 1.0
-        s[ROW + 3] = sums.correction
-    kinetic = 0.5 * own.inertia * v * v + 0.5 * own.load_inertia * v2 * v2
-    potential = 0.5 * own.stiffness * (x - x2) * (x - x2)
+    own.recursion.row[0] = sums.travel
+    own.recursion.row[1] = sums.square
+    if own.recursion.parameters > 2:  # Eq. 6.2
+        own.recursion.row[2] = 1.0
+        own.recursion.row[3] = sums.correction
+    kinetic = 0.5 * own.inertia * v * v + 0.5 * own.recursion.load_inertia * v2 * v2
+    potential = 0.5 * own.recursion.stiffness * (x - x2) * (x - x2)
     y = sums.work - kinetic - potential
     return y + own.level_bias if compensated else y
 
@@ -185,7 +183,7 @@ def published_energy_step(s: State, u: float, x: float, v: float, x2: float, v2:
     """
     own = fields(s)
     whole = np.isfinite(u + x + v)
-    if own.stiffness > 0.0:
+    if own.recursion.stiffness > 0.0:
         whole = whole and np.isfinite(x2 + v2)
     if own.noise < 0.0:
         return False
@@ -194,20 +192,20 @@ def published_energy_step(s: State, u: float, x: float, v: float, x2: float, v2:
         return whole
     predicted, velocity = continued(own.admission.driven)
     x, v = predicted if np.isnan(x) else x, velocity if np.isnan(v) else v
-    if own.stiffness > 0.0:
+    if own.recursion.stiffness > 0.0:
         predicted, velocity = continued(own.admission.load)
         x2, v2 = predicted if np.isnan(x2) else x2, velocity if np.isnan(v2) else v2
     else:
         x2, v2 = 0.0, 0.0
     if stepped:
-        own.sums.last_position = x - own.sampling_time * v
-    y = _target_and_row(s, u, x, v, x2, v2)
+        own.sums.last_position = x - own.recursion.sampling_time * v
+    y = _target_and_row(own, u, x, v, x2, v2)
     e = y
-    for i in range(int(s[PARAMETERS])):
-        e -= s[ROW + i] * s[VALUES + i]
+    for i in range(own.recursion.parameters):
+        e -= own.recursion.row[i] * own.recursion.values[i]
     own.prediction_error = e  # Eq. 4.9
-    update(s, y, s[FORGETTING], True)
-    stays_valid(s, GUARD, OWN, VALUES, MOST_VALUES)
+    update(own.recursion, y, own.recursion.forgetting, True)
+    stays_valid(s, own.guard, VALUES, MOST_VALUES)
     return whole
 
 
@@ -216,14 +214,15 @@ def published_energy_run(
     s: State, samples: Float[np.ndarray, "n 5"]
 ) -> tuple[Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
     """Take many samples, in place; return the estimates after each, and the errors before it."""
-    n, p = samples.shape[0], int(s[PARAMETERS])
+    own = fields(s)
+    n, p = samples.shape[0], own.recursion.parameters
     history, errors = np.empty((n, p)), np.empty(n)
     for k in range(n):
         u, x, v, x2, v2 = samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
         published_energy_step(s, u, x, v, x2, v2)
-        errors[k] = fields(s).prediction_error
+        errors[k] = own.prediction_error
         for i in range(p):
-            history[k, i] = s[VALUES + i]
+            history[k, i] = own.recursion.values[i]
     return history, errors
 
 
@@ -232,11 +231,12 @@ def published_energy_rows(
     s: State, samples: Float[np.ndarray, "n 5"]
 ) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, "n p"]]:
     """Return y(k) and W(k) of many samples without estimating anything; the state's sums move."""
-    n, p = samples.shape[0], int(s[PARAMETERS])
+    own = fields(s)
+    n, p = samples.shape[0], own.recursion.parameters
     targets, rows = np.empty(n), np.empty((n, p))
     for k in range(n):
         u, x, v, x2, v2 = samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4]
-        targets[k] = _target_and_row(s, u, x, v, x2, v2)
+        targets[k] = _target_and_row(own, u, x, v, x2, v2)
         for i in range(p):
-            rows[k, i] = s[ROW + i]
+            rows[k, i] = own.recursion.row[i]
     return targets, rows

@@ -16,10 +16,10 @@ from stickslip.estimation.energy.unknown_inertia.online import state as at
 from stickslip.estimation.energy.unknown_inertia.online.recursion import energy_run, energy_step
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.online import recursion
-from stickslip.estimation.online.faults.admission import lay_admission
-from stickslip.estimation.online.faults.guard import RESETS, lay_guard
+from stickslip.estimation.online.faults.admission import set_admission
+from stickslip.estimation.online.faults.guard import set_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import lay_batches
+from stickslip.estimation.online.intervals.batches import clear_batches
 from stickslip.estimation.online.intervals.contrasts import intervals_in
 from stickslip.estimation.online.method import Kernel, State
 from stickslip.estimation.signals.kinematics import LowPass
@@ -82,11 +82,9 @@ class UnknownInertiaMethod(EnergyMethod):
         cutoff = settings.low_pass(T).cutoff
         position, velocity = settings.position_noise, settings.velocity_noise
         level = _UNIT_LEVEL if settings.level_noise is None else settings.level_noise
-        s = self._recursion_state(
-            at.STATE_SIZE, at.INFORMATION, recursion.MOST_PARAMETERS, sampling_time
-        )
-        s[recursion.DERIVED] = not velocity_measured
+        s = np.zeros(at.STATE_SIZE)
         own = at.fields(s)
+        self._set_recursion(own, sampling_time, velocity_measured=velocity_measured)
         own.pole = np.exp(-2.0 * np.pi * cutoff * T)
         own.position_noise = -1.0 if position is None else position
         own.velocity_noise = -1.0 if velocity is None else velocity
@@ -96,15 +94,15 @@ class UnknownInertiaMethod(EnergyMethod):
         own.settle = 1.0 if velocity_measured else np.ceil(_EDGE_PERIODS / (cutoff * T))
         own.square_bias = _square_bias(own.pole, T)
         load = settings.stiffness is not None
-        lay_admission(
-            at.admission(s),
+        set_admission(
+            own.admission,
             sampling_time=T,
             effort_delay=settings.effort_delay,
             inertia=None,
             measured=(velocity_measured, load, load and velocity_measured),
         )
-        lay_batches(s, at.BATCHES)
-        lay_guard(s, at.GUARD, at.GUARD)
+        clear_batches(own.batches)
+        set_guard(s, own.guard)
         return s
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
@@ -119,21 +117,15 @@ class UnknownInertiaMethod(EnergyMethod):
 
     def intervals(self, state: State) -> Float[np.ndarray, "p 2"]:
         """Return 95 % intervals that allow for correlated residuals and errors of the model."""
-        return intervals_in(
-            state,
-            information=at.INFORMATION,
-            batches=at.BATCHES,
-            contrasts=at.CONTRASTS,
-            most=recursion.MOST_PARAMETERS,
-        )
+        return intervals_in(at.fields(state))
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
         own = at.fields(state)
         unit = own.gate_scale if own.adaptations > 0.0 else 1.0
         return health_of(
-            at.admission(state),
-            resets=state[at.GUARD + RESETS],
+            own.admission,
+            resets=int(own.guard.resets),
             force_events=own.force_events,
             force_noise=float(np.sqrt(unit * own.force_variance)),
         )

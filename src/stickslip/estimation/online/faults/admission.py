@@ -107,7 +107,7 @@ ADMISSION_DTYPE = np.dtype(
 ADMISSION_SIZE = places(ADMISSION_DTYPE)
 
 
-def lay_admission(
+def set_admission(
     admission: Any,
     *,
     sampling_time: float,

@@ -62,7 +62,7 @@ class OnlineHealth:
 def health_of(
     admission: Any,
     *,
-    resets: float,
+    resets: int,
     force_events: float = 0.0,
     force_noise: float | None = None,
 ) -> OnlineHealth:
@@ -75,6 +75,6 @@ def health_of(
         effort_glitches=int(admission.effort_glitches),
         motion_steps=int(admission.motion_steps),
         force_events=int(force_events),
-        resets=int(resets),
+        resets=resets,
         force_noise=None if force_noise is None else float(force_noise),
     )

@@ -15,15 +15,14 @@ from jaxtyping import Float
 from stickslip.estimation.energy.published.sensor_noise import sensor_noise_of
 from stickslip.estimation.energy.samples import check_fits
 from stickslip.estimation.fit.solve import check_excited, provenance_of
-from stickslip.estimation.online.faults.admission import lay_admission
+from stickslip.estimation.online.faults.admission import set_admission
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
-from stickslip.estimation.online.intervals.batches import intervals_of, lay_batches
+from stickslip.estimation.online.intervals.batches import clear_batches, intervals_of
 from stickslip.estimation.online.intervals.contrasts import widened
 from stickslip.estimation.online.kalman import kernels as at
 from stickslip.estimation.online.kalman.kernels import ekf_run, ekf_step, forget_motion
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
-from stickslip.estimation.online.recursion import SAMPLING_TIME, VALUES
 from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses
@@ -158,7 +157,7 @@ class ExtendedKalmanFilter(OnlineMethod):
     @property
     def values_at(self) -> slice:
         """Where Coulomb and viscous friction lie in a state, in that order."""
-        return slice(VALUES + 1, VALUES - 1, -1)
+        return slice(at.VALUES + 1, at.VALUES - 1, -1)
 
     def init(self, *, sampling_time: float, velocity_measured: bool = True) -> State:
         """Return the state before the first sample.
@@ -189,22 +188,22 @@ class ExtendedKalmanFilter(OnlineMethod):
         T = positive("sampling_time", sampling_time, "s")
         vector = np.zeros(at.MEMORY + _CHANNELS * self.memory)
         s = at.fields(vector)
-        vector[SAMPLING_TIME] = s.period = T
+        s.period = T
         s.mass, s.parameters, s.gate_scale = self.inertia, len(self._names), 1.0
         force = self.force_noise
         if force is None:
             force = _FIRST_FORCE * (self.rest_force or spreads["coulomb_friction"] or 0.0)
             s.adapted = 1
         s.force_variance = force**2
-        lay_admission(
+        set_admission(
             s.admission,
             sampling_time=T,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
             measured=(velocity_measured, False, False),
         )
-        for batches in (at.BATCHES, at.SHARP_BATCHES):
-            lay_batches(vector, batches)
+        clear_batches(s.batches)
+        clear_batches(s.sharp_batches)
         s.position_variance = (self.position_noise or 0.0) ** 2
         s.velocity_variance = (self.velocity_noise or 0.0) ** 2 if velocity_measured else np.inf
         s.rest_speed, s.rest_variance = self.rest_speed or 0.0, (self.rest_force or 0.0) ** 2
@@ -227,7 +226,7 @@ class ExtendedKalmanFilter(OnlineMethod):
 
     @property
     def _places(self) -> slice:
-        return slice(VALUES, VALUES + len(self._names))
+        return slice(at.VALUES, at.VALUES + len(self._names))
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:
         """Take the samples of a log without gaps; return the state and the estimates after each.
@@ -245,7 +244,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         self, state: State, log: AxisLog
     ) -> tuple[State, Float[np.ndarray, "n p"], Float[np.ndarray, " n"]]:
         """Return the new state, the estimates and the squared innovations over their variances."""
-        check_fits(log, float(state[SAMPLING_TIME]))
+        check_fits(log, float(at.fields(state).period))
         measured = log.measured_velocity
         if measured is None and np.isfinite(at.fields(state).velocity_variance):
             raise InputError(
@@ -278,14 +277,13 @@ class ExtendedKalmanFilter(OnlineMethod):
         (`stickslip.estimation.online.intervals.contrasts`). They are infinite until there
         are enough batches of samples in slip.
         """
-        p = len(self._names)
+        p, s = len(self._names), at.fields(state)
         information = np.zeros((at.FRICTION, at.FRICTION))
         information[:p, :p] = np.linalg.inv(self.covariance(state))
-        values = state[VALUES : VALUES + p]
-        if at.fields(state).stage == at.TRUSTED:
-            return intervals_of(state, at.SHARP_BATCHES, values, information)
-        intervals = intervals_of(state, at.BATCHES, values, information)
-        return widened(state, at.CONTRASTS, intervals, information)
+        if s.stage == at.TRUSTED:
+            return intervals_of(s.sharp_batches, s.values[:p], information)
+        intervals = intervals_of(s.batches, s.values[:p], information)
+        return widened(s.contrasts, intervals, information)
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far."""
@@ -293,7 +291,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         return health_of(
             s.admission,
             force_events=float(s.force_events),
-            resets=float(s.resets),
+            resets=int(s.resets),
             force_noise=float(np.sqrt(s.force_variance)),
         )
 
@@ -337,7 +335,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         }
         return estimate_of(
             replace(regression, biased=log.clipped or surprise > _INCONSISTENT),
-            state[VALUES : VALUES + len(self._names)].tolist(),
+            state[self._places].tolist(),
             estimator=self.name,
             provenance=provenance_of(log, {"estimator": self.name, **options}),
             deviations=deviations.tolist(),

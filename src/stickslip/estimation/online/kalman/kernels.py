@@ -45,23 +45,21 @@ from stickslip.estimation.online.faults.admission import (
     restart_admission,
 )
 from stickslip.estimation.online.intervals.batches import (
-    batch_size,
+    batches_dtype,
     clear_batches,
     close_batch,
     count_sample,
-    scale_batches,
+    scale_information,
 )
 from stickslip.estimation.online.intervals.contrasts import (
     EVERYWHERE,
     add_information,
     classify,
-    contrast_size,
-    scale_contrasts,
+    contrasts_dtype,
 )
 from stickslip.estimation.online.kalman.motion import predicted
-from stickslip.estimation.online.recursion import VALUES
 from stickslip.numerics.kalman import measure
-from stickslip.numerics.named_fields import fields_at, places
+from stickslip.numerics.named_fields import fields_at, place_of, places
 
 STATES = 5
 FRICTION = 3  # of these: c, f_c, o
@@ -78,9 +76,9 @@ _FILTER = np.dtype(
 )
 STATE = np.dtype(
     [
+        ("period", "f8"),  # sampling time
         ("values", "f8", (FRICTION,)),  # c, f_c, o of the filter in use
         # Settings
-        ("period", "f8"),  # sampling time
         ("mass", "f8"),
         ("position_variance", "f8"),
         ("velocity_variance", "f8"),  # infinite where no velocity is measured
@@ -117,25 +115,20 @@ STATE = np.dtype(
         ("good", "f8", (FRICTION,)),  # friction and its covariance at the last valid batch
         ("good_covariance", "f8", (FRICTION, FRICTION)),
         ("admission", ADMISSION_DTYPE),
-        ("batches", "f8", (batch_size(FRICTION),)),  # of the careful filter
-        ("sharp_batches", "f8", (batch_size(FRICTION),)),
-        ("contrasts", "f8", (contrast_size(FRICTION),)),  # of the careful filter
+        ("batches", batches_dtype(FRICTION)),  # of the careful filter
+        ("sharp_batches", batches_dtype(FRICTION)),
+        ("contrasts", contrasts_dtype(FRICTION)),  # of the careful filter
         ("spell", "i8"),  # groups of the current samples
         ("spell_vector", "f8", (FRICTION,)),  # eta and J of the careful filter when these began
         ("spell_information", "f8", (FRICTION, FRICTION)),
     ]
 )
-fields = fields_at(STATE, start=VALUES)
+fields = fields_at(STATE)
 State = Float[np.ndarray, " s"]
 
-
-def _place(name: str) -> int:
-    offsets: Any = STATE.fields
-    return VALUES + offsets[name][1] // STATE["period"].itemsize
-
-
-BATCHES, SHARP_BATCHES, CONTRASTS = map(_place, ("batches", "sharp_batches", "contrasts"))
-MEMORY = VALUES + places(STATE)
+VALUES = place_of(STATE, "values")
+"""Place of the first estimate in a state."""
+MEMORY = places(STATE)
 """Place from which on u, x and v of the first samples follow, to the end of the state."""
 
 RESOLUTION = 1e-15
@@ -317,7 +310,7 @@ def _scale_friction(f: Any, factor: float) -> None:
 
 
 @compiled(inline=True)
-def _adapt(vector: State, s: Any) -> None:
+def _adapt(s: Any) -> None:
     """Let the force variance follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
 
     The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
@@ -338,8 +331,8 @@ def _adapt(vector: State, s: Any) -> None:
     if mean > _OVERCONFIDENT:
         factor = min(mean, _LARGEST_ADAPTATION)
         _scale_friction(s.careful, factor)
-        scale_batches(vector, BATCHES, FRICTION, 1.0 / factor)
-        scale_contrasts(vector, CONTRASTS, FRICTION, 1.0 / factor)
+        scale_information(s.batches.snapshots, 1.0 / factor)
+        scale_information(s.contrasts.groups, 1.0 / factor)
         for i in range(FRICTION):
             s.spell_vector[i] /= factor
             for j in range(FRICTION):
@@ -372,17 +365,17 @@ def _information(s: Any, f: Any, J: Float[np.ndarray, "3 3"], eta: Float[np.ndar
 
 
 @compiled(inline=True)
-def _keep_batch(vector: State, s: Any, f: Any, batches: int) -> None:
+def _keep_batch(s: Any, f: Any, batches: Any) -> None:
     """Keep the information of a filter at the end of a batch."""
     J, eta = np.empty((FRICTION, FRICTION)), np.empty(FRICTION)
     if _information(s, f, J, eta):
-        close_batch(vector, batches, FRICTION, J, eta)
+        close_batch(batches, J, eta)
 
 
 @compiled(inline=True)
-def _contrast(vector: State, s: Any) -> None:
+def _contrast(s: Any) -> None:
     """Add what the careful filter learned to the groups of its samples, when these change."""
-    groups = classify(vector, CONTRASTS, s.careful.z[1])
+    groups = classify(s.contrasts, s.careful.z[1])
     if groups == s.spell:
         return
     J, eta = np.empty((FRICTION, FRICTION)), np.empty(FRICTION)
@@ -396,7 +389,7 @@ def _contrast(vector: State, s: Any) -> None:
             before = s.spell_information[i, j]
             s.spell_information[i, j] = J[i, j]
             J[i, j] -= before
-    add_information(vector, CONTRASTS, FRICTION, s.spell, J, eta)
+    add_information(s.contrasts, s.spell, J, eta)
     s.spell = groups
 
 
@@ -470,7 +463,7 @@ def _sharpen(vector: State, s: Any) -> None:
     f.P[:] = s.careful.P
     s.behind = 0.0
     s.stage = TRUSTED
-    clear_batches(vector, SHARP_BATCHES)
+    clear_batches(s.sharp_batches)
     # It catches up with the samples that come in while there is room for these
     if 0 < s.stored * _PACE <= (_PACE - 1) * ((vector.size - MEMORY) // 3):
         s.stage = REPLAYING
@@ -609,16 +602,16 @@ def ekf_step(vector: State, u: float, x: float, v: float, x2: float, v2: float) 
             f.z[0], f.z[1] = x, v if measured else 0.0
         s.known = 1
     if exactly:
-        _contrast(vector, s)
-        _adapt(vector, s)
-        if count_sample(vector, BATCHES):
+        _contrast(s)
+        _adapt(s)
+        if count_sample(s.batches):
             if _is_plausible(s):
                 _keep_good(s)
-                _keep_batch(vector, s, s.careful, BATCHES)
+                _keep_batch(s, s.careful, s.batches)
             else:
                 _reset(s)
-        if s.stage == TRUSTED and count_sample(vector, SHARP_BATCHES):
-            _keep_batch(vector, s, s.sharp, SHARP_BATCHES)
+        if s.stage == TRUSTED and count_sample(s.sharp_batches):
+            _keep_batch(s, s.sharp, s.sharp_batches)
     s.values[:] = (s.sharp if s.stage == TRUSTED else s.careful).z[2:]
     s.held_effort, s.held_unknown = u, unknown
     return whole

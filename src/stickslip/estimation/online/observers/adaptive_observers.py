@@ -64,7 +64,6 @@ from jaxtyping import Float
 from stickslip.estimation.online.method import State
 from stickslip.estimation.online.observers import kernels as at
 from stickslip.estimation.online.observers.force_observer import ForceObserver
-from stickslip.estimation.online.recursion import SAMPLING_TIME
 from stickslip.estimation.settings import check_given
 from stickslip.records import AxisLog, InputError, positive
 
@@ -106,8 +105,7 @@ class AdaptiveObserver(ForceObserver):
             *(("offset",) if self.offset else ()),
         )
 
-    def _initialise(self, vector: State, s: Any) -> None:
-        del vector
+    def _initialise(self, s: Any) -> None:
         if self.speed is None:
             raise InputError(
                 "the typical speed is not given, and a first state needs it",
@@ -158,8 +156,8 @@ class FriedlandParkObserver(AdaptiveObserver):
         super().__post_init__()
         positive("exponent", self.exponent, "-")
 
-    def _initialise(self, vector: State, s: Any) -> None:
-        super()._initialise(vector, s)
+    def _initialise(self, s: Any) -> None:
+        super()._initialise(s)
         s.exponent = self.exponent
 
 
@@ -222,8 +220,8 @@ class LiaoChienObserver(AdaptiveObserver):
         """
         return min(self.bandwidth / (1.0 + 0.5**0.5), 2.0 * self.rate)
 
-    def _initialise(self, vector: State, s: Any) -> None:
-        super()._initialise(vector, s)
+    def _initialise(self, s: Any) -> None:
+        super()._initialise(s)
         s.k_p, s.k_d = self.bandwidth**2, 2.0 * self.bandwidth
         s.cross, s.square = self.lyapunov[1]
 
@@ -259,6 +257,6 @@ class GradientEstimator(AdaptiveObserver):
         super().__post_init__()
         positive("bandwidth", self.bandwidth, "rad/s")
 
-    def _initialise(self, vector: State, s: Any) -> None:
-        super()._initialise(vector, s)
-        s.filter_share = -np.expm1(-self.bandwidth * vector[SAMPLING_TIME])
+    def _initialise(self, s: Any) -> None:
+        super()._initialise(s)
+        s.filter_share = -np.expm1(-self.bandwidth * s.recursion.sampling_time)

@@ -12,12 +12,12 @@ from scipy import ndimage
 from stickslip.estimation.energy.samples import check_fits, filtered_samples
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of
-from stickslip.estimation.online.faults.admission import lay_admission, restart_admission
-from stickslip.estimation.online.faults.guard import RESETS, lay_guard
+from stickslip.estimation.online.faults.admission import restart_admission, set_admission
+from stickslip.estimation.online.faults.guard import set_guard
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.observers import kernels as at
-from stickslip.estimation.online.recursion import SAMPLING_TIME, STIFFNESS, VALUES
+from stickslip.estimation.online.recursion import VALUES, recursion_fields
 from stickslip.estimation.point_estimate import NO_INTERVAL, estimate_of
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_given, first_guesses, options_of
@@ -113,29 +113,30 @@ class ForceObserver(OnlineMethod):
         """Return the state before the first sample; the sampling time is in s."""
         vector = np.zeros(at.STATE_SIZE)
         s = at.fields(vector)
-        vector[SAMPLING_TIME] = T = positive("sampling_time", sampling_time, "s")
-        vector[STIFFNESS] = self.stiffness or 0.0
+        s.recursion.sampling_time = T = positive("sampling_time", sampling_time, "s")
+        s.recursion.stiffness = self.stiffness or 0.0
         s.inertia, s.dead_band = self.inertia or 0.0, self.dead_band or 0.0
         vector[self._values_from : self._values_from + len(_FRICTION)] = self._first_guesses()
-        self._initialise(vector, s)
+        self._initialise(s)
         load = self.stiffness is not None
-        lay_admission(
+        set_admission(
             s.admission,
             sampling_time=T,
             effort_delay=self.effort_delay,
             inertia=self.inertia,
             measured=(True, load, load),
         )
-        lay_guard(vector, at.GUARD, at.OWN_SIZE)
+        set_guard(vector, s.guard)
         return vector
 
     def health(self, state: State) -> OnlineHealth:
         """Return what was missing, rejected and reset so far; no force noise is estimated."""
-        return health_of(at.fields(state).admission, resets=state[at.GUARD + RESETS])
+        s = at.fields(state)
+        return health_of(s.admission, resets=int(s.guard.resets))
 
     @abstractmethod
-    def _initialise(self, vector: State, s: Any) -> None:
-        """Set what is the method's own in a first state and its fields, in place."""
+    def _initialise(self, s: Any) -> None:
+        """Write what is the method's own into the fields of a first state."""
 
     @property
     def _guesses(self) -> Mapping[str, float]:
@@ -156,7 +157,7 @@ class ForceObserver(OnlineMethod):
         Velocities that the log has not are differences of smoothed positions. The log must have the
         sampling time of the state, and the load of a flexible arm.
         """
-        check_fits(log, float(state[SAMPLING_TIME]))
+        check_fits(log, float(recursion_fields(state).sampling_time))
         after = state.copy()
         samples, quiet = self._signals(log)
         waiting = max(int(np.ceil(-self.effort_delay)), 0)  # the motion waits for a late effort

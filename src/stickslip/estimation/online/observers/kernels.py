@@ -14,8 +14,8 @@ A sample passes `stickslip.estimation.online.faults.admission` first. One with a
 impossible value gives no row, nor does the next one. After a sample `_settled` returns to
 the last valid estimates if these are not finite (`stickslip.estimation.online.faults.guard`).
 
-The state begins with that of `stickslip.estimation.online.recursion`, with viscous friction,
-Coulomb friction and the offset at its values (and a sought mass before them).
+The fields of the recursion (`stickslip.estimation.online.recursion`) come first, with viscous
+friction, Coulomb friction and the offset as its values (and a sought mass before them).
 """
 
 from typing import Any
@@ -25,72 +25,63 @@ from jaxtyping import Bool, Float
 
 from stickslip.compiled import compiled
 from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE, admit
-from stickslip.estimation.online.faults.guard import guard_size, stays_valid
-from stickslip.estimation.online.recursion import (
-    COUNTED,
-    FORGETTING,
-    MOST_PARAMETERS,
-    PARAMETERS,
-    ROW,
-    SAMPLING_TIME,
-    STIFFNESS,
-    VALUES,
-    update,
-)
+from stickslip.estimation.online.faults.guard import guard_dtype, stays_valid
+from stickslip.estimation.online.recursion import RECURSION, VALUES, update
 from stickslip.numerics.named_fields import fields_at, places
 
 _FRICTION = 3  # parameters that a gain belongs to
 _VALUES = 4  # at most: inertia, viscous and Coulomb friction, offset
 
-_STATE = np.dtype(
+_LEARNED: list[Any] = [
+    ("recursion", RECURSION),
+    # Settings
+    ("inertia", "f8"),  # 0 where it is sought
+    ("speed", "f8"),  # typical one, that gains refer to
+    ("dead_band", "f8"),  # slower than this, the axis may be at rest
+    ("gains", "f8", (_FRICTION,)),  # Gamma
+    # What changes
+    ("known", "i8"),  # whether there is a sample before this one
+    ("last_effort", "f8"),
+    ("last_position", "f8"),
+    ("last_velocity", "f8"),
+    ("last_load", "f8"),
+    ("last_load_velocity", "f8"),
+    ("force", "f8"),  # f of the last sample; with the inertia sought, f and its force
+    # Least squares
+    ("block", "i8"),  # samples in a block
+    ("filled", "i8"),  # samples in the block so far
+    ("force_sum", "f8"),  # over the block
+    ("row_sum", "f8", (_VALUES,)),
+    # Friedland and Park
+    ("exponent", "f8"),  # mu
+    # Gradient
+    ("filter_share", "f8"),  # 1 - exp(-lambda T)
+    ("filtered_force", "f8"),
+    ("filtered_row", "f8", (_FRICTION,)),
+    # Liao and Chien
+    ("k_p", "f8"),
+    ("k_d", "f8"),
+    ("cross", "f8"),  # <B, P E> = cross e + square e'
+    ("square", "f8"),
+    ("model_position", "f8"),
+    ("model_velocity", "f8"),
+]
+_FIELDS = np.dtype(
     [
-        ("values", "f8", (MOST_PARAMETERS,)),
-        # Settings
-        ("inertia", "f8"),  # 0 where it is sought
-        ("speed", "f8"),  # typical one, that gains refer to
-        ("dead_band", "f8"),  # slower than this, the axis may be at rest
-        ("gains", "f8", (_FRICTION,)),  # Gamma
-        # What changes
-        ("known", "i8"),  # whether there is a sample before this one
-        ("last_effort", "f8"),
-        ("last_position", "f8"),
-        ("last_velocity", "f8"),
-        ("last_load", "f8"),
-        ("last_load_velocity", "f8"),
-        ("force", "f8"),  # f of the last sample; with the inertia sought, f and its force
-        # Least squares
-        ("block", "i8"),  # samples in a block
-        ("filled", "i8"),  # samples in the block so far
-        ("force_sum", "f8"),  # over the block
-        ("row_sum", "f8", (_VALUES,)),
-        # Friedland and Park
-        ("exponent", "f8"),  # mu
-        # Gradient
-        ("filter_share", "f8"),  # 1 - exp(-lambda T)
-        ("filtered_force", "f8"),
-        ("filtered_row", "f8", (_FRICTION,)),
-        # Liao and Chien
-        ("k_p", "f8"),
-        ("k_d", "f8"),
-        ("cross", "f8"),  # <B, P E> = cross e + square e'
-        ("square", "f8"),
-        ("model_position", "f8"),
-        ("model_velocity", "f8"),
+        *_LEARNED,
         ("admission", ADMISSION_DTYPE),
+        ("guard", guard_dtype(places(np.dtype(_LEARNED)))),
     ]
 )
-fields = fields_at(_STATE, start=VALUES)
-GUARD = VALUES + places(_STATE)
-"""Place of the guard."""
-OWN_SIZE = GUARD - places(ADMISSION_DTYPE)
-"""Numbers of the estimator's own, before the admission, which the guard keeps."""
-STATE_SIZE = GUARD + guard_size(OWN_SIZE)
+STATE_SIZE = places(_FIELDS)
+
+fields = fields_at(_FIELDS)
 
 State = Float[np.ndarray, " s"]
 
 
 @compiled(inline=True)
-def _balance(vector: State, s: Any, u: float, x: float, v: float, x2: float, v2: float) -> bool:
+def _balance(s: Any, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Write force and row of the sample that ends here; return whether there is a row.
 
     The mean stretch of the spring is that of the cubic through both ends.
@@ -99,26 +90,26 @@ def _balance(vector: State, s: Any, u: float, x: float, v: float, x2: float, v2:
     ready, u, unknown, x, v, x2, v2, _ = admit(s.admission, u, x, v, x2, v2)
     if not ready:
         return False
-    if vector[STIFFNESS] == 0.0:
+    if s.recursion.stiffness == 0.0:
         x2, v2 = 0.0, 0.0
     if np.isnan(x + v + x2 + v2):
         s.known = 0
         return False
     v0 = s.last_velocity
     if s.known:
-        T = vector[SAMPLING_TIME]
+        T = s.recursion.sampling_time
         d0, d = s.last_position - s.last_load, x - x2
         w0, w = v0 - s.last_load_velocity, v - v2
         stretch = 0.5 * (d0 + d) + T / 12.0 * (w0 - w)
         acceleration = (v - v0) / T
-        s.force = s.last_effort - s.inertia * acceleration - vector[STIFFNESS] * stretch
-        k = ROW
+        s.force = s.last_effort - s.inertia * acceleration - s.recursion.stiffness * stretch
+        k, row = 0, s.recursion.row
         if s.inertia == 0.0:
-            vector[k] = acceleration
+            row[k] = acceleration
             k += 1
-        vector[k] = 0.5 * (v0 + v)
-        vector[k + 1] = 1.0 if v > 0.0 else -1.0
-        vector[k + 2] = 1.0
+        row[k] = 0.5 * (v0 + v)
+        row[k + 1] = 1.0 if v > 0.0 else -1.0
+        row[k + 2] = 1.0
         complete = v0 * v > 0.0 and min(abs(v0), abs(v)) > s.dead_band
     s.known = 0 if unknown else 1
     s.last_effort, s.last_position, s.last_velocity = u, x, v
@@ -127,7 +118,7 @@ def _balance(vector: State, s: Any, u: float, x: float, v: float, x2: float, v2:
 
 
 @compiled(inline=True)
-def _follow(vector: State, s: Any, y: float, rho: float) -> None:
+def _follow(s: Any, y: float, rho: float) -> None:
     """Follow the gradient flow theta' = rho Gamma r (y - <r, theta>) over a sample.
 
     With the row r and the target y held, the flow moves along Gamma r only, and is solved exactly:
@@ -136,21 +127,20 @@ def _follow(vector: State, s: Any, y: float, rho: float) -> None:
     """
     g, e = 0.0, y
     for i in range(_FRICTION):
-        g += s.gains[i] * vector[ROW + i] * vector[ROW + i]
-        e -= vector[ROW + i] * s.values[i]
+        g += s.gains[i] * s.recursion.row[i] * s.recursion.row[i]
+        e -= s.recursion.row[i] * s.recursion.values[i]
     if g > 0.0:
-        share = -np.expm1(-rho * g * vector[SAMPLING_TIME]) / g
+        share = -np.expm1(-rho * g * s.recursion.sampling_time) / g
         for i in range(_FRICTION):
-            s.values[i] += s.gains[i] * vector[ROW + i] * share * e
-        vector[COUNTED] += 1.0
+            s.recursion.values[i] += s.gains[i] * s.recursion.row[i] * share * e
 
 
 @compiled(inline=True)
 def _settled(vector: State, s: Any, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Validate the estimates after a sample; return whether all of the sample was finite."""
-    if not stays_valid(vector, GUARD, OWN_SIZE, VALUES, _VALUES):
+    if not stays_valid(vector, s.guard, VALUES, _VALUES):
         s.known = 0
-    load = x2 + v2 if vector[STIFFNESS] > 0.0 else 0.0
+    load = x2 + v2 if s.recursion.stiffness > 0.0 else 0.0
     return bool(np.isfinite(u + x + v + load))
 
 
@@ -161,8 +151,8 @@ def least_squares_step(vector: State, u: float, x: float, v: float, x2: float, v
     Rows are the means over blocks of samples.
     """
     s = fields(vector)
-    p = int(vector[PARAMETERS])
-    if not _balance(vector, s, u, x, v, x2, v2):
+    p = s.recursion.parameters
+    if not _balance(s, u, x, v, x2, v2):
         s.filled = 0
         return _settled(vector, s, u, x, v, x2, v2)
     if s.filled == 0:
@@ -170,12 +160,12 @@ def least_squares_step(vector: State, u: float, x: float, v: float, x2: float, v
         s.row_sum[:] = 0.0
     s.force_sum += s.force
     for i in range(p):
-        s.row_sum[i] += vector[ROW + i]
+        s.row_sum[i] += s.recursion.row[i]
     s.filled += 1
     if s.filled >= s.block:
         for i in range(p):
-            vector[ROW + i] = s.row_sum[i] / s.block
-        update(vector, s.force_sum / s.block, vector[FORGETTING], True)
+            s.recursion.row[i] = s.row_sum[i] / s.block
+        update(s.recursion, s.force_sum / s.block, s.recursion.forgetting, True)
         s.filled = 0
     return _settled(vector, s, u, x, v, x2, v2)
 
@@ -202,9 +192,9 @@ def friedland_park_step(vector: State, u: float, x: float, v: float, x2: float, 
     """
     s = fields(vector)
     before = abs(s.last_velocity)
-    if _balance(vector, s, u, x, v, x2, v2):
+    if _balance(s, u, x, v, x2, v2):
         slope = _friedland_park_slope(before, abs(s.last_velocity), s.exponent, s.speed)
-        _follow(vector, s, s.force, slope)
+        _follow(s, s.force, slope)
     return _settled(vector, s, u, x, v, x2, v2)
 
 
@@ -224,8 +214,8 @@ def yazdizadeh_khorasani_step(
     """Take one sample into a state, in place; return whether all of it was finite."""
     s = fields(vector)
     before = abs(s.last_velocity)
-    if _balance(vector, s, u, x, v, x2, v2):
-        _follow(vector, s, s.force, _logarithmic_slope(before, abs(s.last_velocity), s.speed))
+    if _balance(s, u, x, v, x2, v2):
+        _follow(s, s.force, _logarithmic_slope(before, abs(s.last_velocity), s.speed))
     return _settled(vector, s, u, x, v, x2, v2)
 
 
@@ -244,14 +234,14 @@ def liao_chien_step(vector: State, u: float, x: float, v: float, x2: float, v2: 
     s = fields(vector)
     e = s.last_position - s.model_position
     w = s.last_velocity - s.model_velocity
-    if not _balance(vector, s, u, x, v, x2, v2):
+    if not _balance(s, u, x, v, x2, v2):
         s.model_position, s.model_velocity = s.last_position, s.last_velocity
         return _settled(vector, s, u, x, v, x2, v2)
-    m, h = s.inertia, 0.5 * vector[SAMPLING_TIME]
+    m, h = s.inertia, 0.5 * s.recursion.sampling_time
     q, g = s.force, 0.0
     for i in range(_FRICTION):
-        q -= vector[ROW + i] * s.values[i]
-        g += s.gains[i] * vector[ROW + i] * vector[ROW + i]
+        q -= s.recursion.row[i] * s.recursion.values[i]
+        g += s.gains[i] * s.recursion.row[i] * s.recursion.row[i]
     # Midpoint values from e_m = e + h w_m and the equations of q' and e''
     alpha = 1.0 + h * g
     beta = 1.0 + h * s.k_d + h * h * s.k_p
@@ -264,7 +254,7 @@ def liao_chien_step(vector: State, u: float, x: float, v: float, x2: float, v2: 
     e_m = e + h * w_m
     speed = 2.0 * h * (q_m - (s.cross * e_m + s.square * w_m) / m)
     for i in range(_FRICTION):
-        s.values[i] += s.gains[i] * vector[ROW + i] * speed
+        s.recursion.values[i] += s.gains[i] * s.recursion.row[i] * speed
     before = s.model_velocity
     s.model_velocity = s.last_velocity - (2.0 * w_m - w)
     s.model_position += h * (before + s.model_velocity)
@@ -275,12 +265,12 @@ def liao_chien_step(vector: State, u: float, x: float, v: float, x2: float, v2: 
 def gradient_step(vector: State, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Take one sample into a state, in place; return whether all of it was finite."""
     s = fields(vector)
-    if _balance(vector, s, u, x, v, x2, v2):
+    if _balance(s, u, x, v, x2, v2):
         s.filtered_force += s.filter_share * (s.force - s.filtered_force)
         for i in range(_FRICTION):
-            s.filtered_row[i] += s.filter_share * (vector[ROW + i] - s.filtered_row[i])
-            vector[ROW + i] = s.filtered_row[i]
-        _follow(vector, s, s.filtered_force, 1.0)
+            s.filtered_row[i] += s.filter_share * (s.recursion.row[i] - s.filtered_row[i])
+            s.recursion.row[i] = s.filtered_row[i]
+        _follow(s, s.filtered_force, 1.0)
     return _settled(vector, s, u, x, v, x2, v2)
 
 
@@ -318,5 +308,5 @@ def observer_run(
             gradient_step(vector, u, x, v, x2, v2)
         if quiet[k]:
             s.known = 0
-        history[k] = s.values[:_VALUES]
+        history[k] = s.recursion.values[:_VALUES]
     return history

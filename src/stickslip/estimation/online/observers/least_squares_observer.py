@@ -18,13 +18,7 @@ from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.online.method import State
 from stickslip.estimation.online.observers.force_observer import ForceObserver
 from stickslip.estimation.online.observers.kernels import least_squares_step
-from stickslip.estimation.online.recursion import (
-    FORGETTING,
-    PARAMETERS,
-    SAMPLING_TIME,
-    covariance_in,
-    lay_prior,
-)
+from stickslip.estimation.online.recursion import covariance_in, set_prior
 from stickslip.estimation.prepare import repaired
 from stickslip.estimation.settings import check_forgetting_factor, options_of
 from stickslip.records import AxisLog, FrictionEstimate
@@ -63,13 +57,13 @@ class LeastSquaresObserver(ForceObserver):
     def _estimated(self) -> tuple[str, ...]:
         return ("viscous_friction", "coulomb_friction", *(("offset",) if self.offset else ()))
 
-    def _initialise(self, vector: State, s: Any) -> None:
+    def _initialise(self, s: Any) -> None:
         names, guesses = self.parameter_names("linear"), self._guesses
         mass = guesses.get("mass", guesses.get("inertia", 0.0))
-        vector[PARAMETERS], vector[FORGETTING] = len(names), self.forgetting_factor
-        s.block = self._block(float(vector[SAMPLING_TIME]))
+        s.recursion.forgetting = self.forgetting_factor
+        s.block = self._block(float(s.recursion.sampling_time))
         first = [mass if name == "mass" else guesses.get(name, 0.0) for name in names]
-        lay_prior(vector, first, None)
+        set_prior(s.recursion, first, None)
 
     def covariance(self, state: State) -> Float[np.ndarray, "p p"]:
         """Return P, in the order of `parameter_names`, for a force noise of 1 N (or N m) a row."""

@@ -13,7 +13,6 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.known_inertia.online.state import CHANNELS, DEPTH, LAG, fields
 from stickslip.estimation.online.method import State
-from stickslip.estimation.online.recursion import COUNT, LOAD_INERTIA, SAMPLING_TIME, STIFFNESS
 from stickslip.numerics.kalman import measure
 
 _THIRD_DIFFERENCE = 20.0  # variance of the third difference of unit white noise
@@ -45,7 +44,7 @@ def count_noise(own: Any, value: float, c: int) -> None:
 
 
 @compiled(inline=True)
-def compare(s: State, before: Any, now: Any) -> None:
+def compare(own: Any, before: Any, now: Any) -> None:
     """Add up how positions and velocities of neighbouring samples disagree, for each mass.
 
     Under a held force dx / T is the mean of the velocities but for T / 12 times the change of the
@@ -53,8 +52,7 @@ def compare(s: State, before: Any, now: Any) -> None:
     each: var(d - d_-) = 6 sigma_x^2 / T^2 + sigma_v^2 / 2 and
     var(d + d_-) = 2 sigma_x^2 / T^2 + 3/2 sigma_v^2.
     """
-    own = fields(s)
-    T = s[SAMPLING_TIME]
+    T = own.recursion.sampling_time
     z, z0 = now.measured, before.measured
     stretching = z[0] - z[2] - z0[0] + z0[2]
     for mass in range(2):
@@ -62,8 +60,8 @@ def compare(s: State, before: Any, now: Any) -> None:
         chain = min(own.chain[x], own.chain[v])
         if own.is_measured[v] == 0 or chain < 2.0:
             continue
-        bent = T / 12.0 * s[STIFFNESS] * stretching
-        bent /= own.inertia if mass == 0 else -s[LOAD_INERTIA]
+        bent = T / 12.0 * own.recursion.stiffness * stretching
+        bent /= own.inertia if mass == 0 else -own.recursion.load_inertia
         mean = 0.5 * (z[v] + z0[v]) + bent
         d = (z[x] - z0[x]) / T - mean
         sums = own.disagreement[mass]
@@ -75,10 +73,9 @@ def compare(s: State, before: Any, now: Any) -> None:
 
 
 @compiled(inline=True)
-def _estimate_noise(s: State) -> None:
+def _estimate_noise(own: Any) -> None:
     """Estimate the noise of the sensors so far: never more than signals disagree by."""
-    own = fields(s)
-    n, T = s[COUNT], s[SAMPLING_TIME]
+    n, T = own.recursion.samples, own.recursion.sampling_time
     for c in range(CHANNELS):
         seen = own.roughness[c] / _THIRD_DIFFERENCE + own.guess_samples[c] * own.guess[c]
         variance = seen / max(own.noisy_samples[c] + own.guess_samples[c], 1.0)
@@ -91,13 +88,12 @@ def _estimate_noise(s: State) -> None:
 
 
 @compiled(inline=True)
-def _steady(s: State, rate: float, net: float, P: Float[np.ndarray, "3 3"]) -> tuple[float, float]:
+def _steady(own: Any, rate: float, net: float, P: Float[np.ndarray, "3 3"]) -> tuple[float, float]:
     """Iterate the first filter's covariance until it is steady; lay its gains in the state.
 
     P becomes the covariance of the prediction. Returns the variances of the two innovations.
     """
-    own = fields(s)
-    T, m = s[SAMPLING_TIME], own.inertia
+    T, m = own.recursion.sampling_time, own.inertia
     a, b = 0.5 * T * T / m, T / m
     Q = np.empty((3, 3))
     Q[0, 0], Q[0, 1], Q[0, 2] = T**5 / (20 * m * m), T**4 / (8 * m * m), -(T**3) / (6 * m)
@@ -135,14 +131,13 @@ def _steady(s: State, rate: float, net: float, P: Float[np.ndarray, "3 3"]) -> t
 
 
 @compiled(inline=True)
-def _write_taps(s: State, P: Float[np.ndarray, "3 3"], S0: float, S1: float) -> bool:
+def _write_taps(own: Any, P: Float[np.ndarray, "3 3"], S0: float, S1: float) -> bool:
     """Write the gain of each innovation on the velocity so many samples earlier.
 
     The row of P that belongs to the velocity goes through the filter from sample to sample
     (fixed-lag smoothing). Returns whether it has died away within `LAG` samples.
     """
-    own = fields(s)
-    T, m = s[SAMPLING_TIME], own.inertia
+    T, m = own.recursion.sampling_time, own.inertia
     a, b = 0.5 * T * T / m, T / m
     r0, r1, r2 = P[1, 0], P[1, 1], P[1, 2]
     variance = P[1, 1]
@@ -172,17 +167,17 @@ def refresh(s: State) -> None:
     is made as fast as it must be for `LAG` samples to be enough.
     """
     own = fields(s)
-    _estimate_noise(s)
+    _estimate_noise(own)
     net = own.net_square
     own.friction_square = net
     if own.certain_samples > 0.0:
         own.friction_square = max(own.friction_squares / own.certain_samples, _LEAST_SHARE * net)
-    duration = own.noisy_samples[0] * s[SAMPLING_TIME]
+    duration = own.noisy_samples[0] * own.recursion.sampling_time
     rate = 4.0 * own.friction_square * (own.turns + 1.0) / duration
     P = np.empty((3, 3))
     for _ in range(_FASTER):
-        S0, S1 = _steady(s, rate, net, P)
-        if _write_taps(s, P, S0, S1):
+        S0, S1 = _steady(own, rate, net, P)
+        if _write_taps(own, P, S0, S1):
             break
         rate *= 4.0
 
@@ -207,12 +202,11 @@ def innovate(own: Any, sample: Any) -> None:
 
 
 @compiled(inline=True)
-def predict(s: State, now: Any, later: Any) -> None:
+def predict(own: Any, now: Any, later: Any) -> None:
     """Advance the first filter from one sample of the ring to the next."""
-    own = fields(s)
-    T, m = s[SAMPLING_TIME], own.inertia
+    T, m = own.recursion.sampling_time, own.inertia
     z, z1 = now.measured, later.measured
-    spring = 0.5 * s[STIFFNESS] * (z[0] - z[2] + z1[0] - z1[2])
+    spring = 0.5 * own.recursion.stiffness * (z[0] - z[2] + z1[0] - z1[2])
     w = (now.effort - spring - own.free[2]) / m
     own.free[0] += T * own.free[1] + 0.5 * T * T * w
     own.free[1] += T * w

@@ -25,12 +25,8 @@ from stickslip.estimation.energy.known_inertia.online.motion import (
     smoothed_velocity,
 )
 from stickslip.estimation.energy.known_inertia.online.state import (
-    BATCHES,
     CHANNELS,
-    CONTRASTS,
     DEPTH,
-    GUARD,
-    INFORMATION,
     LAG,
     MOST,
     fields,
@@ -38,23 +34,14 @@ from stickslip.estimation.energy.known_inertia.online.state import (
 from stickslip.estimation.energy.known_inertia.stretches import CERTAIN
 from stickslip.estimation.online.faults.admission import admit
 from stickslip.estimation.online.faults.guard import keep_state, restore_state
-from stickslip.estimation.online.intervals.batches import close_batch, count_sample, scale_batches
-from stickslip.estimation.online.intervals.contrasts import add_row, classify, scale_contrasts
+from stickslip.estimation.online.intervals.batches import (
+    close_batch,
+    count_sample,
+    scale_information,
+)
+from stickslip.estimation.online.intervals.contrasts import add_row, classify
 from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import (
-    COUNT,
-    FIRST_SPREAD,
-    FORGETTING,
-    LOAD_INERTIA,
-    PARAMETERS,
-    PER_DIRECTION,
-    RELATIVE_PRIOR,
-    ROW,
-    SAMPLING_TIME,
-    SPREAD,
-    STIFFNESS,
-    STRIBECK,
-    VALUES,
     stribeck_left,
     update,
 )
@@ -80,14 +67,14 @@ _Columns = tuple[float, float, float, float, float, float, float, float]
 
 
 @compiled(inline=True)
-def _friction_columns(s: State, mean: float, change: float, direction: float) -> _Columns:
+def _friction_columns(own: Any, mean: float, change: float, direction: float) -> _Columns:
     """Return the regressors of the friction force, and their slopes (Eq. 2.1; Stribeck effect).
 
     ``change`` is that of the velocity over the sample, ``mean`` its mean.
     """
-    T = s[SAMPLING_TIME]
+    T = own.recursion.sampling_time
     slope = change / T
-    if s[PER_DIRECTION] > 0.0:
+    if own.recursion.per_direction > 0:
         if direction > 0.0:
             return mean, 0.0, 1.0, 0.0, slope, 0.0, 0.0, 0.0
         if direction < 0.0:
@@ -95,9 +82,10 @@ def _friction_columns(s: State, mean: float, change: float, direction: float) ->
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
     if direction == 0.0:
         return 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
-    if s[STRIBECK] > 0.0:
-        left = stribeck_left(s, mean)
-        end, start = stribeck_left(s, mean + 0.5 * change), stribeck_left(s, mean - 0.5 * change)
+    if own.recursion.stribeck_velocity > 0.0:
+        left = stribeck_left(own.recursion, mean)
+        start = stribeck_left(own.recursion, mean - 0.5 * change)
+        end = stribeck_left(own.recursion, mean + 0.5 * change)
         fall = direction * (end - start) / T
         return mean, direction * (1.0 - left), direction * left, 1.0, slope, -fall, fall, 0.0
     return mean, direction, 1.0, 0.0, slope, 0.0, 0.0, 0.0
@@ -116,10 +104,9 @@ def _carried(own: Any, i: int) -> tuple[float, float, float, float]:
 
 
 @compiled(inline=True)
-def _propagate(s: State, u: float, unknown: float) -> None:
+def _propagate(own: Any, u: float, unknown: float) -> None:
     """Advance the second filter over a sample, with the variance of an unknown force."""
-    own = fields(s)
-    T, A, P = s[SAMPLING_TIME], own.transition, own.covariance
+    T, A, P = own.recursion.sampling_time, own.transition, own.covariance
     M = (_carried(own, 0), _carried(own, 1), _carried(own, 2), _carried(own, 3))
     rough = 12.0 / (T * T)
     for i in range(4):
@@ -129,7 +116,7 @@ def _propagate(s: State, u: float, unknown: float) -> None:
                 total += M[i][h] * A[j, h]
             P[i, j] = total
             P[j, i] = total
-    for j in range(int(s[PARAMETERS]) + 1):
+    for j in range(own.recursion.parameters + 1):
         z = own.responses[j]
         z0, z1, z2, z3 = z[0], z[1], z[2], z[3]
         for i in range(4):
@@ -139,15 +126,14 @@ def _propagate(s: State, u: float, unknown: float) -> None:
 
 
 @compiled(inline=True)
-def _allow_unknown_force(s: State, sample: Any) -> None:
+def _allow_unknown_force(own: Any, sample: Any) -> None:
     """Let an unknown force explain an innovation of the driven mass that nothing else explains.
 
     With the friction estimated so far the innovation is e = z - z_0 - sum_j theta_j z_j, with the
     variance S + row P row'. Beyond the gate P of the second filter grows by q B B' with
     q = (e / B)^2: its states follow the measurement, and the row gets next to no weight.
     """
-    own = fields(s)
-    p = int(s[PARAMETERS])
+    p = own.recursion.parameters
     limit = _GATE * max(1.0, own.gate_scale)
     for c in range(2):
         if own.is_measured[c] == 0 or (sample.missing >> c) & 1 == 1:
@@ -155,13 +141,13 @@ def _allow_unknown_force(s: State, sample: Any) -> None:
         variance = own.covariance[c, c] + own.noise[c]
         e = sample.measured[c] - own.responses[0, c]
         for j in range(p):
-            e -= own.responses[j + 1, c] * s[VALUES + j]
+            e -= own.responses[j + 1, c] * own.recursion.values[j]
         if e * e <= limit * variance:
             continue
         for i in range(p):
             for j in range(p):
                 row = own.responses[i + 1, c] * own.responses[j + 1, c]
-                variance += row * s[SPREAD + i * p + j]
+                variance += row * own.recursion.spread[i, j]
         if own.rows == 0.0 or e * e <= limit * variance:
             continue
         q = (e / own.held[c]) ** 2
@@ -175,17 +161,16 @@ def _allow_unknown_force(s: State, sample: Any) -> None:
 
 
 @compiled(inline=True)
-def _regress(s: State, sample: Any, certain: bool, groups: int) -> None:
+def _regress(own: Any, sample: Any, certain: bool, groups: int) -> None:
     """Update the second filter with a sample of the ring; its rows are regressed.
 
     Where the direction of friction is not certain, nothing is forgotten for it.
     """
-    own = fields(s)
     P = own.covariance
-    p = int(s[PARAMETERS])
-    forgetting = s[FORGETTING] if certain else 1.0
+    p = own.recursion.parameters
+    forgetting = own.recursion.forgetting if certain else 1.0
     if certain:
-        _allow_unknown_force(s, sample)
+        _allow_unknown_force(own, sample)
     for c in range(CHANNELS):
         if own.is_measured[c] == 0 or (sample.missing >> c) & 1 == 1:
             continue
@@ -199,7 +184,7 @@ def _regress(s: State, sample: Any, certain: bool, groups: int) -> None:
             if j == 0:
                 y = e * scale
             else:
-                s[ROW + j - 1] = -e * scale
+                own.recursion.row[j - 1] = -e * scale
             z[0] += K[0] * e
             z[1] += K[1] * e
             z[2] += K[2] * e
@@ -209,8 +194,8 @@ def _regress(s: State, sample: Any, certain: bool, groups: int) -> None:
                 value = P[i, j] - K[i] * K[j] * S
                 P[i, j] = value
                 P[j, i] = value
-        error = update(s, y, forgetting, False)
-        add_row(s, INFORMATION, CONTRASTS, MOST, groups, y)
+        error = update(own.recursion, y, forgetting, False)
+        add_row(own, groups, y)
         if certain:
             own.residual_squares += error
             own.rows += 1.0
@@ -220,13 +205,12 @@ def _regress(s: State, sample: Any, certain: bool, groups: int) -> None:
 
 
 @compiled(inline=True)
-def _adapt(s: State) -> None:
+def _adapt(own: Any) -> None:
     """Let the disturbance force follow the innovations: q+ = q (mean e' S^-1 e / size)^gamma.
 
     The exponent falls from 1 to `_LEAST_ADAPTATION`. If the innovations are larger than expected,
     the information so far was counted too high by their mean square, and is reduced.
     """
-    own = fields(s)
     if own.adaptations == 0.0 or own.mismatch_rows < _ADAPTATION:
         return
     mean = own.mismatch / own.mismatch_rows
@@ -243,61 +227,61 @@ def _adapt(s: State) -> None:
         # as modelled (a velocity differentiated from the same encoder), and no force is sought
         own.disturbance, own.adaptations = least, 0.0
     if mean > _OVERCONFIDENT:
-        p = int(s[PARAMETERS])
+        p = own.recursion.parameters
         factor = min(mean, _LARGEST_ADAPTATION)
         for i in range(p):  # a given prior holds
-            if s[RELATIVE_PRIOR] == 0.0:
-                factor = min(factor, s[FIRST_SPREAD + i] / s[SPREAD + i * p + i])
+            if own.recursion.has_relative_prior == 0:
+                factor = min(factor, own.recursion.first_spread[i] / own.recursion.spread[i, i])
         factor = max(factor, 1.0)
-        for i in range(p * p):
-            s[SPREAD + i] *= factor
-        for i in range(MOST + MOST * MOST):
-            s[INFORMATION + i] /= factor
+        for i in range(MOST):
+            own.eta[i] /= factor
+            for j in range(MOST):
+                own.recursion.spread[i, j] *= factor
+                own.information[i, j] /= factor
         own.residual_squares, own.rows = 1.0, 1.0
-        scale_batches(s, BATCHES, MOST, 1.0 / factor)
-        scale_contrasts(s, CONTRASTS, MOST, 1.0 / factor)
+        scale_information(own.batches.snapshots, 1.0 / factor)
+        scale_information(own.contrasts.groups, 1.0 / factor)
 
 
 @compiled(inline=True)
 def _close_batch(s: State, columns: _Columns) -> None:
     """Keep the information so far, and the state as valid if its friction is plausible."""
     own = fields(s)
-    p = int(s[PARAMETERS])
+    p = own.recursion.parameters
     friction, variance = 0.0, 0.0
     for i in range(p):
-        friction += columns[i] * s[VALUES + i]
+        friction += columns[i] * own.recursion.values[i]
         for j in range(p):
-            variance += columns[i] * columns[j] * s[SPREAD + i * p + j]
+            variance += columns[i] * columns[j] * own.recursion.spread[i, j]
     most = own.admission.largest_effort + np.sqrt(max(variance, 0.0))
-    if abs(friction) > _PLAUSIBLE * most or not keep_state(s, GUARD, GUARD):
+    if abs(friction) > _PLAUSIBLE * most or not keep_state(s, own.guard):
         _reset(s)
         return
-    close_batch(s, BATCHES, MOST, own.information, own.eta)
+    close_batch(own.batches, own.information, own.eta)
 
 
 @compiled(inline=True)
 def _reset(s: State) -> None:
     """Return to the last valid estimates; the motion begins again."""
     own = fields(s)
-    restore_state(s, GUARD, GUARD)
+    restore_state(s, own.guard)
     own.gate_scale, own.mismatch, own.mismatch_rows = 1.0, 0.0, 0.0
     own.residual_squares, own.rows = 1.0, 1.0
-    _restart(s)
+    _restart(own)
 
 
 @compiled(inline=True)
-def _restart(s: State) -> None:
+def _restart(own: Any) -> None:
     """Begin the motion again; friction and noise are known as before."""
-    own = fields(s)
-    s[COUNT], own.refresh, own.uncertain_run = 0.0, 0.0, 0.0
+    own.recursion.samples, own.refresh, own.uncertain_run = 0.0, 0.0, 0.0
     for c in range(CHANNELS):
         own.chain[c], own.squares[c] = 0.0, 0.0
 
 
 @compiled(inline=True)
-def _load_hidden(s: State) -> bool:
+def _load_hidden(own: Any) -> bool:
     """Return whether there is a load that is not measured."""
-    return s[STIFFNESS] > 0.0 and fields(s).is_measured[2] == 0
+    return own.recursion.stiffness > 0.0 and own.is_measured[2] == 0
 
 
 @compiled(inline=True)
@@ -308,58 +292,57 @@ def _balance(s: State, sample: Any, velocity: float) -> None:
     spring and its smoothed velocity were kept.
     """
     own = fields(s)
-    T, m = s[SAMPLING_TIME], own.inertia
+    T, m = own.recursion.sampling_time, own.inertia
     u0, d0, v0 = own.kept_effort, own.kept_stretch, own.earlier_velocity
     d = sample.measured[0] - sample.measured[2]
     spread = CERTAIN * own.velocity_spread
     direction = 0.0
-    settled = s[COUNT] > own.began + own.settled
+    settled = own.recursion.samples > own.began + own.settled
     if settled and v0 * velocity > 0.0 and min(abs(v0), abs(velocity)) > spread:
         direction = 1.0 if velocity > 0.0 else -1.0
         if direction * own.heading < 0.0:
             own.turns += 1.0
         own.heading = direction
-        friction = u0 - 0.5 * s[STIFFNESS] * (d0 + d) - m * (velocity - v0) / T
+        friction = u0 - 0.5 * own.recursion.stiffness * (d0 + d) - m * (velocity - v0) / T
         own.friction_squares += friction * friction
         own.certain_samples += 1.0
     # Mean velocity of a cubic motion: the change of the acceleration follows from the known forces
-    c = min(max(s[VALUES], 0.0), 0.5 * m / T)
-    change = -(s[STIFFNESS] * (d - d0) + c * (velocity - v0)) / m
+    c = min(max(own.recursion.values[0], 0.0), 0.5 * m / T)
+    change = -(own.recursion.stiffness * (d - d0) + c * (velocity - v0)) / m
     mean = 0.5 * (v0 + velocity) - T * change / 12.0
-    columns = _friction_columns(s, mean, velocity - v0, direction)
+    columns = _friction_columns(own, mean, velocity - v0, direction)
     unknown = max(own.disturbance * own.disturbance, _TRUST * _TRUST * own.friction_square)
     if direction == 0.0:
         crossing = spread * m / (np.sqrt(own.friction_square) * T)
         own.uncertain_run += 1.0
-        if _load_hidden(s):
+        if _load_hidden(own):
             # What holds a mass that sticks is as large as the spring's force, one sample as another
             crossing = max(crossing, own.uncertain_run)
         unknown += own.friction_square * max(crossing, 1.0)
     else:
         own.uncertain_run = 0.0
     unknown += own.kept_unknown
-    _propagate(s, u0, unknown)
-    for j in range(int(s[PARAMETERS])):
+    _propagate(own, u0, unknown)
+    for j in range(own.recursion.parameters):
         for i in range(4):
             own.responses[j + 1, i] -= own.held[i] * columns[j] + own.ramped[i] * columns[4 + j]
     certain = direction != 0.0 and own.kept_unknown == 0.0
-    groups = classify(s, CONTRASTS, velocity)
-    _regress(s, sample, certain, groups)
+    groups = classify(own.contrasts, velocity)
+    _regress(own, sample, certain, groups)
     if certain:
-        _adapt(s)
-        if count_sample(s, BATCHES):
+        _adapt(own)
+        if count_sample(own.batches):
             _close_batch(s, columns)
 
 
 @compiled(inline=True)
-def _begin(s: State, oldest: Any, newest: Any, velocity: float) -> None:
+def _begin(own: Any, oldest: Any, newest: Any, velocity: float) -> None:
     """Begin the second filter with the oldest sample in the ring.
 
     A load that is not measured begins anywhere, as fast as it likes.
     """
-    own = fields(s)
     P, z = own.covariance, own.responses[0]
-    T = s[SAMPLING_TIME]
+    T = own.recursion.sampling_time
     own.responses[:] = 0.0
     P[:] = 0.0
     for c in range(CHANNELS):
@@ -369,13 +352,13 @@ def _begin(s: State, oldest: Any, newest: Any, velocity: float) -> None:
             z[c] = 0.0
             over = (newest.measured[c - 1] - oldest.measured[c - 1]) / (LAG * T)
             P[c, c] = over * over + velocity * velocity + (CERTAIN * own.velocity_spread) ** 2
-    if _load_hidden(s):
+    if _load_hidden(own):
         travel = newest.measured[0] - oldest.measured[0]
         square = own.net_square + own.free[2] * own.free[2]
-        stretch = square / s[STIFFNESS] ** 2 + travel * travel
+        stretch = square / own.recursion.stiffness**2 + travel * travel
         z[3] = 0.0
         P[2, 2] = _LARGER * stretch
-        swing = s[STIFFNESS] / s[LOAD_INERTIA] * stretch
+        swing = own.recursion.stiffness / own.recursion.load_inertia * stretch
         P[3, 3] = _LARGER * (swing + (travel / (LAG * T)) ** 2)
 
 
@@ -389,10 +372,9 @@ def _noise_known(own: Any) -> bool:
 
 
 @compiled(inline=True)
-def _fill(s: State, before: Any, now: Any) -> int:
+def _fill(own: Any, before: Any, now: Any) -> int:
     """Fill missing values of a sample by constant velocity; return which ones were missing."""
-    own = fields(s)
-    T = s[SAMPLING_TIME]
+    T = own.recursion.sampling_time
     z, z0 = now.measured, before.measured
     missing = 0
     for mass in range(2):
@@ -423,17 +405,17 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
     if not ready:
         return
     if stepped:
-        _restart(s)
-    n = int(s[COUNT])
+        _restart(own)
+    n = own.recursion.samples
     now, before = own.ring[n % DEPTH], own.ring[(n + DEPTH - 1) % DEPTH]
     z = now.measured
     now.effort = u
     z[0], z[1], z[2], z[3] = x, v, x2, v2
-    missing = _fill(s, before, now)
+    missing = _fill(own, before, now)
     if missing > 0 and own.refresh == 0.0:
-        _restart(s)  # the filters begin with complete samples
+        _restart(own)  # the filters begin with complete samples
         return
-    if _load_hidden(s):
+    if _load_hidden(own):
         z[2], z[3] = z[0], z[1]  # the first filter has the spring's force in the free one
     now.missing = missing
     now.unknown = own.admission.largest_effort**2 if unknown else 0.0
@@ -442,11 +424,11 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
             own.chain[c] = 0.0
         elif own.is_measured[c] > 0:
             count_noise(own, z[c], c)
-    net = u - s[STIFFNESS] * (z[0] - z[2])
+    net = u - own.recursion.stiffness * (z[0] - z[2])
     own.net_square = max(own.net_square, net * net)
     if n > 0:
-        compare(s, before, now)
-    s[COUNT] += 1.0
+        compare(own, before, now)
+    own.recursion.samples += 1
     begins = own.refresh == 0.0
     if n < LAG or (begins and not _noise_known(own)):
         return
@@ -457,19 +439,19 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
         if own.adaptations == 1.0:
             own.disturbance = _TRUST * np.sqrt(own.friction_square)
         own.refresh = 2.0 * own.noisy_samples[0]
-        own.began = s[COUNT]
+        own.began = own.recursion.samples
         own.free[0], own.free[1] = oldest.measured[0], oldest.measured[1]
         innovate(own, oldest)
         for k in range(LAG):
             later = own.ring[(first + k + 1) % DEPTH]
-            predict(s, own.ring[(first + k) % DEPTH], later)
+            predict(own, own.ring[(first + k) % DEPTH], later)
             innovate(own, later)
     else:
-        predict(s, before, now)
+        predict(own, before, now)
         innovate(own, now)
     velocity = smoothed_velocity(own, first)
     if begins:
-        _begin(s, oldest, now, velocity)
+        _begin(own, oldest, now, velocity)
     else:
         _balance(s, oldest, velocity)
     own.kept_effort = oldest.effort
@@ -479,19 +461,18 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
     if own.refresh > 0.0 and own.noisy_samples[0] >= own.refresh:
         refresh(s)
         own.refresh *= 2.0
-    if not _is_valid(s):
+    if not _is_valid(own):
         _reset(s)
 
 
 @compiled(inline=True)
-def _is_valid(s: State) -> bool:
+def _is_valid(own: Any) -> bool:
     """Return whether the estimates and the states of both filters are finite."""
-    own = fields(s)
     total = own.free[0] + own.free[1] + own.free[2]
     for i in range(4):
         total += own.responses[0, i] + own.covariance[i, i]
-    for i in range(int(s[PARAMETERS])):
-        total += s[VALUES + i]
+    for i in range(own.recursion.parameters):
+        total += own.recursion.values[i]
     return np.isfinite(total)
 
 
@@ -511,10 +492,11 @@ def work_run(
 ) -> tuple[State, Float[np.ndarray, "n p"]]:
     """Return the state after many samples, and the estimates after each."""
     s = state.copy()
-    n, p = samples.shape[0], int(s[PARAMETERS])
+    own = fields(s)
+    n, p = samples.shape[0], own.recursion.parameters
     history = np.empty((n, p))
     for k in range(n):
         _advance(s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4])
         for j in range(p):
-            history[k, j] = s[VALUES + j]
+            history[k, j] = own.recursion.values[j]
     return s, history

@@ -1,17 +1,19 @@
 """State of the online energy estimator with a known inertia.
 
-The state is that of `stickslip.estimation.online.recursion`, with room for four parameters, and
-behind it the fields of the two filters.
+The fields of the recursion (`stickslip.estimation.online.recursion`) come first, behind them those
+of the two filters.
 """
+
+from typing import Any
 
 import numpy as np
 
 from stickslip.estimation.online.faults.admission import ADMISSION_DTYPE
-from stickslip.estimation.online.faults.guard import guard_size
-from stickslip.estimation.online.intervals.batches import batch_size
-from stickslip.estimation.online.intervals.contrasts import contrast_size
-from stickslip.estimation.online.recursion import VALUES
-from stickslip.numerics.named_fields import fields_at, place_of, places
+from stickslip.estimation.online.faults.guard import guard_dtype
+from stickslip.estimation.online.intervals.batches import batches_dtype
+from stickslip.estimation.online.intervals.contrasts import contrasts_dtype
+from stickslip.estimation.online.recursion import RECURSION
+from stickslip.numerics.named_fields import fields_at, places
 
 LAG = 64
 """Samples by which the estimate is late: what a velocity gains from later ones is seen by then."""
@@ -20,12 +22,11 @@ DEPTH = LAG + 1  # samples remembered
 CHANNELS = 4  # position and velocity of the driven mass, then of the load
 MOST = 4  # parameters
 
-INFORMATION = VALUES + MOST
-"""Place of eta, then J: sums of row times target, and of row times row'."""
-
-GUARD = INFORMATION + MOST + MOST * MOST
-"""Place of the guard, which keeps a copy of all before it."""
-
+_LEARNED: list[Any] = [
+    ("recursion", RECURSION),
+    ("eta", "f8", (MOST,)),  # sum of row times target
+    ("information", "f8", (MOST, MOST)),  # J, sum of row times row'
+]
 _SAMPLE = np.dtype(
     [
         ("effort", "f8"),
@@ -46,9 +47,8 @@ _DISAGREEMENT = np.dtype(
 )
 _FIELDS = np.dtype(
     [
-        ("eta", "f8", (MOST,)),
-        ("information", "f8", (MOST, MOST)),
-        ("guard", "f8", (guard_size(GUARD),)),
+        *_LEARNED,
+        ("guard", guard_dtype(places(np.dtype(_LEARNED)))),
         ("inertia", "f8"),
         ("disturbance", "f8"),  # standard deviation of a disturbing force
         ("adaptations", "f8"),  # of the disturbance, from 1 on; 0 if it is given
@@ -96,16 +96,12 @@ _FIELDS = np.dtype(
         ("covariance", "f8", (4, 4)),
         ("responses", "f8", (MOST + 1, 4)),  # states, for the measurements and each regressor
         ("ring", _SAMPLE, (DEPTH,)),
-        ("batches", "f8", (batch_size(MOST),)),
-        ("contrasts", "f8", (contrast_size(MOST),)),
+        ("batches", batches_dtype(MOST)),
+        ("contrasts", contrasts_dtype(MOST)),
         ("admission", ADMISSION_DTYPE),
     ]
 )
 
+STATE_SIZE = places(_FIELDS)
 
-BATCHES = place_of(_FIELDS, "batches", INFORMATION)
-CONTRASTS = place_of(_FIELDS, "contrasts", INFORMATION)
-STATE_SIZE = INFORMATION + places(_FIELDS)
-
-fields = fields_at(_FIELDS, start=INFORMATION)
-"""Fields of a state behind those of the recursion."""
+fields = fields_at(_FIELDS)

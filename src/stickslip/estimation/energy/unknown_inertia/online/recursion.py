@@ -19,11 +19,6 @@ from jaxtyping import Float
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.balance import squared_velocity, turning_distance
 from stickslip.estimation.energy.unknown_inertia.online.state import (
-    BATCHES,
-    CONTRASTS,
-    GUARD,
-    INFORMATION,
-    admission,
     fields,
 )
 from stickslip.estimation.online.faults.admission import admit, learn_inertia
@@ -32,20 +27,6 @@ from stickslip.estimation.online.intervals.batches import close_batch, count_sam
 from stickslip.estimation.online.intervals.contrasts import add_row, classify
 from stickslip.estimation.online.method import State
 from stickslip.estimation.online.recursion import (
-    COUNT,
-    DERIVED,
-    FORGETTING,
-    LOAD_INERTIA,
-    MOST_PARAMETERS,
-    OFFSET,
-    PARAMETERS,
-    PER_DIRECTION,
-    ROW,
-    SAMPLING_TIME,
-    SPREAD,
-    STIFFNESS,
-    STRIBECK,
-    VALUES,
     stribeck_left,
     update,
 )
@@ -154,13 +135,13 @@ def _adapt(own: Any, error: float) -> None:
 
 
 @compiled(inline=True)
-def _normalised(s: State, p: int, y: float) -> float:
+def _normalised(own: Any, p: int, y: float) -> float:
     """Return the innovation e = y - W' theta of the row over its deviation, sqrt(1 + W' P W)."""
     e, g = y, 0.0
     for i in range(p):
-        e -= s[ROW + i] * s[VALUES + i]
+        e -= own.recursion.row[i] * own.recursion.values[i]
         for j in range(p):
-            g += s[ROW + i] * s[SPREAD + i * p + j] * s[ROW + j]
+            g += own.recursion.row[i] * own.recursion.spread[i, j] * own.recursion.row[j]
     return e / np.sqrt(1.0 + max(g, 0.0))
 
 
@@ -176,9 +157,9 @@ def _regress(s: State, level: float, travel: float, least: float, v: float, sv: 
     """
     own = fields(s)
     means, constants = own.means, own.constants
-    p = int(s[PARAMETERS])
-    forgetting = s[FORGETTING]
-    groups = classify(s, CONTRASTS, v)
+    p = own.recursion.parameters
+    forgetting = own.recursion.forgetting
+    groups = classify(own.contrasts, v)
     own.travel += travel  # with its sign, so that noise does not add up
     own.averaged += 1.0
     share = 1.0 / own.averaged
@@ -199,10 +180,10 @@ def _regress(s: State, level: float, travel: float, least: float, v: float, sv: 
         scale = 1.0 / np.sqrt(variance)
         y = (means[0] - constants[0]) * scale
         for j in range(p):
-            s[ROW + j] = (means[1 + j] - constants[1 + j]) * scale
+            own.recursion.row[j] = (means[1 + j] - constants[1 + j]) * scale
         own.kinetic_squares += (means[1] - constants[1]) ** 2
         own.noise_squares += v * v * sv * sv / own.averaged
-        error = _normalised(s, p, y)
+        error = _normalised(own, p, y)
         limit = _GATE * own.gate_scale
         begins = own.rows >= _ADAPTATION and error * error > limit
         if begins:
@@ -213,10 +194,10 @@ def _regress(s: State, level: float, travel: float, least: float, v: float, sv: 
             for j in range(p + 1):
                 constants[j] += K * (means[j] - constants[j])
             own.constant_spread = K * own.level_variance
-            update(s, y, forgetting, False)
-            add_row(s, INFORMATION, CONTRASTS, MOST_PARAMETERS, groups, y)
+            update(own.recursion, y, forgetting, False)
+            add_row(own, groups, y)
             _adapt(own, error)
-            if count_sample(s, BATCHES):
+            if count_sample(own.batches):
                 _close_batch(s)
     if begins:
         for j in range(p + 1):
@@ -228,12 +209,12 @@ def _regress(s: State, level: float, travel: float, least: float, v: float, sv: 
 
 
 @compiled(inline=True)
-def _is_plausible(s: State, p: int) -> bool:
+def _is_plausible(own: Any, p: int) -> bool:
     """Return whether Coulomb friction and offset are within `_PLAUSIBLE` times the efforts."""
-    largest = admission(s).largest_effort
-    for i in range(3 if s[PER_DIRECTION] > 0.0 else 2, p):
-        variance = max(s[SPREAD + i * p + i], 0.0) * fields(s).gate_scale
-        if not abs(s[VALUES + i]) <= _PLAUSIBLE * (largest + np.sqrt(variance)):
+    largest = own.admission.largest_effort
+    for i in range(3 if own.recursion.per_direction > 0 else 2, p):
+        variance = max(own.recursion.spread[i, i], 0.0) * own.gate_scale
+        if not abs(own.recursion.values[i]) <= _PLAUSIBLE * (largest + np.sqrt(variance)):
             return False
     return True
 
@@ -245,50 +226,51 @@ def _close_batch(s: State) -> None:
     The sums are taken from the constants on, so that they stay small however long the axis runs.
     """
     own = fields(s)
-    p = int(s[PARAMETERS])
+    p = own.recursion.parameters
     own.work -= own.constants[0]
     own.constants[0] = 0.0
     for j in range(1, p):  # not the kinetic energy, which is no sum
         own.sums[j] -= own.constants[1 + j]
         own.constants[1 + j] = 0.0
-    if not _is_plausible(s, p) or not keep_state(s, GUARD, GUARD):
+    if not _is_plausible(own, p) or not keep_state(s, own.guard):
         _reset(s)
         return
-    close_batch(s, BATCHES, MOST_PARAMETERS, own.information, own.eta)
-    learn_inertia(admission(s), s[VALUES], s[SPREAD] * own.gate_scale)
+    close_batch(own.batches, own.information, own.eta)
+    mass, variance = own.recursion.values[0], own.recursion.spread[0, 0] * own.gate_scale
+    learn_inertia(own.admission, mass, variance)
 
 
 @compiled(inline=True)
 def _reset(s: State) -> None:
     """Return to the last valid estimates; the motion begins again."""
-    restore_state(s, GUARD, GUARD)
-    _begin_motion(fields(s))
+    own = fields(s)
+    restore_state(s, own.guard)
+    _begin_motion(own)
 
 
 @compiled(inline=True)
-def _mean_left(s: State, v0: float, v: float) -> float:
+def _mean_left(own: Any, v0: float, v: float) -> float:
     """Return the mean share of the Stribeck effect over the travel of a sample (Simpson's rule)."""
-    if s[STRIBECK] == 0.0:
+    if own.recursion.stribeck_velocity == 0.0:
         return 0.0
     middle = 0.5 * (v0 + v)
     travel = abs(v0) + 4.0 * abs(middle) + abs(v)
-    share = abs(v0) * stribeck_left(s, v0) + abs(v) * stribeck_left(s, v)
-    share += 4.0 * abs(middle) * stribeck_left(s, middle)
+    share = abs(v0) * stribeck_left(own.recursion, v0) + abs(v) * stribeck_left(own.recursion, v)
+    share += 4.0 * abs(middle) * stribeck_left(own.recursion, middle)
     return share / travel if travel > 0.0 else 1.0
 
 
 @compiled(inline=True)
 def _add_friction(
-    s: State, squared: float, travel: float, displacement: float, left: float
+    own: Any, squared: float, travel: float, displacement: float, left: float
 ) -> None:
     """Add one sample's share to the friction regressors (Eq. 4.3).
 
     ``squared`` is the integral of the squared velocity, ``left`` the mean share of the Stribeck
     effect over the travel.
     """
-    own = fields(s)
     sums = own.sums  # behind the kinetic energy of a unit inertia
-    if s[PER_DIRECTION] > 0.0:
+    if own.recursion.per_direction > 0:
         side = 0 if own.heading > 0.0 else 1
         sums[1 + side] += squared
         sums[3 + side] += travel
@@ -296,10 +278,10 @@ def _add_friction(
     sums[1] += squared
     sums[2] += travel * (1.0 - left)
     k = 3
-    if s[STRIBECK] > 0.0:
+    if own.recursion.stribeck_velocity > 0.0:
         sums[k] += travel * left
         k += 1
-    if s[OFFSET] > 0.0:
+    if own.recursion.has_offset > 0:
         sums[k] += displacement
 
 
@@ -307,8 +289,8 @@ def _add_friction(
 def _held_step(s: State, u: float, x: float, v: float, x2: float, v2: float, sw: float) -> None:
     """Take one sample, its position known to sw, by the form that is exact under a held effort."""
     own = fields(s)
-    T = s[SAMPLING_TIME]
-    derived = s[DERIVED] > 0.0
+    T = own.recursion.sampling_time
+    derived = own.recursion.differentiates > 0
     sv = 0.0
     if not derived:
         sv = own.velocity_noise
@@ -316,7 +298,7 @@ def _held_step(s: State, u: float, x: float, v: float, x2: float, v2: float, sw:
             sv = _track_noise(own.tracked[1], v)
     estimated = own.position_noise < 0.0 or (not derived and own.velocity_noise < 0.0)
     own.chain += 1.0
-    if own.chain <= own.settle or (estimated and s[COUNT] < _SETTLING):
+    if own.chain <= own.settle or (estimated and own.recursion.samples < _SETTLING):
         own.extreme = x
         own.mark = x
         z = x
@@ -354,12 +336,13 @@ def _held_step(s: State, u: float, x: float, v: float, x2: float, v2: float, sw:
         bias = own.square_bias * sw * sw if derived else 2.0 / 3.0 * sv * sv
         squared = squared_velocity(v0, v, v - v0, T) - T * bias
         own.work += u0 * dz
-        _add_friction(s, squared, travel, dz, _mean_left(s, v0, v))
+        _add_friction(own, squared, travel, dz, _mean_left(own, v0, v))
         own.sums[0] = 0.5 * v * v
         if derived:
             sv = np.sqrt(own.square_bias) * sw
         # Energy of the load and of the spring (Eqs. 3.7, 3.8 with its squares)
-        stored = 0.5 * s[LOAD_INERTIA] * v2 * v2 + 0.5 * s[STIFFNESS] * (z - x2) * (z - x2)
+        kinetic = 0.5 * own.recursion.load_inertia * v2 * v2
+        stored = kinetic + 0.5 * own.recursion.stiffness * (z - x2) * (z - x2)
         _regress(s, own.work - stored, travel, least, v, sv)
     own.last_effort, own.last_position, own.last_velocity = u, z, v
 
@@ -368,13 +351,13 @@ def _held_step(s: State, u: float, x: float, v: float, x2: float, v2: float, sw:
 def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> None:
     """Take one sample into the state, in place."""
     own = fields(s)
-    ready, u, unknown, x, v, x2, v2, stepped = admit(admission(s), u, x, v, x2, v2)
+    ready, u, unknown, x, v, x2, v2, stepped = admit(own.admission, u, x, v, x2, v2)
     if not ready:
         return
-    derived = s[DERIVED] > 0.0
+    derived = own.recursion.differentiates > 0
     if derived:
         v, v2 = 0.0, 0.0
-    if s[STIFFNESS] == 0.0:
+    if own.recursion.stiffness == 0.0:
         x2, v2 = 0.0, 0.0
     missing = np.isnan(x + v + x2 + v2)
     if stepped or missing:
@@ -391,7 +374,7 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
     if derived:
         # Effort and positions through the same causal filter, one sample late so that the velocity
         # is a central difference
-        T, pole, stages = s[SAMPLING_TIME], own.pole, own.stages
+        T, pole, stages = own.recursion.sampling_time, own.pole, own.stages
         last, earlier = own.filtered, own.earlier
         if own.filtered_samples == 0.0:
             stages[0, 0] = stages[0, 1] = u
@@ -409,10 +392,10 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
             own.filtered_samples += 1.0
             return
     _held_step(s, u, x, v, x2, v2, sw)
-    s[COUNT] += 1.0
+    own.recursion.samples += 1
     total = own.work + own.constant_spread
-    for i in range(int(s[PARAMETERS])):
-        total += s[VALUES + i]
+    for i in range(own.recursion.parameters):
+        total += own.recursion.values[i]
     if not np.isfinite(total):
         _reset(s)
 
@@ -420,12 +403,13 @@ def _advance(s: State, u: float, x: float, v: float, x2: float, v2: float) -> No
 @compiled(brief=True)
 def energy_step(s: State, u: float, x: float, v: float, x2: float, v2: float) -> bool:
     """Take one sample into the state, in place; return whether all that is measured was finite."""
+    own = fields(s)
     whole = np.isfinite(u + x)
-    if s[DERIVED] == 0.0:
+    if own.recursion.differentiates == 0:
         whole = whole and np.isfinite(v)
-    if s[STIFFNESS] > 0.0:
+    if own.recursion.stiffness > 0.0:
         whole = whole and np.isfinite(x2)
-        if s[DERIVED] == 0.0:
+        if own.recursion.differentiates == 0:
             whole = whole and np.isfinite(v2)
     _advance(s, u, x, v, x2, v2)
     return whole
@@ -437,10 +421,11 @@ def energy_run(
 ) -> tuple[State, Float[np.ndarray, "n p"]]:
     """Return the state after many samples, and the estimates after each."""
     s = state.copy()
-    n, p = samples.shape[0], int(s[PARAMETERS])
+    own = fields(s)
+    n, p = samples.shape[0], own.recursion.parameters
     history = np.empty((n, p))
     for k in range(n):
         _advance(s, samples[k, 0], samples[k, 1], samples[k, 2], samples[k, 3], samples[k, 4])
         for j in range(p):
-            history[k, j] = s[VALUES + j]
+            history[k, j] = own.recursion.values[j]
     return s, history
