@@ -173,7 +173,7 @@ def _write_scenario_keys() -> None:
 
 PUBLIC_NAMES = {
     "Read and write logs": """
-        read_log log_from_frame find_benchmark read_schema LogSchema AxisSchema AxisLog
+        read_log read_axes log_from_frame find_benchmark read_schema LogSchema AxisSchema AxisLog
         write_csv""",
     "Identify": """
         identify examine EstimationTask Identification FrictionEstimate Status predict_effort

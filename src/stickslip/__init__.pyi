@@ -170,6 +170,9 @@ from .logs import (
     log_from_frame as log_from_frame,
 )
 from .logs import (
+    read_axes as read_axes,
+)
+from .logs import (
     read_log as read_log,
 )
 from .logs import (

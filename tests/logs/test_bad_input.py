@@ -70,7 +70,7 @@ def file(tmp_path):
         ),
         ("time [m],pos,force\n" + GOOD, "log.csv: ", "time is in m, which is not a unit like s"),
         ("time,pos [foo],force\n" + GOOD, "log.csv: ", "'foo' is not a unit"),
-        (GOOD, "log.csv: ", "no column is obviously the time"),
+        (GOOD, "log.csv: ", "no column is obviously the position"),
         ("t;x;f\n0,1;1.500;2,5\n0,2;2,0;3,5\n", "log.csv, row 2: ", "'x' has the text '1.500'"),
         ("s,t,x,f\na,0,0,1\nb,1,1\nc,2,3,1\n", "log.csv, row 3: ", "has 3 columns and the header"),
         ("s,t,x,f\na,0,0,1\nb,1,z,1\nc,2,3,1\n", "log.csv, row 3: ", "'x' has the text 'z'"),
@@ -283,7 +283,7 @@ def test_bad_folders(motor, signal, start, what, tmp_path):
 def test_schema_file_is_named(file):
     schema = file('kind = "linear"\neffort = "force +"\n', "axis.toml")
     assert refusal(file(HEAD + GOOD), schema).startswith("axis.toml, effort: ")
-    assert refusal(file(HEAD + GOOD), schema, axis=2).startswith("axis.toml: axis '2' was chosen")
+    assert refusal(file(HEAD + GOOD), schema, axis=2).startswith("log.csv: axis '2' was chosen")
 
 
 def test_log_without_permission(file, monkeypatch):

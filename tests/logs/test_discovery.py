@@ -165,11 +165,58 @@ def test_no_units_no_kind(read):
 
 
 @pytest.mark.parametrize("name", ["current", "motor_current", "iq", "actual current"])
-def test_a_current_is_no_effort(name, read):
-    with pytest.raises(InputError, match=r"seems to be a motor current.*1\.2 \* "):
-        read(["t", "x [m]", name])
-    with pytest.raises(InputError, match="A, which is a current"):
-        read(["t", "x [m]", f"{name} [A]"])
+def test_a_current_stays_in_ampere(name, read):
+    log = read(["t", "x [m]", name])
+    assert log.effort_unit == "A"
+    assert column(log, "effort") == [2.0, 3.0, 5.0]
+    assert any("seems to be a motor current" in each for each in log.source.assumptions)
+    log = read(["t", "x [m]", f"{name} [mA]"])
+    assert log.unit("effort") == "A"
+    np.testing.assert_allclose(log.effort, [2e-3, 3e-3, 5e-3], rtol=1e-15)
+    assert any("no torque constant is given" in each for each in log.source.assumptions)
+
+
+def test_torque_constant_and_gear(read):
+    header = ["t", "q [rad]", "current [A]"]
+    log = read(header, LogSchema(torque_constant=0.5, kind="rotary"))
+    assert (log.unit("effort"), column(log, "effort")) == ("N m", [1.0, 1.5, 2.5])
+    assert log.source.side == ""
+    log = read(header, LogSchema(torque_constant=0.5, gear_ratio=-10.0, kind="rotary"))
+    assert column(log, "effort") == [-10.0, -15.0, -25.0]
+    assert log.source.side == "joint"
+    assert any("results are those of the joint" in each for each in log.source.assumptions)
+    stated = LogSchema(gear_ratio=10.0, effort_side="joint", kind="rotary")
+    log = read(["t", "q [rad]", "torque [N m]"], stated)
+    assert column(log, "effort") == [2.0, 3.0, 5.0]
+
+
+@pytest.mark.parametrize(
+    ("effort", "schema", "code"),
+    [
+        ("torque [N m]", {"torque_constant": 0.5}, "torque_constant_without_current"),
+        ("torque [N m]", {"gear_ratio": 10.0}, "gear_without_side"),
+        ("torque [N m]", {"effort_side": "motor"}, "side_without_gear"),
+    ],
+)
+def test_contradictory_conversions(effort, schema, code, read):
+    with pytest.raises(InputError) as caught:
+        read(["t", "q [rad]", effort], LogSchema(kind="rotary", **schema))
+    assert caught.value.code == code
+
+
+@pytest.mark.parametrize(
+    ("schema", "code"),
+    [
+        ({"gear_ratio": 0.0}, "gear_ratio_range"),
+        ({"gear_ratio": float("inf")}, "gear_ratio_range"),
+        ({"preset": "nonesuch"}, "preset_unknown"),
+        ({"preset": "ur-rtde"}, "preset_does_not_fit"),
+    ],
+)
+def test_bad_settings_of_a_schema(schema, code, read):
+    with pytest.raises(InputError) as caught:
+        read(["t", "q [rad]", "torque [N m]"], LogSchema(**schema))
+    assert caught.value.code == code
 
 
 def test_stated_columns_leave_the_rest_alone(read):

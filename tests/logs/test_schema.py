@@ -54,7 +54,7 @@ def test_an_axis_must_be_chosen(two_axes):
         read_log(*two_axes)
     with pytest.raises(InputError, match="there is no axis 'z'; choose one of: x, y"):
         read_log(*two_axes, axis="z")
-    with pytest.raises(InputError, match="axis '1' was chosen and the schema has no axes"):
+    with pytest.raises(InputError, match="axis '1' was chosen, and neither the schema"):
         read_log(two_axes[0], None, 1)
 
 

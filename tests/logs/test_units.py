@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from stickslip.logs.units import header_unit, is_unit, kind_of_unit, scale_to_si
+from stickslip.logs.units import effort_unit, header_unit, is_unit, kind_of_unit, scale_to_si
 from stickslip.records import InputError
 
 
@@ -77,9 +77,14 @@ def test_a_unit_of_another_dimension_is_named_with_the_right_one(channel, unit, 
     assert caught.value.what.endswith(f" {named[1]}")
 
 
-def test_a_current_asks_for_the_motor_constant():
-    with pytest.raises(InputError, match=r"mA, which is a current and not N or N m.*1\.2 \*"):
-        kind_of_unit("effort", "mA")
+def test_an_effort_may_be_a_current_or_a_percentage():
+    for kind in ("linear", "rotary"):
+        assert scale_to_si("effort", "mA", kind) == 1e-3
+        assert scale_to_si("effort", "%", kind) == 1.0
+    assert kind_of_unit("effort", "mA") is None
+    assert [effort_unit(each) for each in ("mA", "Arms", "%", "N", "mNm", "V")] == [
+        "A", "A", "%", "", "", ""
+    ]  # fmt: skip
 
 
 @pytest.mark.parametrize(

@@ -52,6 +52,34 @@ class LogReading:
     sampling_time: Annotated[
         float | None, _reading(help="Sampling time in s, of a log without time stamps.")
     ] = None
+    preset: Annotated[
+        str | None,
+        _reading(
+            help="Schema that comes with stickslip, such as moteus, odrive, ur-rtde, twincat, "
+            "plotjuggler, ros, kollmorgen or siemens; none for none. [default: recognised by the "
+            "columns]"
+        ),
+    ] = None
+    torque_constant: Annotated[
+        float | None,
+        _reading(
+            help="Torque per ampere in N m/A (force in N/A), for an effort that is a current."
+        ),
+    ] = None
+    gear_ratio: Annotated[
+        float | None,
+        _column(
+            help="Turns of the motor per turn of the joint, for an effort of the motor beside the "
+            "position of the joint."
+        ),
+    ] = None
+    effort_side: Annotated[
+        Literal["motor", "joint"] | None,
+        _reading(
+            help="Side of the gear on which the effort acts. [default: motor with "
+            "--torque-constant and --gear-ratio]"
+        ),
+    ] = None
     unit: Annotated[
         list[str] | None,
         _reading(negative="", help="Unit of a channel, as in --unit position=mm; may be repeated."),

@@ -1,15 +1,19 @@
 """Schemas of logs: which column is what; made in Python, from flags, or from a TOML file."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
-from typing import Any, ClassVar, get_args
+from typing import Any, ClassVar, Literal, get_args
 
 from stickslip.input_files import read_toml, record_from, unknown_key
 from stickslip.records import AxisKind, InputError, ReadOnlyMapping, positive
 
 CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
 """Channels of a log; each is also the name of a quantity (without ``load_``)."""
+
+Side = Literal["motor", "joint"]
+"""Sides of a gear."""
 
 _SAMPLING = ("time", "sampling_time", "sampling_frequency")
 """Keys that state when samples were taken, of which a log has one."""
@@ -39,6 +43,16 @@ class AxisSchema:
         Of the axis, or of the first mass of a flexible arm.
     load_position, load_velocity
         Of the second mass of a flexible arm.
+    preset
+        Name of a schema that comes with the package (`presets`), for what is not stated; ``"none"``
+        for none. None takes one whose columns the log has.
+    torque_constant
+        Torque (or force) per ampere [N m/A or N/A], for an effort that is a current.
+    gear_ratio
+        Turns of the motor per turn of the joint [-], negative if they turn opposite ways; for an
+        effort of the motor, beside the position of the joint.
+    effort_side
+        ``"motor"`` or ``"joint"``, of the gear at which the effort acts.
     units
         By channel, the unit that its column or expression comes out in, such as ``"mm"``. A
         channel not named here has the unit in the column's header, or else the SI unit.
@@ -59,6 +73,10 @@ class AxisSchema:
     effort: str | None = None
     load_position: str | None = None
     load_velocity: str | None = None
+    preset: str | None = None
+    torque_constant: float | None = None
+    gear_ratio: float | None = None
+    effort_side: Side | None = None
     units: Mapping[str, str] = field(default_factory=dict[str, str])
 
     # Unknown keys of a TOML file are refused.
@@ -80,10 +98,26 @@ class AxisSchema:
                 f"{' and '.join(given)} are both given",
                 remedy="keep the one that says how the log was sampled",
             )
+        if self.torque_constant is not None:
+            positive("torque_constant", self.torque_constant, "N m/A or N/A")
+        self._check_gear()
         if self.sampling_time is not None:
             positive("sampling_time", self.sampling_time, "s")
         if self.sampling_frequency is not None:
             positive("sampling frequency", self.sampling_frequency, "Hz")
+
+    def _check_gear(self) -> None:
+        if self.effort_side not in {None, *get_args(Side)}:
+            raise InputError("effort_side_unknown", value=self.effort_side, sides=get_args(Side))
+        if self.gear_ratio is None:
+            return
+        if not (math.isfinite(self.gear_ratio) and self.gear_ratio != 0.0):
+            raise InputError("gear_ratio_range", value=self.gear_ratio)
+
+    @property
+    def stated(self) -> bool:
+        """Whether a column of position or effort is stated."""
+        return self.position is not None or self.effort is not None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,32 +162,36 @@ class LogSchema(AxisSchema):
         InputError
             If there is no such axis, or if there are several and none was chosen.
         """
-        listed = ", ".join(self.axes)
+        if axis is not None and not self.axes:
+            raise InputError("axis_of_no_axes", axis=str(axis))
         chosen = next(iter(self.axes), None) if axis is None else str(axis)
         if axis is None and len(self.axes) > 1:
             raise InputError(
-                f"the log has {len(self.axes)} axes ({listed}) and none was chosen",
-                remedy=f"choose one, as in --axis {chosen}",
+                "axis_not_chosen", count=len(self.axes), axes=list(self.axes), first=chosen
             )
-        if axis is not None and not self.axes:
-            raise InputError(
-                f"axis {chosen!r} was chosen and the schema has no axes",
-                remedy=f"leave the choice out, or write a table [axes.{chosen}] in the schema",
-            )
-        if axis is not None and chosen not in self.axes:
-            raise InputError(f"there is no axis {chosen!r}", remedy=f"choose one of: {listed}")
+        if chosen is not None and chosen not in self.axes:
+            raise InputError("axis_unknown", axis=chosen, axes=list(self.axes))
         if chosen is None:
-            return AxisSchema(**_merged(self, AxisSchema()))
+            return AxisSchema(**merged(self, AxisSchema()))
         own = self.axes[chosen]
         name = own.name or (f"{self.name} axis {chosen}" if self.name else f"axis {chosen}")
-        return replace(AxisSchema(**_merged(self, own)), name=name)
+        return replace(AxisSchema(**merged(self, own)), name=name)
 
     def overridden(self, axis: str | int | None, columns: AxisSchema) -> "LogSchema":
-        """Return the schema of one axis, in which the entries of ``columns`` take precedence."""
-        return LogSchema(**_merged(self.for_axis(axis), columns), files=self.files)
+        """Return the schema in which the entries of ``columns`` take precedence.
+
+        Of a schema with axes it is that of the chosen one; of all, if none is chosen and no column
+        is stated.
+        """
+        several = axis is None and len(self.axes) > 1
+        if several and not any(getattr(columns, channel) for channel in CHANNELS):
+            axes = {name: AxisSchema(**merged(own, columns)) for name, own in self.axes.items()}
+            return LogSchema(**merged(self, columns), files=self.files, axes=axes)
+        base = self.for_axis(axis) if self.axes else self
+        return LogSchema(**merged(base, columns), files=self.files)
 
 
-def _merged(base: AxisSchema, own: AxisSchema) -> dict[str, Any]:
+def merged(base: AxisSchema, own: AxisSchema) -> dict[str, Any]:
     """Return the entries of two schemas; the second takes precedence."""
     names = [each.name for each in fields(AxisSchema)]
     merged: dict[str, Any] = {name: getattr(base, name) for name in names}

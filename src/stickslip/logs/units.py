@@ -6,7 +6,7 @@ from functools import cache
 from types import MappingProxyType
 from typing import Any
 
-from stickslip.records import AxisKind, InputError, unit_of
+from stickslip.records import AxisKind, EffortUnit, InputError, unit_of
 
 _WORDS = MappingProxyType(
     {
@@ -18,6 +18,15 @@ _WORDS = MappingProxyType(
         "revs": "turn",
         "sec": "s",
         "RPM": "rpm",
+        "rps": "(turn/s)",
+        "dps": "(deg/s)",
+        "inc": "count",
+        "incr": "count",
+        "grad": "deg",
+        "Grad": "deg",
+        "Arms": "A",
+        "usec": "us",
+        "nsec": "ns",
     }
 )
 """Common ways to write a unit that the unit library reads otherwise or not at all."""
@@ -31,13 +40,15 @@ _PARSER_FAULTS = (ValueError, TypeError, AttributeError, AssertionError, tokeniz
 """What the unit library's parser raises, beside its own errors, on text that is no unit."""
 
 _KNOWN = re.compile(
-    r"(?:[numµμk]?(?:m|s|N|Nm|A|V)|cm|in|inch|min|h|sec|msec|deg|°|m?rad|rev|turns?|rpm|RPM|counts?|"
+    r"(?:[numµμk]?(?:m|s|N|Nm|A|V)|cm|in|inch|min|h|[mun]?sec|deg|°|m?rad|revs?|turns?|rpm|RPM|"
+    r"counts?|incr?|rps|dps|Grad|Arms|"
     r"N[ .*·]m|lbf|%|-|1)"
     r"(?:/(?:m?s|min|sec)(?:\^?2|²)?)?"
 )
 _BRACKETED = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\))")
 _SUFFIXED = re.compile(
-    r".*[a-z0-9]_(?P<unit>ms|us|ns|sec|mm|um|deg|rad|Nm|rpm|rad_s|deg_s|mm_s|m_s)"
+    r".*(?:[A-Za-z0-9]_(?P<unit>ms|us|ns|[mun]?sec|mm|um|deg|rad|revs?|turns?|counts?|kN|m?Nm|mA|"
+    r"rpm|rps|dps|(?:rad|deg|mm|m|revs?|turns?)_s)|[A-Za-z]{3}_(?P<letter>[smNA]))"
 )
 
 
@@ -52,13 +63,14 @@ def header_unit(header: str) -> tuple[str, str | None]:
     ('torque', None)
     """
     header = header.strip()
-    if match := _BRACKETED.fullmatch(header):
+    match = _BRACKETED.fullmatch(header)
+    if match and not (match["square"] or "").strip().isdigit():  # q[3] is an element of q
         square = match["square"]
         unit = (square if square is not None else match["round"]).strip()
         if square is not None or is_unit(unit):
             return match["name"], unit or None
     if match := _SUFFIXED.fullmatch(header):
-        return header, match["unit"]
+        return header, match["unit"] or match["letter"]
     return header, None
 
 
@@ -72,12 +84,21 @@ def quantity_of(channel: str) -> str:
     return channel.removeprefix("load_")
 
 
+def effort_unit(unit: str) -> EffortUnit:
+    """Return ampere or percent for an effort in such a unit, and nothing for another one."""
+    if unit.strip() == "%":
+        return "%"
+    if unit in {unit_of("effort", "linear"), unit_of("effort", "rotary")}:
+        return ""  # needs no unit library
+    return "A" if _factor(unit, "ampere") is not None else ""
+
+
 def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
     """Return the kind of axis on which a channel has such a unit, None where that says nothing.
 
     A unit that the channel has on no axis is an error.
     """
-    if channel == "time":
+    if channel == "time" or (channel == "effort" and effort_unit(unit)):
         return None
     kinds: tuple[AxisKind, ...] = ("linear", "rotary")
     targets = [unit_of(quantity_of(channel), kind) for kind in kinds]
@@ -90,12 +111,16 @@ def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
 def scale_to_si(channel: str, unit: str, kind: AxisKind) -> float:
     """Return what a channel in the given unit is multiplied by to be in SI units.
 
-    A unit of another dimension is an error that names both.
+    An effort in a unit of current is converted to A, one in percent is left. A unit of another
+    dimension is an error that names both.
 
     >>> scale_to_si("position", "mm", "linear")
     0.001
     """
     target = unit_of(quantity_of(channel), kind)
+    own = effort_unit(unit) if channel == "effort" else ""
+    if own:
+        return 1.0 if own == "%" else _factor(unit, "ampere") or 1.0
     factor = _factor(unit, target)
     if factor is None:
         raise _wrong_unit(channel, unit, [target])
@@ -112,11 +137,6 @@ def same_unit(one: str, other: str) -> bool:
 
 def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
     wanted = " or ".join(targets)
-    if channel == "effort" and _factor(unit, "ampere") is not None:
-        return InputError(
-            f"effort is in {unit}, which is a current and not {wanted}",
-            remedy='multiply it by the motor\'s constant, as in --effort "1.2 * current"',
-        )
     return InputError(
         f"{channel.replace('_', ' ')} is in {unit}, which is not a unit like {wanted}",
         remedy=f"correct the unit (header, --unit or [units]), or scale the column to {wanted}",

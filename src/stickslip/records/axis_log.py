@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple, get_args
+from typing import Any, Literal, NamedTuple, get_args
 
 import numpy as np
 from jaxtyping import Bool, Float, Int
@@ -36,6 +36,7 @@ class LogSource:
     assumptions: tuple[str, ...] = ()  #: A sentence for everything inferred and not stated.
     #: Channels whose unit is stated nowhere, each with the SI unit that it was taken in.
     assumed_units: tuple[tuple[str, str], ...] = ()
+    side: Literal["", "motor", "joint"] = ""  #: Of a gear that results refer to, if it is known.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -22,7 +22,8 @@ def log_at(
         return read_log(path, schema, axis)
     if not isinstance(schema, LogSchema):
         schema = LogSchema() if schema is None else read_schema(schema)
-    return read_log(path, schema.overridden(axis, columns))
+    whole = schema.overridden(axis, columns)
+    return read_log(path, whole, None if schema.axes else axis)
 
 
 def logs_at(

@@ -1,0 +1,1 @@
+"""Columns of a log: their meaning by name, the axes they make, presets, clocks and rates."""

@@ -1,0 +1,350 @@
+"""From assigned columns to an `AxisLog` in SI units, checked for plausibility."""
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+
+from stickslip.logs.columns.assignment import Assignment
+from stickslip.logs.columns.channels import Bound, axis_kind, bind
+from stickslip.logs.columns.clock import unit_of_stamps
+from stickslip.logs.columns.discovery import discover
+from stickslip.logs.columns.rates import Sampled, together
+from stickslip.logs.expressions import Expression, Value
+from stickslip.logs.schema import AxisSchema, Side
+from stickslip.logs.table import Column, RateGroup, Table, check_lengths
+from stickslip.logs.units import effort_unit, quantity_of, scale_to_si
+from stickslip.records import AxisKind, AxisLog, EffortUnit, InputError, LogSource, unit_of
+
+_NOTICEABLE_JITTER = 1e-6
+"""Time steps that deviate by less than this fraction are rounded numbers, not worth a sentence."""
+
+_SMALLEST, _LARGEST = 1e-20, 1e20
+"""Sizes [SI] between which products of several channels neither vanish nor overflow."""
+
+_HUGE = 1e300
+"""A value that even a tiny factor does not make zero."""
+
+_DISTANT = 1e5
+"""Stamps that begin later than this count from the first [s]: they are those of a calendar."""
+
+
+def axis_log(
+    table: Table,
+    assigned: Assignment,
+    where: str,
+    source: LogSource | None,
+    *,
+    default_name: str,
+) -> AxisLog:
+    """Return the log of an axis from its columns."""
+    schema = assigned.schema
+    bound = bind(table, schema, assigned.found, where or "schema")
+    try:
+        kind, note = axis_kind(bound.values(), schema.kind, table.label)
+        sampled, notes, in_seconds = _sampled(table, bound, schema, kind)
+        assumed = tuple(
+            (name, unit_of(quantity_of(name), kind))
+            for name in bound
+            if bound[name].unit is None and (name != "time" or in_seconds)
+        )
+        channels = dict(sampled.channels)
+        channels["effort"], unit, side, converted = _acting(
+            channels["effort"], bound["effort"], schema, kind, table.label
+        )
+    except InputError as error:
+        raise error if error.where else error.at(table.label) from None
+    if unit or schema.torque_constant is not None:
+        assumed = tuple(each for each in assumed if each[0] != "effort")
+    time, effort = sampled.time, channels.pop("effort")
+    measured: dict[str, Any] = {f"measured_{name}": each for name, each in channels.items()}
+    try:
+        log = AxisLog(
+            name=schema.name or default_name,
+            kind=kind,
+            time=time,
+            effort=effort,
+            effort_unit=unit,
+            **measured,
+        )
+    except InputError as error:
+        backward = np.flatnonzero(np.diff(time) <= 0)
+        place = table.label
+        if "time" in bound and backward.size:
+            place = table.place(bound["time"].expression.names[0], int(backward[0]) + 1)
+        raise error.at(place) from None
+    _check_motion(log, bound, table.label)
+    source = source or _source_in_memory(table, time, {**channels, "effort": effort})
+    assumptions = (
+        *table.notes,
+        *assigned.notes,
+        *notes,
+        *converted,
+        *([note] if note else []),
+        *_timing(log, table, bound),
+    )
+    return replace(
+        log,
+        source=replace(source, assumptions=assumptions, assumed_units=assumed, side=side),
+    )
+
+
+def _acting(
+    effort: Column, bound: Bound, schema: AxisSchema, kind: AxisKind, label: str
+) -> tuple[Column, EffortUnit, Side | Literal[""], list[str]]:
+    """Return the effort with torque constant and gear, its unit, its side, and sentences."""
+    unit: EffortUnit = "" if bound.unit is None else effort_unit(bound.unit)
+    notes: list[str] = []
+    constant, ratio, side = schema.torque_constant, schema.gear_ratio, schema.effort_side
+    if constant is not None:
+        if unit != "A" and bound.unit is not None:
+            raise InputError(
+                "torque_constant_without_current",
+                where=label,
+                effort=bound.expression.text,
+                unit=bound.unit,
+            )
+        effort, unit = constant * effort, ""
+        per = "N/A" if kind == "linear" else "N m/A"
+        notes.append(f"effort: the current times the torque constant of {constant:g} {per}")
+        side = side or ("motor" if ratio is not None else None)
+    elif unit:
+        reason = "no torque constant is given" if unit == "A" else "its rated value is not known"
+        notes.append(f"effort: {reason}, so all results are in units of {unit}")
+    if ratio is not None and side is None:
+        raise InputError("gear_without_side", where=label)
+    if side == "motor":
+        if ratio is None:
+            raise InputError("side_without_gear", where=label)
+        notes.append(
+            f"effort: that of the motor times the gear ratio of {ratio:g}; results are those of "
+            "the joint"
+        )
+        return ratio * effort, unit, "joint", notes
+    return effort, unit, side or "", notes
+
+
+def _sampled(
+    table: Table, bound: Mapping[str, Bound], schema: AxisSchema, kind: AxisKind
+) -> tuple[Sampled, list[str], bool]:
+    """Return the channels in SI units at common time stamps, and the assumptions about them.
+
+    The last is whether the unit of time is known from nothing.
+    """
+    groups = {channel: _group_of(table, each) for channel, each in bound.items()}
+    values, notes = _channels(table, bound, kind)
+    channels = {name: each for name, each in values.items() if name != "time"}
+    if "time" not in bound:
+        _check_same_length(table, bound)
+        count = np.arange(channels["position"].size, dtype=np.float64)
+        frequency = schema.sampling_frequency
+        time = count * (schema.sampling_time or 0.0) if frequency is None else count / frequency
+        return Sampled(time=time, channels=channels), notes, False
+    first = bound["time"]
+    column = first.expression.names[0] if first.expression.is_column else None
+    clock = _Clock.of(table, values["time"], first.unit, column)
+    note = f"{first.note}; {clock.reason}" if first.note else f"time: {clock.reason}"
+    notes = [note if clock.reason else first.note, *notes] if clock.reason or first.note else notes
+    if clock.origin:
+        notes.append(f"time counts from {clock.origin:.12g} s of the stamps")
+    in_seconds = first.unit is None and clock.factor == 1.0
+    stamps = _scaled("time", first, clock.seconds(values["time"]), 1.0, kind)
+    if all(groups[channel] == groups["time"] for channel in channels):
+        _check_same_length(table, bound)
+        return Sampled(time=stamps, channels=channels), notes, in_seconds
+    parts: dict[str, Sampled] = {}
+    for group in dict.fromkeys(groups[channel] for channel in channels):
+        time = stamps
+        if group != groups["time"]:
+            time, note = _time_of(table, group, bound, clock)
+            notes.append(note)
+        members = {name: channels[name] for name in channels if groups[name] == group}
+        parts[group.name or table.label] = Sampled(time=time, channels=members)
+    sampled, resampled = together(parts, label=table.label)
+    return sampled, [*notes, *resampled], in_seconds
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Clock:
+    """Unit of time stamps, and where they are counted from."""
+
+    factor: float  # s
+    origin: float  # s; other than 0 for stamps of a calendar
+    reason: str  # what was inferred of the unit; empty if it was stated
+
+    @staticmethod
+    def of(table: Table, stamps: Column, unit: str | None, column: str | None) -> "_Clock":
+        """Return the clock of a column, or of an expression for None."""
+        if unit is not None:
+            factor, reason = scale_to_si("time", unit, "linear"), ""
+        elif column is not None:
+            factor, reason = unit_of_stamps(stamps, column=column, label=table.label)
+        else:
+            factor, reason = 1.0, "no unit is given, so it is taken in s"
+        first = float(stamps[0]) * factor if stamps.size else 0.0
+        origin = float(np.floor(first)) if np.isfinite(first) and abs(first) > _DISTANT else 0.0
+        return _Clock(factor=factor, origin=origin, reason=reason)
+
+    def seconds(self, stamps: Column) -> Column:
+        """Return stamps in s; those of a calendar are shifted first, or digits would be lost."""
+        if self.origin:
+            stamps = stamps - self.origin / self.factor
+        return stamps * self.factor if self.factor != 1.0 else stamps
+
+
+def _group_of(table: Table, bound: Bound) -> RateGroup:
+    """Return the rate group of a channel, whose columns are all of one."""
+    names = [name for name in bound.expression.names if name in table.headers]
+    groups = {name: table.group_of(name) for name in names}
+    if any(group != groups[names[0]] for group in groups.values()):
+        check_lengths(table.load(names), table.label)
+    return groups[names[0]]
+
+
+def _check_same_length(table: Table, bound: Mapping[str, Bound]) -> None:
+    names = [n for each in bound.values() for n in each.expression.names if n in table.headers]
+    check_lengths(table.load(list(dict.fromkeys(names))), table.label)
+
+
+def _time_of(
+    table: Table, group: RateGroup, bound: Mapping[str, Bound], first: _Clock
+) -> tuple[Column, str]:
+    """Return the time stamps [s] of a group that has none stated, and a sentence on them."""
+    column = group.time
+    if column is None:
+        found = discover(table).candidates("time")
+        own = [each.column for each in found if table.group_of(each.column) == group]
+        if len(own) != 1:
+            _check_same_length(table, bound)  # names both lengths
+            raise InputError("group_without_time", where=table.label, group=group.name)
+        column = own[0]
+    stamps = table.load([column])[column]
+    _check_finite(table, column, stamps)
+    unit = table.units.get(column) or bound["time"].unit
+    clock = replace(_Clock.of(table, stamps, unit, column), origin=first.origin)
+    name = group.name or table.label
+    reason = clock.reason or f"its unit is {unit}"
+    return clock.seconds(stamps), f"time of {name} is read from column {column!r}; {reason}"
+
+
+def _channels(
+    table: Table, bound: Mapping[str, Bound], kind: AxisKind
+) -> tuple[dict[str, Column], list[str]]:
+    """Return each channel in SI units, but for the time, and the assumptions about it."""
+    names = [name for each in bound.values() for name in each.expression.names]
+    columns = table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    for name, column in columns.items():
+        _check_finite(table, name, column)
+    values: dict[str, Value] = {**table.constants, **columns}
+    channels: dict[str, Column] = {}
+    notes: list[str] = []
+    for channel, each in bound.items():
+        with np.errstate(all="ignore"):  # what overflows is found by its result
+            result = np.asarray(each.expression.evaluate(values), dtype=np.float64)
+        if channel == "time":  # in the unit of the file
+            channels[channel] = result
+            continue
+        factor, note = 1.0, each.note
+        if each.unit is not None:
+            factor = scale_to_si(channel, each.unit, kind)
+        else:
+            si = unit_of(quantity_of(channel), kind)
+            taken = f"no unit is given, so it is taken in {si}"
+            note = f"{note}; {taken}" if note else f"{channel.replace('_', ' ')}: {taken}"
+        if note:
+            notes.append(note)
+        channels[channel] = _scaled(channel, each, result, factor, kind)
+    return channels, notes
+
+
+def _scaled(channel: str, bound: Bound, values: Column, factor: float, kind: AxisKind) -> Column:
+    """Return a channel in SI units, if they are of a size that can be computed with."""
+    with np.errstate(all="ignore"):
+        result = values if factor == 1.0 else values * factor
+        largest = float(np.max(np.abs(result), initial=0.0))
+    vanished = largest == 0.0 and values.any()
+    if not vanished and (largest == 0.0 or _SMALLEST <= largest <= _LARGEST):
+        return result
+    unit = unit_of(quantity_of(channel), kind)
+    size = (
+        "too large for a number"
+        if not np.isfinite(largest)
+        else f"{'at most' if largest < 1 else 'as large as'} {largest:.3g} {unit}"
+    )
+    raise InputError(
+        f"the {channel.replace('_', ' ')} ({bound.expression.text}) is {size}, outside "
+        f"{_SMALLEST:g} to {_LARGEST:g} {unit}",
+        remedy="correct its unit or the factor in front of the column",
+    )
+
+
+def _check_finite(table: Table, name: str, column: Column) -> None:
+    bad = np.flatnonzero(~np.isfinite(column))
+    if bad.size:
+        raise InputError(
+            f"column {name!r} is {column[bad[0]]} ({bad.size} of {column.size} samples are not "
+            "finite)",
+            where=table.place(name, int(bad[0])),
+            remedy="remove or repair those samples; nothing is interpolated silently",
+        )
+
+
+def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
+    """Refuse a recording in which nothing happens: most often the wrong column."""
+    position = log.measured_position
+    if (position == position[0]).all():
+        raise InputError(
+            f"the position ({bound['position'].expression.text}) is {position[0]:g} "
+            f"{log.unit('position')} in all {len(log)} samples",
+            where=label,
+            remedy="name the column that moves, or record the axis in motion",
+        )
+    if not log.effort.any() and not _means_zero(bound["effort"].expression):
+        raise InputError(
+            f"the effort ({bound['effort'].expression.text}) is zero in all {len(log)} samples",
+            where=label,
+            remedy="name the column of the force or torque, or record it; that none acts, as in a "
+            'free decay, is said by effort = "0 * position"',
+        )
+
+
+def _means_zero(expression: Expression) -> bool:
+    """Return whether an expression is zero whatever its columns hold: then nothing acts indeed."""
+    return not expression.evaluate(
+        {name: _HUGE * (1 + index) for index, name in enumerate(expression.names, start=1)}
+    )
+
+
+def _source_in_memory(table: Table, time: Column, channels: Mapping[str, Column]) -> LogSource:
+    digest = hashlib.sha256(np.ascontiguousarray(time).tobytes())
+    for column in channels.values():
+        digest.update(np.ascontiguousarray(column).tobytes())
+    return LogSource(files=(table.label,), sha256=digest.hexdigest())
+
+
+def _timing(log: AxisLog, table: Table, bound: Mapping[str, Bound]) -> list[str]:
+    """Return sentences on the time stamps: that they are not used, jitter and gaps."""
+    if "time" not in bound:
+        unused = [each.column for each in discover(table).candidates("time")]
+        listed = " and ".join(map(repr, unused))
+        if not unused:
+            return []
+        return [f"time is the stated sampling of {log.sampling_time:.6g} s, not column {listed}"]
+    notes: list[str] = []
+    if log.timing_jitter > _NOTICEABLE_JITTER:
+        notes.append(
+            f"steps of the time stamps deviate by up to {100 * log.timing_jitter:.2g} % from the "
+            f"sampling time of {log.sampling_time:.6g} s"
+        )
+    starts = log.segment_starts
+    if starts.size > 1:
+        first = int(starts[1])
+        gap = log.time[first] - log.time[first - 1]
+        count = "1 gap splits" if starts.size == 2 else f"{starts.size - 1} gaps split"
+        notes.append(
+            f"{count} the log into {starts.size} segments; the first is {gap:.6g} s long, before "
+            f"{table.place(bound['time'].expression.names[0], first)}"
+        )
+    return notes

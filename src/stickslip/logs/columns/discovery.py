@@ -1,0 +1,115 @@
+"""The axes of a log by the names of its columns."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+from stickslip.logs.columns.words import Meaning, meaning
+from stickslip.logs.table import Table
+
+
+@dataclass(frozen=True, kw_only=True)
+class Discovery:
+    """Columns of a log that are channels by their names."""
+
+    meanings: tuple[Meaning, ...]
+
+    @cached_property
+    def by_column(self) -> dict[str, Meaning]:
+        """Meaning of each column that has one."""
+        return {each.column: each for each in self.meanings}
+
+    @cached_property
+    def axes(self) -> tuple[str, ...]:
+        """Axes that have a position and an effort, in the order of the file."""
+        names = dict.fromkeys(each.axis for each in self.meanings)
+        return tuple(
+            name
+            for name in names
+            if self.candidates("position", name) and self.candidates("effort", name)
+        )
+
+    def candidates(self, channel: str, axis: str | None = None) -> list[Meaning]:
+        """Return the columns that may be a channel of an axis, or of any axis for None.
+
+        Commanded motion is none. A measured torque or force comes before a commanded one, either
+        before a current, and a torque that is worded as such before a drive's load.
+        """
+        found = [each for each in self.meanings if each.channel == channel]
+        if channel == "time":
+            found = [each for each in found if axis is None or each.axis in {"", axis}]
+            stamps = [each for each in found if each.stamp]
+            return stamps or found
+        if axis is not None:
+            found = [each for each in found if each.axis == axis]
+        if channel != "effort":
+            return [each for each in found if each.source != "commanded"]
+        return _most_direct(found)
+
+    def unused(self, channel: str, axis: str) -> list[Meaning]:
+        """Return columns of a channel of an axis that are not taken for it."""
+        taken = {each.column for each in self.candidates(channel, axis)}
+        return [
+            each
+            for each in self.meanings
+            if each.channel == channel and each.axis == axis and each.column not in taken
+        ]
+
+
+def discover(table: Table) -> Discovery:
+    """Return what the columns of a table are by their names."""
+    found = [each for name in table.headers if (each := meaning(table, name)) is not None]
+    return Discovery(meanings=tuple(_joined(_without_common_words(found))))
+
+
+def _most_direct(found: list[Meaning]) -> list[Meaning]:
+    """Return the efforts that tell the most directly what acts on each axis."""
+    kept: list[Meaning] = []
+    for axis in dict.fromkeys(each.axis for each in found):
+        own = [each for each in found if each.axis == axis]
+        ranks = [(each.current, each.source == "commanded") for each in own]
+        kept += [each for each, rank in zip(own, ranks, strict=True) if rank == min(ranks)]
+    return kept
+
+
+def _without_common_words(found: Sequence[Meaning]) -> list[Meaning]:
+    """Remove the words from the names of axes with which all of them begin."""
+    names = [each.axis.split() for each in found if each.channel in {"position", "effort"}]
+    distinct = {tuple(name) for name in names}
+    common = 0
+    if len(distinct) > 1:
+        shortest = min(map(len, names))
+        while common < shortest and len({name[common] for name in names}) == 1:
+            common += 1
+    if not common:
+        return list(found)
+    prefix = names[0][:common]
+    return [
+        replace(each, axis=" ".join(words[common:]))
+        if (words := each.axis.split())[:common] == prefix
+        else each
+        for each in found
+    ]
+
+
+def _joined(found: list[Meaning]) -> list[Meaning]:
+    """Give one axis to all channels where only some of the names have words of an axis."""
+
+    def names(channel: str) -> set[str]:
+        return {
+            each.axis
+            for each in found
+            if each.channel == channel and (channel == "effort" or each.source != "commanded")
+        }
+
+    position, effort = names("position"), names("effort")
+    if position & effort or len(position) != 1 or len(effort) != 1:
+        return found
+    ((one,), (other,)) = position, effort
+    if one and other:
+        return found
+    named = one or other
+    return [
+        replace(each, axis=named) if not each.axis and each.channel != "time" else each
+        for each in found
+    ]

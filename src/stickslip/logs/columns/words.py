@@ -1,0 +1,200 @@
+"""The meaning of a column by the words of its name: a channel, an axis, measured or commanded."""
+
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from stickslip.logs.table import Table
+from stickslip.logs.units import header_unit
+from stickslip.records import AxisKind
+
+Source = Literal["measured", "", "commanded"]
+
+
+def _set(words: str) -> frozenset[str]:
+    return frozenset(words.split())
+
+
+_STRONG: Mapping[str, frozenset[str]] = {
+    "time": _set("time timestamp timestamps elapsed clock stamp secs seconds zeit datetime"),
+    "position": _set("position pos posn angle theta displacement qm lage lageistwert winkel"),
+    "velocity": _set("velocity vel velo speed omega dq qd qdot dx xdot drehzahl geschwindigkeit"),
+    "effort": _set("effort force torque tau trq moment drehmoment kraft"),
+    "current": _set("current curr cur iq strom amps"),
+}
+"""Words that name a quantity, by channel; a current is an effort."""
+
+_WEAK: Mapping[str, frozenset[str]] = {
+    "time": _set("t"),
+    "position": _set("x q phi pl"),
+    "velocity": _set("v vl"),
+    "effort": _set("f"),
+    "current": _set("i il"),
+}
+"""Words that name a quantity where no other word of the name does."""
+
+_MEASURED = _set(
+    "measured meas measurement actual act fb fbk feedback estimate estimated est present sensed "
+    "read ist istwert"
+)
+_COMMANDED = _set(
+    "commanded command cmd setpoint set sp target reference ref desired des demand demanded goal "
+    "input planned control soll sollwert"
+)
+_EXCLUDED = _set(
+    "error err acc acceleration accel ddq qdd jerk temp temperature limit max min maximum minimum "
+    "std variance covariance gain kp kd ki ff feedforward mode lag following deviation difference "
+    "diff integral integrator flag seq id count counter voltage bus power friction gravity "
+    "disturbance noise rated nominal external ext offset bias"
+)
+"""Words of a column that is no channel, such as a position error or a rated torque."""
+
+_NEUTRAL = _set(
+    "motor joint axis ax stage state status value val data field raw encoder drive driven actuator "
+    "loop signal channel ch of in the telemetry get nc to plc main gvl msg sensor controller "
+    "header applied total low filtered side"
+)
+"""Words that identify neither a quantity nor an axis."""
+
+_NEUTRAL_OF_CURRENT = _set("q active generating producing quadrature")
+_NEUTRAL_OF_TIME = _set("sample log ros unix epoch utc system server since start receive record")
+_NUMBERED = _set("j m a dof servo")
+"""Words that are neutral before a number: joint 1 is axis 1, whatever it is called."""
+
+_PAIRS: Mapping[tuple[str, str], str] = {
+    ("d", "q"): "dq",
+    ("q", "dot"): "qdot",
+    ("x", "dot"): "xdot",
+    ("i", "q"): "iq",
+    ("tau", "j"): "tau",
+    ("feed", "back"): "feedback",
+    ("set", "point"): "setpoint",
+    ("time", "stamp"): "timestamp",
+}
+"""Words that a name may hold in two pieces."""
+
+WORDS_OF_KIND: Mapping[AxisKind, frozenset[str]] = {
+    "linear": _set("force displacement kraft"),
+    "rotary": _set("torque tau trq drehmoment angle theta omega winkel drehzahl"),
+}
+"""Words that are used of one kind of axis only."""
+
+_SEGMENT = re.compile(r"[/.]|->")
+_PIECE = re.compile(r"[^\W_]+")
+_WORD = re.compile(r"[^\W\d_]*[A-Z]{2,}(?![a-z])|[^\W\d_]?[^\W\dA-Z_]+|[A-Z]+|\d+")
+_SIEMENS = re.compile(r"\b[rp]\d{2,5}\b(?:\[\d+\])?")  # numbers of a drive's parameters
+_HUNGARIAN = re.compile(r"(?:f|lr|r|n|i|b|st|fb|di|ui|ar)(?=[A-Z][a-z])")
+"""Type prefix of a variable of a programmable controller, as in ``fActPos``."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Meaning:
+    """Meaning of a column by its name."""
+
+    column: str
+    channel: str  # one of the channels of a schema
+    axis: str  # words that identify the axis; empty if none do
+    source: Source = ""
+    current: bool = False  # whether the effort is a current
+    stamp: bool = False  # whether the time is that of a measurement, not of its reception
+    kind: AxisKind | None = None  # that the name implies
+
+
+def meaning(table: Table, column: str) -> Meaning | None:
+    """Return what a column is by its name, or None if it is no channel."""
+    header = table.headers[column]
+    title, unit = header_unit(header.rpartition(":")[2])
+    title = title.removesuffix(f"_{unit}")
+    segments = [
+        words for part in _SEGMENT.split(_SIEMENS.sub(" ", title)) if (words := words_in(part))
+    ]
+    every = {word for words in segments for word in words}
+    if table.group_of(column).time == column:
+        return Meaning(column=column, channel="time", axis="", stamp="stamp" in every)
+    if every & _EXCLUDED:
+        return None
+    head, quantity = _head(segments)
+    if not head and "load" in every:  # as of servo drives that report their load
+        head, quantity = "load", "effort"
+    if not head:
+        return None
+    rest = [word for words in segments for word in words if word != head]
+    second_mass = "load" in rest
+    if second_mass and quantity not in {"position", "velocity"}:
+        return None
+    source: Source = ""
+    if every & _COMMANDED:
+        source = "commanded"
+    elif every & _MEASURED or "current" in rest:
+        source = "measured"
+    kinds: list[AxisKind] = [kind for kind, own in WORDS_OF_KIND.items() if own & every]
+    channel = "effort" if quantity == "current" else quantity
+    return Meaning(
+        column=column,
+        channel=f"load_{channel}" if second_mass else channel,
+        axis=_axis(rest, quantity),
+        source=source,
+        current=quantity == "current",
+        stamp=bool(every & {"stamp", "header"}),
+        kind=kinds[0] if len(kinds) == 1 else None,
+    )
+
+
+def words_in(text: str) -> list[str]:
+    """Split a segment of a name into lower-case words and numbers, plurals without their s."""
+    words: list[str] = []
+    for piece in _PIECE.findall(text):
+        found = _WORD.findall(_HUNGARIAN.sub("", piece))
+        words += [_singular(word.lower()) for word in found]
+    merged: list[str] = []
+    for word in words:
+        pair = _PAIRS.get((merged[-1], word)) if merged else None
+        if pair:
+            merged[-1] = pair
+        else:
+            merged.append(word)
+    return merged
+
+
+def _singular(word: str) -> str:
+    single = {"velocities": "velocity", "states": "state"}.get(word)
+    if single:
+        return single
+    if word.endswith("s") and len(word) > 4:
+        stem = word[:-1]
+        if any(stem in words for words in _STRONG.values()) or stem in (
+            _NEUTRAL | _MEASURED | _COMMANDED | _EXCLUDED
+        ):
+            return stem
+    return word
+
+
+def _head(segments: list[list[str]]) -> tuple[str, str]:
+    """Return the word that names the quantity, and the quantity; empty if no word does.
+
+    Of several it is the last, as in "torque current", in the last segment that has one.
+    """
+    for vocabulary in (_STRONG, _WEAK):
+        for words in reversed(segments):
+            for word in reversed(words):
+                for quantity, known in vocabulary.items():
+                    if word in known:
+                        return word, quantity
+    return "", ""
+
+
+def _axis(words: list[str], quantity: str) -> str:
+    """Return the words that identify the axis."""
+    ignored = _NEUTRAL | _MEASURED | _COMMANDED | {"load"}
+    ignored = ignored.union(*_STRONG.values())
+    if quantity == "current":
+        ignored |= _NEUTRAL_OF_CURRENT
+    if quantity == "time":
+        ignored |= _NEUTRAL_OF_TIME
+    kept: list[str] = []
+    for k, word in enumerate(words):
+        numbered = word in _NUMBERED and k + 1 < len(words) and words[k + 1].isdigit()
+        if word not in ignored and not numbered:
+            kept.append(word)
+    return " ".join(kept)

@@ -1,0 +1,249 @@
+"""Headers in the style of common tools: each opens with at most one flag, in SI units."""
+
+import numpy as np
+import pytest
+
+from stickslip.logs import LogSchema, read_axes, read_log
+from stickslip.records import InputError
+
+N = 200
+TIME = np.arange(N) * 0.002  # s
+TURN = 2 * np.pi
+
+
+def motion(axis: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return position [rad], velocity [rad/s] and effort [N m] of an axis, all different."""
+    w = 3.0 + axis
+    return (
+        0.5 * np.sin(w * TIME) + axis,
+        0.5 * w * np.cos(w * TIME),
+        0.3 * np.sign(np.cos(w * TIME)) + 0.1 * np.cos(w * TIME) + 0.01 * axis,
+    )
+
+
+@pytest.fixture
+def file(tmp_path):
+    def write(header, columns, *, delimiter=",", decimal=".", above=()):
+        rows = [
+            delimiter.join(
+                str(int(v)) if isinstance(v, np.integer) else repr(float(v)).replace(".", decimal)
+                for v in row
+            )
+            for row in zip(*columns, strict=True)
+        ]
+        path = tmp_path / "log.csv"
+        path.write_text("\n".join([*above, delimiter.join(header), *rows, ""]))
+        return path
+
+    return write
+
+
+def check(log, axis, *, effort=1.0, unit="N m", rtol=1e-9):
+    position, velocity, torque = motion(axis)
+    assert log.kind == "rotary"
+    assert log.unit("effort") == unit
+    np.testing.assert_allclose(log.time - log.time[0], TIME, atol=3e-7)
+    np.testing.assert_allclose(log.measured_position, position, rtol=rtol, atol=1e-12)
+    if log.measured_velocity is not None:
+        np.testing.assert_allclose(log.measured_velocity, velocity, rtol=rtol, atol=1e-12)
+    np.testing.assert_allclose(log.effort, effort * torque, rtol=rtol)
+
+
+def test_plotjuggler(file):
+    header = ["__time"]
+    columns = [1.7e9 + TIME]
+    for k, joint in enumerate(("shoulder", "elbow")):
+        q, dq, tau = motion(k)
+        header += [f"/joint_states/{joint}/{name}" for name in ("effort", "position", "velocity")]
+        columns += [tau, q, dq]
+    logs = read_axes(file(header, columns), LogSchema(kind="rotary"))
+    assert list(logs) == ["shoulder", "elbow"]
+    check(logs["shoulder"], 0)
+    check(logs["elbow"], 1)
+    assert "preset plotjuggler" in logs["elbow"].source.assumptions[0]
+
+
+def test_two_joints_in_one_file(file):
+    one, two = motion(0), motion(1)
+    header = ["time", "shoulder_pos", "shoulder_torque", "elbow_pos", "elbow_torque"]
+    path = file(header, [TIME, one[0], one[2], two[0], two[2]])
+    logs = read_axes(path)
+    assert list(logs) == ["shoulder", "elbow"]
+    check(logs["shoulder"], 0)
+    check(logs["elbow"], 1)
+    check(read_log(path, axis="elbow"), 1)
+    with pytest.raises(InputError) as caught:
+        read_log(path)
+    assert caught.value.code == "axis_not_chosen"
+    assert caught.value.quantities["axes"] == ["shoulder", "elbow"]
+
+
+def test_ros_stamps_in_nanoseconds(file):
+    q, dq, tau = motion(0)
+    stamps = 1_700_000_000_000_000_000 + np.rint(TIME * 1e9).astype(np.int64)
+    header = ["%time", "field.header.seq", "field.header.stamp", "field.position0",
+              "field.velocity0", "field.effort0"]  # fmt: skip
+    path = file(header, [stamps + 700_000, np.arange(N), stamps, q, dq, tau])
+    log = read_log(path, LogSchema(kind="rotary"))
+    check(log, 0)
+    assert any("field.header.stamp" in each for each in log.source.assumptions)
+
+
+def test_bare_time_in_nanoseconds(file):
+    q, dq, tau = motion(0)
+    stamps = 1_700_000_000_000_000_000 + np.rint(TIME * 1e9).astype(np.int64)
+    check(read_log(file(["timestamp", "angle", "vel", "torque"], [stamps, q, dq, tau])), 0)
+
+
+def test_siemens(file):
+    q, dq, tau = motion(0)
+    header = ["Time [ms]", "r0062 Speed setpoint after filter [rpm]",
+              "r0063 Speed actual value [rpm]", "r0080 Torque actual value [Nm]",
+              "r2521[0] LR Position actual value [deg]"]  # fmt: skip
+    columns = [TIME * 1e3, 0 * TIME, dq * 60 / TURN, tau, np.rad2deg(q)]
+    log = read_log(file(header, columns, delimiter=";", decimal=","))
+    check(log, 0)
+    assert "preset siemens" in log.source.assumptions[0]
+
+
+def test_siemens_without_the_preset(file):
+    q, dq, tau = motion(0)
+    header = ["Time [ms]", "r0063 Speed actual value [rpm]", "r0080 Torque actual value [Nm]",
+              "r2521 Position actual value [deg]", "r0062 Speed setpoint [rpm]"]  # fmt: skip
+    columns = [TIME * 1e3, dq * 60 / TURN, tau, np.rad2deg(q), dq]
+    path = file(header, columns, delimiter=";", decimal=",")
+    check(read_log(path, LogSchema(preset="none")), 0)
+
+
+@pytest.mark.parametrize("preset", [None, "none", "kollmorgen"])
+def test_kollmorgen(file, preset):
+    q, dq, tau = motion(0)
+    header = ["Time (ms)", "PL.FB (deg)", "VL.FB (rpm)", "IL.FB (A)", "PL.CMD (deg)", "IL.CMD (A)"]
+    columns = [TIME * 1e3, np.rad2deg(q), dq * 60 / TURN, tau / 0.4, q, tau]
+    path = file(header, columns)
+    check(read_log(path, LogSchema(preset=preset)), 0, effort=1 / 0.4, unit="A")
+    check(read_log(path, LogSchema(preset=preset, torque_constant=0.4)), 0)
+
+
+def test_moteus(file):
+    q, dq, tau = motion(0)
+    header = ["time_s", "position_rev", "velocity_rev_s", "torque_Nm", "control_position_rev"]
+    check(read_log(file(header, [TIME, q / TURN, dq / TURN, tau, 0 * q])), 0)
+
+
+def test_moteus_telemetry(file):
+    q, dq, tau = motion(0)
+    header = ["timestamp", "mode", "position", "velocity", "torque", "q_current", "d_current"]
+    path = file(header, [TIME, 0 * q + 10, q / TURN, dq / TURN, tau, 2 * tau, 0 * q])
+    log = read_log(path)
+    check(log, 0)
+    assert "preset moteus" in log.source.assumptions[0]
+
+
+def test_odrive(file):
+    q, dq, tau = motion(0)
+    header = ["time", "pos_estimate [turns]", "vel_estimate [turns/s]", "Iq_measured [A]",
+              "Iq_setpoint [A]", "pos_setpoint [turns]"]  # fmt: skip
+    path = file(header, [TIME, q / TURN, dq / TURN, tau / 0.05, tau, 0 * q])
+    check(read_log(path), 0, effort=20.0, unit="A")
+    check(read_log(path, LogSchema(torque_constant=0.05)), 0)
+
+
+def test_numbered_joints(file):
+    q, dq, tau = zip(*(motion(k) for k in range(3)), strict=True)
+    header = ["t", *(f"{name}_{k}" for name in ("q", "dq", "tau") for k in range(3))]
+    logs = read_axes(file(header, [TIME, *q, *dq, *tau]))
+    assert list(logs) == ["0", "1", "2"]
+    for k in range(3):
+        check(logs[str(k)], k)
+
+
+@pytest.mark.parametrize("index", ["_{}", "[{}]"])
+def test_universal_robots(file, index):
+    q, dq, tau = zip(*(motion(k) for k in range(6)), strict=True)
+    names = ["target_q", "actual_q", "actual_qd", "actual_current", "target_moment"]
+    header = ["timestamp", *(name + index.format(k) for name in names for k in range(6))]
+    current = [each / 10.0 for each in tau]
+    columns = [TIME + 3e4, *(0 * each for each in q), *q, *dq, *current, *tau]
+    path = file(header, columns, delimiter=" ")
+    logs = read_axes(path)
+    assert list(logs) == [str(k) for k in range(6)]
+    for k in range(6):
+        check(logs[str(k)], k, effort=0.1, unit="A")
+    check(read_log(path, LogSchema(torque_constant=10.0), axis=4), 4)
+
+
+def test_units_row(file):
+    q, dq, tau = motion(0)
+    header = ["Time", "Axis 1.ActPos", "Axis 1.ActVelo", "Axis 1.ActTorque", "Axis 1.SetPos"]
+    path = file(["ms", "deg", "deg/s", "Nm", "deg"],
+                [TIME * 1e3, np.rad2deg(q), np.rad2deg(dq), tau, 0 * q],
+                above=[",".join(header)])  # fmt: skip
+    check(read_log(path), 0)
+
+
+def test_column_pattern_of_a_user(file):
+    q, _dq, tau = zip(*(motion(k) for k in range(2)), strict=True)
+    header = ["clk_us", "a.w", "b.w", "a.i", "b.i"]
+    path = file(header, [np.rint(TIME * 1e6).astype(np.int64), *q, *(2 * t for t in tau)])
+    schema = LogSchema(kind="rotary", time="clk_us", position="{axis}.w", effort="0.5 * '{axis}.i'",
+                       units={"position": "rad", "effort": "N m"})  # fmt: skip
+    logs = read_axes(path, schema)
+    assert list(logs) == ["a", "b"]
+    check(logs["a"], 0)
+    check(logs["b"], 1)
+    with pytest.raises(InputError) as caught:
+        read_axes(path, LogSchema(kind="rotary", position="{axis}.pos", effort="{axis}.i"))
+    assert caught.value.code == "pattern_without_column"
+
+
+def test_commanded_motion_is_not_measured(file):
+    q, _dq, tau = motion(0)
+    header = ["t", "target_position [rad]", "position_actual [rad]", "following error [rad]",
+              "torque_cmd [Nm]", "torque_fbk [Nm]"]  # fmt: skip
+    log = read_log(file(header, [TIME, 0 * q, q, q + 1, 0 * tau, tau]))
+    check(log, 0)
+    assert any("'torque_cmd'" in each and "more direct" in each for each in log.source.assumptions)
+
+
+def test_axes_that_do_not_match(file):
+    q, _, tau = motion(0)
+    with pytest.raises(InputError) as caught:
+        read_log(file(["t", "cart_pos", "pole_torque"], [TIME, q, tau]), LogSchema(kind="rotary"))
+    assert caught.value.code == "axis_incomplete"
+    assert caught.value.quantities["positions"] == ["cart"]
+
+
+def test_a_stated_position_chooses_its_axis(file):
+    q, _, tau = zip(*(motion(k) for k in range(2)), strict=True)
+    path = file(["t", "a_pos", "b_pos", "a_torque", "b_torque"], [TIME, *q, *tau])
+    log = read_log(path, LogSchema(position="b_pos", units={"position": "rad"}))
+    check(log, 1)
+
+
+@pytest.mark.parametrize(
+    ("factor", "offset", "known"),
+    [
+        (1.0, 0.0, True),
+        (1.0, 1.7e9, True),
+        (1e3, 0.0, True),  # a step of 2
+        (1e3, 1.7e12, True),
+        (1e6, 0.0, True),  # a step of 2000
+        (1e6, 1.7e15, True),
+        (1e9, 0.0, True),
+        (1e7, 1.34e17, True),  # FILETIME
+        (5e4, 0.0, False),  # a step of 100: 100 ms or 100 us
+        (1e12, 0.0, False),
+    ],
+)
+def test_units_of_time_by_their_step(file, factor, offset, known):
+    q, dq, tau = motion(0)
+    stamps = np.rint(TIME * factor + offset).astype(np.int64) if factor > 1 else TIME + offset
+    path = file(["t", "angle", "vel", "torque"], [stamps, q, dq, tau])
+    if known:
+        log = read_log(path)
+        np.testing.assert_allclose(log.time - log.time[0], TIME, atol=3e-6)
+        return
+    with pytest.raises(InputError) as caught:
+        read_log(path)
+    assert caught.value.code == "time_unit_unknown"
