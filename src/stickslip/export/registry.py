@@ -11,16 +11,34 @@ from stickslip.records import InputError
 @cache
 def exporters() -> Mapping[str, Exporter]:
     """Return every exporter by its name, in the order of the overview."""
+    from stickslip.export.drives.beckhoff import AX2000, AX8000, TWINCAT_CNC
+    from stickslip.export.drives.rexroth import INDRADRIVE
+    from stickslip.export.drives.table import TABLE
     from stickslip.export.robots.mjcf import MjcfExporter
     from stickslip.export.robots.sdf import SdfExporter
     from stickslip.export.robots.urdf import UrdfExporter
     from stickslip.export.robots.usd import UsdExporter
+    from stickslip.export.simulators.modelica import MODELICA
+    from stickslip.export.simulators.python_control import PYTHON_CONTROL
+    from stickslip.export.simulators.robots import DRAKE, GENESIS, ISAAC_LAB
+    from stickslip.export.simulators.simscape import SIMSCAPE
 
     every: tuple[Exporter, ...] = (
         UrdfExporter(),
         SdfExporter(),
         MjcfExporter(),
         UsdExporter(),
+        ISAAC_LAB,
+        GENESIS,
+        DRAKE,
+        MODELICA,
+        SIMSCAPE,
+        PYTHON_CONTROL,
+        TABLE,
+        AX8000,
+        AX2000,
+        TWINCAT_CNC,
+        INDRADRIVE,
     )
     return MappingProxyType({each.name: each for each in every})
 

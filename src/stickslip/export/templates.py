@@ -1,5 +1,6 @@
 """Text of exported files: Jinja2 templates, numbers, and what stands at the head."""
 
+import json
 from collections.abc import Mapping
 from functools import cache
 from typing import Any
@@ -19,10 +20,27 @@ def number(value: float) -> str:
     return repr(float(value))
 
 
+def quoted(text: str) -> str:
+    """Return a text as a string literal in double quotes, as Python and Modelica have them.
+
+    Examples
+    --------
+    >>> quoted("elbow"), quoted('a"b') == '"a' + chr(92) + '"b"'
+    ('"elbow"', True)
+    """
+    return json.dumps(text)
+
+
+def docstring_line(text: str) -> str:
+    """Return a line that neither ends a docstring nor escapes anything in it."""
+    return text.replace("\\", "/").replace('"', "'")
+
+
 def filled_in(package: str, template: str, **context: Any) -> str:
     """Return a template of the folder ``templates`` of a package, filled in.
 
-    Undefined names are errors; the filter ``number`` writes a number with all its digits.
+    Undefined names are errors; the filters are `number`, `quoted` and, as ``comment``,
+    `docstring_line`.
     """
     return str(_environment(package).get_template(template).render(**context))
 
@@ -39,7 +57,7 @@ def _environment(package: str) -> Any:
         lstrip_blocks=True,
         keep_trailing_newline=True,
     )
-    environment.filters["number"] = number
+    environment.filters |= {"number": number, "quoted": quoted, "comment": docstring_line}
     return environment
 
 

@@ -94,8 +94,8 @@ class UsdExporter:
             default = stage.GetDefaultPrim()
             default_prim = default.GetName() if default else ""
         notes.append(
-            f"Values are in units of the stage, {units.metre:g} m and {units.kilogram:g} kg; viscous "
-            "friction of a revolute joint is per degree/s"
+            f"Values are in units of the stage, {units.metre:g} m and {units.kilogram:g} kg; the "
+            "viscous friction of a revolute joint is per degree/s"
         )
         notes.append(f"{_reference(into)} stays as it is; open this layer in its place")
         text = filled_in(

@@ -1,0 +1,1 @@
+"""Friction compensation in drives and numerical controls, and tables of effort over speed."""

@@ -1,0 +1,1 @@
+"""Ranges of domain randomisation from confidence intervals."""

@@ -1,0 +1,1 @@
+"""Friction as code and models for simulators that read no robot description."""
