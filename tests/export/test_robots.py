@@ -139,7 +139,7 @@ def test_sdf_has_values_where_the_specification_has_them(joint):
     # No parser of SDFormat is on PyPI; the path is that of sdformat's joint.sdf
     from xml.etree import ElementTree
 
-    root = ElementTree.fromstring(edited("sdf", joint))
+    root = ElementTree.fromstring(edited("sdf", joint))  # noqa: S314 - of this test
     dynamics = root.find(f"./model/joint[@name='{joint}']/axis/dynamics")
     assert float(dynamics.find("damping").text) == VISCOUS
     assert float(dynamics.find("friction").text) == COULOMB

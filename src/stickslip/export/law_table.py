@@ -10,7 +10,7 @@ from stickslip.export.parameters import ExportParameters
 from stickslip.friction.estimated_law import law_effort
 from stickslip.records import InputError, positive
 
-_GRID = 400  # speeds at which deviations are measured
+_GRID = 1000  # speeds at which deviations are measured
 _COARSE = 120  # places that a knot can have
 _STRAIGHT = 1e-9  # relative deviation of a law from a straight line that is rounding
 MOST_POINTS = 100  # fewer than places

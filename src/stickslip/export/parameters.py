@@ -76,6 +76,8 @@ class ExportParameters:
         Names of values that were not estimated but given to the estimator, such as a known mass.
     std
         Standard deviations by name [SI]; given values have none.
+    ci95
+        95 % intervals (low, high) by name [SI]; given values have none.
     covariance
         Of the parameters in ``uncertain`` [SI], shape (p, p); the log's, not that of given values.
     uncertain
@@ -94,6 +96,7 @@ class ExportParameters:
     forced: Mapping[str, str] = field(default_factory=dict)
     given: frozenset[str] = frozenset()
     std: Mapping[str, float] = field(default_factory=dict)
+    ci95: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     covariance: Float[np.ndarray, "p p"] = field(default_factory=lambda: np.zeros((0, 0)))
     uncertain: tuple[str, ...] = ()
     side: Side = "joint"
@@ -101,7 +104,7 @@ class ExportParameters:
     source: Source = field(default_factory=Source)
 
     def __post_init__(self) -> None:
-        for name in ("values", "withheld", "forced", "std"):
+        for name in ("values", "withheld", "forced", "std", "ci95"):
             object.__setattr__(self, name, ReadOnlyMapping(getattr(self, name)))
         covariance = np.array(self.covariance, dtype=np.float64)
         covariance.flags.writeable = False
@@ -209,6 +212,11 @@ class ExportParameters:
             side=side,
             values={renamed(n): v * known[n] for n, v in self.values.items() if n in known},
             std={renamed(n): v * abs(known[n]) for n, v in self.std.items() if n in known},
+            ci95={
+                renamed(n): _scaled(interval, known[n])
+                for n, interval in self.ci95.items()
+                if n in known
+            },
             withheld={renamed(name): reason for name, reason in withheld.items()},
             forced={renamed(name): reason for name, reason in self.forced.items()},
             given=frozenset(renamed(name) for name in self.given),
@@ -275,6 +283,11 @@ class ExportParameters:
         if pair is None or quantity not in {"coulomb_friction", "viscous_friction"}:
             return False
         return pair[0] != pair[1]
+
+
+def _scaled(interval: tuple[float, float], factor: float) -> tuple[float, float]:
+    low, high = (factor * each for each in interval)
+    return min(low, high), max(low, high)
 
 
 def _turned(name: str, ratio: float) -> str:

@@ -99,6 +99,7 @@ def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportPa
     verdicts = _verdicts(document)
     values: dict[str, float] = {}
     std: dict[str, float] = {}
+    ci95: dict[str, tuple[float, float]] = {}
     withheld: dict[str, str] = {}
     forced: dict[str, str] = {}
     rows: list[tuple[str, int]] = []
@@ -124,6 +125,11 @@ def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportPa
         spread = _number(entry.get("std"), name, place)
         if spread is not None:
             std[name] = abs(scale) * spread
+        interval = entry.get("ci95")
+        if isinstance(interval, list | tuple) and len(interval) == 2:
+            low, high = (_number(each, name, place) for each in interval)
+            if low is not None and high is not None:
+                ci95[name] = (scale * low, scale * high)
     given = _given_inertia(document, kind, values)
     covariance = _covariance(document, [row for _, row in rows], np.array(scales))
     return ExportParameters(
@@ -133,6 +139,7 @@ def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportPa
         forced=forced,
         given=frozenset(given),
         std=std,
+        ci95=ci95,
         covariance=covariance,
         uncertain=tuple(name for name, _ in rows) if covariance.size else (),
         side=reading.transmission.side,

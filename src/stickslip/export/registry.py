@@ -14,6 +14,7 @@ def exporters() -> Mapping[str, Exporter]:
     from stickslip.export.drives.beckhoff import AX2000, AX8000, TWINCAT_CNC
     from stickslip.export.drives.rexroth import INDRADRIVE
     from stickslip.export.drives.table import TABLE
+    from stickslip.export.randomisation.ranges import ISAAC_LAB_EVENTS, MJLAB_EVENTS, RANGES
     from stickslip.export.robots.mjcf import MjcfExporter
     from stickslip.export.robots.sdf import SdfExporter
     from stickslip.export.robots.urdf import UrdfExporter
@@ -39,6 +40,9 @@ def exporters() -> Mapping[str, Exporter]:
         AX2000,
         TWINCAT_CNC,
         INDRADRIVE,
+        RANGES,
+        ISAAC_LAB_EVENTS,
+        MJLAB_EVENTS,
     )
     return MappingProxyType({each.name: each for each in every})
 

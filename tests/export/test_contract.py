@@ -1,0 +1,252 @@
+"""The contract of every exporter of the registry."""
+
+import io
+import json
+import zipfile
+from dataclasses import fields
+
+import pytest
+from exports import COULOMB, ROBOTS, VISCOUS, document
+from refusals import refuses
+
+from stickslip.export import Exporter, ExportSettings, exporters, render, targets, write
+from stickslip.records import QUANTITIES
+
+NEEDED = {
+    "table": {"top_speed": 10.0},
+    "twincat-cnc": {"top_speed": 10.0, "rated_current": 2.0, "torque_constant": 0.3},
+    "ax2000": {"torque_constant": 0.3},
+    "indradrive": {"rated_current": 2.0, "torque_constant": 0.3},
+    "python-control": {"sampling_time": 0.01},
+}
+"""Settings that a target requires."""
+
+VALUES = {
+    "top_speed": 7.0,
+    "points": 5,
+    "link_inertia": 0.01,
+    "rated_current": 3.0,
+    "torque_constant": 0.2,
+    "sampling_time": 0.001,
+    "precision": "single",
+    "fmi_version": "3.0",
+}
+"""A value of every option."""
+
+TARGETS = list(exporters())
+
+
+@pytest.fixture(params=TARGETS)
+def target(request):
+    if request.param == "usd":
+        pytest.importorskip("pxr.Usd")
+    return request.param
+
+
+def rendered(target, estimate=None, joint="elbow", *, force=False, **settings):
+    from stickslip.export import EstimateReading, Transmission
+
+    exporter = exporters()[target]
+    reading = EstimateReading(transmission=Transmission(gear_ratio=1.0), force=force)
+    return render(
+        document() if estimate is None else estimate,
+        target,
+        into=ROBOTS[target] if exporter.edits == "always" else None,
+        joint=joint,
+        reading=reading,
+        settings=ExportSettings(**NEEDED.get(target, {}) | settings),
+    )
+
+
+def text_of(result):
+    """Return all text in the files, also of an archive."""
+    texts = []
+    for content in result.rendered.files.values():
+        if isinstance(content, str):
+            texts.append(content)
+        elif content.startswith(b"PK"):
+            with zipfile.ZipFile(io.BytesIO(content)) as archive:
+                texts += [archive.read(name).decode("latin-1") for name in archive.namelist()]
+        else:
+            texts.append(content.decode("latin-1"))
+    return "\n".join(texts)
+
+
+def test_targets_are_named_by_the_registry():
+    assert list(targets()) == TARGETS
+    assert len(set(targets().values())) == len(TARGETS)
+
+
+def test_the_protocol_is_obeyed(target):
+    exporter = exporters()[target]
+    assert isinstance(exporter, Exporter)
+    assert exporter.name == target
+    assert exporter.side in {"motor", "joint", None}
+    assert exporter.edits in {"never", "always", "optional"}
+    assert exporter.ending == "" or exporter.ending.startswith(".")
+    assert set(exporter.represents) <= set(QUANTITIES)
+    assert set(exporter.cannot) <= {*QUANTITIES, "direction"}
+    assert not set(exporter.cannot) & set(exporter.represents)
+    assert set(exporter.options) <= {each.name for each in fields(ExportSettings)}
+    assert (type(exporter).__doc__ or "").strip()
+
+
+def test_values_and_origin_are_in_the_file(target):
+    result = rendered(target)
+    assert result.complete
+    assert result.warnings == ()
+    assert "elbow" in text_of(result).replace("elbow--test", "").replace("elbow- -test", "") or (
+        not exporters()[target].several
+    )
+    assert "0123456789ab" in text_of(result), "the hash of the log"
+    assert "joint side" in text_of(result) or "motor side" in text_of(result)
+
+
+def test_rendering_is_repeatable(target):
+    assert rendered(target).rendered == rendered(target).rendered
+
+
+def test_what_is_not_represented_is_stated_in_the_file_and_in_the_notes(target):
+    estimate = document(offset=0.123, static_friction=0.777, stribeck_velocity=0.05)
+    result = rendered(target, estimate)
+    exporter = exporters()[target]
+    for quantity, value in (("offset", "0.123"), ("static_friction", "0.777")):
+        if quantity not in exporter.represents:
+            assert any(value in note for note in result.rendered.notes), quantity
+            assert value in text_of(result)
+
+
+def test_different_directions_are_stated(target):
+    exporter = exporters()[target]
+    estimate = document(
+        coulomb_friction="absent", coulomb_friction_positive=0.6, coulomb_friction_negative=0.4
+    )
+    result = rendered(target, estimate)
+    if "direction" in exporter.cannot and "coulomb_friction" in exporter.represents:
+        assert any("per direction" in note for note in result.rendered.notes)
+        assert "per direction" in text_of(result)
+
+
+def test_what_was_not_identified_is_not_written(target):
+    result = rendered(target, document(status="not_identifiable", offset=None))
+    assert not result.complete
+    exporter = exporters()[target]
+    if "offset" in exporter.represents:
+        assert any("offset is not written" in each for each in result.warnings)
+
+
+def test_an_estimate_not_to_be_used_is_refused(target):
+    with pytest.raises(ValueError, match=r".") as caught:
+        rendered(target, document(status="poor_fit"))
+    assert caught.value.code == "nothing_to_write"
+
+
+def test_force_writes_with_a_warning_in_the_file(target):
+    result = rendered(target, document(status="poor_fit"), force=True)
+    assert not result.complete
+    assert any("by force" in each for each in result.warnings)
+    assert "WARNING" in text_of(result)
+    assert "poor_fit" in text_of(result)
+
+
+def test_a_verdict_withholds_a_value_that_is_there(target):
+    estimate = document(viscous_friction=0.7654321)
+    for verdict in estimate["diagnostics"]["verdicts"]:
+        verdict["identifiable"] = verdict["parameter"] != "viscous_friction"
+    if target == "drake":
+        with refuses("nothing_to_write"):
+            rendered(target, estimate)
+        return
+    result = rendered(target, estimate)
+    if "viscous_friction" in exporters()[target].represents:
+        assert not result.complete
+    assert "0.7654321" not in text_of(result)
+
+
+def test_an_option_that_is_not_used_is_refused(target):
+    exporter = exporters()[target]
+    for name, value in VALUES.items():
+        if name in exporter.options:
+            rendered(target, **{name: value})
+        elif name != "torque_constant":  # also of an estimate in ampere
+            with refuses("option_unused", name=name, title=exporter.title):
+                rendered(target, **{name: value})
+
+
+def test_a_required_option_is_asked_for(target):
+    for name in NEEDED.get(target, {}):
+        with refuses("option_needed", name=name):
+            rendered(target, **{name: None})
+
+
+def test_a_robot_has_all_joints_or_one_is_asked_for(target):
+    exporter = exporters()[target]
+    estimate = {"axes": {"elbow": document(), "slide": document("linear", viscous_friction=3.5)}}
+    if exporter.several:
+        both = text_of(rendered(target, estimate, joint=None))
+        assert text_of(rendered(target)) != both
+        assert both.count("slide") > text_of(rendered(target)).count("slide")
+    else:
+        with refuses("several_axes", axes=("elbow", "slide")):
+            rendered(target, estimate, joint=None)
+
+
+def test_an_edited_file_is_required_or_refused(target):
+    exporter = exporters()[target]
+    settings = ExportSettings(**NEEDED.get(target, {}))
+    if exporter.edits == "always":
+        with refuses("file_to_edit_missing"):
+            render(document(), target, joint="elbow", settings=settings)
+    if exporter.edits == "never":
+        with refuses("not_edited"):
+            render(document(), target, into="<a/>", joint="elbow", settings=settings)
+
+
+def test_an_effort_in_ampere_needs_the_torque_constant(target):
+    from stickslip.export import EstimateReading, Transmission
+
+    estimate = document(
+        inertia=(0.05, "A s^2/rad"),
+        viscous_friction=(VISCOUS, "A s/rad"),
+        coulomb_friction=(COULOMB, "A"),
+    )
+    with refuses("estimate_in_units_of_drive", effort="A"):
+        rendered(target, estimate)
+    exporter = exporters()[target]
+    reading = EstimateReading(transmission=Transmission(gear_ratio=1.0), torque_constant=2.0)
+    result = render(
+        estimate,
+        target,
+        into=ROBOTS[target] if exporter.edits == "always" else None,
+        joint="elbow",
+        reading=reading,
+        settings=ExportSettings(**NEEDED.get(target, {})),
+    )
+    twice = rendered(
+        target, document(inertia=0.1, viscous_friction=2 * VISCOUS, coulomb_friction=2 * COULOMB)
+    )
+    assert text_of(result) == text_of(twice)
+
+
+def test_a_file_is_written_whole_or_not_at_all(target, tmp_path):
+    exporter = exporters()[target]
+    robot = tmp_path / "robot"
+    robot.write_text(ROBOTS.get(target, ""))
+    if target == "usd":
+        robot = robot.rename(tmp_path / "robot.usda")
+    out = tmp_path / "out"
+    arguments = {"into": robot if exporter.edits == "always" else None, "joint": "elbow"}
+    settings = ExportSettings(**NEEDED.get(target, {}))
+    with pytest.raises(ValueError, match=r"."):
+        write(document(status="poor_fit"), target, out, settings=settings, **arguments)
+    assert not out.exists()
+    from stickslip.export import EstimateReading, Transmission
+
+    estimate = tmp_path / "elbow.json"
+    estimate.write_text(json.dumps(document()))
+    reading = EstimateReading(transmission=Transmission(gear_ratio=1.0))
+    write(estimate, target, out, settings=settings, reading=reading, **arguments)
+    assert out.exists()
+    assert sorted(each.name for each in tmp_path.iterdir()) == sorted(
+        ["elbow.json", "out", robot.name]
+    )
