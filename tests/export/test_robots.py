@@ -266,6 +266,18 @@ def test_mujoco_creeps_with_its_defaults():
     assert position > 100.0 * CREEP
 
 
+@pytest.mark.parametrize(("inertia", "step"), [(0.05, "0.001"), (0.002, "0.001"), (0.002, "0.004")])
+def test_the_creep_of_mujoco_is_stated(inertia, step):
+    into = MJCF.replace("0.05 0.05 0.05", f"{inertia} {inertia} {inertia}")
+    into = into.replace("0.001", step)
+    result = render(document(inertia=inertia), "mjcf", into=into, joint="elbow")
+    (note,) = [each for each in result.rendered.notes if "creeps by up to" in each]
+    stated = float(note.split("up to ")[1].split()[0])
+    xml = result.rendered.files[""].decode()
+    found = velocities(xml, [1.0, 11.0], start=0.0, load=0.999 * COULOMB)[:, 0]
+    assert (found[1] - found[0]) / 10.0 == pytest.approx(stated, rel=0.2)
+
+
 def test_mujoco_slips_above_the_friction():
     xml = edited("mjcf")
     found = velocities(xml, [0.5], start=0.0, load=1.5 * COULOMB)[0, 1]

@@ -14,6 +14,7 @@ from stickslip.records import mass_name, positive
 _KINDS = {"hinge": "rotary", "slide": "linear"}
 _TIME_STEP = 0.002  # MuJoCo's default [s]
 _IMPEDANCE = "0.9999 0.9999 0.001 0.5 2"
+_IMPEDANCE_AT_REST = 0.9999  # the largest that MuJoCo allows
 _PLACES = ("body", "frame", "replicate")
 
 # Bristles of the LuGre friction, over the inertia J and the time step h: stiffness 0.04 J/h^2 (31
@@ -178,6 +179,14 @@ def _values(
     # The bristles of the actuator hold the Coulomb friction too
     values["frictionloss"] = number(0.0 if motor is not None else coulomb)
     if motor is None:
+        if parameters.inertia:
+            # (1 - d) a/b with the impedance d, the acceleration a without friction and b = 1/h
+            creep = (1.0 - _IMPEDANCE_AT_REST) * time_step * coulomb / parameters.inertia
+            notes.append(
+                f"A joint that friction holds creeps by up to {creep:.2g} "
+                f"{parameters.unit('velocity')}; MuJoCo allows no stiffer constraint, and a "
+                "smaller time step creeps less"
+            )
         values["solreffriction"] = f"{number(2.0 * time_step)} 1"
         values["solimpfriction"] = _IMPEDANCE
     return values, motor, notes
