@@ -28,6 +28,7 @@ docs: .venv/dev.stamp ## the documentation, with its figures
 	$(BIN)/python -m studies.documentation.pulse_figures
 	$(BIN)/python -m studies.documentation.conjunction_figures
 	$(BIN)/python -m studies.documentation.friction_laws
+	$(BIN)/python -m studies.documentation.exports
 	$(BIN)/sphinx-build -W --keep-going -b html docs docs/_build/html
 
 studies: .venv/dev.stamp ## the Monte Carlo studies in the documentation, and van de Wijdeven (2002); some ninety minutes

@@ -10,6 +10,7 @@ from typing import Any, Literal, get_args, get_origin
 import stickslip
 from stickslip import __version__, write_report
 from stickslip.estimation import ESTIMATORS
+from stickslip.export import exporters
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
 from stickslip.scenario import (
     ARM_CONTROLLERS,
@@ -49,6 +50,8 @@ napoleon_preprocess_types = False
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"
 default_role = "code"
+
+_MOST_QUANTITIES = 12  # named one by one in the table of exports
 
 
 def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
@@ -96,7 +99,32 @@ def _write_tables() -> None:
             [(f"`{e.value}`", "0" if e.reached else "1", e.text) for e in Ending],
         )
     )
+    (folder / "exporters.md").write_text(
+        _table(
+            ("target", "title", "side", "holds", "left out or changed", "options"),
+            [
+                (
+                    f"`{name}`",
+                    each.title,
+                    each.side or "either",
+                    ", ".join(_in_words(each.represents)),
+                    ", ".join(_in_words(each.cannot)),
+                    ", ".join(f"`--{option.replace('_', '-')}`" for option in each.options),
+                )
+                for name, each in exporters().items()
+            ],
+        )
+    )
     (folder / "parameters.md").write_text("\n".join(f"- `{n}`" for n in PARAMETER_NAMES) + "\n")
+
+
+def _in_words(quantities: Iterable[str]) -> list[str]:
+    """Return the terms of quantities; "all" of a target that holds every parameter."""
+    names = list(quantities)
+    if len(names) > _MOST_QUANTITIES:
+        return ["all"]
+    words = [name.replace("_", " ") for name in names]
+    return [word.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck") for word in words]
 
 
 def _type(annotation: Any) -> str:

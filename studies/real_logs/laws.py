@@ -7,8 +7,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.friction.estimated_law import law_effort
 from stickslip.friction import CoulombViscousFriction
+from stickslip.friction.estimated_law import law_effort
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.simulation import PlantStepper

@@ -10,6 +10,7 @@ from refusals import refuses
 
 from stickslip import CoulombViscousFriction, SingleMass, StribeckFriction, simulate
 from stickslip.export import EstimateReading, ExportSettings, Transmission, render
+from stickslip.records import MissingExtraError
 
 XML = ("urdf", "sdf", "mjcf")
 CREEP = 1e-4  # rad in 10 s at rest
@@ -184,6 +185,33 @@ def test_usd_core_composes_the_layer(joint, axis, per, unit, tmp_path):
         "NewtonJointAPI",
     ]
     assert stage.GetDefaultPrim().GetName() == "arm"
+
+
+def test_a_missing_library_names_its_extra(monkeypatch):
+    monkeypatch.setitem(sys.modules, "pxr", None)
+    with refuses("missing_extra", MissingExtraError, extra="usd"):
+        edited("usd")
+
+
+def test_what_is_no_usd_is_refused(tmp_path):
+    pytest.importorskip("pxr.Usd")
+    for content in (b"", b"nothing", b"#usda 1.0\ndef {"):
+        with refuses("not_usd"):
+            edited("usd", into=content)
+
+
+def test_a_binary_stage_is_left_as_it_is(tmp_path):
+    Usd = pytest.importorskip("pxr.Usd")
+    from stickslip.export import write
+
+    text, robot, out = (tmp_path / name for name in ("arm.usda", "arm.usdc", "friction.usda"))
+    text.write_text(USD)
+    Usd.Stage.Open(str(text)).GetRootLayer().Export(str(robot))
+    before = robot.read_bytes()
+    write(document(), "usd", out, into=robot, joint="/arm/joints/elbow")
+    assert robot.read_bytes() == before
+    prim = Usd.Stage.Open(str(out)).GetPrimAtPath("/arm/joints/elbow")
+    assert prim.GetAttribute("newton:friction").Get() == pytest.approx(COULOMB)
 
 
 def test_a_layer_does_not_replace_the_file_that_it_is_over(tmp_path):

@@ -111,12 +111,11 @@ def export(
             for name, title in all_targets().items():
                 console.print(f"{name:20} {title}", soft_wrap=True)
         return 0
-    for given, what in ((target, "a target"), (estimate, "an estimate"), (out, "--out")):
-        if given is None:
-            raise InputError("export_arguments", what=what)
-    assert target is not None  # noqa: S101 - for the type checker
-    assert estimate is not None  # noqa: S101
-    assert out is not None  # noqa: S101
+    if target is None or estimate is None or out is None:
+        given = {"a target": target, "an estimate": estimate, "--out": out}
+        raise InputError(
+            "export_arguments", what=next(name for name, value in given.items() if value is None)
+        )
     from stickslip.export import EstimateReading, ExportSettings, Transmission, write
 
     result = write(

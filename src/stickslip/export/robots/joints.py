@@ -11,11 +11,11 @@ _SINGLE = 1e-7
 _JOINT = {"linear": "a prismatic (sliding)", "rotary": "a revolute (turning)"}
 
 
-def content_of(into: FileToEdit | None, title: str) -> bytes:
-    """Return the content of the file to edit."""
+def edited_file(into: FileToEdit | None, title: str) -> FileToEdit:
+    """Return the file to edit, which must be there."""
     if into is None:
         raise InputError("file_to_edit_missing", title=title)
-    return into.content
+    return into
 
 
 def check_kind(

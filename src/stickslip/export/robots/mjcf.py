@@ -6,7 +6,7 @@ from typing import Literal
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import armature, check_kind, check_present, content_of
+from stickslip.export.robots.joints import armature, check_kind, check_present, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
 from stickslip.records import mass_name, positive
@@ -71,7 +71,7 @@ class MjcfExporter:
         into: FileToEdit | None = None,
     ) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
-        text = XmlText(content_of(into, self.title), "MJCF")
+        text = XmlText(edited_file(into, self.title).content, "MJCF")
         includes = [each.attributes.get("file", "") for each in text.elements("include")]
         hint = f", which may be one of those included ({', '.join(includes)})" if includes else ""
         joints = [

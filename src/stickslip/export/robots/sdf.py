@@ -6,7 +6,7 @@ from typing import Literal
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import check_kind, check_present, content_of
+from stickslip.export.robots.joints import check_kind, check_present, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
 from stickslip.records import InputError
@@ -51,7 +51,7 @@ class SdfExporter:
         into: FileToEdit | None = None,
     ) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
-        text = XmlText(content_of(into, self.title), "SDF")
+        text = XmlText(edited_file(into, self.title).content, "SDF")
         joints = [each for each in text.elements("joint") if "type" in each.attributes]
         edits: list[Edit] = []
         for name, parameters in axes.items():

@@ -6,7 +6,7 @@ from typing import Literal
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import check_kind, check_present, content_of
+from stickslip.export.robots.joints import check_kind, check_present, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
 
@@ -50,7 +50,7 @@ class UrdfExporter:
         into: FileToEdit | None = None,
     ) -> Rendered:
         """Return the edited file; see `Exporter.render`."""
-        text = XmlText(content_of(into, self.title), self.title)
+        text = XmlText(edited_file(into, self.title).content, self.title)
         # A joint of a transmission or of ros2_control has a name, and no type
         joints = [each for each in text.elements("joint") if "type" in each.attributes]
         edits: list[Edit] = []

@@ -10,7 +10,7 @@ from typing import Any, Literal
 
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered, choices
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.robots.joints import armature, check_kind, check_present, content_of
+from stickslip.export.robots.joints import armature, check_kind, check_present, edited_file
 from stickslip.export.templates import filled_in, heading, notes_on, number
 from stickslip.records import InputError, MissingExtraError
 
@@ -62,8 +62,7 @@ class UsdExporter:
         into: FileToEdit | None = None,
     ) -> Rendered:
         """Return the layer; see `Exporter.render`."""
-        content_of(into, self.title)
-        assert into is not None  # noqa: S101 - for the type checker
+        into = edited_file(into, self.title)
         prims: list[dict[str, Any]] = []
         notes = list(notes_on(self, axes))
         with tempfile.TemporaryDirectory() as folder:
