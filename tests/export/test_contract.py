@@ -197,6 +197,8 @@ def test_an_edited_file_is_required_or_refused(target):
     if exporter.edits == "always":
         with refuses("file_to_edit_missing"):
             render(document(), target, joint="elbow", settings=settings)
+        with refuses("option_needed", name="joint"):
+            render(document(), target, into=ROBOTS[target], settings=settings)
     if exporter.edits == "never":
         with refuses("not_edited"):
             render(document(), target, into="<a/>", joint="elbow", settings=settings)

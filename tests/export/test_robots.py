@@ -53,6 +53,37 @@ def test_line_ends_and_encoding_stay(target):
 
 
 @pytest.mark.parametrize("target", XML)
+@pytest.mark.parametrize(
+    ("head", "encoding"),
+    [
+        ("\ufeff<?xml version='1.0' encoding='UTF-8'?>", "utf-8"),
+        ("<?xml version='1.0' encoding='ISO-8859-1'?>", "latin-1"),
+        ("<?xml version='1.0'?><!DOCTYPE r [<!-- <joint/> --><!ENTITY e 'x'>]>", "utf-8"),
+    ],
+)
+def test_encodings_and_names_beyond_ascii(target, head, encoding):
+    name = 'Gelenk "Ö" & <1>'
+    quoted = "'" + name.replace("&", "&amp;").replace("<", "&lt;") + "'"
+    body = ROBOTS[target].replace('"elbow"', quoted)
+    body = body[body.index("?>") + 2 :] if body.startswith("<?xml") else body
+    before = (head + body).encode(encoding)
+    estimate = document(static_friction=0.7, stribeck_velocity=0.05)
+    estimate["provenance"]["files"] = ["Prüfstand ÷--.csv"]
+    result = render(estimate, target, into=before, joint=name)
+    after = result.rendered.files[""]
+    after.decode(encoding)
+    rest = iter(after)
+    assert all(each in rest for each in before)
+    again = render(estimate, target, into=after, joint=name)
+    assert again.rendered.files[""] == after
+    from xml.etree import ElementTree
+
+    root = ElementTree.fromstring(after)  # noqa: S314 - of this test
+    motors = [each.get("joint") for each in root.iter("dcmotor")]
+    assert motors == ([name] if target == "mjcf" else [])
+
+
+@pytest.mark.parametrize("target", XML)
 def test_a_second_export_changes_nothing(target):
     once = edited(target)
     assert edited(target, into=once) == once
@@ -206,11 +237,13 @@ def test_a_binary_stage_is_left_as_it_is(tmp_path):
 
     text, robot, out = (tmp_path / name for name in ("arm.usda", "arm.usdc", "friction.usda"))
     text.write_text(USD)
-    Usd.Stage.Open(str(text)).GetRootLayer().Export(str(robot))
+    plain = Usd.Stage.Open(str(text))
+    plain.GetRootLayer().Export(str(robot))
     before = robot.read_bytes()
     write(document(), "usd", out, into=robot, joint="/arm/joints/elbow")
     assert robot.read_bytes() == before
-    prim = Usd.Stage.Open(str(out)).GetPrimAtPath("/arm/joints/elbow")
+    stage = Usd.Stage.Open(str(out))
+    prim = stage.GetPrimAtPath("/arm/joints/elbow")
     assert prim.GetAttribute("newton:friction").Get() == pytest.approx(COULOMB)
 
 
@@ -420,6 +453,12 @@ def test_a_ratio_that_is_not_given_is_asked_for():
     reading = EstimateReading(transmission=Transmission(side="motor"))
     with refuses("gear_ratio_missing", side="motor", wanted="joint"):
         render(document(), "urdf", into=URDF, joint="elbow", reading=reading)
+
+
+@pytest.mark.parametrize(("step", "code"), [("fast", "not_a_number"), ("-1", "not_positive")])
+def test_the_time_step_of_a_model_is_checked(step, code):
+    with refuses(code, name="timestep"):
+        edited("mjcf", into=MJCF.replace("'0.001'", f"'{step}'"))
 
 
 def test_an_sdf_joint_without_axis_is_refused():

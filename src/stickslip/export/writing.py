@@ -83,6 +83,13 @@ def render(
     axes = axes_of(estimate, reading or EstimateReading())
     if axis is not None:
         axes = {axis: chosen(axes, axis)}
+    if exporter.edits == "always" and joint is None and "" in axes:
+        raise InputError(
+            "option_needed",
+            title=exporter.title,
+            name="joint",
+            meaning="the joint that the axis is",
+        )
     axes = _named(axes, joint)
     axes = {name: each.on(exporter.side) for name, each in axes.items()}
     for name, each in axes.items():

@@ -7,9 +7,9 @@ from typing import Literal
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import armature, check_kind, check_present, edited_file
-from stickslip.export.robots.xml_text import Edit, Element, XmlText
+from stickslip.export.robots.xml_text import Edit, Element, XmlText, attribute
 from stickslip.export.templates import heading, notes_on, number
-from stickslip.records import mass_name, positive
+from stickslip.records import InputError, mass_name, positive
 
 _KINDS = {"hinge": "rotary", "slide": "linear"}
 _TIME_STEP = 0.002  # MuJoCo's default [s]
@@ -82,7 +82,7 @@ class MjcfExporter:
         defaults = _Defaults(text.root)
         time_step, assumed = _time_step(text, settings, included=bool(includes))
         edits: list[Edit] = []
-        motors: list[bytes] = []
+        motors: dict[str, bytes] = {}
         notes: list[str] = [*notes_on(self, axes), *assumed]
         for name, parameters in axes.items():
             joint = text.joint(name, joints, hint)
@@ -103,7 +103,8 @@ class MjcfExporter:
             remark = heading(one, (*notes_on(self, one), *assumed, *own))
             edits += text.insert_before(joint, text.comment(remark, text.indent(joint)))
             edits += text.set_attributes(joint, values)
-            motors += [] if motor is None else [motor]
+            if motor is not None:
+                motors[f"{name}_friction"] = motor
             notes += [f"{name}: {each}" if len(axes) > 1 else each for each in own]
         edits += _motor_edits(text, motors)
         return Rendered(files={"": text.edited(edits)}, notes=tuple(notes))
@@ -147,7 +148,11 @@ def _time_step(
         if "timestep" in each.attributes
     ]
     if stated:
-        return float(stated[-1]), ()
+        try:
+            time_step = float(stated[-1])
+        except ValueError:
+            raise InputError("not_a_number", name="timestep", value=stated[-1], unit="s") from None
+        return positive("timestep", time_step, "s"), ()
     if not included:
         return _TIME_STEP, ()
     return _TIME_STEP, (
@@ -211,11 +216,11 @@ def _lugre(
     damping = _DAMPING * inertia / time_step
     numbers = " ".join(map(number, (stiffness, damping, coulomb, static, speed)))
     motor = (
-        f'<dcmotor name="{name}_friction" joint="{name}" input="none" motorconst="0 0" '
-        f'resistance="1" lugre="{numbers}"/>'
+        b"<dcmotor name=%b joint=%b " % (attribute(f"{name}_friction"), attribute(name))
+        + f'input="none" motorconst="0 0" resistance="1" lugre="{numbers}"/>'.encode()
     )
     bend = static / stiffness
-    return motor.encode(), [
+    return motor, [
         "Coulomb and static friction are those of the actuator "
         f"{name}_friction (MuJoCo 3.12 or later), which adds one activation to the model; its "
         f"bristles bend by {bend:.2g} {parameters.unit('position')} before the joint slips, and a "
@@ -223,18 +228,17 @@ def _lugre(
     ]
 
 
-def _motor_edits(text: XmlText, motors: list[bytes]) -> list[Edit]:
+def _motor_edits(text: XmlText, motors: Mapping[str, bytes]) -> list[Edit]:
     """Return the edits that add actuators, and replace those of an earlier export."""
     if not motors:
         return []
     actuators = next((each for each in text.root.children if each.tag == "actuator"), None)
     if actuators is None:
-        lines = [b"<actuator>", *(b"  " + each for each in motors), b"</actuator>"]
+        lines = [b"<actuator>", *(b"  " + each for each in motors.values()), b"</actuator>"]
         return text.insert_child(text.root, lines)
     edits: list[Edit] = []
     new: list[bytes] = []
-    for motor in motors:
-        name = motor.split(b'"')[1].decode()
+    for name, motor in motors.items():
         old = next(_named(actuators, name), None)
         if old is None:
             new.append(motor)

@@ -177,7 +177,7 @@ class XmlText:
             at = match.end()
         added = b""
         for name, value in values.items():
-            quoted = f'"{escape(value, {chr(34): "&quot;"})}"'.encode()
+            quoted = attribute(value)
             if name in present:
                 start, end = present[name].span(2)
                 edits.append(Edit(start=start, end=end, content=quoted))
@@ -195,7 +195,7 @@ class XmlText:
         """Return a comment of some sentences, over several lines."""
         lines = [MARK + sentences[0], *sentences[1:]]
         # Two hyphens would end the comment, and a hyphen at its end would too.
-        safe = [re.sub("-(?=-)", "- ", line).encode() for line in lines]
+        safe = [re.sub("-(?=-)", "- ", line).encode("ascii", "xmlcharrefreplace") for line in lines]
         return b"<!-- " + (self.newline + indent + b"     ").join(safe) + b" -->"
 
     def indent(self, element: Element) -> bytes:
@@ -250,6 +250,12 @@ class XmlText:
         for edit in sorted(edits, key=lambda each: each.start, reverse=True):
             content = content[: edit.start] + edit.content + content[edit.end :]
         return content
+
+
+def attribute(value: str) -> bytes:
+    """Return a quoted attribute value in ASCII, which every encoding that is edited contains."""
+    escaped = escape(value, {'"': "&quot;", "\n": "&#10;", "\t": "&#9;"})
+    return b'"' + escaped.encode("ascii", "xmlcharrefreplace") + b'"'
 
 
 def is_mark(comment: Element) -> bool:
