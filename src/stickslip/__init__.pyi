@@ -146,6 +146,9 @@ from .tasks import (
     identify as identify,
 )
 from .tasks import (
+    identify_axes as identify_axes,
+)
+from .tasks import (
     json_text as json_text,
 )
 from .tasks import (

@@ -26,7 +26,7 @@ class LogReading:
         Path | None,
         _reading(help="TOML file that says which column is what, in which unit."),
     ] = None
-    axis: Annotated[str | None, _reading(help="Which axis, if the schema has several.")] = None
+    axis: Annotated[str | None, _reading(help="Which axis of a log that has several.")] = None
     kind: Annotated[
         Literal["linear", "rotary"] | None,
         _reading(help="Linear (m, N, kg) or rotary (rad, N m, kg m²) axis."),
@@ -79,6 +79,16 @@ class LogReading:
             help="Side of the gear on which the effort acts. [default: motor with "
             "--torque-constant and --gear-ratio]"
         ),
+    ] = None
+    start_time: Annotated[
+        float | None,
+        _reading(
+            name="--from", help="Time from which on the log is read, in s from its beginning."
+        ),
+    ] = None
+    end_time: Annotated[
+        float | None,
+        _reading(name="--to", help="Time up to which the log is read, in s from its beginning."),
     ] = None
     unit: Annotated[
         list[str] | None,

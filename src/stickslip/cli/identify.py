@@ -2,14 +2,19 @@
 
 from functools import partial
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
 from stickslip.cli.arguments import EstimatedFriction, KnownAxis, LogReading, wanted
 from stickslip.cli.outputs import ResultFiles
-from stickslip.cli.terminal import working
-from stickslip.records import EffortKind, InputError
+from stickslip.cli.terminal import axis_progress, working
+from stickslip.records import AxisLog, EffortKind, InputError
+
+if TYPE_CHECKING:
+    from collections.abc import Mapping
+
+    from stickslip import EstimationTask
 
 EXAMPLES = """Examples:
   stickslip identify stage.csv --report stage.html
@@ -17,6 +22,7 @@ EXAMPLES = """Examples:
   stickslip identify staubli_tx40 --schema examples/tx40.toml --axis 1
   stickslip identify log.csv --position "motor / 32" --effort "0.35 * amps"
   stickslip identify morning.csv noon.csv evening.csv --report joint.html
+  stickslip identify robot.csv --kind rotary --report robot.html
   stickslip identify arm.csv --mass 1.2 --load-mass 0.8 --stiffness 450"""
 
 
@@ -101,9 +107,18 @@ def identify(
             "[default: held; with uneven time stamps, what explains most]",
         ),
     ] = None,
+    validate: Annotated[
+        Path | None,
+        wanted(
+            help="Another log of the same axes, read in the same way: the error of the prediction "
+            "of its effort is reported."
+        ),
+    ] = None,
     files: ResultFiles | None = None,
 ) -> int:
     """Identify the friction of an axis from its log, or from several logs jointly.
+
+    Of a log with several axes all are identified, in two processes, unless --axis chooses one.
 
     Prints each parameter with its 95 % interval and whether the log determines it at all. The
     interval allows for residuals that are correlated. Without a schema obvious columns are found,
@@ -112,19 +127,52 @@ def identify(
     reading, known = reading or LogReading(), known or KnownAxis()
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
     logs = [log, *others]
-    files.check(inputs=[path for each in logs for path in reading.inputs(each)])
+    read = logs if validate is None else [*logs, validate]
+    files.check(inputs=[path for each in read for path in reading.inputs(each)])
     reading.units()  # refused before anything is loaded
     delay = _effort_delay(effort_delay or [])
     what = log.name if not others else f"{len(logs)} logs"
+    given: list[Path | AxisLog] = list(logs)
+    columns = reading.columns()
+    if not others and reading.axis is None:
+        with working(f"reading {what}"):
+            from stickslip import EstimationTask
+            from stickslip.tasks.axes import axes_at
+
+            axes = axes_at(log, reading.schema, columns)
+        if len(axes) > 1:
+            if isinstance(delay, dict):
+                raise InputError("effort_delays_of_axes")
+            task = EstimationTask(
+                inertia=known.inertia,
+                load_inertia=known.load_inertia,
+                stiffness=known.stiffness,
+                per_direction=friction.per_direction,
+                offset=friction.offset,
+                stribeck=stribeck,
+                cutoff=cutoff,
+                forgetting_factor=forgetting_factor,
+                initial_variance=initial_variance,
+                include=tuple(include or ()),
+                exclude=tuple(exclude or ()),
+                select=select,
+                effort_delay=delay,
+                effort_kind=effort_kind,
+            )
+            return _all_axes(log, axes, reading, estimator, task, validate, files)
+        (only,) = axes.values()
+        if isinstance(only, InputError):
+            raise only
+        given = [only]
     with working(f"identifying {what}"):
         from stickslip import write_report
-        from stickslip.tasks import identify
+        from stickslip.tasks import identify, validated
 
         found = identify(
-            logs,
+            given,
             schema=reading.schema,
             axis=reading.axis,
-            columns=reading.columns(),
+            columns=columns,
             estimator=estimator,
             inertia=known.inertia,
             load_inertia=known.load_inertia,
@@ -141,11 +189,43 @@ def identify(
             effort_delay=delay,
             effort_kind=effort_kind,
         )
-        files.write(found.estimate.to_dict, partial(write_report, found))
+        if validate is not None:
+            from stickslip.tasks.reading import log_at
+
+            other = log_at(validate, reading.schema, reading.axis, columns)
+            found = validated(found, other, validate.name, known.inertia)
+        files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_identification
 
-    files.print(found.estimate.to_dict, partial(print_identification, identification=found))
+    files.print(found.to_dict, partial(print_identification, identification=found))
     return 0 if found.estimate.status.trusted else 1
+
+
+def _all_axes(
+    log: Path,
+    axes: "Mapping[str, AxisLog | InputError]",
+    reading: LogReading,
+    estimator: str,
+    task: "EstimationTask",
+    validate: Path | None,
+    files: ResultFiles,
+) -> int:
+    """Identify every axis of a log, print and write the results, and return the exit code."""
+    from stickslip import write_report
+    from stickslip.tasks.axes import axes_at, axes_validated, identify_axes
+
+    with axis_progress(list(axes)) as progress:
+        found = identify_axes(
+            axes, name=log.stem, estimator=estimator, task=task, progress=progress
+        )
+        if validate is not None:
+            others = axes_at(validate, reading.schema, reading.columns())
+            found = axes_validated(found, others, validate.name, task.inertia)
+        files.write(found.to_dict, partial(write_report, found))
+    from stickslip.presentation.terminal import print_axes
+
+    files.print(found.to_dict, partial(print_axes, found=found))
+    return 0 if found.trusted else 1
 
 
 def _effort_delay(words: list[str]) -> float | dict[str, float] | None:

@@ -4,7 +4,7 @@ import contextlib
 import os
 import sys
 import time
-from collections.abc import Callable, Generator
+from collections.abc import Callable, Generator, Sequence
 from typing import TYPE_CHECKING, Literal
 
 if TYPE_CHECKING:
@@ -79,10 +79,31 @@ def working(doing: str) -> Generator[None]:
 
 
 @contextlib.contextmanager
-def progress_bar(doing: str) -> Generator[Callable[[int, int], None] | None]:
+def axis_progress(axes: Sequence[str]) -> Generator[Callable[[str, int, int], None] | None]:
+    """Show a bar with the axes that are under way on a terminal; print nothing elsewhere.
+
+    Yields a function of the axis that is done, the number done, and of all; None elsewhere.
+    """
+    with progress_bar("identifying") as advance:
+        if advance is None:
+            yield None
+            return
+        left = list(axes)
+        advance(0, len(left), f"identifying {', '.join(left)}")
+
+        def done(axis: str, number: int, every: int) -> None:
+            left.remove(axis)
+            advance(number, every, f"identifying {', '.join(left)}")
+
+        yield done
+
+
+@contextlib.contextmanager
+def progress_bar(doing: str) -> Generator[Callable[..., None] | None]:
     """Draw a bar on a terminal once the work takes a while; print nothing elsewhere.
 
-    Yields a function of the amounts done and in all; None where there is no bar.
+    Yields a function of the amounts done and in all, and of what is done next; None where there is
+    no bar.
     """
     if not sys.stderr.isatty():
         yield None
@@ -94,8 +115,8 @@ def progress_bar(doing: str) -> Generator[Callable[[int, int], None] | None]:
         bar = Progress(console=console_on("error"), transient=True)
         task = bar.add_task(doing, total=None)
 
-        def advance(done: int, every: int) -> None:
-            bar.update(task, completed=done, total=every)
+        def advance(done: int, every: int, doing: str | None = None) -> None:
+            bar.update(task, completed=done, total=every, description=doing)
             if not bar.live.is_started and time.monotonic() - begun > _QUIET_TIME:
                 drawn.enter_context(bar)
 

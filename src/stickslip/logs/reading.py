@@ -130,10 +130,15 @@ def read_axes(
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
     logs: dict[str, AxisLog | InputError] = {}
-    for axis, assigned in assign(table, whole).items():
+    every = assign(table, whole)
+    for axis, assigned in every.items():
         try:
             logs[axis or name] = axis_log(
-                table, assigned.checked(), where, source, default_name=axis or name
+                table,
+                assigned.checked(),
+                where,
+                source,
+                default_name=axis if axis and len(every) > 1 else name,
             )
         except InputError as error:
             logs[axis or name] = error

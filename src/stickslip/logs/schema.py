@@ -53,6 +53,8 @@ class AxisSchema:
         effort of the motor, beside the position of the joint.
     effort_side
         ``"motor"`` or ``"joint"``, of the gear at which the effort acts.
+    start_time, end_time
+        Part of the log that is read [s], counted from its first sample; None for its ends.
     units
         By channel, the unit that its column or expression comes out in, such as ``"mm"``. A
         channel not named here has the unit in the column's header, or else the SI unit.
@@ -77,6 +79,8 @@ class AxisSchema:
     torque_constant: float | None = None
     gear_ratio: float | None = None
     effort_side: Side | None = None
+    start_time: float | None = None
+    end_time: float | None = None
     units: Mapping[str, str] = field(default_factory=dict[str, str])
 
     # Unknown keys of a TOML file are refused.

@@ -50,6 +50,7 @@ from stickslip.records import (
     ModelSelection,
     Residuals,
     Resimulation,
+    Validation,
     in_words,
     parameter_label,
     unit_text,
@@ -75,6 +76,8 @@ def identification_page(found: Identification) -> Page:
     estimate, joint, selection = found.estimate, found.estimate.joint, found.estimate.selection
     assumed = assumed_units(found.logs)
     below = [Text(assumed, "reason")] if assumed else []
+    if found.validation is not None:
+        below.append(Text(validation_text(found.validation)))
     figures, missing = _figures(found)
     sections = [
         Section("parameters", "Parameters", [parameter_table(found), *below]),
@@ -101,6 +104,16 @@ def identification_page(found: Identification) -> Page:
         facts=_facts(found),
         sections=sections,
         version=estimate.provenance.stickslip_version,
+    )
+
+
+def validation_text(validation: Validation) -> str:
+    """Return a sentence on the prediction of another log."""
+    if validation.error is None:
+        return f"No prediction of {validation.log}: {validation.reason}."
+    return (
+        f"The prediction leaves {validation.error:.2%} of the effort of {validation.log}, a log "
+        "that was not fitted."
     )
 
 

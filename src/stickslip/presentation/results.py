@@ -4,18 +4,26 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from stickslip.presentation.axes import axes_page
 from stickslip.presentation.comparison import comparison_page, study_page
 from stickslip.presentation.drawing import Plot
 from stickslip.presentation.identification import identification_page
 from stickslip.presentation.page import Page, plots_on, write_page
 from stickslip.presentation.positioning import positioning_page
-from stickslip.records import EstimatorComparison, EstimatorStudy, Identification, Positioning
+from stickslip.records import (
+    AxesIdentification,
+    EstimatorComparison,
+    EstimatorStudy,
+    Identification,
+    Positioning,
+)
 
-Result = Identification | EstimatorComparison | EstimatorStudy | Positioning
-"""Results of `identify`, `compare_log`, `compare_scenario` and `position`."""
+Result = Identification | AxesIdentification | EstimatorComparison | EstimatorStudy | Positioning
+"""Results of `identify`, `identify_axes`, `compare_log`, `compare_scenario` and `position`."""
 
 PAGES: dict[type, Callable[[Any], Page]] = {
     Identification: identification_page,
+    AxesIdentification: axes_page,
     EstimatorComparison: comparison_page,
     EstimatorStudy: study_page,
     Positioning: positioning_page,
@@ -32,8 +40,9 @@ def write_report(result: Result, path: Path | str) -> Path:
     Parameters
     ----------
     result
-        Of `stickslip.identify`, `stickslip.compare_log`, `stickslip.compare_scenario` or
-        `stickslip.position`; nothing is computed from it but the figures.
+        Of `stickslip.identify`, `stickslip.identify_axes`, `stickslip.compare_log`,
+        `stickslip.compare_scenario` or `stickslip.position`; nothing is computed from it but the
+        figures.
     path
         The HTML file to write, which is returned; an existing one is replaced.
 

@@ -1,11 +1,13 @@
 """Results as words and tables for a terminal."""
 
+import re
 import textwrap
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from stickslip.presentation import comparison, positioning
-from stickslip.presentation.identification import parameter_table
+from stickslip.presentation.axes import axes_table
+from stickslip.presentation.identification import parameter_table, validation_text
 from stickslip.presentation.table import Column, Table, print_table
 from stickslip.presentation.words import (
     assumed_units,
@@ -16,6 +18,7 @@ from stickslip.presentation.words import (
     share_text,
 )
 from stickslip.records import (
+    AxesIdentification,
     AxisLog,
     EstimatorComparison,
     EstimatorStudy,
@@ -56,12 +59,75 @@ def print_identification(console: "Console", identification: Identification) -> 
             f"{diagnostics.relative_residual:.2%}{crossed}. Effective sample size: "
             f"{diagnostics.effective_samples:.0f} of {diagnostics.samples}."
         )
+    if identification.validation is not None:
+        _say(console, validation_text(identification.validation))
     if estimate.joint is not None:
         console.print(estimate.joint.text)
     if estimate.selection is not None:
         _listed(console, "Model selection:", [estimate.selection.summary])
     _listed(console, "Not identified:", missing_parameters(estimate))
     _listed(console, "Notes:", [in_words(note) for note in diagnostics.notes])
+
+
+def print_axes(console: "Console", found: AxesIdentification) -> None:
+    """Print one row for each axis, what was assumed, and why axes are not to be trusted."""
+    logs = {axis: each.log for axis, each in found.axes.items()}
+    first = next(iter(logs.values()))
+    alike = all(
+        log.duration == first.duration and log.sampling_time == first.sampling_time
+        for log in logs.values()
+    )
+    sampling = f", {_sampling(first)}" if alike else ""
+    console.print(f"{found.name}: {len(logs)} axes{sampling}")
+    assumed = {axis: log.source.assumptions if log.source else () for axis, log in logs.items()}
+    _listed(console, "Assumed in reading it:", _once(assumed))
+    console.print()
+    print_table(console, axes_table(found))
+    reasons: list[str] = []
+    for axis, each in found.axes.items():
+        estimate = each.estimate
+        if not estimate.status.trusted:
+            missing = missing_parameters(estimate)
+            reasons.append(f"{axis}: {'; '.join(missing) or estimate.status.text}")
+    reasons += [f"{axis}: {why}" for axis, why in found.unread.items()]
+    _listed(console, "Not to be trusted:", reasons)
+    _listed(
+        console,
+        "",
+        [
+            f"{axis}: {validation_text(each.validation)}"
+            for axis, each in found.axes.items()
+            if each.validation is not None and each.validation.error is None
+        ],
+    )
+    trusted = sum(each.estimate.status.trusted for each in found.axes.values())
+    count = len(found.axes) + len(found.unread)
+    _verdict(console, f"{trusted} of {count} axes identified.", good=found.trusted)
+
+
+def _once(sentences: Mapping[str, Sequence[str]]) -> list[str]:
+    """Return sentences by axis; one that differs by the name of the axis in quotes only once."""
+
+    def general(axis: str, line: str) -> str:
+        name = re.compile(rf"(?<![^\W_]){re.escape(axis)}(?![^\W_])")
+        return re.sub(r"'[^']*'", lambda quoted: name.sub("{axis}", quoted[0]), line)
+
+    every = [{general(axis, line) for line in lines} for axis, lines in sentences.items()]
+    shared = set[str].intersection(*every)
+    first = next(iter(sentences))
+    listed = [line for each in sentences[first] if (line := general(first, each)) in shared]
+    return listed + [
+        f"{axis}: {line}"
+        for axis, lines in sentences.items()
+        for line in lines
+        if general(axis, line) not in shared
+    ]
+
+
+def _sampling(log: AxisLog) -> str:
+    return (
+        f"{len(log)} samples over {log.duration:.4g} s, one every {1e3 * log.sampling_time:.4g} ms"
+    )
 
 
 def print_comparison(console: "Console", found: EstimatorComparison | EstimatorStudy) -> None:

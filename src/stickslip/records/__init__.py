@@ -39,12 +39,14 @@ from stickslip.records.estimate import (
 )
 from stickslip.records.excitation import Excitation, ExpectedParameter
 from stickslip.records.identification import (
+    AxesIdentification,
     EnergyBalance,
     EstimateEvolution,
     FrictionCurve,
     Identification,
     Residuals,
     Resimulation,
+    Validation,
 )
 from stickslip.records.positioning import (
     ArmRun,
@@ -88,6 +90,7 @@ __all__ = [
     "SIGNED_PARAMETERS",
     "ArmRun",
     "ArmSeries",
+    "AxesIdentification",
     "AxisKind",
     "AxisLog",
     "ComparedEstimator",
@@ -135,6 +138,7 @@ __all__ = [
     "Status",
     "StickslipError",
     "TermScore",
+    "Validation",
     "Verdict",
     "count_of",
     "finite_vector",

@@ -1,14 +1,15 @@
 """An identified axis with all that its report draws, computed beforehand."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.records.axis_log import AxisLog
-from stickslip.records.estimate import FrictionEstimate
-from stickslip.records.record import Record
+from stickslip.records.estimate import SCHEMA_VERSION, FrictionEstimate
+from stickslip.records.record import ReadOnlyMapping, Record
 
 _MOST_NAMES = 4  # of logs, in the name of an identification
 
@@ -75,6 +76,17 @@ class Resimulation:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Validation(Record):
+    """Prediction of the effort of another log by an identified model."""
+
+    log: str  #: Name of the other log.
+    #: Norm of the effort that the prediction leaves, over that of the effort, in slip [-]; None if
+    #: there is no prediction.
+    error: float | None
+    reason: str = ""  #: Why there is none.
+
+
+@dataclass(frozen=True, kw_only=True)
 class Identification:
     """An identified axis with all that its report shows.
 
@@ -90,6 +102,8 @@ class Identification:
         What the report draws; None where the estimate is not good enough to make it.
     further
         The other logs of a joint fit, whose first one is ``log``.
+    validation
+        Prediction of another log; None if none was given.
     """
 
     log: AxisLog
@@ -101,6 +115,14 @@ class Identification:
     residuals: Residuals | None = None
     resimulation: Resimulation | None = None
     further: tuple[AxisLog, ...] = ()
+    validation: Validation | None = None
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the estimate, and the validation if there is one, as plain JSON types."""
+        document = self.estimate.to_dict()
+        if self.validation is not None:
+            document["validation"] = self.validation.to_dict()
+        return document
 
     def __repr__(self) -> str:
         """Return name, status and parameters on one line; the signals are left out."""
@@ -126,3 +148,39 @@ class Identification:
         if len(names) > _MOST_NAMES:
             names[_MOST_NAMES - 1 :] = ["others"]
         return f"{', '.join(names[:-1])} and {names[-1]}"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxesIdentification:
+    """The identified axes of one log.
+
+    Attributes
+    ----------
+    name
+        Name of the log.
+    axes
+        Identification of each axis by its name.
+    unread
+        Axes without one by name, with the reason.
+    """
+
+    name: str
+    axes: Mapping[str, Identification]
+    unread: Mapping[str, str] = field(default_factory=dict[str, str])
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "axes", ReadOnlyMapping(self.axes))
+        object.__setattr__(self, "unread", ReadOnlyMapping(self.unread))
+
+    @property
+    def trusted(self) -> bool:
+        """Whether every axis has an estimate that can be trusted."""
+        return not self.unread and all(each.estimate.status.trusted for each in self.axes.values())
+
+    def to_dict(self) -> dict[str, Any]:
+        """Return the estimates by axis as plain JSON types."""
+        return {
+            "schema": SCHEMA_VERSION,
+            "axes": {name: each.to_dict() for name, each in self.axes.items()},
+            "not_identified": dict(self.unread),
+        }

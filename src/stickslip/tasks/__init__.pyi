@@ -1,3 +1,6 @@
+from .axes import axes_validated as axes_validated
+from .axes import identify_axes as identify_axes
+from .axes import validated as validated
 from .comparison import compare_log as compare_log
 from .comparison import compare_scenario as compare_scenario
 from .demo import Demonstration as Demonstration

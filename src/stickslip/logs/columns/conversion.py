@@ -60,6 +60,10 @@ def axis_log(
         assumed = tuple(each for each in assumed if each[0] != "effort")
     time, effort = sampled.time, channels.pop("effort")
     measured: dict[str, Any] = {f"measured_{name}": each for name, each in channels.items()}
+    part, note_of_part = _part(time, schema, table.label)
+    if part != slice(None):
+        time, effort = time[part], effort[part]
+        measured = {name: each[part] for name, each in measured.items()}
     try:
         log = AxisLog(
             name=schema.name or default_name,
@@ -73,7 +77,9 @@ def axis_log(
         backward = np.flatnonzero(np.diff(time) <= 0)
         place = table.label
         if "time" in bound and backward.size:
-            place = table.place(bound["time"].expression.names[0], int(backward[0]) + 1)
+            place = table.place(
+                bound["time"].expression.names[0], int(backward[0]) + 1 + (part.start or 0)
+            )
         raise error.at(place) from None
     _check_motion(log, bound, table.label)
     source = source or _source_in_memory(table, time, {**channels, "effort": effort})
@@ -82,6 +88,7 @@ def axis_log(
         *assigned.notes,
         *notes,
         *converted,
+        *note_of_part,
         *([note] if note else []),
         *_timing(log, table, bound),
     )
@@ -89,6 +96,22 @@ def axis_log(
         log,
         source=replace(source, assumptions=assumptions, assumed_units=assumed, side=side),
     )
+
+
+def _part(time: Column, schema: AxisSchema, label: str) -> tuple[slice, list[str]]:
+    """Return the samples between the stated times, and a sentence if these are not all."""
+    start, end = schema.start_time, schema.end_time
+    if start is None and end is None:
+        return slice(None), []
+    elapsed = time - time[0]
+    first = 0 if start is None else int(np.searchsorted(elapsed, start, side="left"))
+    last = time.size if end is None else int(np.searchsorted(elapsed, end, side="right"))
+    if last - first < 2:
+        duration = float(elapsed[-1]) if elapsed.size else 0.0
+        raise InputError("range_empty", where=label, start=start, end=end, duration=duration)
+    return slice(first, last), [
+        f"of {elapsed[-1]:.6g} s, {elapsed[first]:.6g} s to {elapsed[last - 1]:.6g} s are read"
+    ]
 
 
 def _acting(

@@ -1,0 +1,245 @@
+"""All axes of a log identified in one call, in two processes."""
+
+import os
+import pickle
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import fields, replace
+from pathlib import Path
+from queue import SimpleQueue
+from typing import IO, Any, cast
+
+from stickslip.estimation.base import EstimationTask
+from stickslip.estimation.registry import entry_of
+from stickslip.logs import AxisSchema, LogSchema, read_axes, read_schema
+from stickslip.records import (
+    AxesIdentification,
+    AxisLog,
+    Identification,
+    InputError,
+    StickslipError,
+    Validation,
+)
+from stickslip.tasks.identification import identify
+from stickslip.tasks.parallel import in_parallel
+
+WORKERS = 2
+"""Processes; each needs some 300 MB."""
+
+_CHILD = "import sys; sys.path[:] = {path!r}; from stickslip.tasks.axes import serve; serve()"
+
+Progress = Callable[[str, int, int], None]
+"""Called with the name of an axis that is done, the number done, and of all."""
+
+
+def axes_at(
+    path: Path | str,
+    schema: Path | str | LogSchema | None = None,
+    columns: AxisSchema | None = None,
+) -> dict[str, AxisLog | InputError]:
+    """Read every axis of a log as `read_axes`; ``columns`` take precedence over the schema."""
+    if columns is None or columns == AxisSchema():
+        return read_axes(path, schema)
+    if not isinstance(schema, LogSchema):
+        schema = LogSchema() if schema is None else read_schema(schema)
+    return read_axes(path, schema.overridden(None, columns))
+
+
+def identify_axes(
+    log: Path | str | Mapping[str, AxisLog | InputError],
+    *,
+    name: str = "log",
+    schema: Path | str | LogSchema | None = None,
+    columns: AxisSchema | None = None,
+    estimator: str = "auto",
+    task: EstimationTask | None = None,
+    progress: Progress | None = None,
+) -> AxesIdentification:
+    """Identify the friction of every axis of a log.
+
+    Parameters
+    ----------
+    log
+        The path of a log, or the logs of its axes by name.
+    name
+        Of the log in the result; that of the file if a path is given.
+    schema, columns
+        How to read it, if it is a path (see `identify`).
+    estimator
+        Name in `stickslip.estimation.ESTIMATORS`.
+    task
+        Known values and what to estimate, alike for all axes; None for unknown rigid axes.
+    progress
+        Called with the name of each axis that is done, the number done, and of all.
+
+    Returns
+    -------
+    The identification of each axis by name, and the reason for each that has none.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read, no axis can be identified, or there is no such estimator.
+    """
+    entry_of(estimator)
+    if isinstance(log, Mapping):
+        logs = dict(log)
+    else:
+        name, logs = Path(log).stem, axes_at(log, schema, columns)
+    task = task or EstimationTask()
+    readable = {axis: each for axis, each in logs.items() if isinstance(each, AxisLog)}
+    results = _identified(readable, estimator, task, progress)
+    errors = {
+        axis: result
+        for axis in logs
+        if isinstance(result := results.get(axis, logs[axis]), StickslipError)
+    }
+    found = {axis: each for axis, each in results.items() if isinstance(each, Identification)}
+    if not found:
+        raise next(iter(errors.values()))
+    return AxesIdentification(
+        name=name, axes=found, unread={axis: str(error) for axis, error in errors.items()}
+    )
+
+
+def validated(
+    found: Identification, other: AxisLog | InputError, name: str, inertia: float | None = None
+) -> Identification:
+    """Return an identification with the error of its prediction on another log.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    other
+        Another log of the axis, or the error for which it cannot be read.
+    name
+        Of the other log.
+    inertia
+        Known mass or inertia, for an estimate without one [kg or kg m^2].
+    """
+    from stickslip.estimation.selection.evaluation.prediction import prediction_error
+
+    error: float | None = None
+    if isinstance(other, InputError):
+        reason = str(other)
+    elif other.kind != found.log.kind or other.effort_unit != found.log.effort_unit:
+        reason = str(InputError("validation_of_another_axis", where=name))
+    else:
+        try:
+            error = prediction_error(found.estimate, other, inertia=inertia)
+            reason = "" if error is not None else "the axis slips in no window of it"
+        except InputError as problem:
+            reason = str(problem)
+    return replace(found, validation=Validation(log=name, error=error, reason=reason))
+
+
+def axes_validated(
+    found: AxesIdentification,
+    others: Mapping[str, AxisLog | InputError],
+    name: str,
+    inertia: float | None = None,
+) -> AxesIdentification:
+    """Return the identification of all axes, each validated on the log of the same axis."""
+    axes = {
+        axis: validated(
+            each,
+            others.get(axis)
+            or InputError("axis_not_found", where=name, axis=axis, axes=list(others)),
+            name,
+            inertia,
+        )
+        for axis, each in found.axes.items()
+    }
+    return replace(found, axes=axes)
+
+
+def _identified(
+    logs: Mapping[str, AxisLog], estimator: str, task: EstimationTask, progress: Progress | None
+) -> dict[str, Identification | StickslipError]:
+    """Return the identification of each log, or its error, worked out by other processes."""
+    workers: SimpleQueue[_Worker] = SimpleQueue()
+    count, done = min(WORKERS, len(logs)), 0
+    lock = threading.Lock()
+    started = [_Worker() for _ in range(count)]
+
+    def one(axis: str) -> Identification | StickslipError:
+        nonlocal done
+        worker = workers.get()
+        try:
+            return worker.ask(logs[axis], estimator, task)
+        finally:
+            workers.put(worker)
+            with lock:
+                done += 1
+                if progress is not None:
+                    progress(axis, done, len(logs))
+
+    try:
+        for each in started:
+            workers.put(each)
+        tasks = [lambda axis=axis: one(axis) for axis in logs]
+        found = in_parallel(tasks, workers=max(1, count), advance=lambda: None)
+    finally:
+        for each in started:
+            each.end()
+    return dict(zip(logs, found, strict=True))
+
+
+class _Worker:
+    """A process that identifies one log after another."""
+
+    def __init__(self) -> None:
+        # The interpreter that runs this, with nothing of the user's in the command
+        self._process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-c", _CHILD.format(path=sys.path)],
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+
+    def ask(
+        self, log: AxisLog, estimator: str, task: EstimationTask
+    ) -> Identification | StickslipError:
+        """Return what the process finds, or the error that it meets."""
+        stdin = cast("IO[bytes]", self._process.stdin)
+        pickle.dump((log, estimator, task), stdin)
+        stdin.flush()
+        answer = pickle.load(cast("IO[bytes]", self._process.stdout))  # noqa: S301 - our own process
+        if isinstance(answer, Exception) and not isinstance(answer, StickslipError):
+            raise answer
+        return answer
+
+    def end(self) -> None:
+        """End the process, at once if it is at work."""
+        for pipe in (self._process.stdin, self._process.stdout):
+            with suppress(OSError):
+                cast("IO[bytes]", pipe).close()
+        self._process.kill()
+        self._process.wait()
+
+
+def serve() -> None:
+    """Answer the requests of a `_Worker`, until its side of the pipe closes."""
+    answers = os.fdopen(os.dup(1), "wb")
+    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is printed is no answer
+    while True:
+        try:
+            log, estimator, task = pickle.load(sys.stdin.buffer)  # noqa: S301 - of this package
+        except (EOFError, KeyboardInterrupt):
+            return
+        try:
+            answer: Any = _one(log, estimator, task)
+        except Exception as error:  # noqa: BLE001 - raised again on the other side
+            answer = error
+        pickle.dump(answer, answers, protocol=pickle.HIGHEST_PROTOCOL)
+        answers.flush()
+
+
+def _one(log: AxisLog, estimator: str, task: EstimationTask) -> Identification:
+    names: Sequence[str] = [
+        field.name for field in fields(task) if field.name not in {"inertia_guess", "largest_delay"}
+    ]
+    return identify(log, estimator=estimator, **{name: getattr(task, name) for name in names})
