@@ -201,10 +201,10 @@ def _write_scenario_keys() -> None:
 
 PUBLIC_NAMES = {
     "Read and write logs": """
-        read_log read_axes log_from_frame find_benchmark read_schema LogSchema AxisSchema AxisLog
+        inspect read_log read_axes log_from_frame find_benchmark read_schema LogSchema AxisSchema AxisLog
         write_csv""",
     "Identify": """
-        identify examine EstimationTask Identification FrictionEstimate Status predict_effort
+        identify identify_axes examine EstimationTask Identification FrictionEstimate Status predict_effort
         compare_log compare_scenario""",
     "Estimators": """
         ESTIMATORS SelectedModelEstimator JointEstimator EnergyEstimator PublishedEnergyEstimator

@@ -149,6 +149,9 @@ from .tasks import (
     identify_axes as identify_axes,
 )
 from .tasks import (
+    inspect as inspect,
+)
+from .tasks import (
     json_text as json_text,
 )
 from .tasks import (

@@ -11,6 +11,7 @@ from results import make, make_landing, study
 from stickslip.presentation import figures_of, write_report
 from stickslip.presentation.results import PAGES, Result
 from stickslip.records import (
+    AxesIdentification,
     ComparedEstimator,
     EstimatorComparison,
     EstimatorStudy,
@@ -34,12 +35,17 @@ def compared(identification: Identification) -> EstimatorComparison:
 
 MADE: dict[str, Callable[[Identification], Result]] = {
     "identification": lambda identification: identification,
+    "axes": lambda identification: AxesIdentification(
+        name="robot",
+        axes={"a": identification, "b <1>": identification},
+        unread={"c": "no column is obviously the effort"},
+    ),
     "comparison": compared,
     "study": lambda _: study(),
     "positioning": lambda _: make(),
     "landing": lambda _: make_landing(),
 }
-KINDS = {Identification, EstimatorComparison, EstimatorStudy, Positioning}
+KINDS = {Identification, AxesIdentification, EstimatorComparison, EstimatorStudy, Positioning}
 
 
 @pytest.fixture(params=MADE)

@@ -17,6 +17,8 @@ from stickslip.cli.excite import excite
 from stickslip.cli.export import EXAMPLES as EXPORT_EXAMPLES
 from stickslip.cli.export import export
 from stickslip.cli.identify import EXAMPLES, identify
+from stickslip.cli.inspect import EXAMPLES as INSPECT_EXAMPLES
+from stickslip.cli.inspect import inspect as inspect_log
 from stickslip.cli.position import EXAMPLES as POSITION_EXAMPLES
 from stickslip.cli.position import position
 from stickslip.cli.terminal import one_line, reader_may_leave, say
@@ -43,6 +45,7 @@ def _help(command: Callable[..., int]) -> str:
 
 
 app.command(identify, help=_help(identify), help_epilogue=EXAMPLES)
+app.command(inspect_log, name="inspect", help=_help(inspect_log), help_epilogue=INSPECT_EXAMPLES)
 app.command(compare, help=_help(compare), help_epilogue=COMPARE_EXAMPLES)
 app.command(excite, help=_help(excite), help_epilogue=EXCITE_EXAMPLES)
 app.command(position, help=_help(position), help_epilogue=POSITION_EXAMPLES)

@@ -1,6 +1,8 @@
 """Schemas of logs: which column is what; made in Python, from flags, or from a TOML file."""
 
+import json
 import math
+import re
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
@@ -224,3 +226,54 @@ def read_schema(path: str | Path) -> LogSchema:
     document = read_toml(path, what="schema", line='position = "encoder"')
     remedy = "see the examples of schemas in the documentation"
     return record_from(LogSchema, document, where=str(path), remedy=remedy)
+
+
+def toml_text(axes: Mapping[str, AxisSchema], files: Mapping[str, str]) -> str:
+    """Return a schema as TOML, with what all axes have in common outside of their tables."""
+    own = {name: _entries(schema) for name, schema in axes.items()}
+    every = list(own.values())
+    shared = {
+        key: value
+        for key, value in (every[0].items() if every else ())
+        if all(each.get(key) == value for each in every)
+    }
+    units = shared.pop("units", None)
+    lines = [f"{key} = {_toml(value)}" for key, value in shared.items()]
+    if units:
+        lines += ["", "[units]", *(f"{_key(k)} = {_toml(v)}" for k, v in units.items())]
+    if files:
+        lines += ["", "[files]", *(f"{_key(k)} = {_toml(v)}" for k, v in files.items())]
+    for name, entries in own.items():
+        left = {
+            key: value
+            for key, value in entries.items()
+            if key not in shared and not (key == "units" and value == units)
+        }
+        if len(own) == 1:
+            continue
+        lines += ["", f"[axes.{_key(name)}]"]
+        lines += [
+            f"{key} = {{ {', '.join(f'{_key(k)} = {_toml(v)}' for k, v in value.items())} }}"
+            if key == "units"
+            else f"{key} = {_toml(value)}"
+            for key, value in left.items()
+        ]
+    return "\n".join(lines).lstrip("\n") + "\n"
+
+
+def _entries(schema: AxisSchema) -> dict[str, Any]:
+    """Return what a schema states, by its keys."""
+    given = {each.name: getattr(schema, each.name) for each in fields(AxisSchema)}
+    return {
+        name: dict(value) if name == "units" else value
+        for name, value in given.items()
+        if value is not None and not (name == "units" and not value)
+    }
+
+
+def _toml(value: str | float) -> str:
+    return json.dumps(value, ensure_ascii=False)
+
+
+def _key(name: str) -> str:
+    return name if re.fullmatch(r"[A-Za-z0-9_-]+", name) else _toml(name)

@@ -5,7 +5,7 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from stickslip.presentation import comparison, positioning
+from stickslip.presentation import comparison, inspection, positioning
 from stickslip.presentation.axes import axes_table
 from stickslip.presentation.identification import parameter_table, validation_text
 from stickslip.presentation.table import Column, Table, print_table
@@ -24,6 +24,7 @@ from stickslip.records import (
     EstimatorStudy,
     Excitation,
     Identification,
+    Inspection,
     Positioning,
     in_words,
     parameter_label,
@@ -103,6 +104,47 @@ def print_axes(console: "Console", found: AxesIdentification) -> None:
     trusted = sum(each.estimate.status.trusted for each in found.axes.values())
     count = len(found.axes) + len(found.unread)
     _verdict(console, f"{trusted} of {count} axes identified.", good=found.trusted)
+
+
+def print_inspection(console: "Console", found: Inspection) -> None:
+    """Print columns, rates, the proposed axes with reasons, what is missing, and the check."""
+    rates = [
+        f"{name or 'all columns'}: {rate:.4g} Hz" if rate else f"{name or 'all columns'}: no rate"
+        for name, rate in found.rates.items()
+    ]
+    console.print(f"{found.name}: {len(found.columns)} columns; {'; '.join(rates)}")
+    _listed(console, "Assumed in reading the file:", found.notes)
+    console.print()
+    print_table(console, inspection.column_table(found))
+    readable = [each for each in found.axes if not each.problem]
+    console.print(f"Proposed axes: {len(readable)}")
+    print_table(console, inspection.axis_table(found))
+    _listed(console, "Reasons:", _once({each.name: each.reasons for each in found.axes}))
+    _listed(console, "Missing:", [f"{a.name}: {a.problem}" for a in found.axes if a.problem])
+    if found.limit is None:
+        _verdict(
+            console,
+            f"{len(readable)} of {len(found.axes)} axes can be read.",
+            good=found.trusted,
+        )
+        return
+    console.print()
+    print_table(console, inspection.check_table(found))
+    advice = {
+        f"{axis.name}, {in_words(each.parameter)}: {each.advice}"
+        for axis in found.axes
+        for each in axis.expected
+        if each.advice
+    }
+    _listed(console, "What to record instead:", sorted(advice))
+    words = f"half width of at most {100 * found.limit:.3g} % of the value"
+    _verdict(
+        console,
+        f"Every parameter can be expected with a {words}."
+        if found.trusted
+        else f"Not every parameter can be expected with a {words}.",
+        good=found.trusted,
+    )
 
 
 def _once(sentences: Mapping[str, Sequence[str]]) -> list[str]:

@@ -8,6 +8,8 @@ from .demo import demonstrate as demonstrate
 from .excitation import excite as excite
 from .excitation import write_effort as write_effort
 from .identification import identify as identify
+from .inspection import inspect as inspect
+from .inspection import write_schema as write_schema
 from .json_file import json_text as json_text
 from .json_file import write_json as write_json
 from .positioning import ScenarioFile as ScenarioFile

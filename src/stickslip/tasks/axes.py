@@ -143,7 +143,19 @@ def axes_validated(
     name: str,
     inertia: float | None = None,
 ) -> AxesIdentification:
-    """Return the identification of all axes, each validated on the log of the same axis."""
+    """Return the identification of all axes, each validated on the log of the same axis.
+
+    Parameters
+    ----------
+    found
+        The identification.
+    others
+        Other logs of the axes by name, or the errors for which they cannot be read.
+    name
+        Of the other log.
+    inertia
+        Known mass or inertia, for estimates without one [kg or kg m^2].
+    """
     axes = {
         axis: validated(
             each,

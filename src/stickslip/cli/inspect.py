@@ -1,0 +1,71 @@
+"""``stickslip inspect``: what a log holds, how it would be read, and whether it suffices."""
+
+from functools import partial
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+from stickslip.cli.arguments import LogReading
+from stickslip.cli.outputs import check_outputs, json_file, print_result
+from stickslip.cli.terminal import working
+
+EXAMPLES = """Examples:
+  stickslip inspect robot.csv
+  stickslip inspect robot.csv --kind rotary --schema-out robot.toml
+  stickslip inspect stage.csv --check"""
+
+_LIMIT = 0.05
+
+
+def inspect(
+    log: Annotated[Path, Parameter(help="The log, as stickslip identify takes it.")],
+    /,
+    *,
+    reading: LogReading | None = None,
+    check: Annotated[
+        bool,
+        Parameter(
+            negative="",
+            help="Predict whether mass, viscous, Coulomb and static friction can be identified to "
+            "5 %, and what to record otherwise.",
+        ),
+    ] = False,
+    schema_out: Annotated[
+        Path | None, Parameter(help="Write the schema by which the log would be read (TOML).")
+    ] = None,
+    json: Annotated[
+        str | None,
+        Parameter(
+            allow_leading_hyphen=True,
+            help="Write the result as JSON to this file; - is standard output.",
+        ),
+    ] = None,
+) -> int:
+    """Show what a log holds and how it would be read.
+
+    Prints columns, units, ranges, rates, gaps and clipping, the proposed axes with the reason for
+    each column, the lag between effort and motion, and what is missing.
+    Exit code 1: an axis cannot be read or, with --check, a parameter cannot be identified to 5 %.
+    """
+    reading = reading or LogReading()
+    check_outputs(
+        {"--json": json_file(json), "--schema-out": schema_out}, inputs=reading.inputs(log)
+    )
+    reading.units()  # refused before anything is loaded
+    with working(f"inspecting {log.name}"):
+        from stickslip import LogSchema, read_schema
+        from stickslip.tasks import inspect, write_json, write_schema
+
+        schema = LogSchema() if reading.schema is None else read_schema(reading.schema)
+        columns = reading.columns()
+        found = inspect(log, schema=schema, columns=columns, limit=_LIMIT if check else None)
+        if schema_out is not None:
+            write_schema(log, schema_out, schema.overridden(None, columns))
+        if (path := json_file(json)) is not None:
+            write_json(found.to_dict(), path)
+    from stickslip.presentation.terminal import print_inspection
+
+    files = {"JSON": json_file(json), "Schema": schema_out}
+    print_result(found.to_dict, partial(print_inspection, found=found), json=json, files=files)
+    return 0 if found.trusted else 1

@@ -1,0 +1,276 @@
+"""What a log holds and how it would be read, before anything is identified from it."""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.logs import AxisSchema, LogSchema
+from stickslip.logs.columns.assignment import Assignment, assign
+from stickslip.logs.columns.conversion import axis_log
+from stickslip.logs.columns.discovery import discover
+from stickslip.logs.opening import open_log
+from stickslip.logs.reading import schema_at
+from stickslip.logs.schema import CHANNELS, toml_text
+from stickslip.logs.table import Table
+from stickslip.outputs import whole_file
+from stickslip.records import (
+    AxisLog,
+    AxisProposal,
+    ExpectedPrecision,
+    Inspection,
+    LogColumn,
+    LogSource,
+    StickslipError,
+)
+
+_LARGEST_LAG = 0.05
+"""Lags between effort and motion that are looked for [s]."""
+
+_MOST_SAMPLES = 50_000
+"""Samples that the lag is estimated from."""
+
+_GAIN = 0.98
+"""Share of the residual that a lag must leave to be reported [-]; noise gains less."""
+
+
+def inspect(
+    log: Path | str,
+    *,
+    schema: Path | str | LogSchema | None = None,
+    columns: AxisSchema | None = None,
+    limit: float | None = None,
+) -> Inspection:
+    """Return what a log holds, the axes that its columns make, and what is missing.
+
+    Parameters
+    ----------
+    log
+        Path of the log.
+    schema
+        How to read it, as far as it is known.
+    columns
+        What single columns are, in place of what the schema says of them.
+    limit
+        Half width of a 95 % interval over its value, up to which a parameter counts as identifiable
+        [-]; None predicts no precision.
+
+    Returns
+    -------
+    Columns, rates and proposed axes.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read.
+    """
+    whole, where = schema_at(schema)
+    if columns is not None:
+        whole = whole.overridden(None, columns)
+    table, source, name = open_log(log, whole.files, where)
+    values = {column: _loaded(table, column) for column in table.headers}
+    return Inspection(
+        name=name,
+        rates=_rates(table, values),
+        columns=tuple(_column(table, column, values[column]) for column in table.headers),
+        axes=tuple(
+            _proposal(table, assigned, where, source, axis or name, limit)
+            for axis, assigned in assign(table, whole).items()
+        ),
+        notes=table.notes,
+        limit=limit,
+    )
+
+
+def write_schema(log: Path | str, path: Path | str, schema: LogSchema) -> Path:
+    """Write the schema by which `inspect` would read a log.
+
+    Parameters
+    ----------
+    log
+        Path of the log.
+    path
+        TOML file to write.
+    schema
+        How to read it, as far as it is known.
+
+    Raises
+    ------
+    InputError
+        If the log cannot be read, or nothing can be written there.
+    """
+    table, _, _ = open_log(log, schema.files, "schema")
+    assigned = assign(table, schema)
+    axes = {axis: each.schema for axis, each in assigned.items() if each.problem is None}
+    target = Path(path)
+    with whole_file(target, what="the schema") as stream:
+        stream.write(toml_text(axes, schema.files))
+    return target
+
+
+def _loaded(table: Table, column: str) -> Float[np.ndarray, " n"] | None:
+    """Return the values of a column, or None if it holds no numbers."""
+    try:
+        return np.asarray(table.load([column])[column], dtype=np.float64)
+    except StickslipError:
+        return None
+
+
+def _column(table: Table, name: str, values: Float[np.ndarray, " n"] | None) -> LogColumn:
+    group, unit = table.group_of(name), table.units.get(name, "")
+    found = discover(table).by_column.get(name)
+    meaning = ""
+    if found is not None:
+        words = [found.source, "current" if found.current else found.channel.replace("_", " ")]
+        meaning = " ".join(word for word in words if word)
+        meaning += f" of {found.axis}" if found.axis else ""
+    finite = np.empty(0) if values is None else values[np.isfinite(values)]
+    ends = (float(finite.min()), float(finite.max())) if finite.size else (None, None)
+    repeated = 0.0
+    if finite.size and ends[0] != ends[1]:
+        repeated = max(float(np.mean(finite == end)) for end in ends)
+    return LogColumn(
+        name=name,
+        origin=table.origins.get(name, ""),
+        group=group.name,
+        unit=unit,
+        samples=0 if values is None else values.size,
+        low=ends[0],
+        high=ends[1],
+        missing=0 if values is None else values.size - finite.size,
+        repeated=repeated,
+        meaning=meaning if values is not None else "no numbers",
+    )
+
+
+def _rates(table: Table, values: Mapping[str, Float[np.ndarray, " n"] | None]) -> dict[str, float]:
+    """Return the sampling frequency of each group by its time stamps [Hz], if these are in s."""
+    from stickslip.logs.columns.clock import unit_of_stamps
+    from stickslip.logs.units import scale_to_si
+
+    rates: dict[str, float] = {}
+    times = [each.column for each in discover(table).candidates("time")]
+    for group in table.groups:
+        own = [name for name in times if name in group.columns]
+        column = group.time or (own[0] if len(own) == 1 else None)
+        stamps = None if column is None else values[column]
+        rates[group.name] = 0.0
+        if column is None or stamps is None or stamps.size < 2:
+            continue
+        try:
+            unit = table.units.get(column)
+            factor = (
+                unit_of_stamps(stamps, column=column, label=table.label)[0]
+                if unit is None
+                else scale_to_si("time", unit, "linear")
+            )
+        except StickslipError:
+            continue
+        step = float(np.median(np.diff(stamps))) * factor
+        rates[group.name] = 1.0 / step if step > 0.0 else 0.0
+    return rates
+
+
+def _proposal(
+    table: Table,
+    assigned: Assignment,
+    where: str,
+    source: LogSource,
+    name: str,
+    limit: float | None,
+) -> AxisProposal:
+    """Return an axis with what reading it shows."""
+    texts = {
+        channel: text
+        for channel in CHANNELS
+        if (text := getattr(assigned.schema, channel)) is not None
+    }
+    try:
+        log = axis_log(table, assigned.checked(), where, source, default_name=name)
+    except StickslipError as error:
+        return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=str(error))
+    lag, resolution = effort_lag(log)
+    expected, problem = _expected(log, limit)
+    extremes = np.isin(log.effort, [log.effort.min(), log.effort.max()])
+    in_a_row = extremes[1:] & extremes[:-1]
+    return AxisProposal(
+        name=name,
+        columns=texts,
+        kind=log.kind,
+        units={"position": log.unit("position"), "effort": log.unit("effort")},
+        reasons=() if log.source is None else log.source.assumptions,
+        problem=problem,
+        samples=len(log),
+        duration=log.duration,
+        sampling_time=log.sampling_time,
+        jitter=log.timing_jitter,
+        segments=log.segment_starts.size,
+        clipped=float(np.mean(in_a_row)),
+        lag=lag,
+        lag_resolution=resolution,
+        expected=expected,
+    )
+
+
+def _expected(log: AxisLog, limit: float | None) -> tuple[tuple[ExpectedPrecision, ...], str]:
+    """Return the precision to expect, and why there is none."""
+    if limit is None:
+        return (), ""
+    from stickslip.estimation.recorded_excitation import expected_precision
+
+    try:
+        return expected_precision(log, limit=limit), ""
+    except StickslipError as error:
+        return (), str(error)
+
+
+def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
+    """Return the time by which the effort acts later than logged, and its standard error [s].
+
+    It is the shift at which acceleration, velocity, direction and a constant explain the effort
+    best, by least squares over the fastest half of the samples, refined by a parabola. None where
+    no shift explains it better than none.
+    """
+    from scipy.signal import savgol_filter
+
+    step, position = log.sampling_time, log.measured_position[:_MOST_SAMPLES]
+    effort = log.effort[: position.size]
+    most = min(max(int(_LARGEST_LAG / step), 4), 60, position.size // 10)
+    length = 2 * max(4, min(int(0.01 / step), 40)) + 1
+    if position.size < 10 * length or most < 2:
+        return None, None
+    options: dict[str, Any] = {"window_length": length, "polyorder": 3, "delta": step}
+    velocity = savgol_filter(position, deriv=1, **options)
+    acceleration = savgol_filter(position, deriv=2, **options)
+    effort = savgol_filter(effort, window_length=length, polyorder=3)
+    inside = np.arange(most + length, position.size - most - length)
+    speed = np.abs(velocity[inside])
+    inside = inside[speed > np.median(speed)]
+    if inside.size < 20:
+        return None, None
+    rows = np.column_stack(
+        [acceleration[inside], velocity[inside], np.sign(velocity[inside]), np.ones(inside.size)]
+    )
+    basis, _ = np.linalg.qr(rows / np.linalg.norm(rows, axis=0))
+    shifts = np.arange(-most, most + 1)
+    left = np.empty(shifts.size)
+    for k, shift in enumerate(shifts):
+        target = effort[inside - shift]
+        left[k] = float(target @ target - np.sum((basis.T @ target) ** 2))
+    best = int(np.argmin(left))
+    if best in {0, shifts.size - 1}:
+        return None, None
+    curvature = float(left[best - 1] - 2.0 * left[best] + left[best + 1])
+    if curvature <= 0.0:
+        return None, None
+    offset = 0.5 * float(left[best - 1] - left[best + 1]) / curvature
+    # The held effort of a sample acts half a step later than its stamp
+    lag = (float(shifts[best]) + offset - 0.5) * step
+    least = max(float(left[best]) - 0.5 * curvature * offset**2, 0.0)
+    independent = inside.size / length
+    error = step * float(np.sqrt(2.0 * least / max(independent, 1.0) / curvature))
+    if left[best] > _GAIN * left[most]:
+        return (0.0 if error < 2.0 * step else None), error
+    return lag, error

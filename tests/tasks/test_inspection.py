@@ -1,0 +1,106 @@
+"""What a log holds and how it would be read."""
+
+import json
+
+import numpy as np
+import pytest
+
+from stickslip.logs import AxisSchema, LogSchema, read_axes, read_log, read_schema
+from stickslip.records import AxisLog
+from stickslip.tasks import inspect, write_schema
+from stickslip.tasks.inspection import effort_lag
+
+TIME = np.arange(4000) * 0.002
+V = 1.5 * np.sin(2 * TIME) + np.sin(5 * TIME)
+Q = -0.75 * np.cos(2 * TIME) - 0.2 * np.cos(5 * TIME)
+U = 0.3 * (3 * np.cos(2 * TIME) + 5 * np.cos(5 * TIME)) + 0.5 * np.sign(V) + 0.2 * V
+
+
+def write(path, columns):
+    rows = zip(*(values.tolist() for values in columns.values()), strict=True)
+    path.write_text("\n".join([",".join(columns), *(",".join(map(repr, r)) for r in rows), ""]))
+    return path
+
+
+@pytest.fixture
+def robot(tmp_path):
+    clipped = np.clip(U, -1.2, 1.2)
+    return write(tmp_path / "robot.csv", {
+        "time [ms]": TIME * 1e3, "elbow_pos [deg]": np.rad2deg(Q), "elbow_torque [Nm]": U,
+        "wrist_pos [deg]": np.rad2deg(Q), "wrist_torque [Nm]": clipped,
+        "wrist_target [deg]": Q, "grip_pos [deg]": Q, "temperature [degC]": 20 + 0 * TIME,
+    })  # fmt: skip
+
+
+def test_columns_and_axes(robot):
+    found = inspect(robot)
+    assert found.trusted
+    assert found.rates[""] == pytest.approx(500.0)
+    columns = {each.name: each for each in found.columns}
+    assert columns["elbow_pos"].unit == "deg"
+    assert columns["elbow_pos"].meaning == "position of elbow"
+    assert columns["elbow_pos"].high == pytest.approx(np.rad2deg(Q.max()))
+    assert columns["temperature"].meaning == ""
+    assert columns["temperature"].low == columns["temperature"].high == 20.0
+    assert [each.name for each in found.axes] == ["elbow", "wrist"]
+    elbow, wrist = found.axes
+    assert elbow.columns["effort"] == "elbow_torque"
+    assert elbow.clipped == 0.0
+    share = np.mean((np.abs(U[1:]) >= 1.2) & (np.abs(U[:-1]) >= 1.2))
+    assert wrist.clipped == pytest.approx(share, abs=2e-3)
+    assert (elbow.samples, elbow.segments) == (4000, 1)
+    assert json.loads(json.dumps(found.to_dict()))["axes"][1]["columns"]["position"] == "wrist_pos"
+
+
+def test_what_is_missing_is_a_result(tmp_path):
+    path = write(tmp_path / "log.csv", {"t": TIME, "angle": Q, "temperature": TIME})
+    found = inspect(path)
+    assert not found.trusted
+    (axis,) = found.axes
+    assert "no column is obviously the effort" in axis.problem
+
+
+def test_a_written_schema_reads_the_same(robot, tmp_path):
+    path = write_schema(robot, tmp_path / "robot.toml", LogSchema())
+    assert list(read_schema(path).axes) == ["elbow", "wrist"]
+    with_schema, without = read_axes(robot, path), read_axes(robot)
+    for name, log in without.items():
+        np.testing.assert_array_equal(with_schema[name].effort, log.effort)
+        np.testing.assert_array_equal(with_schema[name].time, log.time)
+        np.testing.assert_array_equal(with_schema[name].measured_position, log.measured_position)
+
+
+def test_a_written_schema_of_one_axis_with_odd_names(tmp_path):
+    columns = {"t [s]": TIME, 'motor "A" angle [deg]': np.rad2deg(Q), "torque [Nm]": U}
+    log = write(tmp_path / "log.csv", {k.replace('"', ""): v for k, v in columns.items()})
+    stated = LogSchema(units={"effort": "mNm"}, torque_constant=None, name="a = 'b'\\\"c\"")
+    path = write_schema(log, tmp_path / "log.toml", stated)
+    assert read_schema(path).name == stated.name
+    assert read_log(log, path).effort[5] == pytest.approx(1e-3 * U[5])
+
+
+@pytest.mark.parametrize("lag", [0, 3, 12])
+def test_lag_of_the_effort(lag):
+    generator = np.random.default_rng(4)
+    # Held over a sample, an effort acts half a step later than its stamp
+    now = np.interp(TIME + 0.001 + lag * 0.002, TIME, U)
+    log = AxisLog(name="a", kind="rotary", time=TIME,
+                  effort=now + generator.normal(scale=0.02, size=TIME.size),
+                  measured_position=Q + generator.normal(scale=1e-5, size=TIME.size))  # fmt: skip
+    found, error = effort_lag(log)
+    assert found == pytest.approx(lag * 0.002, abs=max(3 * error, 0.0015))
+    assert error < 0.003
+
+
+def test_flags_take_part(robot):
+    found = inspect(robot, columns=AxisSchema(start_time=1.0, end_time=3.0))
+    assert found.axes[0].duration == pytest.approx(2.0)
+
+
+@pytest.mark.slow
+def test_check(robot, tmp_path):
+    found = inspect(robot, limit=0.05)
+    elbow = {each.parameter: each for each in found.axes[0].expected}
+    assert elbow["inertia"].sufficient
+    assert not elbow["static_friction"].sufficient
+    assert not found.trusted
