@@ -11,7 +11,7 @@ def columns():
     """By channel, 60 samples of 17 digits each."""
     generator = np.random.default_rng(20)
     n = 60
-    time = np.arange(n) * 0.01
+    time = np.arange(n) / 100  # which whole nanoseconds hold
     return {
         "time": time,
         "position": np.sin(5 * time) + generator.normal(scale=1e-3, size=n),

@@ -9,6 +9,16 @@ import pyarrow.parquet as pq
 import pytest
 import scipy.io
 from matlab_files import write_matlab_73
+from measurement_files import write_hdf5, write_mdf, write_sysid, write_tdms
+from message_files import (
+    JOINTS,
+    joint_columns,
+    write_mcap_json,
+    write_mcap_protobuf,
+    write_ros_1,
+    write_ros_2_file,
+)
+from rosbags.rosbag2 import StoragePlugin
 
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.logs.formats.registry import FORMATS, format_of
@@ -17,10 +27,19 @@ from stickslip.records import InputError, MissingExtraError
 
 LINEAR = LogSchema(kind="linear")
 
+# asammdf leaves an object half made when it refuses a file, which complains when it is collected
+pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
+
 
 def read_here(path):
     """Read a file as the process of the readers does, but in this one, which is quicker."""
     return read_guarded(format_of(path), path)
+
+
+def load_all(path):
+    """Read all columns of a file."""
+    table = read_here(path)
+    return table.load(list(table.headers))
 
 
 def write_text(path, columns, delimiter=",", decimal="."):
@@ -45,10 +64,37 @@ WRITERS = {
     "version-7.3.mat": write_matlab_73,
     "archive.npz": lambda path, columns: np.savez(path, **columns),
     "compressed.npz": lambda path, columns: np.savez_compressed(path, **columns),
+    "datasets.h5": write_hdf5,
+    "measurement.tdms": write_tdms,
+    "version-4.mf4": write_mdf,
+    "version-3.mdf": write_mdf,
+    "json.mcap": write_mcap_json,
+    "protobuf.mcap": write_mcap_protobuf,
 }
+"""Writers of all six channels, by a file's name."""
+
+OF_JOINTS = {
+    "version-1.bag": write_ros_1,
+    "sqlite.db3": lambda path, columns: write_ros_2_file(path, columns, StoragePlugin.SQLITE3),
+    "ros.mcap": lambda path, columns: write_ros_2_file(path, columns, StoragePlugin.MCAP),
+}
+"""Writers of joint states."""
+
+OF_A_MECHANISM = {"sysid.json": write_sysid}
+"""Writers of time, voltage, position and velocity."""
+
+EVERY_WRITER = {**WRITERS, **OF_JOINTS, **OF_A_MECHANISM}
 
 BY_ROWS = {"text"}  # formats of which the first rows of a file are a file
-WHOLE = [name for name in WRITERS if FORMATS[Path(name).suffix].name not in BY_ROWS]
+BY_BLOCKS = {"TDMS", "ROS bag"}  # of which the first blocks of a file are a file, or pages of zeros
+WHOLE = [
+    name for name in EVERY_WRITER if FORMATS[Path(name).suffix].name not in BY_ROWS | BY_BLOCKS
+]
+
+
+def last_segment(name):
+    """Return the name of a column without its path."""
+    return name.rpartition("/")[2]
 
 
 @pytest.mark.parametrize("name", WRITERS)
@@ -62,21 +108,53 @@ def test_a_file_of_another_library_gives_its_columns(name, columns, expected, sa
     assert log.source.files == (name,)
 
 
+@pytest.mark.parametrize("name", OF_JOINTS)
+def test_joint_states_give_a_column_for_each_joint(name, columns, tmp_path):
+    path = tmp_path / name
+    OF_JOINTS[name](path, columns)
+    table = read_here(path)
+    loaded = table.load(list(table.headers))
+    (group,) = table.groups
+    assert group.time is not None
+    np.testing.assert_array_equal(loaded[group.time], columns["time"])
+    for quantity, values in zip(
+        ("position", "velocity", "effort"), joint_columns(columns), strict=True
+    ):
+        for k, joint in enumerate(JOINTS):
+            np.testing.assert_array_equal(loaded[f"/joint_states/{joint}/{quantity}"], values[:, k])
+    assert table.origins["/joint_states/elbow/effort"] == "/joint_states (sensor_msgs/JointState)"
+
+
+def test_a_sysid_log_gives_metres_and_volts(columns, tmp_path):
+    path = tmp_path / "sysid.json"
+    write_sysid(path, columns)
+    table = read_here(path)
+    assert table.units == {"time": "s", "voltage": "V", "position": "m", "velocity": "m/s"}
+    loaded = table.load(list(table.headers))
+    np.testing.assert_array_equal(loaded["time"], columns["time"])
+    np.testing.assert_array_equal(loaded["position"], columns["position"])
+    np.testing.assert_array_equal(loaded["voltage"], columns["effort"])
+
+
 @pytest.mark.parametrize("ending", FORMATS)
 def test_every_ending_in_either_case(ending, columns, tmp_path):
-    write = next(
-        write for name, write in WRITERS.items() if FORMATS[Path(name).suffix] is FORMATS[ending]
-    )
+    written = [name for name in EVERY_WRITER if FORMATS[Path(name).suffix] is FORMATS[ending]]
+    example = next((name for name in written if Path(name).suffix == ending), written[0])
+    write = EVERY_WRITER[example]
+    path = tmp_path / f"written{Path(example).suffix}"
+    write(path, columns)
     for name in (f"log{ending}", f"log{ending.upper()}"):
-        write(tmp_path / f"written{ending}", columns)
-        path = (tmp_path / f"written{ending}").rename(tmp_path / name)
-        table = format_of(path).read(path)
+        path = path.rename(tmp_path / name)
+        table = read_here(path)
         assert table.label == name
-        assert tuple(table.headers) == tuple(columns)
-        chosen = table.load(["effort", "time"])
-        assert set(chosen) == {"effort", "time"}
-        np.testing.assert_array_equal(chosen["effort"], columns["effort"])
-        assert table.place("effort", 3).startswith(f"{name}, ")
+        assert set(table.headers) == {column for group in table.groups for column in group.columns}
+        chosen = list(table.headers)[:2]
+        loaded = table.load(chosen)
+        assert set(loaded) == set(chosen)
+        assert all(values.dtype == np.float64 for values in loaded.values())
+        assert table.place(chosen[0], 3).startswith(f"{name}, ")
+        if example in WRITERS:
+            assert {last_segment(column) for column in table.headers} == set(columns)
 
 
 @pytest.mark.parametrize("ending", FORMATS)
@@ -85,7 +163,7 @@ def test_other_content_is_refused_with_the_name_of_the_file(ending, tmp_path):
     for content in (b"no such format " * 40, b"\x00", b"PK\x03\x04" + b"x" * 99):
         path.write_bytes(content)
         with pytest.raises(InputError) as caught:
-            read_log(path, LINEAR)
+            read_here(path)
         assert caught.value.where.startswith(path.name)
         assert caught.value.remedy
 
@@ -93,12 +171,12 @@ def test_other_content_is_refused_with_the_name_of_the_file(ending, tmp_path):
 @pytest.mark.parametrize("name", WHOLE)
 def test_a_file_cut_short_anywhere_is_refused(name, columns, tmp_path):
     path = tmp_path / name
-    WRITERS[name](path, columns)
+    EVERY_WRITER[name](path, columns)
     content = path.read_bytes()
     for length in range(1, len(content), len(content) // 40):
         path.write_bytes(content[:length])
         with pytest.raises(InputError) as caught:
-            read_here(path).load(["time", "effort"])
+            load_all(path)
         assert caught.value.where
         assert caught.value.where.startswith(name)
 
@@ -174,11 +252,21 @@ def test_parquet_names_with_dots_and_other_types(columns, tmp_path):
 
 @pytest.mark.parametrize(
     ("name", "library", "extra"),
-    [("parquet.parquet", "pyarrow", "parquet"), ("version-7.3.mat", "h5py", "hdf5")],
+    [
+        ("parquet.parquet", "pyarrow", "parquet"),
+        ("version-7.3.mat", "h5py", "hdf5"),
+        ("datasets.h5", "h5py", "hdf5"),
+        ("ros.mcap", "rosbags.highlevel", "ros"),
+        ("version-1.bag", "rosbags.highlevel", "ros"),
+        ("json.mcap", "mcap.reader", "ros"),
+        ("protobuf.mcap", "mcap_protobuf.decoder", "ros"),
+        ("measurement.tdms", "nptdms", "tdms"),
+        ("version-4.mf4", "asammdf", "mdf"),
+    ],
 )
 def test_a_missing_library_names_its_extra(name, library, extra, columns, tmp_path, monkeypatch):
     path = tmp_path / name
-    WRITERS[name](path, columns)
+    EVERY_WRITER[name](path, columns)
     monkeypatch.setitem(sys.modules, library, None)
     with pytest.raises(MissingExtraError, match=rf"stickslip\[{extra}\]"):
         format_of(path).read(path)

@@ -1,28 +1,34 @@
-"""Archives of named arrays, as the columns of a log: MATLAB files and NPZ files."""
+"""Named arrays as the columns of a log, and NPZ archives of them."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
-from stickslip.logs.table import Column, Table, groups_by_length, name_columns
-from stickslip.records import InputError, MissingExtraError
+from stickslip.logs.table import Column, RateGroup, Table, groups_by_length, name_columns
+from stickslip.records import InputError
 
-_NUMERIC = "biuf"  # kinds of NumPy types
-
-_SIGNATURE_V73 = b"\x89HDF\r\n\x1a\n"
-_USERBLOCK = 512
+NUMERIC = "biuf"  # kinds of NumPy types
 
 
-def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_from: int) -> Table:
+def table_of_arrays(
+    variables: Mapping[str, np.ndarray],
+    label: str,
+    *,
+    counts_from: int,
+    times: Mapping[str, str] | None = None,
+    notes: Sequence[str] = (),
+) -> Table:
     """Return arrays as a table: vectors are columns, matrices have several, numbers are constants.
 
-    ``counts_from`` is the index of the first sample, as the users of the format count.
+    ``counts_from`` is the index of the first sample, as the users of the format count; ``times``
+    names, by variable, the one that has its time stamps.
     """
     constants: dict[str, float] = {}
     columns: dict[str, Column] = {}
-    notes: list[str] = []
+    said = list(notes)
+    variables, times = _without_copies(variables, times or {})
+    origin: dict[str, str] = {}  # by column, its variable
     for name, array in variables.items():
         values = np.squeeze(array)
         if values.size == 1:
@@ -32,15 +38,13 @@ def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_f
         elif values.ndim == 2 and values.size > 0:
             if values.shape[0] < values.shape[1]:
                 shape = f"{values.shape[0]} x {values.shape[1]}"
-                notes.append(f"{name} is {shape}; its longer side is taken as time")
+                said.append(f"{name} is {shape}; its longer side is taken as time")
                 values = values.T
-            columns |= {f"{name}_{k + 1}": values[:, k] for k in range(values.shape[1])}
+            parts = {f"{name}_{k + 1}": values[:, k] for k in range(values.shape[1])}
+            columns |= parts
+            origin |= dict.fromkeys(parts, name)
     if not columns:
-        raise InputError(
-            "the file has no variables with numbers over time",
-            where=label,
-            remedy="save time, position and effort as numeric vectors (no tables or time series)",
-        )
+        raise InputError("no_numbers_over_time", where=label)
     headers, units = name_columns(list(columns))
     by_name = dict(zip(headers, columns.values(), strict=True))
 
@@ -54,8 +58,52 @@ def table_of_arrays(variables: Mapping[str, np.ndarray], label: str, *, counts_f
         constants=constants,
         load=load,
         place=lambda name, sample: f"{label}, {name} at index {sample + counts_from}",
-        notes=tuple(notes),
-        groups=groups_by_length({name: column.size for name, column in by_name.items()}),
+        notes=tuple(said),
+        groups=_groups(dict(zip(columns, headers, strict=True)), columns, origin, times),
+    )
+
+
+def _without_copies(
+    variables: Mapping[str, np.ndarray], times: Mapping[str, str]
+) -> tuple[Mapping[str, np.ndarray], Mapping[str, str]]:
+    """Return the variables without time stamps that are those of another, and who has which."""
+    kept: dict[str, str] = {}
+    for time in dict.fromkeys(times.values()):
+        stamps = variables[time]
+        kept[time] = next((k for k in kept.values() if np.array_equal(variables[k], stamps)), time)
+    copies = {time for time, own in kept.items() if time != own}
+    variables = {name: array for name, array in variables.items() if name not in copies}
+    return variables, {name: kept[time] for name, time in times.items()}
+
+
+def _groups(
+    names: Mapping[str, str],
+    columns: Mapping[str, Column],
+    origin: Mapping[str, str],
+    times: Mapping[str, str],
+) -> tuple[RateGroup, ...]:
+    """Return the columns with time stamps of their own by these, and the others by length.
+
+    ``names`` are those of the table by those of the columns, ``origin`` the variables of some.
+    """
+    stamped: dict[str, list[str]] = {}
+    for column in columns:
+        time = times.get(origin.get(column, column), "")
+        if time in columns:
+            stamped.setdefault(time, [time]).append(column)
+    taken = {column for group in stamped.values() for column in group}
+    rest = {names[column]: each.size for column, each in columns.items() if column not in taken}
+    alone = len(stamped) == 1 and not rest
+    return (
+        *(
+            RateGroup(
+                columns=tuple(names[column] for column in group),
+                time=names[time],
+                name="" if alone else names[time],
+            )
+            for time, group in stamped.items()
+        ),
+        *groups_by_length(rest),
     )
 
 
@@ -63,59 +111,5 @@ def read_npz(path: Path) -> Table:
     """Read the numeric arrays of an NPZ file; nothing in it is run."""
     with path.open("rb") as file, np.load(file, allow_pickle=False) as archive:
         arrays = {name: archive[name] for name in archive.files}
-    numeric = {name: array for name, array in arrays.items() if array.dtype.kind in _NUMERIC}
+    numeric = {name: array for name, array in arrays.items() if array.dtype.kind in NUMERIC}
     return table_of_arrays(numeric, path.name, counts_from=0)
-
-
-def read_matlab(path: Path) -> Table:
-    """Read the numeric variables of a MATLAB file, version 7.3 through h5py, others through scipy.
-
-    Fields of structures are named ``structure.field``; the columns of a matrix ``name_1``,
-    ``name_2`` and so on. Numbers are constants that expressions can use.
-    """
-    with path.open("rb") as file:
-        head = file.read(_USERBLOCK + len(_SIGNATURE_V73))
-    read = _version_73 if head[_USERBLOCK:] == _SIGNATURE_V73 else _version_5
-    return table_of_arrays(dict(read(path)), path.name, counts_from=1)
-
-
-def _version_5(path: Path) -> Iterator[tuple[str, np.ndarray]]:
-    import scipy.io
-
-    variables: Mapping[str, Any] = scipy.io.loadmat(str(path), simplify_cells=True)
-    yield from _fields({k: v for k, v in variables.items() if not k.startswith("__")})
-
-
-def _fields(variables: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, np.ndarray]]:
-    for name, value in variables.items():
-        if isinstance(value, Mapping):
-            yield from _fields(value, f"{prefix}{name}.")
-        elif (array := np.asarray(value)).dtype.kind in _NUMERIC:
-            yield prefix + name, array
-
-
-def _version_73(path: Path) -> Iterator[tuple[str, np.ndarray]]:
-    try:
-        import h5py
-    except ImportError:
-        raise MissingExtraError(
-            f"{path.name} is a MATLAB 7.3 file; reading it", extra="hdf5"
-        ) from None
-
-    with h5py.File(path, "r") as file:
-        yield from _datasets(file, "")
-
-
-def _datasets(group: Any, prefix: str) -> Iterator[tuple[str, np.ndarray]]:
-    for name, item in group.items():
-        if name.startswith("#"):
-            continue
-        if hasattr(item, "items"):
-            yield from _datasets(item, f"{prefix}{name}.")
-        elif (
-            item.dtype.kind in _NUMERIC
-            and item.attrs.get("MATLAB_class") != b"char"
-            and not item.attrs.get("MATLAB_empty", 0)
-        ):
-            # MATLAB stores columns first and HDF5 rows first.
-            yield prefix + name, np.asarray(item[()]).T

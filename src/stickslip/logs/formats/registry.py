@@ -9,8 +9,14 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
-from stickslip.logs.formats.arrays import read_matlab, read_npz
+from stickslip.logs.formats.arrays import read_npz
 from stickslip.logs.formats.frames import read_parquet
+from stickslip.logs.formats.hdf5 import read_hdf5
+from stickslip.logs.formats.lerobot import INFO, read_lerobot
+from stickslip.logs.formats.matlab import read_matlab
+from stickslip.logs.formats.measurement import read_mdf, read_tdms
+from stickslip.logs.formats.ros import read_bag, read_mcap
+from stickslip.logs.formats.sysid import read_sysid
 from stickslip.logs.formats.text import read_text
 from stickslip.logs.table import Table
 from stickslip.records import InputError
@@ -63,10 +69,62 @@ _ENTRIES = (
         name="MATLAB",
         endings=(".mat",),
         read=read_matlab,
-        libraries="scipy (BSD-3-Clause), h5py (BSD-3-Clause)",
-        extra="hdf5",
+        libraries="scipy, h5py and mat-io (BSD-3-Clause)",
+        extra="matlab",
         signature=b"MATLAB ",
     ),
+    LogFormat(
+        name="HDF5",
+        endings=(".h5", ".hdf5", ".hdf"),
+        read=read_hdf5,
+        libraries="h5py (BSD-3-Clause)",
+        extra="hdf5",
+        signature=b"\x89HDF\r\n\x1a\n",
+    ),
+    LogFormat(
+        name="ROS bag",
+        endings=(".bag", ".db3"),
+        read=read_bag,
+        libraries="rosbags (Apache-2.0)",
+        extra="ros",
+        signature=b"#ROSBAG V",
+        folder="metadata.yaml",
+        hashed_endings=(".yaml", ".db3", ".mcap", ".zstd"),
+    ),
+    LogFormat(
+        name="MCAP",
+        endings=(".mcap",),
+        read=read_mcap,
+        libraries="rosbags (Apache-2.0), mcap and mcap-protobuf-support (MIT)",
+        extra="ros",
+        signature=b"\x89MCAP0\r\n",
+    ),
+    LogFormat(
+        name="LeRobot",
+        endings=(),
+        read=read_lerobot,
+        libraries="pyarrow (Apache-2.0)",
+        extra="parquet",
+        folder=INFO,
+        hashed_endings=(".json", ".parquet"),
+    ),
+    LogFormat(
+        name="TDMS",
+        endings=(".tdms",),
+        read=read_tdms,
+        libraries="npTDMS (LGPL-3.0-only)",
+        extra="tdms",
+        signature=b"TDSm",
+    ),
+    LogFormat(
+        name="MDF",
+        endings=(".mf4", ".mdf"),
+        read=read_mdf,
+        libraries="asammdf (LGPL-3.0-or-later)",
+        extra="mdf",
+        signature=b"MDF ",
+    ),
+    LogFormat(name="SysId", endings=(".json",), read=read_sysid, signature=b"{"),
     LogFormat(name="NPZ", endings=(".npz",), read=read_npz, signature=b"PK\x03\x04"),
 )
 
