@@ -77,7 +77,7 @@ def main() -> None:
             time, position, _ = run(model, 10.0, start=0.0, load=share * COULOMB)
             right.semilogy(
                 time[1:],
-                np.maximum(np.abs(position[1:]), 1e-9),
+                np.maximum(np.abs(position[1:]), 1e-12),
                 line,
                 color=color,
                 label=f"{name}, {share:g} of the friction",
@@ -85,8 +85,8 @@ def main() -> None:
             print(f"{name}, {share:g}: {abs(position[-1]):.2g} rad in 10 s")
     left.set(title="Coasting", xlabel="time [s]", ylabel="velocity [rad/s]")
     left.legend()
-    right.set(title="Held by friction", xlabel="time [s]", ylabel="position [rad]", ylim=(1e-8, 1))
-    right.legend(fontsize=7, loc="center right")
+    right.set(title="Held by friction", xlabel="time [s]", ylabel="position [rad]", ylim=(1e-9, 1))
+    right.legend(fontsize=7, loc="lower right")
     save(figure, "export-mujoco.png")
 
 

@@ -166,9 +166,24 @@ def test_yourdfpy_reads_the_values(tmp_path):
     assert shown.replace("'", "").strip() == f"{[VISCOUS] * 2} {[COULOMB] * 2}"
 
 
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("joint", ["elbow", "slide"])
+@pytest.mark.parametrize("target", XML)
+def test_drake_reads_the_damping(target, joint, tmp_path):
+    pytest.importorskip("pydrake", reason="drake is not installed")
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    path = tmp_path / f"arm.{'xml' if target == 'mjcf' else target}"
+    path.write_text(edited(target, joint))
+    plant = MultibodyPlant(0.001)
+    Parser(plant).AddModels(str(path))
+    assert plant.GetJointByName(joint).default_damping() == VISCOUS
+
+
 @pytest.mark.parametrize("joint", ["elbow", "slide"])
 def test_sdf_has_values_where_the_specification_has_them(joint):
-    # No parser of SDFormat is on PyPI; the path is that of sdformat's joint.sdf
+    # The path is that of sdformat's joint.sdf; Drake reads the damping there, and no friction
     from xml.etree import ElementTree
 
     root = ElementTree.fromstring(edited("sdf", joint))  # noqa: S314 - of this test

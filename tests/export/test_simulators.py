@@ -291,6 +291,20 @@ def test_drake_sets_the_damping(written):
     assert any("no Coulomb friction" in each for each in notes)
 
 
+def test_drake_takes_the_damping(written, tmp_path):
+    pytest.importorskip("pydrake", reason="drake is not installed")
+    from exports import URDF
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import MultibodyPlant
+
+    path = tmp_path / "arm.urdf"
+    path.write_text(URDF)
+    plant = MultibodyPlant(0.001)
+    Parser(plant).AddModels(str(path))
+    written("drake", [])["apply_friction"](plant)
+    assert plant.GetJointByName("elbow").default_damping() == VISCOUS
+
+
 def test_isaac_lab_events_scale(written):
     estimate = document()
     estimate["parameters"]["viscous_friction"]["ci95"] = [0.15, 0.26]

@@ -92,7 +92,7 @@ URDF = """\
 <axis xyz="1 0 0"/><limit lower="-9" upper="9" effort="10" velocity="9"/></joint>
   <link name="plate>1"/>
   <joint name="weld" type="fixed"><parent link="tool"/><child link="plate>1"/></joint>
-  <transmission name="t"><joint name="elbow"/></transmission>
+  <transmission name="t"><type>x</type><joint name="elbow"/></transmission>
 </robot>
 """
 
