@@ -110,7 +110,7 @@ class AxisSchema:
         if self.sampling_time is not None:
             positive("sampling_time", self.sampling_time, "s")
         if self.sampling_frequency is not None:
-            positive("sampling frequency", self.sampling_frequency, "Hz")
+            positive("sampling_frequency", self.sampling_frequency, "Hz")
 
     def _check_gear(self) -> None:
         if self.effort_side not in {None, *get_args(Side)}:

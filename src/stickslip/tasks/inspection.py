@@ -10,7 +10,8 @@ from jaxtyping import Float
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.logs.columns.assignment import Assignment, assign
 from stickslip.logs.columns.conversion import axis_log
-from stickslip.logs.columns.discovery import discover
+from stickslip.logs.columns.discovery import Discovery, discover
+from stickslip.logs.columns.words import Meaning
 from stickslip.logs.opening import open_log
 from stickslip.logs.reading import schema_at
 from stickslip.logs.schema import CHANNELS, toml_text
@@ -70,11 +71,14 @@ def inspect(
     if columns is not None:
         whole = whole.overridden(None, columns)
     table, source, name = open_log(log, whole.files, where)
-    values = {column: _loaded(table, column) for column in table.headers}
+    values, discovery = _values(table), discover(table)
     return Inspection(
         name=name,
-        rates=_rates(table, values),
-        columns=tuple(_column(table, column, values[column]) for column in table.headers),
+        rates=_rates(table, discovery, values),
+        columns=tuple(
+            _column(table, column, discovery.by_column.get(column), values[column])
+            for column in table.headers
+        ),
         axes=tuple(
             _proposal(table, assigned, where, source, axis or name, limit)
             for axis, assigned in assign(table, whole).items()
@@ -110,6 +114,15 @@ def write_schema(log: Path | str, path: Path | str, schema: LogSchema) -> Path:
     return target
 
 
+def _values(table: Table) -> dict[str, Float[np.ndarray, " n"] | None]:
+    """Return the values of every column, None for one that holds no numbers."""
+    names = list(table.headers)
+    try:
+        return {name: np.asarray(each, np.float64) for name, each in table.load(names).items()}
+    except StickslipError:  # one of them at least; a reader may load each alone
+        return {name: _loaded(table, name) for name in names}
+
+
 def _loaded(table: Table, column: str) -> Float[np.ndarray, " n"] | None:
     """Return the values of a column, or None if it holds no numbers."""
     try:
@@ -118,9 +131,10 @@ def _loaded(table: Table, column: str) -> Float[np.ndarray, " n"] | None:
         return None
 
 
-def _column(table: Table, name: str, values: Float[np.ndarray, " n"] | None) -> LogColumn:
+def _column(
+    table: Table, name: str, found: Meaning | None, values: Float[np.ndarray, " n"] | None
+) -> LogColumn:
     group, unit = table.group_of(name), table.units.get(name, "")
-    found = discover(table).by_column.get(name)
     meaning = ""
     if found is not None:
         words = [found.source, "current" if found.current else found.channel.replace("_", " ")]
@@ -145,13 +159,17 @@ def _column(table: Table, name: str, values: Float[np.ndarray, " n"] | None) -> 
     )
 
 
-def _rates(table: Table, values: Mapping[str, Float[np.ndarray, " n"] | None]) -> dict[str, float]:
+def _rates(
+    table: Table,
+    discovery: Discovery,
+    values: Mapping[str, Float[np.ndarray, " n"] | None],
+) -> dict[str, float]:
     """Return the sampling frequency of each group by its time stamps [Hz], if these are in s."""
     from stickslip.logs.columns.clock import unit_of_stamps
     from stickslip.logs.units import scale_to_si
 
     rates: dict[str, float] = {}
-    times = [each.column for each in discover(table).candidates("time")]
+    times = [each.column for each in discovery.candidates("time")]
     for group in table.groups:
         own = [name for name in times if name in group.columns]
         column = group.time or (own[0] if len(own) == 1 else None)

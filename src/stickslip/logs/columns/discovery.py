@@ -35,13 +35,12 @@ class Discovery:
         Commanded motion is none. A measured torque or force comes before a commanded one, either
         before a current, and a torque that is worded as such before a drive's load.
         """
-        found = [each for each in self.meanings if each.channel == channel]
         if channel == "time":
-            found = [each for each in found if axis is None or each.axis in {"", axis}]
+            found = self._found("time", "" if axis else axis)
+            found += self._found("time", axis) if axis else []
             stamps = [each for each in found if each.stamp]
             return stamps or found
-        if axis is not None:
-            found = [each for each in found if each.axis == axis]
+        found = self._found(channel, axis)
         if channel != "effort":
             return [each for each in found if each.source != "commanded"]
         return _most_direct(found)
@@ -49,11 +48,18 @@ class Discovery:
     def unused(self, channel: str, axis: str) -> list[Meaning]:
         """Return columns of a channel of an axis that are not taken for it."""
         taken = {each.column for each in self.candidates(channel, axis)}
-        return [
-            each
-            for each in self.meanings
-            if each.channel == channel and each.axis == axis and each.column not in taken
-        ]
+        return [each for each in self._found(channel, axis) if each.column not in taken]
+
+    @cached_property
+    def _index(self) -> dict[tuple[str, str | None], list[Meaning]]:
+        index: dict[tuple[str, str | None], list[Meaning]] = {}
+        for each in self.meanings:
+            index.setdefault((each.channel, each.axis), []).append(each)
+            index.setdefault((each.channel, None), []).append(each)
+        return index
+
+    def _found(self, channel: str, axis: str | None) -> list[Meaning]:
+        return list(self._index.get((channel, axis), []))
 
 
 def discover(table: Table) -> Discovery:
@@ -63,13 +69,14 @@ def discover(table: Table) -> Discovery:
 
 
 def _most_direct(found: list[Meaning]) -> list[Meaning]:
-    """Return the efforts that tell the most directly what acts on each axis."""
-    kept: list[Meaning] = []
-    for axis in dict.fromkeys(each.axis for each in found):
-        own = [each for each in found if each.axis == axis]
-        ranks = [(each.current, each.source == "commanded") for each in own]
-        kept += [each for each, rank in zip(own, ranks, strict=True) if rank == min(ranks)]
-    return kept
+    """Return the efforts of each axis that need the fewest conversions, measured ones first."""
+    ranks: dict[str, tuple[bool, bool]] = {}
+    for each in found:
+        rank = (each.current, each.source == "commanded")
+        ranks[each.axis] = min(rank, ranks.get(each.axis, rank))
+    return [
+        each for each in found if (each.current, each.source == "commanded") == ranks[each.axis]
+    ]
 
 
 def _without_common_words(found: Sequence[Meaning]) -> list[Meaning]:

@@ -1,0 +1,64 @@
+"""Several axes of a log, and the inspection of one, on the command line."""
+
+import json
+
+import numpy as np
+import pytest
+from stage_log import csv_text, table
+
+
+@pytest.fixture
+def two_axes(tmp_path):
+    one = table(2000)
+    names = list(one)
+    path = tmp_path / "gantry.csv"
+    columns = {"time [s]": one[names[0]]}
+    for axis in ("x", "y"):
+        columns[f"{axis}_position [m]"] = one["position [m]"] * (1 if axis == "x" else -1)
+        columns[f"{axis}_force [N]"] = one["force [N]"] * (1 if axis == "x" else -1)
+    path.write_text(csv_text(columns))
+    return path
+
+
+def test_inspect(run, two_axes, tmp_path):
+    outcome = run("inspect", two_axes, "--schema-out", tmp_path / "gantry.toml", "--json", "-")
+    assert outcome.code == 0
+    document = json.loads(outcome.out)
+    assert [each["name"] for each in document["axes"]] == ["x", "y"]
+    assert "x_force" in outcome.err
+    assert "[axes.y]" in (tmp_path / "gantry.toml").read_text()
+
+
+def test_inspect_says_what_is_missing(run, tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("t,angle,volts\n0,1,2\n1,2,3\n2,4,3\n")
+    outcome = run("inspect", path)
+    assert outcome.code == 1
+    assert "no column is obviously the effort" in " ".join(outcome.out.split())
+
+
+@pytest.mark.slow
+def test_identify_all_axes(run, two_axes, tmp_path):
+    report, file = tmp_path / "r.html", tmp_path / "r.json"
+    outcome = run("identify", two_axes, "--report", report, "--json", file,
+                  "--validate", two_axes, "--from", 0.5)  # fmt: skip
+    assert outcome.code == 0
+    assert "2 of 2 axes identified" in outcome.out
+    document = json.loads(file.read_text())
+    assert list(document["axes"]) == ["x", "y"]
+    masses = [axis["parameters"]["mass"]["value"] for axis in document["axes"].values()]
+    np.testing.assert_allclose(masses, 3.0, rtol=0.02)
+    assert document["axes"]["x"]["validation"]["error"] < 0.05
+    assert report.stat().st_size > 10_000
+
+
+def test_axis_that_the_log_does_not_have(run, two_axes):
+    outcome = run("identify", two_axes, "--axis", "z")
+    assert outcome.code == 2
+    assert "there is no axis 'z'" in outcome.line()
+
+
+def test_delays_of_logs_for_several_axes(run, two_axes):
+    outcome = run("identify", two_axes, "--effort-delay", "gantry=0.001")
+    assert outcome.code == 2
+    assert "choose an axis" in outcome.line()
