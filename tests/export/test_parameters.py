@@ -4,11 +4,11 @@ import json
 
 import numpy as np
 import pytest
-from exports import COULOMB, INERTIA, VISCOUS, document
+from exports import COULOMB, INERTIA, URDF, VISCOUS, document
 from refusals import refuses
 
 from stickslip.export import EstimateReading, Transmission, axes_of
-from stickslip.records import FrictionEstimate
+from stickslip.records import AxesIdentification, FrictionEstimate
 
 
 def read(estimate, **reading):
@@ -16,8 +16,8 @@ def read(estimate, **reading):
 
 
 @pytest.fixture(scope="module")
-def identified():
-    """Return an estimate of a simulated axis."""
+def identification():
+    """Return the identification of a simulated axis."""
     from stickslip import CoulombViscousFriction, Sensors, SingleMass, identify, simulate
 
     law = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
@@ -25,9 +25,28 @@ def identified():
     effort = 2.0 * np.sign(np.sin(np.arange(0.0, 6.0, 0.002) * 5.0))
     motion = simulate(plant, effort, sampling_time=0.002)
     log = Sensors(position_noise=1e-5).measure(motion, np.random.default_rng(1))
-    estimate = identify(log).estimate
-    assert isinstance(estimate, FrictionEstimate)
-    return estimate
+    return identify(log)
+
+
+@pytest.fixture(scope="module")
+def identified(identification):
+    assert isinstance(identification.estimate, FrictionEstimate)
+    return identification.estimate
+
+
+def test_the_axes_of_a_robot_are_exported_and_those_without_an_estimate_named(identification):
+    from stickslip.export import render
+
+    robot = AxesIdentification(
+        name="arm", axes={"elbow": identification}, unread={"slide": "the column is constant"}
+    )
+    result = render(robot, "urdf", into=URDF)
+    assert not result.complete
+    assert result.warnings == ("slide is not written: the column is constant",)
+    one = render(identification, "urdf", into=URDF, joint="elbow")
+    assert one.complete
+    assert one.rendered.files == result.rendered.files
+    assert render(robot, "urdf", into=URDF, axis="elbow").complete
 
 
 def test_an_estimate_its_document_and_its_file_give_the_same(identified, tmp_path):

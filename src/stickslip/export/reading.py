@@ -15,9 +15,11 @@ from stickslip.input_files import read_json
 from stickslip.records import (
     PARAMETER_NAMES,
     SCHEMA_VERSION,
+    AxesIdentification,
     AxisKind,
     EffortUnit,
     FrictionEstimate,
+    Identification,
     InputError,
     Status,
     mass_name,
@@ -47,16 +49,28 @@ class EstimateReading:
     force: bool = False
 
 
-def axes_of(
-    estimate: "FrictionEstimate | Mapping[str, Any] | Path | str", reading: EstimateReading
-) -> dict[str, ExportParameters]:
+Estimate = FrictionEstimate | Identification | AxesIdentification | Mapping[str, Any] | Path | str
+"""An estimate or a result that holds it, of one axis or of several; its JSON document; or the path
+of a file with that."""
+
+
+def document_of(estimate: Estimate) -> tuple[Mapping[str, Any], str]:
+    """Return the JSON document of an estimate, and its file if it is read from one."""
+    if isinstance(estimate, FrictionEstimate | Identification | AxesIdentification):
+        return estimate.to_dict(), ""
+    if isinstance(estimate, Mapping):
+        return estimate, ""
+    return read_json(Path(estimate)), str(estimate)
+
+
+def axes_of(estimate: Estimate, reading: EstimateReading) -> dict[str, ExportParameters]:
     """Return the parameters of each axis of an estimate, by its name; that of one axis is empty.
 
     Parameters
     ----------
     estimate
-        An estimate, its JSON document, ``{"axes": {NAME: document}}`` of a whole robot, or the path
-        of a file with one of these.
+        An estimate or a result of `stickslip.identify`, its JSON document, ``{"axes": {NAME:
+        document}}`` of a whole robot, or the path of a file with one of these.
     reading
         See `EstimateReading`.
 
@@ -65,22 +79,23 @@ def axes_of(
     InputError
         If it is not an estimate, or in ampere without a torque constant.
     """
-    where = ""
-    if isinstance(estimate, FrictionEstimate):
-        document: Mapping[str, Any] = estimate.to_dict()
-    elif isinstance(estimate, Mapping):
-        document = estimate
-    else:
-        document, where = read_json(Path(estimate)), str(estimate)
+    document, where = document_of(estimate)
+    file = Path(where).name
     if "axes" not in document:
-        return {"": _parameters(document, where, reading)}
+        return {"": _parameters(document, where, file, reading)}
     axes = document["axes"]
     if not isinstance(axes, Mapping) or not axes:
         raise InputError("not_an_estimate", where=where, name="axes")
     return {
-        str(name): _parameters(each, _place(where, f"axes.{name}"), reading)
+        str(name): _parameters(each, _place(where, f"axes.{name}"), file, reading)
         for name, each in axes.items()
     }
+
+
+def not_identified(document: Mapping[str, Any]) -> dict[str, str]:
+    """Return the axes of a robot that have no estimate, each with the reason."""
+    without = document.get("not_identified")
+    return dict(without) if isinstance(without, Mapping) else {}
 
 
 def chosen(axes: Mapping[str, ExportParameters], name: str) -> ExportParameters:
@@ -94,7 +109,7 @@ def _place(*parts: str) -> str:
     return ", ".join(part for part in parts if part)
 
 
-def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportParameters:
+def _parameters(document: Any, where: str, file: str, reading: EstimateReading) -> ExportParameters:
     kind, status = _checked(document, where)
     verdicts = _verdicts(document)
     values: dict[str, float] = {}
@@ -144,7 +159,7 @@ def _parameters(document: Any, where: str, reading: EstimateReading) -> ExportPa
         uncertain=tuple(name for name, _ in rows) if covariance.size else (),
         side=reading.transmission.side,
         transmission=reading.transmission,
-        source=_source(document, where, status),
+        source=_source(document, file, status),
     )
 
 
@@ -257,12 +272,12 @@ def _covariance(document: Mapping[str, Any], rows: list[int], scales: "np.ndarra
     return part * np.outer(scales, scales) if np.isfinite(part).all() else np.zeros((0, 0))
 
 
-def _source(document: Mapping[str, Any], where: str, status: Status) -> Source:
+def _source(document: Mapping[str, Any], file: str, status: Status) -> Source:
     provenance = document.get("provenance")
     table: Mapping[str, Any] = provenance if isinstance(provenance, Mapping) else {}
     files = table.get("files")
     return Source(
-        file=Path(where.partition(", ")[0]).name if where else "",
+        file=file,
         logs=tuple(str(each) for each in files) if isinstance(files, list | tuple) else (),
         status=status,
         estimator=str(document.get("estimator", "")),

@@ -3,14 +3,20 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path, PurePosixPath
-from typing import Any
 
 from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
-from stickslip.export.reading import EstimateReading, axes_of, chosen
+from stickslip.export.reading import (
+    Estimate,
+    EstimateReading,
+    axes_of,
+    chosen,
+    document_of,
+    not_identified,
+)
 from stickslip.export.registry import exporter as exporter_named
 from stickslip.outputs import files_at_once, write_whole
-from stickslip.records import FrictionEstimate, InputError, Status
+from stickslip.records import InputError, Status
 
 _DEFAULT_AXIS = "axis"
 
@@ -38,7 +44,7 @@ class Export:
 
 
 def render(
-    estimate: "FrictionEstimate | Mapping[str, Any] | Path | str",
+    estimate: Estimate,
     target: str,
     *,
     into: FileToEdit | str | bytes | None = None,
@@ -52,7 +58,8 @@ def render(
     Parameters
     ----------
     estimate
-        An estimate, the JSON document of one or of a whole robot, or the path of its file.
+        An estimate or a result of `stickslip.identify`, the JSON document of one axis or of a
+        whole robot, or the path of its file.
     target
         One of `targets`.
     into
@@ -80,7 +87,9 @@ def render(
         raise InputError("not_edited", title=exporter.title)
     if exporter.edits == "always" and into is None:
         raise InputError("file_to_edit_missing", title=exporter.title)
+    document, _ = document_of(estimate)
     axes = axes_of(estimate, reading or EstimateReading())
+    without = not_identified(document) if axis is None else {}
     if axis is not None:
         axes = {axis: chosen(axes, axis)}
     if exporter.edits == "always" and joint is None and "" in axes:
@@ -103,7 +112,7 @@ def render(
         (f"{name}: " if len(axes) > 1 else "") + sentence
         for name, each in axes.items()
         for sentence in (*each.warnings(), *each.missing(exporter.represents))
-    )
+    ) + tuple(f"{name} is not written: {reason}" for name, reason in without.items())
     trusted = all(each.source.status is Status.OK for each in axes.values())
     return Export(
         target=target, rendered=rendered, warnings=warnings, complete=trusted and not warnings
@@ -111,7 +120,7 @@ def render(
 
 
 def write(
-    estimate: "FrictionEstimate | Mapping[str, Any] | Path | str",
+    estimate: Estimate,
     target: str,
     out: Path | str,
     *,
@@ -126,7 +135,8 @@ def write(
     Parameters
     ----------
     estimate
-        An estimate, the JSON document of one or of a whole robot, or the path of its file.
+        An estimate or a result of `stickslip.identify`, the JSON document of one axis or of a
+        whole robot, or the path of its file.
     target
         One of `targets`.
     out
