@@ -16,8 +16,8 @@ from stickslip.messages import messages
 
 ERRORS = {"InputError", "StickslipError", "EventBudgetError", "NoPulseSeriesError"}
 PACKAGE = Path(stickslip.__file__).parent
-ITEMS = {"names", "list", "any", "all"}  # formats of several items
-PURELY_INTERNAL = {"missing_extra", "option_needed", "misspelt_key", "not_a_table", "wrong_type"}
+ITEMS = {"names", "list", "or", "any", "all"}  # formats of several items
+PURELY_INTERNAL = {"missing_extra", "option_needed", "misspelt_key", "not_a_table"}
 
 
 @dataclass(frozen=True)

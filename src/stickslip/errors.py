@@ -165,9 +165,7 @@ def _number(name: str, value: Any, unit: str) -> float:
 
 def _checked(name: str, value: float, unit: str, *, zero: bool) -> float:
     """Return a finite number that is positive, or zero where that is allowed."""
-    number = _number(name, value, unit)
-    if not np.isfinite(number):
-        raise InputError("not_finite", name=name, value=number, unit=unit)
+    number = finite(name, value, unit)
     if number < 0.0 or (number == 0.0 and not zero):
         raise InputError("negative" if zero else "not_positive", name=name, value=number, unit=unit)
     return number
@@ -207,6 +205,14 @@ def non_negative(name: str, value: float, unit: str) -> float:
         If it is no number, not finite, or below zero.
     """
     return _checked(name, value, unit, zero=True)
+
+
+def finite(name: str, value: float, unit: str) -> float:
+    """Return a finite number as a float; an InputError otherwise."""
+    number = _number(name, value, unit)
+    if not np.isfinite(number):
+        raise InputError("not_finite", name=name, value=number, unit=unit)
+    return number
 
 
 def whole(name: str, value: Any, *, least: int = 0, unit: str = "") -> int:

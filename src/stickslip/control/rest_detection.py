@@ -4,8 +4,8 @@ from dataclasses import dataclass
 from math import sqrt
 from statistics import NormalDist
 
-from stickslip.control.checks import check_fields, whole
-from stickslip.records import InputError, non_negative, positive, quantity_field
+from stickslip.control.checks import check_fields
+from stickslip.records import non_negative, positive, quantity_field, whole
 
 _MISSED = 1e-3  # of the windows of an axis at rest; the next window, a sample later, makes it good
 _FALSE = 1e-6  # of the rests: noise taken for motion, from which something wrong would be learned
@@ -54,15 +54,7 @@ class RestDetection:
 
     def __post_init__(self) -> None:
         for name, least in (("samples", 1 if self.speed is not None else 2), ("delay", 0)):
-            value = getattr(self, name)
-            if not (whole(value) and value >= least):
-                alone = name == "samples" and self.speed is None
-                raise InputError(
-                    f"{name} is {value!r}, it must be a whole number of at least {least}"
-                    + (" where no velocity is looked at" if alone else ""),
-                    remedy=f"give {least} or more",
-                )
-            object.__setattr__(self, name, int(value))
+            object.__setattr__(self, name, whole(name, getattr(self, name), least=least))
         units = {"spread": "m or rad", "speed": "m/s or rad/s", "least_motion": "m or rad"}
         check_fields(self, non_negative, units)
 

@@ -180,7 +180,7 @@ class PulseLaw:
         if np.any(f <= self.breakaway):
             unit = unit_of("effort", self.kind)
             raise InputError(
-                "pulse_below_breakaway",
+                "effort_below_breakaway",
                 name="effort",
                 value=float(np.min(f)),
                 limit_name="breakaway",

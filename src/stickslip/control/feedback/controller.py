@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
 from math import isclose
+from types import NoneType
 from typing import Any
 
 import numpy as np
@@ -216,29 +217,21 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         check_fields(self, positive, {"sampling_time": "s"})
         check_fields(self, non_negative, {"inertia": "kg or kg m^2"})
         check_fields(self, positive, {"effort_limit": "N or N m"})
-        check_class(self, "pd", PD, "give PD(position_gain=..., velocity_gain=...)")
-        check_class(
-            self,
-            "reference",
-            PointToPoint,
-            "give PointToPoint(moves=(Move(target=..., duration=...),)), or for another profile a "
-            "controller of your own, with init() and step(state, sample)",
-        )
-        if self.notch is not None:
-            remedy = "give Notch(...) or Notch.at_resonance(...), or None for none"
-            check_class(self, "notch", Notch, remedy)
-        if self.compensation is not None:
-            remedy = "give FrictionCompensation(friction=...), or None for none"
-            check_class(self, "compensation", FrictionCompensation, remedy)
+        check_class("pd", self.pd, PD)
+        check_class("reference", self.reference, PointToPoint)
+        check_class("notch", self.notch, Notch, NoneType)
+        check_class("compensation", self.compensation, FrictionCompensation, NoneType)
         T = self.sampling_time
         if self.notch is not None:
             self.notch.coefficients(T)
         own = T if self.online is None else self.online.sampling_time
         if not isclose(own, T, rel_tol=_SAME_SAMPLING_TIME):
             raise InputError(
-                f"the estimator's first state was made for a sampling time of {own:.9g} s, the "
-                f"controller has {T:.9g} s",
-                remedy="make both for the sampling time of the loop",
+                "other_sampling_time",
+                name="the estimator's first state",
+                own=own,
+                other="the controller",
+                sampling_time=T,
             )
 
     @property
@@ -323,9 +316,9 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         compensation, online = self._running()
         if estimator_state.shape != online.first_state.shape:
             raise InputError(
-                f"the estimator's state has shape {estimator_state.shape}, its first state has "
-                f"{online.first_state.shape}",
-                remedy="give what estimator_state returned for a run of this controller",
+                "state_of_other_estimator",
+                shape=estimator_state.shape,
+                needed=online.first_state.shape,
             )
         again = replace(online, first_state=estimator_state)
         return replace(self, compensation=replace(compensation, friction=again))
@@ -333,8 +326,5 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
     def _running(self) -> tuple[FrictionCompensation, OnlineFriction]:
         compensation, online = self.compensation, self.online
         if compensation is None or online is None:
-            raise InputError(
-                "no estimator runs along with this controller",
-                remedy="give compensation=FrictionCompensation(friction=OnlineFriction(...))",
-            )
+            raise InputError("no_estimator")
         return compensation, online

@@ -8,9 +8,16 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.checks import check_fields
+from stickslip.control.checks import check_class, check_fields
 from stickslip.friction import CoulombViscousFriction
-from stickslip.records import InputError, finite_vector, non_negative, positive, quantity_field
+from stickslip.records import (
+    InputError,
+    finite_vector,
+    non_negative,
+    one_of,
+    positive,
+    quantity_field,
+)
 
 _DIRECTIONS = ("reference", "measured")
 
@@ -121,15 +128,14 @@ class OnlineFriction:
         found = range(*self.values_at.indices(state.size))
         if len(found) != 2:
             raise InputError(
-                f"values_at is {self.values_at}, which names {len(found)} of the {state.size} "
-                "values in the estimator's state, it must name 2",
-                remedy="give where Coulomb and viscous friction lie, in this order",
+                "places_not_two",
+                name="values_at",
+                value=self.values_at,
+                count=len(found),
+                size=state.size,
             )
         if not callable(self.kernel):
-            raise InputError(
-                f"the kernel is a {type(self.kernel).__name__}, it cannot be called",
-                remedy="give the function that takes a sample into the estimator's state",
-            )
+            raise InputError("kernel_not_callable", found=type(self.kernel).__name__)
 
     @classmethod
     def of(
@@ -203,16 +209,6 @@ class FrictionCompensation:
     dead_band: float = quantity_field("velocity", default=0.0)
 
     def __post_init__(self) -> None:
-        known = isinstance(self.friction, CoulombViscousFriction | OnlineFriction)  # pyright: ignore[reportUnnecessaryIsInstance] - a caller need not check types
-        if not known:
-            raise InputError(
-                "friction must be a CoulombViscousFriction or an OnlineFriction, it is a "
-                f"{type(self.friction).__name__}",
-                remedy="give the law, or OnlineFriction.of(estimator, ...) for one that is learned",
-            )
-        if self.velocity not in _DIRECTIONS:
-            raise InputError(
-                f"velocity is {self.velocity!r}, there is no such one",
-                remedy=f"use one of {', '.join(map(repr, _DIRECTIONS))}",
-            )
+        check_class("friction", self.friction, CoulombViscousFriction, OnlineFriction)
+        one_of("velocity", self.velocity, _DIRECTIONS)
         check_fields(self, non_negative, {"dead_band": "m/s or rad/s"})

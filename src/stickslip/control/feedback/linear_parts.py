@@ -118,10 +118,7 @@ class Notch:
         check_fields(self, positive, {"angular_frequency": "rad/s", "damping": "(no unit)"})
         check_fields(self, non_negative, {"depth": "(no unit)"})
         if self.depth >= 1:
-            raise InputError(
-                f"depth is {self.depth:g} (no unit), it must be below 1",
-                remedy="give the gain wanted at the centre, or leave the notch out",
-            )
+            raise InputError("not_below", name="depth", value=self.depth, limit=1.0, unit="-")
 
     @classmethod
     def at_resonance(
@@ -153,9 +150,12 @@ class Notch:
         w = self.angular_frequency
         if w * T >= np.pi:
             raise InputError(
-                f"the notch is at {w:g} rad/s, samples {T:g} s apart reach up to {np.pi / T:g} "
-                "rad/s only",
-                remedy="sample faster, or leave the notch out",
+                "frequency_above_nyquist",
+                part="notch",
+                value=w,
+                limit=np.pi / T,
+                unit="rad/s",
+                sampling_time=T,
             )
         # Over w^2: no overflow, whatever the unit of time
         K = 1.0 / np.tan(0.5 * w * T)

@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import atan, cos, pi, sqrt, tan
+from types import NoneType
 from typing import Literal
 
 import numpy as np
@@ -11,9 +12,18 @@ from jaxtyping import Float
 
 from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
-from stickslip.control.checks import check_choice, check_class, check_fields, check_finite
+from stickslip.control.checks import check_class, check_fields
 from stickslip.numerics.named_fields import fields_at, places
-from stickslip.records import InputError, SensorSample, non_negative, positive, quantity_field
+from stickslip.records import (
+    InputError,
+    SensorSample,
+    finite,
+    non_negative,
+    one_of,
+    positive,
+    quantity_field,
+    whole,
+)
 
 _METHOD = 4  # of a vector of this kernel
 _LAWS = {"coulomb": 1.0, "stribeck": 2.0}  # of the resets; 0 for none
@@ -183,7 +193,7 @@ class Dither:
 
     def __post_init__(self) -> None:
         check_fields(self, positive, {"amplitude": "N or N m", "frequency": "Hz"})
-        check_choice("shape", self.shape, "square", "sine")
+        one_of("shape", self.shape, ("square", "sine"))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -237,16 +247,12 @@ class ResetIntegral:
     factor: float = 1.0
 
     def __post_init__(self) -> None:
-        check_choice("law", self.law, *_LAWS)
+        one_of("law", self.law, _LAWS)
         check_fields(self, positive, {"rest_speed": "m/s or rad/s"})
-        if not self.rest_samples >= 1:
-            raise InputError(
-                f"rest_samples is {self.rest_samples}, it must be at least 1",
-                remedy="give the number of samples at rest after which the mass counts as stopped",
-            )
+        whole("rest_samples", self.rest_samples, least=1)
         if not 0.0 <= self.factor <= 1.0:
             raise InputError(
-                f"factor is {self.factor:g} (no unit), it must be 0 to 1", remedy="leave it at 1"
+                "out_of_range", name="factor", value=self.factor, least=0, most=1, unit="-"
             )
 
 
@@ -324,24 +330,22 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         gains = {"integral_gain": "N/(m s) or N m/(rad s)", "velocity_gain": "N s/m or N m s/rad"}
         check_fields(self, non_negative, gains)
         check_fields(self, positive, {"effort_limit": "N or N m"})
-        check_choice("velocity", self.velocity, "differentiated", "measured")
+        one_of("velocity", self.velocity, ("differentiated", "measured"))
         check_fields(self, non_negative, {"filter_time": "s", "dead_band": "m or rad"})
         for name, kind in (("dither", Dither), ("reset", ResetIntegral)):
-            if getattr(self, name) is not None:
-                check_class(self, name, kind, f"give {kind.__name__}(...), or None for none")
+            check_class(name, getattr(self, name), kind, NoneType)
         T = self.sampling_time
         derived = self.velocity_gain > 0.0 or self.reset is not None
         if self.velocity == "differentiated" and derived and self.filter_time == 0.0:
-            raise InputError(
-                "filter_time is 0 s, and the velocity is differentiated: without a filter the "
-                "derivative of sampled positions alternates for ever",
-                remedy=f"give a filter_time of {0.5 * T:g} s or more, or measure the velocity",
-            )
+            raise InputError("derivative_without_filter", least=0.5 * T)
         if self.dither is not None and self.dither.frequency * T > 0.5:
             raise InputError(
-                f"the dither's frequency is {self.dither.frequency:g} Hz, samples {T:g} s apart "
-                f"reach up to {0.5 / T:g} Hz only",
-                remedy="sample faster, or dither more slowly",
+                "frequency_above_nyquist",
+                part="dither",
+                value=self.dither.frequency,
+                limit=0.5 / T,
+                unit="Hz",
+                sampling_time=T,
             )
 
     @classmethod
@@ -390,10 +394,11 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         lead = margin + lag + atan(1.0 / beta)
         if not (lag < pi / 2 and lead < pi / 2):
             raise InputError(
-                f"the bandwidth is {f:g} Hz: with samples {T:g} s apart and the integral it takes "
-                f"a lead of {np.degrees(lead):.3g} degrees for a phase margin of "
-                f"{np.degrees(margin):.3g} degrees, it must be below 90",
-                remedy="ask for less bandwidth, or shorten the sampling time",
+                "bandwidth_too_high",
+                bandwidth=f,
+                sampling_time=T,
+                lead=np.degrees(lead),
+                margin=np.degrees(margin),
             )
         w = 2.0 / T * tan(lag)
         alpha = tan(0.5 * lead + pi / 4)
@@ -461,4 +466,4 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
 
 
 def _target(target: float) -> float:
-    return check_finite("target", target, "m or rad", "give the place where the axis is to be")
+    return finite("target", target, "m or rad")

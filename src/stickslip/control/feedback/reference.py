@@ -9,8 +9,8 @@ from jaxtyping import Float
 from numpy.typing import ArrayLike
 
 from stickslip.compiled import compiled
-from stickslip.control.checks import check_fields, check_finite
-from stickslip.records import InputError, non_negative, positive, quantity_field
+from stickslip.control.checks import check_fields
+from stickslip.records import InputError, finite, non_negative, positive, quantity_field
 
 COLUMNS = 4  # of a move in the table: when it begins, how long it takes, from where, how far
 
@@ -79,9 +79,7 @@ class Move:
     dwell: float = quantity_field("time", default=0.0)
 
     def __post_init__(self) -> None:
-        remedy = "give the place where the move ends"
-        target = check_finite("target", self.target, "m or rad", remedy)
-        object.__setattr__(self, "target", target)
+        object.__setattr__(self, "target", finite("target", self.target, "m or rad"))
         check_fields(self, positive, {"duration": "s"})
         check_fields(self, non_negative, {"dwell": "s"})
 
@@ -137,9 +135,8 @@ class PointToPoint:
     def __post_init__(self) -> None:
         moves = tuple(self.moves)
         if not moves:
-            raise InputError("there is no move", remedy="give one at least")
-        remedy = "give the place where the first move begins"
-        start = check_finite("start", self.start, "m or rad", remedy)
+            raise InputError("no_move")
+        start = finite("start", self.start, "m or rad")
         object.__setattr__(self, "moves", moves)
         object.__setattr__(self, "start", start)
         table = np.empty((len(moves), COLUMNS))

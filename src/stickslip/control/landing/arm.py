@@ -30,6 +30,7 @@ from stickslip.records import (
     StickslipError,
     non_negative,
     quantity_field,
+    whole,
 )
 
 # Rest
@@ -232,11 +233,7 @@ class LandingController(Supervisor[LandingState]):
         self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
         if self.experience is not None:
             check_learned(self.experience, self.kind)
-        if self.most_series < 1:
-            raise InputError(
-                f"most_series is {self.most_series}, it must be at least 1",
-                remedy="allow some; 2 land an arm whose friction is known",
-            )
+        whole("most_series", self.most_series, least=1)
 
     @property
     def kind(self) -> AxisKind:

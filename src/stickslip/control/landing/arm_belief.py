@@ -315,27 +315,18 @@ def check_learned(learned: LearnedPulses, kind: AxisKind) -> None:
     for name, own, other in (("method", "landing", learned.method), ("kind", kind, learned.kind)):
         if other != own:
             raise InputError(
-                f"the {name} is {other}, of this controller it is {own}",
-                where=name,
-                remedy="resume with what such a controller has learned",
+                "learned_otherwise", where=name, name=name, own=other, needed=own, unit=""
             )
     for name in LEARNED:
         if name not in learned.values:
-            raise InputError(
-                f"{name} is missing",
-                where="values",
-                remedy="resume with what was learned of masses and spring too",
-            )
+            raise InputError("learned_lacks", where="values", name=name, needed=LEARNED)
         check = non_negative if name == "viscous_friction" else positive
         check(name, learned.values[name], unit_of(name, kind))
     P, size = learned.covariance, len(LEARNED)
-    if P.shape != (size, size) or not (P.T == P).all() or np.linalg.eigvalsh(P)[0] < -_ROUNDING:
-        raise InputError(
-            f"the covariance has shape {P.shape}, it must be {size} by {size}, symmetric, and give "
-            "no variance below zero",
-            where="covariance",
-            remedy="resume with what was saved",
-        )
+    if P.shape != (size, size):
+        raise InputError("covariance_shape", where="covariance", shape=P.shape, size=size)
+    if not (P.T == P).all() or np.linalg.eigvalsh(P)[0] < -_ROUNDING:
+        raise InputError("covariance_not_definite", where="covariance")
 
 
 def _least_viscous(arm: FlexibleArm) -> float:

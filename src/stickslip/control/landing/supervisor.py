@@ -24,6 +24,7 @@ from stickslip.records import (
     LearnedPulses,
     PositioningOutcome,
     SensorSample,
+    finite,
     non_negative,
     positive,
     quantity_field,
@@ -366,10 +367,7 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         """Return the covariance, if anything is known."""
         P = self._covariance(state)
         if not np.isfinite(P).all():
-            raise InputError(
-                "nothing has been learned yet, as the axis has not moved",
-                remedy="let it move first",
-            )
+            raise InputError("nothing_learned")
         return P
 
     def _check_effort(self, held: float) -> None:
@@ -377,14 +375,13 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         if not self.effort_limit > held:
             unit = unit_of("effort", self.kind)
             raise InputError(
-                f"effort_limit is {self.effort_limit:g} {unit}, not above what frees the driven "
-                f"mass, {held:g} {unit}",
-                remedy="allow more effort",
+                "effort_below_breakaway",
+                name="effort_limit",
+                value=self.effort_limit,
+                limit_name="breakaway of the driven mass",
+                limit=held,
+                unit=unit,
             )
 
     def _check_target(self, target: float) -> None:
-        if not isfinite(target):
-            raise InputError(
-                f"target is {target} {unit_of('position', self.kind)}, it must be finite",
-                remedy="give where the axis is to rest",
-            )
+        finite("target", target, unit_of("position", self.kind))

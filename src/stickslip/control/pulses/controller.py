@@ -3,14 +3,14 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from math import floor, inf, isfinite
+from math import floor, inf
 from typing import Any, ClassVar, Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.base import PositionController
-from stickslip.control.checks import check_fields, whole
+from stickslip.control.checks import check_class, check_fields
 from stickslip.control.pulses import kernel as at
 from stickslip.control.rest_detection import RestDetection
 from stickslip.records import (
@@ -21,9 +21,10 @@ from stickslip.records import (
     PulseMethod,
     PulseRecord,
     SensorSample,
+    finite,
+    one_of,
     positive,
     quantity_field,
-    unit_of,
 )
 
 _METHODS = {"pwc": at.PWC, "papwc": at.PAPWC, "exact": at.EXACT}
@@ -75,16 +76,10 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
     _kernel: ClassVar[Any]
 
     def __post_init__(self) -> None:
-        if self.kind not in ("linear", "rotary"):
-            raise InputError(f"the kind is {self.kind!r}", remedy="give 'linear' or 'rotary'")
+        one_of("kind", self.kind, ("linear", "rotary"))
         self._check(positive, "sampling_time", "tolerance")
-        object.__setattr__(self, "target", _finite_target(self.target, self.kind))
-        rest: type = type(self.rest)
-        if not issubclass(rest, RestDetection):
-            raise InputError(
-                f"rest is a {rest.__name__}, it must be a RestDetection",
-                remedy="give RestDetection(...) or RestDetection.for_encoder(...)",
-            )
+        object.__setattr__(self, "target", finite("target", self.target, self._unit("target")))
+        check_class("rest", self.rest, RestDetection)
 
     def _unit(self, name: str) -> str:
         """Return the unit of one of the fields."""
@@ -162,7 +157,7 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
 
     def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
         """Return the state with another target [m or rad]; a current pulse is finished first."""
-        _finite_target(target, self.kind)
+        finite("target", target, self._unit("target"))
         vector = state.copy()
         s = at.head(vector)
         s.target, s.outcome = target, at.MOVING
@@ -193,48 +188,19 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
 
     def _check_learned(self, learned: LearnedPulses, names: tuple[str, ...], size: int) -> None:
         """Check that what was learned is of this method and axis, and holds what is needed."""
-        given: type = type(learned)
-        if not issubclass(given, LearnedPulses):
-            raise InputError(
-                f"what was learned is a {given.__name__}, it must be a LearnedPulses",
-                remedy="give what learned returned, or LearnedPulses.from_dict of what was saved",
-            )
-        if learned.method != self.method:
-            raise InputError(
-                f"this was learned by {learned.method!r}, the controller is {self.method!r}",
-                where="method",
-                remedy="take that method, or begin with first guesses",
-            )
-        if learned.kind != self.kind:
-            raise InputError(
-                f"this was learned on a {learned.kind} axis, the controller is for a {self.kind} "
-                "one",
-                where="kind",
-                remedy="resume with what was learned on the same axis, or begin with first guesses",
-            )
+        check_class("experience", learned, LearnedPulses)
+        for name in ("method", "kind"):
+            own, needed = getattr(learned, name), getattr(self, name)
+            if own != needed:
+                raise InputError(
+                    "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
+                )
         for name in names:
             if name not in learned.values:
-                raise InputError(
-                    f"{name} [{unit_of(name, self.kind)}] is missing",
-                    where="values",
-                    remedy=f"it needs {', '.join(names)}",
-                )
-        if learned.covariance.shape != (size, size):
-            raise InputError(
-                f"the covariance has shape {learned.covariance.shape}, this method's has "
-                f"({size}, {size})",
-                where="covariance",
-                remedy="give it as it was saved",
-            )
-
-
-def _finite_target(target: float, kind: AxisKind) -> float:
-    if not isfinite(target):
-        raise InputError(
-            f"target is {target} {unit_of('position', kind)}, it must be finite",
-            remedy="give where the axis is to rest",
-        )
-    return float(target)
+                raise InputError("learned_lacks", where="values", name=name, needed=names)
+        shape = learned.covariance.shape
+        if shape != (size, size):
+            raise InputError("covariance_shape", where="covariance", shape=shape, size=size)
 
 
 def checked_share(
@@ -244,21 +210,8 @@ def checked_share(
     low = value >= 0.0 if ends == "low" else value > 0.0
     high = value <= highest if ends == "high" else value < highest
     if not (low and high):
-        left = "[" if ends == "low" else "("
-        right = "]" if ends == "high" else ")"
-        raise InputError(
-            f"{name} is {value:g}, it must lie in {left}0, {highest:g}{right}",
-            remedy=f"give {usual:g} when in doubt",
-        )
-
-
-def check_idle_pulses(value: int, may_fail_to: str) -> None:
-    """Check how many pulses in a row may fail to do something."""
-    if not (whole(value) and value >= 1):
-        raise InputError(
-            f"max_idle_pulses is {value!r}, it must be a whole number of at least 1",
-            remedy=f"give how many pulses in a row may fail to {may_fail_to}",
-        )
+        interval = f"{'[' if ends == 'low' else '('}0, {highest:g}{']' if ends == 'high' else ')'}"
+        raise InputError("not_in_interval", name=name, value=value, interval=interval, usual=usual)
 
 
 def longest_samples(width: float | None, sampling_time: float) -> float:
@@ -268,8 +221,6 @@ def longest_samples(width: float | None, sampling_time: float) -> float:
     samples = floor(positive("longest_width", width, "s") / sampling_time + at.ROUNDING)
     if samples < 1:
         raise InputError(
-            f"longest_width is {width:g} s, a pulse lasts at least one sample of "
-            f"{sampling_time:g} s",
-            remedy="allow a longer pulse or sample faster",
+            "pulse_below_sample", name="longest_width", value=width, sampling_time=sampling_time
         )
     return float(samples)

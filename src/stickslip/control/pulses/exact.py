@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.checks import check_fields
+from stickslip.control.checks import check_class, check_fields
 from stickslip.control.pulses import exact_kernels as at
-from stickslip.control.pulses.controller import PulseController, check_idle_pulses, longest_samples
+from stickslip.control.pulses.controller import PulseController, longest_samples
 from stickslip.control.pulses.kernel import EXACT, MOVING, STOPPED, emit, head, readable, watch
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import places
@@ -23,6 +23,7 @@ from stickslip.records import (
     positive,
     quantity_field,
     unit_of,
+    whole,
 )
 
 _LOGARITHMS = (
@@ -145,22 +146,14 @@ class ExactPulseController(PulseController):
         super().__post_init__()
         self._check(positive, "effort_limit", "mass")
         if self.mass is None and self.experience is None:
-            raise InputError(
-                "mass is missing, and no experience is given",
-                remedy="give a first guess, or what an earlier run has learned",
-            )
-        law: type = type(self.friction)
-        resumes = self.experience is not None and self.friction is None
-        if not (resumes or issubclass(law, CoulombViscousFriction)):
-            raise InputError(
-                f"friction is a {law.__name__}, it must be a CoulombViscousFriction",
-                remedy="give CoulombViscousFriction(...) or CoulombViscousFriction.symmetric(...)",
-            )
+            raise InputError("no_first_guess", names=("mass",))
+        if self.experience is None or self.friction is not None:
+            check_class("friction", self.friction, CoulombViscousFriction)
         ratios = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
         check_fields(self, non_negative, dict.fromkeys(ratios, "(no unit)"))
         self._check(non_negative, "position_noise")
         longest_samples(self.longest_width, self.sampling_time)
-        check_idle_pulses(self.max_idle_pulses, "halve the error")
+        whole("max_idle_pulses", self.max_idle_pulses, least=1)
         if self.friction is not None:
             self._check_friction(self.friction)
         if self.experience is not None:
@@ -173,16 +166,20 @@ class ExactPulseController(PulseController):
         ):
             if not coulomb > 0.0:
                 raise InputError(
-                    f"the Coulomb friction in {direction} direction is {coulomb:g} {unit} with the "
-                    f"offset of {law.offset:g} {unit}, it must be positive for a pulse to end",
-                    remedy="balance the offset, or guess it below the Coulomb friction",
+                    "pulse_never_ends",
+                    direction=direction,
+                    coulomb=coulomb,
+                    offset=law.offset,
+                    unit=unit,
                 )
             if not self.effort_limit > static:
                 raise InputError(
-                    f"effort_limit is {self.effort_limit:g} {unit}, not above the breakaway in "
-                    f"{direction} direction, {static:g} {unit} (offset included), so that no pulse "
-                    "would move the axis",
-                    remedy="allow more effort",
+                    "effort_below_breakaway",
+                    name="effort_limit",
+                    value=self.effort_limit,
+                    limit_name=f"breakaway in {direction} direction",
+                    limit=static,
+                    unit=unit,
                 )
 
     def _check_experience(self, learned: LearnedPulses) -> None:
@@ -190,25 +187,13 @@ class ExactPulseController(PulseController):
         self._check_learned(learned, names, at.PARAMETERS)
         for name in names:
             value, unit = learned.values[name], unit_of(name, self.kind)
-            if name in _LOGARITHMS:
-                valid, shown, limit = value > 0.0, f"{value:g}", "positive"
-            else:
-                valid = value > 0.0 if name in _FREED else value >= 0.0
-                shown = f"{value:g} {unit}"
-                limit = "positive" if name in _FREED else "zero or more"
-            if not valid:
-                raise InputError(
-                    f"{name} is {shown}, it must be {limit}",
-                    where="values",
-                    remedy="resume with what was saved",
-                )
+            strict = name in _LOGARITHMS or name in _FREED
+            if value < 0.0 or (strict and value == 0.0):
+                code = "not_positive" if strict else "negative"
+                raise InputError(code, where="values", name=name, value=value, unit=unit)
         P = learned.covariance
         if not (np.array_equal(P, P.T) and np.linalg.eigvalsh(P)[0] >= -_ROUNDING * P.max()):
-            raise InputError(
-                "the covariance is not symmetric, or gives a variance below zero",
-                where="covariance",
-                remedy="resume with what was saved",
-            )
+            raise InputError("covariance_not_definite", where="covariance")
 
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
@@ -235,10 +220,7 @@ class ExactPulseController(PulseController):
         """Return the first guesses in the form of what is learned."""
         law, mass = self.friction, self.mass
         if law is None or mass is None:
-            raise InputError(
-                "mass and friction are missing, from which a recursion begins anew",
-                remedy="give first guesses of them, or keep the covariance",
-            )
+            raise InputError("no_first_guess", names=("mass", "friction"))
         least = _NO_VISCOUS * mass / self.sampling_time
         coulomb, static = zip(*_resistances(law), strict=True)
         viscous = [

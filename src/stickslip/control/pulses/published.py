@@ -14,10 +14,8 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.compiled import compiled
-from stickslip.control.checks import check_choice
 from stickslip.control.pulses.controller import (
     PulseController,
-    check_idle_pulses,
     checked_share,
     longest_samples,
 )
@@ -43,9 +41,11 @@ from stickslip.records import (
     LearnedPulses,
     PulseMethod,
     SensorSample,
+    one_of,
     positive,
     quantity_field,
     unit_of,
+    whole,
 )
 
 _REGRESSORS = {"applied": 0, "nominal": 1, "printed": 2}
@@ -252,7 +252,7 @@ class PublishedPulseController(PulseController):
         checked_share("forgetting", self.forgetting, 1.0, ends="high", usual=1.0)
         longest_samples(self.longest_width, self.sampling_time)
         if self.max_idle_pulses is not None:
-            check_idle_pulses(self.max_idle_pulses, "move the axis, or None for any")
+            whole("max_idle_pulses", self.max_idle_pulses, least=1)
 
     @classmethod
     def from_friction(
@@ -297,16 +297,21 @@ class PublishedPulseController(PulseController):
         if static_friction is not None:
             if not static_friction >= coulomb_friction:
                 raise InputError(
-                    f"static_friction is {static_friction:g} {unit}, less than the Coulomb "
-                    f"friction of {coulomb_friction:g} {unit}",
-                    remedy="give the effort it takes to break away, at least the Coulomb friction",
+                    "static_below_coulomb",
+                    name="static_friction",
+                    value=static_friction,
+                    coulomb=coulomb_friction,
+                    unit=unit,
                 )
             limit, name = static_friction, "breakaway (static) friction"
         if not pulse_effort > limit:
             raise InputError(
-                f"pulse_effort is {pulse_effort:g} {unit}, not more than the {name} of {limit:g} "
-                f"{unit}: no pulse would move the axis",
-                remedy="allow more effort",
+                "effort_below_breakaway",
+                name="pulse_effort",
+                value=pulse_effort,
+                limit_name=name,
+                limit=limit,
+                unit=unit,
             )
         return cls(
             **cls._first_gains(mass, coulomb_friction, pulse_effort),
@@ -399,7 +404,7 @@ class PulseWidthController(PublishedPulseController):
         self._check(positive, "first_gain")
         checked_share("new_data_weight", self.new_data_weight, 2.0, ends="low", usual=1.0)
         positive("initial_covariance", self.initial_covariance, "1/s^4")
-        check_choice("regressor", self.regressor, "nominal", "applied")
+        one_of("regressor", self.regressor, ("nominal", "applied"))
 
     @classmethod
     def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, float]:
@@ -429,10 +434,12 @@ class PulseWidthController(PublishedPulseController):
         if learned.values["effort"] != self.pulse_effort:
             unit = self._unit("pulse_effort")
             raise InputError(
-                f"this was learned with pulses of {learned.values['effort']:g} {unit}, the "
-                f"controller's are of {self.pulse_effort:g} {unit}",
+                "learned_otherwise",
                 where="values.effort",
-                remedy="resume with the same pulse_effort, or learn anew",
+                name="effort",
+                own=learned.values["effort"],
+                needed=self.pulse_effort,
+                unit=unit,
             )
         covariance = float(learned.covariance[0, 0])
         return replace(
@@ -516,27 +523,17 @@ class PulseAmplitudeWidthController(PublishedPulseController):
         definite = P11 > 0.0 and P22 > 0.0 and P12 * P12 <= P11 * P22 * (1.0 + _ROUNDED)
         if not (definite and isfinite(P11 + P22)):
             raise InputError(
-                f"initial_covariance is ({P11:g}, {P12:g}, {P22:g}), it must be positive definite",
-                remedy="give a positive number, for that times the identity",
+                "initial_covariance_not_definite", name="initial_covariance", values=(P11, P12, P22)
             )
         margin = self.friction_margin
         if margin is not None:
             checked_share("friction_margin", margin, 0.5, ends="", usual=0.01)
-        if self.regressor not in _REGRESSORS:
-            raise InputError(
-                f"regressor is {self.regressor!r}",
-                remedy=f"give one of {', '.join(_REGRESSORS)}",
-            )
+        one_of("regressor", self.regressor, _REGRESSORS)
         f_c, f_p, unit = self.coulomb_friction, self.pulse_effort, self._unit("pulse_effort")
         edge = _ROUNDED * f_p if margin is None else (margin - _ROUNDED) * f_p
         if not edge <= f_c <= f_p - edge:
             raise InputError(
-                f"the first guess of the Coulomb friction, first_gain_2 / first_gain_1, is "
-                f"{f_c:g} {unit}; with pulse_effort {f_p:g} {unit} it must lie between {edge:g} "
-                f"and {f_p - edge:g} {unit}",
-                remedy="give a smaller first guess, or allow more effort"
-                if f_c > edge
-                else "give a larger first guess, or pulses of less effort",
+                "gains_out_of_range", value=f_c, effort=f_p, least=edge, most=f_p - edge, unit=unit
             )
 
     @property
