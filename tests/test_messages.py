@@ -14,10 +14,16 @@ import stickslip
 from stickslip.errors import InputError, MissingExtraError
 from stickslip.messages import messages
 
-ERRORS = {"InputError", "StickslipError", "EventBudgetError", "NoPulseSeriesError"}
+ERRORS = {
+    "InputError",
+    "StickslipError",
+    "EventBudgetError",
+    "NoPulseSeriesError",
+    "ScenarioError",
+}
 PACKAGE = Path(stickslip.__file__).parent
 ITEMS = {"names", "list", "or", "any", "all"}  # formats of several items
-PURELY_INTERNAL = {"missing_extra", "option_needed", "misspelt_key", "not_a_table"}
+PURELY_INTERNAL = {"missing_extra", "option_needed"}
 
 
 @dataclass(frozen=True)

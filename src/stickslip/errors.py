@@ -100,7 +100,7 @@ class InputError(StickslipError, ValueError):
         ``keys`` is whether the names of settings are keys there.
         """
         placed = copy(self)
-        placed.where = f"{where}, {self.where}" if self.where else where
+        placed.where = ", ".join(filter(None, (where, self.where)))
         placed.keys = self.keys or keys
         return placed
 

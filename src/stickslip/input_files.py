@@ -34,54 +34,35 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
         # Some editors begin a file with a byte order mark
         return tomllib.loads(_content(path).decode("utf-8-sig"))
     except FileNotFoundError:
-        raise InputError(
-            f"there is no such {what} file", where=printable(path), remedy="check the path"
-        ) from None
+        raise InputError("no_such_file", where=printable(path), kind=what) from None
     except OSError as error:
-        raise InputError(
-            f"the {what} cannot be read ({error.strerror})",
-            where=printable(path),
-            remedy="give the path of a readable TOML file",
-        ) from error
+        reason = error.strerror or type(error).__name__
+        raise InputError("unreadable", where=printable(path), kind=what, reason=reason) from error
     except RecursionError:
-        raise InputError(
-            f"the {what} is nested too deeply",
-            where=printable(path),
-            remedy=f"write lines such as {line}",
-        ) from None
+        raise InputError("nested_too_deep", where=printable(path), kind=what) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        reason = str(error)
         raise InputError(
-            f"the {what} is not TOML ({error})",
-            where=printable(path),
-            remedy=f"write lines such as {line}; text goes in quotes",
+            "not_toml", where=printable(path), kind=what, reason=reason, line=line
         ) from error
 
 
 def read_json(path: Path) -> dict[str, Any]:
     """Read a table from a JSON file."""
-    remedy = "give a file that stickslip wrote"
+    where = printable(path)
     try:
         document = json.loads(_content(path))
     except FileNotFoundError:
-        raise InputError(
-            "there is no such file", where=printable(path), remedy="check the path"
-        ) from None
+        raise InputError("no_such_file", where=where, kind="file") from None
     except OSError as error:
-        raise InputError(
-            f"the file cannot be read ({error.strerror})",
-            where=printable(path),
-            remedy="give a readable file",
-        ) from error
+        reason = error.strerror or type(error).__name__
+        raise InputError("unreadable", where=where, kind="file", reason=reason) from error
     except RecursionError:
-        raise InputError(
-            "the file is nested too deeply", where=printable(path), remedy=remedy
-        ) from None
+        raise InputError("nested_too_deep", where=where, kind="file") from None
     except ValueError as error:
-        raise InputError(
-            f"the file is not JSON ({error})", where=printable(path), remedy=remedy
-        ) from error
+        raise InputError("not_json", where=where, reason=str(error)) from error
     if not isinstance(document, dict):
-        raise InputError("the file holds no table", where=printable(path), remedy=remedy)
+        raise InputError("no_table_in_json", where=where)
     return document
 
 
@@ -95,7 +76,7 @@ def _content(path: Path) -> bytes:
 
 
 def record_from(
-    record: type[Record], document: Mapping[str, Any], *, where: str, remedy: str
+    record: type[Record], document: Mapping[str, Any], *, where: str, guide: str
 ) -> Record:
     """Make a record from what a TOML file says."""
     # Loaded here, as it takes a while.
@@ -120,7 +101,7 @@ def record_from(
             raise unknown_key(keys[-1], known).at(place) from None
         if fault["type"] == "dataclass_type":
             raise not_a_table(".".join(keys), fault["input"]).at(place) from None
-        raise wrong_value(keys[-1], fault, remedy).at(place) from None
+        raise wrong_value(keys[-1], fault, guide).at(place) from None
 
 
 def _place(where: str, tables: list[str]) -> str:
@@ -136,34 +117,28 @@ def _table_at(record: Any, keys: list[str]) -> Any:
 
 def not_a_table(name: str, value: object) -> InputError:
     """Return the refusal of a value that stands where a table belongs."""
-    return InputError(
-        f"{name.rpartition('.')[2]} is {value!r}, it must be a table",
-        remedy=f"write [{name}] and its keys on the lines below it",
-    )
+    return InputError("not_a_table", name=name.rpartition(".")[2], value=value, table=name)
 
 
-def wrong_value(key: str, fault: Mapping[str, Any], remedy: str) -> InputError:
+def wrong_value(key: str, fault: Mapping[str, Any], guide: str) -> InputError:
     """Return the refusal of a value of the wrong type, from one of pydantic's errors."""
     message = fault["msg"]
-    return InputError(
-        f"{key} is {fault['input']!r}: {message[0].lower()}{message[1:]}", remedy=remedy
-    )
+    reason = f"{message[0].lower()}{message[1:]}"
+    return InputError("wrong_value", name=key, value=fault["input"], reason=reason, guide=guide)
 
 
 def unknown_key(key: str, known: Iterable[str]) -> InputError:
     """Return the refusal of a key that is none of the known ones."""
     known = tuple(known)
     near = nearest(key, known)
-    return InputError(
-        f"unknown key {key!r}",
-        remedy=f"did you mean {near}?" if near else f"the keys are: {', '.join(known)}",
-    )
+    code = "misspelt_key" if near else "unknown_key"
+    return InputError(code, key=key, near=near, keys=known)
 
 
-def nearest(name: str, known: Iterable[str]) -> str:
-    """Return the known names that look like the given one, quoted; empty if there is none."""
+def nearest(name: str, known: Iterable[str]) -> list[str]:
+    """Return the known names that look like the given one."""
     by_plain: dict[str, str] = {}
     for each in known:
         by_plain.setdefault(each.casefold(), each)
     near = get_close_matches(name.casefold(), by_plain, n=3, cutoff=0.6)
-    return " or ".join(repr(by_plain[each]) for each in near)
+    return [by_plain[each] for each in near]

@@ -29,25 +29,16 @@ def check_output(path: Path, *, inputs: Iterable[Path] = (), what: str = "the ou
 
 def _check(path: Path, inputs: Iterable[Path], what: str) -> None:
     if path.is_dir():
-        raise InputError(
-            f"{what} names a folder", where=str(path), remedy="name a file inside that folder"
-        )
+        raise InputError("output_is_folder", where=str(path), what=what)
     if path.exists() and not path.is_file():
         # A terminal, a pipe or /dev/null: opened as it stands, nothing to replace.
         return
     for taken in inputs:
         if path.exists() and taken.exists() and path.samefile(taken):
-            raise InputError(
-                f"{what} would overwrite what it is made from",
-                where=str(path),
-                remedy="choose another file name",
-            )
+            raise InputError("output_is_input", where=str(path), what=what)
     if not path.parent.is_dir():
-        raise InputError(
-            f"{what} cannot be written, the folder {str(path.parent)!r} does not exist",
-            where=str(path),
-            remedy="make the folder first or choose another place",
-        )
+        where, folder = str(path), str(path.parent)
+        raise InputError("output_without_folder", where=where, what=what, folder=folder)
     if path.exists() and not os.access(path, os.W_OK):
         raise PermissionError(13, "the file is write-protected")
     trial = _sibling(path)
@@ -102,11 +93,7 @@ def files_at_once(folder: Path, *, what: str = "the output") -> Generator[Path]:
     """
     for each in (folder, *folder.parents):
         if each.exists() and not each.is_dir():
-            raise InputError(
-                f"{what} needs a folder, and this is a file, not a folder",
-                where=str(each),
-                remedy="name a folder, or choose another place",
-            )
+            raise InputError("output_needs_folder", where=str(each), what=what)
     missing = [each for each in (folder, *folder.parents) if not each.exists()]
     scratch = folder / f".{secrets.token_hex(4)}.part"
     try:
@@ -144,8 +131,4 @@ def _sibling(path: Path) -> Path:
 
 def _unwritable(path: Path, error: OSError, what: str) -> InputError:
     reason = error.strerror or type(error).__name__
-    return InputError(
-        f"{what} cannot be written ({reason})",
-        where=str(path),
-        remedy="choose a place you may write to, with room on it",
-    )
+    return InputError("output_failed", where=str(path), what=what, reason=reason)

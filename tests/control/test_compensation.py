@@ -2,13 +2,13 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refuses
 
 from stickslip.control import PD, FrictionCompensation, OnlineFriction
 from stickslip.control.feedback.friction_compensation import compensating_effort, physical
 from stickslip.control.feedback.linear_parts import pd_effort
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
-from stickslip.records import InputError
 
 VALUE = st.floats(-1e6, 1e6)
 SIZE = st.floats(0.0, 1e6)
@@ -52,17 +52,17 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
 
 
 @pytest.mark.parametrize(
-    ("make", "message"),
+    ("make", "code"),
     [
-        (lambda: PD(position_gain=0.0, velocity_gain=1.0), "position_gain is 0 N/m or N m/rad"),
-        (lambda: PD(position_gain=1.0, velocity_gain=-1.0), "velocity_gain is -1 N s/m"),
+        (lambda: PD(position_gain=0.0, velocity_gain=1.0), "not_positive"),
+        (lambda: PD(position_gain=1.0, velocity_gain=-1.0), "negative"),
         (
             lambda: FrictionCompensation(friction=LAW, velocity="true"),
-            "velocity is 'true', there is no such one; use one of 'reference', 'measured'",
+            "not_a_choice",
         ),
         (
             lambda: FrictionCompensation(friction=LAW, dead_band=-0.1),
-            r"dead_band is -0\.1 m/s or rad/s",
+            "negative",
         ),
         (
             lambda: OnlineFriction(
@@ -72,7 +72,7 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
                 values_at=slice(0, 3),
                 needs_load=False,
             ),
-            "names 3 of the 4 values in the estimator's state, it must name 2",
+            "places_not_two",
         ),
         (
             lambda: OnlineFriction(
@@ -82,7 +82,7 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
                 values_at=slice(0, 2),
                 needs_load=False,
             ),
-            "first_state is nan",
+            "samples_not_finite",
         ),
         (
             lambda: OnlineFriction(
@@ -92,7 +92,7 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
                 values_at=slice(0, 2),
                 needs_load=False,
             ),
-            "the kernel is a NoneType, it cannot be called",
+            "kernel_not_callable",
         ),
         (
             lambda: OnlineFriction(
@@ -102,16 +102,15 @@ def test_pd_is_its_equation(kp, kd, r, x, r_dot, v):
                 values_at=slice(0, 2),
                 needs_load=False,
             ),
-            "sampling_time is 0 s, it must be positive",
+            "not_positive",
         ),
         (
             lambda: FrictionCompensation(friction=EnergyEstimator(inertia=1.0)),
-            r"friction must be a CoulombViscousFriction or an OnlineFriction, it is a "
-            r"EnergyEstimator; give the law, or OnlineFriction\.of\(estimator",
+            "wrong_type",
         ),
     ],
 )
 @pytest.mark.usefixtures("without_shape_checks")
-def test_refuses_what_cannot_be_used(make, message):
-    with pytest.raises(InputError, match=message):
+def test_refuses_what_cannot_be_used(make, code):
+    with refuses(code):
         make()

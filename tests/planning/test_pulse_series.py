@@ -303,5 +303,5 @@ def test_a_request_that_makes_no_sense_is_refused(state: State, target: float, c
     ],
 )
 def test_settings_out_of_range_are_refused(changes: dict[str, object], code: str) -> None:
-    with refuses(code):
+    with refuses(code, of=changes):
         replace(PLANNER, **changes)  # type: ignore[arg-type]

@@ -48,7 +48,7 @@ def test_arrays_are_copied_in_and_cannot_be_written() -> None:
 def test_bad_columns_are_refused_with_place_and_remedy(
     changes: dict[str, object], code: str
 ) -> None:
-    with refuses(code):
+    with refuses(code, of=changes):
         make_log(**changes)
 
 

@@ -87,7 +87,7 @@ def test_a_load_without_sensors_and_a_rigid_axis_have_no_load_columns():
     ],
 )
 def test_refuses_impossible_sensors(options, code):
-    with refuses(code, name=next(iter(options))):
+    with refuses(code, of=options):
         Sensors(**options)
 
 

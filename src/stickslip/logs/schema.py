@@ -224,8 +224,8 @@ def read_schema(path: str | Path) -> LogSchema:
     """
     path = Path(path)
     document = read_toml(path, what="schema", line='position = "encoder"')
-    remedy = "see the examples of schemas in the documentation"
-    return record_from(LogSchema, document, where=str(path), remedy=remedy)
+    guide = "the examples of schemas in the documentation"
+    return record_from(LogSchema, document, where=str(path), guide=guide)
 
 
 def toml_text(axes: Mapping[str, AxisSchema], files: Mapping[str, str]) -> str:

@@ -68,7 +68,7 @@ class Table:
     def missing(self, name: str, wanted: str) -> InputError:
         """Return the error that there is no such column, with near names."""
         known = (*self.headers, *self.constants)
-        near = nearest(name, known)
+        near = " or ".join(map(repr, nearest(name, known)))
         return InputError(
             f"there is no column {name!r}" + (f" for {wanted}" if wanted else ""),
             where=self.label,

@@ -10,7 +10,7 @@ from stickslip.scenario.controllers.base import Controller
 from stickslip.scenario.guess import GuessTable, estimate_in
 from stickslip.scenario.scenario import Scenario, ScenarioFile, read_scenario
 from stickslip.scenario.study import FileInput, SineInput, StudyFile, check_runs, read_study
-from stickslip.scenario.table import Read, Table, Variants, table_from, with_units_of
+from stickslip.scenario.table import Read, Table, Variants, table_from
 from stickslip.scenario.task import SensorsTable, TaskTable
 
 __all__ = [
@@ -35,5 +35,4 @@ __all__ = [
     "read_scenario",
     "read_study",
     "table_from",
-    "with_units_of",
 ]

@@ -57,23 +57,17 @@ class Body(Table):
         name, other = ("mass", "inertia") if kind == "linear" else ("inertia", "mass")
         for of in ("", "load_"):
             if getattr(self, of + other) is not None:
+                needed, unit = f"{of}{name}", unit_of(name, kind)
                 raise InputError(
-                    f"{of}{other} is given for a {kind} axis",
-                    remedy=f"give its {of}{name} [{unit_of(name, kind)}]",
+                    "key_of_other_kind", name=f"{of}{other}", kind=kind, needed=needed, unit=unit
                 )
         for friction in DIRECTIONAL:
             given = [side for side in SIDES if getattr(self, f"{friction}_{side}") is not None]
             if getattr(self, friction) is not None and given:
-                raise InputError(
-                    f"{friction} is given for both directions and for one of them apart",
-                    remedy=f"keep {friction}, or {friction}_positive and {friction}_negative",
-                )
+                raise InputError("both_and_one_direction", name=friction)
             if len(given) == 1:
                 (missing,) = set(SIDES) - set(given)
-                raise InputError(
-                    f"{friction}_{given[0]} is given without {friction}_{missing}",
-                    remedy=f"give both, or {friction} if it is the same in both directions",
-                )
+                raise InputError("one_direction", name=friction, given=given[0], missing=missing)
         return self
 
     @property
@@ -108,11 +102,8 @@ def coulomb_viscous(
             non_negative(own, pair[side == "negative"], unit_of(name, kind))
         if held < slowing:
             own = "static_friction" if static[0] == static[1] else f"static_friction_{side}"
-            direction = "" if coulomb[0] == coulomb[1] else " of that direction"
             raise InputError(
-                f"{own} is {held:g} {unit}, below the Coulomb friction{direction}, {slowing:g} "
-                f"{unit}",
-                remedy="give a static friction of at least the Coulomb friction",
+                "static_below_coulomb", name=own, value=held, coulomb=slowing, unit=unit
             )
     return CoulombViscousFriction(
         coulomb_friction_positive=coulomb[0],
@@ -144,8 +135,7 @@ class Axis(Body):
         needed |= {name: (self.sides(name) or (None,))[0] for name in self.needs}
         for name, value in needed.items():
             if value is None:
-                words, unit = name.replace("_", " "), unit_of(name, self.kind)
-                raise InputError(f"{name} is missing", remedy=f"give the {words} in {unit}")
+                raise InputError("missing", name=name, unit=unit_of(name, self.kind))
         self._check_law()
         self.build()
         return self
@@ -241,11 +231,8 @@ class _BristleAxis(Axis):
     def _check_law(self) -> None:
         for name in ("coulomb_friction", "coulomb_friction_positive", "coulomb_friction_negative"):
             if getattr(self, name) == 0.0:
-                raise InputError(
-                    f"{name} is 0 {unit_of(name, self.kind)}, it must be positive: bristles bear "
-                    "it",
-                    remedy="give a Coulomb friction, or take a law without bristles",
-                )
+                unit = unit_of(name, self.kind)
+                raise InputError("no_coulomb_under_bristles", name=name, unit=unit)
 
     def notes(self) -> tuple[str, ...]:
         bent = max(self.friction().breakaway()) / self.bristle_stiffness
@@ -264,10 +251,7 @@ class DahlAxis(_BristleAxis):
     def _check_law(self) -> None:
         super()._check_law()
         if self.sides("static_friction") is not None:
-            raise InputError(
-                "static_friction is given, and law 'dahl' has no peak above its Coulomb friction",
-                remedy="leave it out, or use law 'lugre'",
-            )
+            raise InputError("dahl_with_static_friction")
 
     def friction_law(self) -> FrictionLaw:
         return DahlFriction(sliding=self.friction(), bristle_stiffness=self.bristle_stiffness)

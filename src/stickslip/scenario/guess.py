@@ -26,12 +26,11 @@ from stickslip.records import (
     unit_of,
 )
 from stickslip.scenario.axis import DIRECTIONAL, SIDES, Body, coulomb_viscous
-from stickslip.scenario.table import key
+from stickslip.scenario.table import ScenarioError, key
 
 AXIS_GUESSES = ("mass", *DIRECTIONAL, "offset")
 FILES = ("estimate", "learned")
 _RUNNING = ("coulomb_friction", "viscous_friction")
-_WRITTEN = "give a file that stickslip identify --json wrote"
 _DRIFT = 0.05
 """Relative standard deviation of the change of friction since a log or an earlier run."""
 
@@ -48,9 +47,7 @@ _UNCERTAINTY = {
 
 def _named(name: str, value: str, _: str) -> None:
     if not value:
-        raise InputError(
-            f"{name} is empty, it must name a file", remedy="name the file, or leave it out"
-        )
+        raise InputError("no_file_named", name=name)
 
 
 class GuessTable(Body):
@@ -113,11 +110,8 @@ class FirstGuesses:
         if name in self.missing:
             raise self.missing[name]
         body = "inertia" if name == "mass" and self.kind == "rotary" else name
-        raise InputError(
-            f"{body} is missing, the controller needs a first guess of it",
-            where="[guess]",
-            remedy=f"give {body} in {unit_of(name, self.kind)}, or an estimate file that holds it",
-        )
+        unit = unit_of(name, self.kind)
+        raise ScenarioError("guess_missing", where="[guess]", name=body, unit=unit)
 
     def value(self, name: str) -> float:
         """Return a value, of friction the mean of both directions."""
@@ -217,10 +211,13 @@ def guesses_from(guess: GuessTable, kind: AxisKind, folder: Path) -> FirstGuesse
 def learned_from(path: Path) -> LearnedPulses:
     """Read what an earlier run has learned."""
     try:
-        return LearnedPulses.from_dict(read_json(path))
+        document = read_json(path)
+        try:
+            return LearnedPulses.from_dict(document)
+        except InputError as error:
+            raise error.at(str(path)) from None
     except InputError as error:
-        placed = error if str(path) in error.where else error.at(str(path))
-        raise placed.at("[guess], learned") from None
+        raise error.at("[guess], learned") from None
 
 
 def check_learned(
@@ -230,17 +227,11 @@ def check_learned(
     for name, own, needed in (("method", learned.method, method), ("kind", learned.kind, kind)):
         if own != needed:
             raise InputError(
-                f"what was learned is of {name} {own}, this controller needs {needed}",
-                where=name,
-                remedy=f"give a file of {name} {needed}, or leave learned out",
+                "learned_otherwise", where=name, name=name, own=own, needed=needed, unit=""
             )
     for name in names:
         if name not in learned.values:
-            raise InputError(
-                f"{name} is missing",
-                where="values",
-                remedy=f"give the file as it was saved, with {', '.join(names)}",
-            )
+            raise InputError("learned_lacks", where="values", name=name, needed=names)
 
 
 def estimate_in(path: Path, kind: AxisKind) -> FirstGuesses:
@@ -275,11 +266,8 @@ def estimate_in(path: Path, kind: AxisKind) -> FirstGuesses:
         if given.get("load_inertia") is None:
             values["mass"] = (float(given["inertia"]), float(given["inertia"]))
         else:
-            missing["mass"] = InputError(
-                "the estimate is of a flexible arm, and holds no mass of a rigid axis",
-                where=f"{path}, provenance.options.load_inertia",
-                remedy="give the moving mass beside the estimate",
-            )
+            where = f"{path}, provenance.options.load_inertia"
+            missing["mass"] = InputError("estimate_of_arm", where=where)
     return FirstGuesses(
         kind=kind,
         values=values,
@@ -337,56 +325,37 @@ def _options(document: Mapping[str, Any]) -> Mapping[str, Any]:
 def _check_estimate(document: Mapping[str, Any], path: Path, kind: AxisKind) -> None:
     for name in ("schema", "kind", "status", "parameters"):
         if name not in document:
-            raise InputError(
-                f"{name} is missing, this is no estimate", where=str(path), remedy=_WRITTEN
-            )
+            raise InputError("not_an_estimate", where=str(path), name=name)
     if document["schema"] != SCHEMA_VERSION:
-        raise InputError(
-            f"the schema is {document['schema']!r}, this version reads {SCHEMA_VERSION}",
-            where=f"{path}, schema",
-            remedy="identify the log again with this version",
-        )
+        where, value = f"{path}, schema", document["schema"]
+        raise InputError("estimate_schema", where=where, value=value, known=SCHEMA_VERSION)
     if not isinstance(document["parameters"], dict):
-        raise InputError("it holds no parameters", where=f"{path}, parameters", remedy=_WRITTEN)
+        where, value = f"{path}, parameters", document["parameters"]
+        raise InputError("estimate_value", where=where, name="parameters", value=value)
     if document["kind"] != kind:
-        raise InputError(
-            f"the estimate is of a {document['kind']} axis, and this one is {kind}",
-            where=f"{path}, kind",
-            remedy="give an estimate of this axis, or correct its kind",
-        )
+        where, own = f"{path}, kind", document["kind"]
+        raise InputError("estimate_of_other_kind", where=where, own=own, needed=kind)
     provenance = document.get("provenance")
     if isinstance(provenance, dict) and provenance.get("effort_unit"):
-        raise InputError(
-            f"the effort of the estimate is in {provenance['effort_unit']}, not in N or N m",
-            where=f"{path}, provenance.effort_unit",
-            remedy="identify the log again with a torque constant",
-        )
+        where, unit = f"{path}, provenance.effort_unit", provenance["effort_unit"]
+        raise InputError("estimate_of_raw_effort", where=where, unit=unit)
     if document["status"] != Status.OK.value:
-        text = document.get("status_text", "")
-        raise InputError(
-            f"the estimate is not to be trusted, its status is {document['status']!r}"
-            + (f" ({text})" if text else ""),
-            where=f"{path}, status",
-            remedy="identify a better log, or give the values that you do trust in its place",
-        )
+        where, text = f"{path}, status", document.get("status_text", "")
+        status = document["status"]
+        raise InputError("estimate_not_trusted", where=where, status=status, text=text)
 
 
 def _parameter(parameters: Mapping[str, Any], name: str, path: Path, kind: AxisKind) -> float:
     """Return a parameter's value."""
     entry, where = parameters.get(name), f"{path}, parameters.{name}"
     if not isinstance(entry, dict) or "value" not in entry:
-        raise InputError(f"{name} has no value", where=where, remedy="give it beside the estimate")
+        raise InputError("estimate_lacks", where=where, name=name)
     value, unit = entry["value"], unit_of(name, kind)
     if value is None:
-        raise InputError(
-            in_words(f"{name} was not identified from the log"),
-            where=where,
-            remedy="give it beside the estimate, or identify a better log",
-        )
+        raise InputError("estimate_unidentified", where=where, name=in_words(name))
     if isinstance(value, bool) or not isinstance(value, int | float) or entry.get("unit") != unit:
+        found = entry.get("unit", "")
         raise InputError(
-            f"{name} is {value!r} {entry.get('unit', '')}, it must be a number in {unit}",
-            where=where,
-            remedy=_WRITTEN,
+            "estimate_number", where=where, name=name, value=value, unit=found, needed=unit
         )
     return float(value)

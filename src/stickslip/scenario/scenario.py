@@ -10,7 +10,7 @@ from stickslip.scenario.axis import AXES
 from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.scenario.controllers.base import Controller, Setup
 from stickslip.scenario.guess import GuessTable
-from stickslip.scenario.table import Document, Read, Table, key, with_units_of
+from stickslip.scenario.table import Document, Read, ScenarioError, Table, key
 from stickslip.scenario.task import SensorsTable, TaskTable
 
 _TABLES = ("axis", "task", "sensors", "controller", "guess")
@@ -39,50 +39,54 @@ class Scenario(Setup):
         self._check_effort()
         step, tolerance = self.sensors.encoder_step, self.task.tolerance
         if tolerance < step:
-            unit = unit_of("position", self.kind)
-            raise InputError(
-                f"tolerance is {tolerance:g} {unit}, below one step of the encoder, {step:g} "
-                f"{unit}, which shows no such error",
+            raise ScenarioError(
+                "tolerance_below_encoder",
                 where="[task]",
-                remedy="widen the tolerance, or take a finer encoder",
+                tolerance=tolerance,
+                step=step,
+                unit=unit_of("position", self.kind),
             )
 
     def _check_effort(self) -> None:
         """Check that the effort limit moves the axis both ways, and that the axis can rest."""
         law, unit = self.axis.friction(), unit_of("effort", self.kind)
         offset, limit = law.offset, self.controller.effort_limit
-        other = "" if self.axis.flexible else ", or use method pid"
+        rigid = not self.axis.flexible
         # The offset opposes a motion in one direction, and helps it in the other
         sides = (("positive", offset), ("negative", -offset))
         for (direction, lost), static in zip(sides, law.breakaway(), strict=True):
             needed = static + lost
             if limit <= needed:
-                and_offset = f" and offset {offset:g} {unit}" if offset else ""
-                raise InputError(
-                    f"effort_limit is {limit:g} {unit}, and the axis breaks away in the "
-                    f"{direction} direction above {needed:g} {unit} (static friction {static:g} "
-                    f"{unit}{and_offset})",
+                raise ScenarioError(
+                    "limit_below_breakaway",
                     where="[controller]",
-                    remedy=f"allow more than {needed:g} {unit}",
+                    limit=limit,
+                    direction=direction,
+                    needed=needed,
+                    static=static,
+                    offset=offset,
+                    unit=unit,
                 )
             if needed <= 0 and self.controller.learns:
-                raise InputError(
-                    f"the offset is {offset:g} {unit}, more than the static friction {static:g} "
-                    f"{unit} holds: without effort the axis slides away, and pulses need a rest",
+                raise ScenarioError(
+                    "offset_above_static_friction",
                     where="[axis]",
-                    remedy=f"balance the offset{other}",
+                    offset=offset,
+                    static=static,
+                    unit=unit,
+                    rigid=rigid,
                 )
         for direction, lost in sides:
             coulomb = float(getattr(law, f"coulomb_friction_{direction}"))
             if coulomb + lost <= 0 and self.controller.learns:
-                and_offset = f", and the offset {offset:g} {unit}" if offset else ""
-                balance = "balance the offset" if offset else "give the friction that there is"
-                raise InputError(
-                    f"the Coulomb friction is {coulomb:g} {unit} in the {direction} "
-                    f"direction{and_offset}: once it moves that way the axis does not stop by "
-                    "itself, and pulses need a rest",
+                raise ScenarioError(
+                    "axis_does_not_stop" if offset else "axis_without_coulomb_friction",
                     where="[axis]",
-                    remedy=f"{balance}{other}",
+                    coulomb=coulomb,
+                    direction=direction,
+                    offset=offset,
+                    unit=unit,
+                    rigid=rigid,
                 )
 
     def build(self, folder: Path, learned: LearnedPulses | None = None) -> BuiltController:
@@ -96,17 +100,19 @@ class Scenario(Setup):
             try:
                 controller = table.build(self, first)
             except InputError as error:
-                if first.learned is None or file is None or error.where.startswith("["):
+                if first.learned is None or file is None or isinstance(error, ScenarioError):
                     raise
-                raise error.at(str(folder / file)) from None
+                raise error.at(f"[guess], learned, {folder / file}") from None
             return BuiltController(
                 controller=controller,
                 sources=table.sources(self, first, controller),
                 notes=table.notes(self, first, controller),
             )
         except InputError as error:
-            plain = with_units_of(self.kind, error)
-            raise plain if plain.where else plain.at("[controller] and [guess]") from None
+            plain = error.on(self.kind)
+            raise (
+                plain if plain.where else plain.at("[controller] and [guess]", keys=True)
+            ) from None
 
     def tables(self) -> ScenarioTables:
         """Return the values of all tables, with units."""
@@ -158,18 +164,15 @@ def read_scenario(path: Path | str) -> ScenarioFile:
     sensors = document.table("sensors", SensorsTable, optional=True)
     method = document.raw("controller").get("method")
     own, others = AXIS_CONTROLLERS, ARM_CONTROLLERS
-    body = mass_name(axis.kind)
-    remedy = (
-        f"use another method, such as landing or pd, or give load_{body} and stiffness in [axis]"
-    )
     if axis.flexible:
         own, others = others, own
-        remedy = f"use method {' or '.join(own.models)}, or leave load and stiffness out of [axis]"
     if isinstance(method, str) and method in others.models and method not in own.models:
-        raise InputError(
-            f"method {method} moves {others.where}, and this one is {own.where}",
+        raise ScenarioError(
+            "method_of_rigid_axis" if axis.flexible else "method_of_arm",
             where=f"{path}, [controller]",
-            remedy=remedy,
+            method=method,
+            methods=tuple(own.models),
+            load=f"load_{mass_name(axis.kind)}",
         )
     controller = document.table("controller", own)
     guess = document.table("guess", GuessTable, optional=True)
@@ -178,5 +181,5 @@ def read_scenario(path: Path | str) -> ScenarioFile:
             axis=axis, task=task, sensors=sensors, controller=controller, guess=guess
         )
     except InputError as error:
-        raise error.at(str(path)) from None
+        raise error.at(str(path), keys=True) from None
     return ScenarioFile(scenario=scenario, title=head.name, path=path, sha256=document.sha256)

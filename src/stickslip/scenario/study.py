@@ -1,7 +1,6 @@
 """A scenario to compare estimators on: an axis, its effort, and its sensors."""
 
 import csv
-import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -11,9 +10,9 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import model_validator
 
-from stickslip.records import InputError, ScenarioTables, count_of, non_negative, positive
+from stickslip.records import InputError, ScenarioTables, finite, non_negative, positive
 from stickslip.scenario.axis import AXES, Axis
-from stickslip.scenario.table import Document, Read, Table, key, required
+from stickslip.scenario.table import Document, Read, ScenarioError, Table, key, required
 from stickslip.scenario.task import SensorsTable
 
 _MOST_SAMPLES = 5_000_000
@@ -48,16 +47,15 @@ class InputTable(Table):
     def _check_disturbance(self) -> "InputTable":
         if not 0 <= self.effort_delay <= _LARGEST_DELAY:
             raise InputError(
-                f"effort_delay is {count_of(self.effort_delay, 'sample')}, it must be at least 0 "
-                f"and at most {_LARGEST_DELAY}",
-                remedy="give the delay of a drive in whole samples, such as 1 or 2",
+                "out_of_range",
+                name="effort_delay",
+                value=self.effort_delay,
+                least=0,
+                most=_LARGEST_DELAY,
+                unit="samples",
             )
         if not 0.0 <= self.disturbance_correlation < 1.0:
-            raise InputError(
-                f"disturbance_correlation is {self.disturbance_correlation:g}, it must be at least "
-                "0 and below 1",
-                remedy="give 0 for a white disturbance, or such as 0.98",
-            )
+            raise InputError("correlation_out_of_range", value=self.disturbance_correlation)
         return self
 
     @abstractmethod
@@ -74,7 +72,7 @@ class InputTable(Table):
 class SineInput(InputTable):
     """A sum of sines."""
 
-    alternative: ClassVar[str] = ", or give a file"
+    alternative: ClassVar[str] = "file"
 
     amplitudes: tuple[float, ...] = required("of the sines", "effort")
     frequencies: tuple[float, ...] = required("of the sines, one each", ("Hz", "Hz"))
@@ -87,24 +85,25 @@ class SineInput(InputTable):
         step, duration = self.sampling_time, self.duration
         if not amplitudes or len(amplitudes) != len(frequencies):
             raise InputError(
-                f"there are {len(amplitudes)} amplitudes and {len(frequencies)} frequencies",
-                remedy="give one of each for every sine",
+                "unequal_sines", amplitudes=len(amplitudes), frequencies=len(frequencies)
             )
         for amplitude in amplitudes:
-            if not math.isfinite(amplitude):
-                raise InputError(f"an amplitude is {amplitude}", remedy="give a finite one")
+            finite("amplitude", amplitude, "N or N m")
         for frequency in frequencies:
             positive("frequency", frequency, "Hz")
             if frequency * step > 0.5:
                 raise InputError(
-                    f"frequency is {frequency:g} Hz, and {1.0 / step:g} samples a second show at "
-                    f"most {0.5 / step:g} Hz",
-                    remedy="lower it, or shorten the sampling time",
+                    "sine_above_nyquist", value=frequency, rate=1.0 / step, limit=0.5 / step
                 )
         if not _LEAST_SAMPLES - 0.5 <= duration / step <= _MOST_SAMPLES:
             raise InputError(
-                f"duration is {duration:g} s, that is {duration / step:.3g} samples of {step:g} s",
-                remedy=f"take {_LEAST_SAMPLES} to {_MOST_SAMPLES:g} samples",
+                "samples_out_of_range",
+                name="duration",
+                value=duration,
+                samples=duration / step,
+                sampling_time=step,
+                least=_LEAST_SAMPLES,
+                most=_MOST_SAMPLES,
             )
         return self
 
@@ -133,10 +132,7 @@ class FileInput(InputTable):
     @model_validator(mode="after")
     def _check_phases(self) -> "FileInput":
         if self.random_phases:
-            raise InputError(
-                "random_phases and file are both given",
-                remedy="leave random_phases out: it is for sines",
-            )
+            raise InputError("both_given", names=("random_phases", "file"))
         return self
 
     def build(
@@ -144,10 +140,9 @@ class FileInput(InputTable):
     ) -> tuple[Float[np.ndarray, " n"], float]:
         effort, step = read_effort(folder / self.file)
         if effort.size < _LEAST_SAMPLES:
+            where = str(folder / self.file)
             raise InputError(
-                f"the file holds {effort.size} samples, at least {_LEAST_SAMPLES} are needed",
-                where=str(folder / self.file),
-                remedy="give a longer one",
+                "too_few_samples", where=where, samples=effort.size, least=_LEAST_SAMPLES
             )
         return effort, step
 
@@ -160,41 +155,31 @@ def read_effort(path: Path) -> tuple[Float[np.ndarray, " n"], float]:
 
     The file has a heading, time stamps [s] in the first column and the effort in the last.
     """
-    where, remedy = str(path), "give a file of stickslip excite: time [s], effort"
+    where = str(path)
     try:
         with path.open(encoding="utf-8-sig", newline="") as stream:
             rows = [row for row in csv.reader(stream) if row]
         table = np.array([[float(row[0]), float(row[-1])] for row in rows[1:]])
     except FileNotFoundError:
-        raise InputError(
-            "there is no such file of efforts", where=where, remedy="check the path"
-        ) from None
+        raise InputError("no_such_file", where=where, kind="file of efforts") from None
     except OSError as error:
-        raise InputError(
-            f"the efforts cannot be read ({error.strerror})", where=where, remedy=remedy
-        ) from error
+        reason = error.strerror or type(error).__name__
+        raise InputError("unreadable", where=where, kind="efforts", reason=reason) from error
     except (ValueError, csv.Error) as error:
-        raise InputError(
-            f"the efforts are not numbers ({error})", where=where, remedy=remedy
-        ) from None
+        raise InputError("efforts_not_numbers", where=where, reason=str(error)) from None
     if len(table) < 2 or not np.all(np.isfinite(table)):
-        raise InputError(
-            "the file holds no two finite samples of effort", where=where, remedy=remedy
-        )
+        raise InputError("efforts_too_few", where=where)
     steps = np.diff(table[:, 0])
     step = float(np.mean(steps))
     if step <= 0 or np.max(np.abs(steps - step)) > _UNEVEN * step:
-        raise InputError("the time stamps are not evenly spaced", where=where, remedy=remedy)
+        raise InputError("efforts_uneven", where=where)
     return table[:, 1], step
 
 
 def check_runs(runs: int) -> None:
     """Check that a number of runs is at least 2, and not too large."""
     if not 2 <= runs <= _MOST_RUNS:
-        raise InputError(
-            f"runs is {runs}, it must be at least 2 and at most {_MOST_RUNS}",
-            remedy="give some tens for a look, 400 for a table",
-        )
+        raise InputError("out_of_range", name="runs", value=runs, least=2, most=_MOST_RUNS, unit="")
 
 
 class StudyHead(Table):
@@ -221,11 +206,7 @@ class StudyScenario:
     def __post_init__(self) -> None:
         random = self.input.disturbance or self.input.random_phases
         if not (random or self.sensors.noisy or self.sensors.encoder_step):
-            raise InputError(
-                "nothing is random in this scenario: every run would be the same",
-                remedy="give position_noise, velocity_noise or encoder_step in [sensors], or "
-                "disturbance or random_phases in [input]",
-            )
+            raise ScenarioError("nothing_random")
 
     def tables(self) -> ScenarioTables:
         """Return the values of all tables, with units."""
@@ -250,15 +231,11 @@ def read_study(path: Path | str) -> StudyFile:
     given = document.raw("input")
     for name in SineInput.model_fields:
         if "file" in given and name in given and name not in FileInput.model_fields:
-            raise InputError(
-                f"{name} and file are both given",
-                where=f"{path}, [input]",
-                remedy=f"leave {name} out, or the file",
-            )
+            raise ScenarioError("both_given", where=f"{path}, [input]", names=(name, "file"))
     effort = document.table("input", FileInput if "file" in given else SineInput)
     sensors = document.table("sensors", SensorsTable, optional=True)
     try:
         scenario = StudyScenario(runs=head.runs, axis=axis, input=effort, sensors=sensors)
     except InputError as error:
-        raise error.at(str(path)) from None
+        raise error.at(str(path), keys=True) from None
     return StudyFile(scenario=scenario, title=head.name, path=path, sha256=document.sha256)

@@ -11,13 +11,13 @@ from typing import Any, ClassVar, Generic, TypeVar
 from pydantic import BaseModel, ConfigDict, Field, ValidationError, model_validator
 
 from stickslip.input_files import not_a_table, read_toml, unknown_key, wrong_value
-from stickslip.records import QUANTITIES, AxisKind, InputError, in_units_of
+from stickslip.records import QUANTITIES, AxisKind, InputError
 
 T = TypeVar("T", bound="Table")
 S = TypeVar("S")
 Units = tuple[str, str]
 Check = Callable[[str, Any, str], object]
-_GUIDE = "see scenario keys in the reference"
+_GUIDE = "scenario keys in the reference"
 
 
 @dataclass(frozen=True)
@@ -59,12 +59,18 @@ required = partial(key, default=...)
 """Declare a field by its `Key`, without a default."""
 
 
+class ScenarioError(InputError):
+    """A scenario contradicts itself; names of settings in the message are its keys."""
+
+    keys = True
+
+
 class Table(BaseModel):
     """A table of a scenario. Unknown keys, text for numbers and values out of range are errors."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=True)
     shows_defaults: ClassVar[bool] = True  # whether `shown` returns keys that were not given
-    alternative: ClassVar[str] = ""  # replacement for a missing key, for the message
+    alternative: ClassVar[str] = ""  # key that may be given in place of a missing one
 
     @classmethod
     def declared(cls) -> dict[str, Key]:
@@ -111,10 +117,7 @@ class Variants(Generic[T]):
         """Return the value of the key, and the model that it names."""
         name = values.get(self.key, self.default)
         if not isinstance(name, str) or name not in self.models:
-            raise InputError(
-                f"{self.key} is {name!r}, it must be one of {', '.join(map(repr, self.models))}",
-                remedy=_GUIDE,
-            )
+            raise InputError("not_a_choice", name=self.key, value=name, choices=tuple(self.models))
         return name, self.models[name]
 
     def unused(self, key: str, value: object, name: str) -> InputError | None:
@@ -124,12 +127,14 @@ class Variants(Generic[T]):
         same = name in others and key in others[name].model_fields
         if not users and not any(key in model.model_fields for model in others.values()):
             return None
-        choices = " or ".join(map(repr, users))
-        shown = f"{value:g}" if isinstance(value, float) else repr(value)
         return InputError(
-            f"{key} is {shown}, and {self.key} {name!r} has no use for it"
-            + (f" on {self.where}" if same else ""),
-            remedy="leave it out" + (f", or use {self.key} {choices}" if users else ""),
+            "unused_key",
+            name=key,
+            value=value,
+            tag=self.key,
+            tag_value=name,
+            axis=self.where if same else "",
+            users=users,
         )
 
 
@@ -139,12 +144,6 @@ def kind_in(info: Any) -> AxisKind:
     Its type is a protocol that the tests cannot check at run time.
     """
     return (info.context or {}).get("kind", "linear")
-
-
-def with_units_of(kind: AxisKind, error: InputError) -> InputError:
-    """Return an error with the units of one kind of axis where it names those of both."""
-    what, remedy = in_units_of(kind, error.what), in_units_of(kind, error.remedy)
-    return InputError(what, where=error.where, remedy=remedy)
 
 
 def table_from(of: type[T] | Variants[T], values: Any, *, name: str, kind: AxisKind) -> T:
@@ -168,7 +167,7 @@ def table_from(of: type[T] | Variants[T], values: Any, *, name: str, kind: AxisK
         except ValidationError as error:
             raise _refusal(error, model, variants, tag, kind) from None
     except InputError as error:
-        raise error.at(f"[{name}]") if name else error from None
+        raise error.at(f"[{name}]" if name else "", keys=True) from None
 
 
 def _refusal(
@@ -183,19 +182,21 @@ def _refusal(
     fault = next((each for each in faults if each["type"] == "extra_forbidden"), faults[0])
     own = fault.get("ctx", {}).get("error")
     if isinstance(own, InputError):
-        return with_units_of(kind, own)
+        return own.on(kind)
     key = str(fault["loc"][-1])
     if fault["type"] == "extra_forbidden":
         unused = None if variants is None else variants.unused(key, fault["input"], tag)
         return unused or unknown_key(key, model.model_fields)
     if fault["type"] == "missing":
-        unit = model.declared()[key].unit_on(kind)
-        needs = ""
-        if variants and not all(key in each.model_fields for each in variants.models.values()):
-            needs = f", and {variants.key} {tag!r} needs it"
-        within = f", in {unit}" if unit else ""
+        every = () if variants is None else variants.models.values()
         return InputError(
-            f"{key} is missing{needs}", remedy=f"give it there{within}{model.alternative}"
+            "missing_key",
+            name=key,
+            unit=model.declared()[key].unit_on(kind),
+            tag="" if variants is None else variants.key,
+            tag_value=tag,
+            particular=not all(key in each.model_fields for each in every),
+            alternative=model.alternative,
         )
     return wrong_value(key, fault, _GUIDE)
 
@@ -223,9 +224,7 @@ class Document:
         if not any(key in known and key in values for key, _, _ in _OTHER_FILES):
             for key, what, where_to in _OTHER_FILES:
                 if key in values and key not in known:
-                    raise InputError(
-                        f"this is {what}", where=str(path), remedy=f"give it to {where_to}"
-                    )
+                    raise InputError("other_file", where=str(path), found=what, place=where_to)
         for key in values:
             if key not in known:
                 raise unknown_key(key, known).at(str(path))
@@ -241,11 +240,7 @@ class Document:
     def table(self, name: str, of: type[T] | Variants[T], *, optional: bool = False) -> T:
         """Return a table."""
         if not optional and name not in self._values:
-            raise InputError(
-                f"the table [{name}] is missing",
-                where=str(self.path),
-                remedy="write it, with its keys on the lines below it",
-            )
+            raise InputError("table_missing", where=str(self.path), table=name)
         try:
             return table_from(of, self._values.get(name, {}), name=name, kind=self._kind)
         except InputError as error:

@@ -5,7 +5,7 @@ from typing import Any, Literal
 
 from pydantic import model_validator
 
-from stickslip.records import InputError, non_negative, positive, unit_of
+from stickslip.records import InputError, finite, non_negative, positive, unit_of, whole
 from stickslip.scenario.table import Table, key, kind_in, required
 from stickslip.simulation import Sensors
 
@@ -34,39 +34,26 @@ class TaskTable(Table):
     @model_validator(mode="after")
     def _check_task(self, info: Any) -> "TaskTable":
         if (self.target is None) == (self.targets is None):
-            raise InputError(
-                "neither target nor targets is given"
-                if self.target is None
-                else "target and targets are both given",
-                remedy="give target = 0.01, or targets = [0.01, 0.02] for moves one after another",
-            )
+            raise InputError("no_target" if self.target is None else "two_targets")
         if self.targets == ():
-            raise InputError("targets is empty", remedy="name one position or more")
-        for name, value in (
-            ("start", self.start),
-            *(("target", each) for each in self.all_targets),
-        ):
-            if not math.isfinite(value):
-                unit = unit_of("position", kind_in(info))
-                raise InputError(
-                    f"{name} is {value:g} {unit}, it must be finite", remedy="give a position"
-                )
+            raise InputError("targets_empty")
+        unit = unit_of("position", kind_in(info))
+        finite("start", self.start, unit)
+        for each in self.all_targets:
+            finite("target", each, unit)
         # Counted as the run counts them, as 0.7 s is no less than ten samples of 0.07 s
         if self.duration / self.sampling_time < _LEAST_SAMPLES - 0.5:
             raise InputError(
-                f"duration is {self.duration:g} s, shorter than {_LEAST_SAMPLES} samples of "
-                f"{self.sampling_time:g} s, in which no pulse ends",
-                remedy="give each move more time",
+                "duration_too_short",
+                name="duration",
+                value=self.duration,
+                least=_LEAST_SAMPLES,
+                sampling_time=self.sampling_time,
             )
-        if self.runs < 1:
-            raise InputError(f"runs is {self.runs}, it must be at least 1", remedy="run it once")
+        whole("runs", self.runs, least=1)
         every = self.runs * len(self.all_targets) * (self.duration / self.sampling_time)
         if not every <= _MOST_SAMPLES:
-            raise InputError(
-                f"the task takes {every:.3g} samples over all moves and runs, it may take "
-                f"{_MOST_SAMPLES:g}",
-                remedy="shorten the duration, or lengthen the sampling time",
-            )
+            raise InputError("task_too_long", samples=every, most=_MOST_SAMPLES)
         return self
 
     @property
@@ -104,10 +91,7 @@ class SensorsTable(Table):
 
     @model_validator(mode="after")
     def _check_sensors(self) -> "SensorsTable":
-        if self.seed < 0:
-            raise InputError(
-                f"seed is {self.seed}, it must not be negative", remedy="give 0 or more"
-            )
+        whole("seed", self.seed)
         self.build()
         return self
 

@@ -172,7 +172,7 @@ def _efforts(commanded_efforts: ArrayLike, plant: Plant) -> Float[np.ndarray, "b
         raise InputError(
             "effort_not_finite",
             where=f"trajectory {row}",
-            name="commanded effort",
+            name="commanded_efforts",
             value=efforts[row, sample],
             unit=unit,
             sample=sample,

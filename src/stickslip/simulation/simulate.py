@@ -171,7 +171,7 @@ def simulate(
     >>> round(float(motion.position[-1]), 9), motion.event_mode.tolist()
     (0.0002, [1, 0])
     """
-    effort = finite_vector("commanded effort", commanded_effort, unit_of("effort", plant.kind))
+    effort = finite_vector("commanded_effort", commanded_effort, unit_of("effort", plant.kind))
     model = kernel_model(plant, sampling_time, event_budget)
     state = initial_kernel_state(plant, initial_state)
     n = effort.size

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 import pytest
 from landing_runs import fly
+from refusals import refuses
 
 from stickslip.control import (
     AxisLandingController,
@@ -15,7 +16,7 @@ from stickslip.control import (
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
-from stickslip.records import InputError, LearnedPulses, PositioningOutcome, SensorSample
+from stickslip.records import LearnedPulses, PositioningOutcome, SensorSample
 
 T = 0.01
 AXES = 18
@@ -155,7 +156,7 @@ def test_what_was_learned_is_that_of_the_pulses_and_is_gone_on_from() -> None:
     )
     assert pulses.resumed(learned).experience is learned
     wrong = replace(learned, method="landing")
-    with pytest.raises(InputError, match="method"):
+    with refuses("learned_otherwise", where="method", name="method"):
         controller().resumed(wrong)
 
 

@@ -10,12 +10,13 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.control import AxisLandingController, LandingController
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import InputError, PositioningOutcome, SensorSample
+from stickslip.records import PositioningOutcome, SensorSample
 
 T = 1.0 / 128.0
 LIMIT = 16  # samples that the mass may take to come to rest after the reference
@@ -154,31 +155,31 @@ def test_an_arm_plans_with_the_eightieth_sample_of_a_resting_phase(start: float)
 
 BOTH = pytest.mark.parametrize("landing", [AXIS, ARM], ids=["axis", "arm"])
 SHARED = [
-    ({"sampling_time": 0.0}, "sampling_time"),
-    ({"tolerance": -1e-5}, "tolerance"),
-    ({"target": np.inf}, "target"),
-    ({"target": np.nan}, "target"),
-    ({"effort_limit": 0.0}, "effort_limit"),
-    ({"effort_limit": 1.0}, "not above what frees"),
-    ({"position_noise": -1.0}, "position_noise"),
-    ({"velocity_noise": np.nan}, "velocity_noise"),
-    ({"wait_limit": 0.0}, "wait_limit"),
+    ({"sampling_time": 0.0}, "not_positive"),
+    ({"tolerance": -1e-5}, "not_positive"),
+    ({"target": np.inf}, "not_finite"),
+    ({"target": np.nan}, "not_finite"),
+    ({"effort_limit": 0.0}, "not_positive"),
+    ({"effort_limit": 1.0}, "effort_below_breakaway"),
+    ({"position_noise": -1.0}, "negative"),
+    ({"velocity_noise": np.nan}, "not_finite"),
+    ({"wait_limit": 0.0}, "not_positive"),
 ]
 
 
 @pytest.mark.parametrize(
-    ("landing", "settings", "words"),
+    ("landing", "settings", "code"),
     [
         *((landing, *row) for landing in (AXIS, ARM) for row in SHARED),
-        (AXIS, {"mass_uncertainty": -0.1}, "mass_uncertainty"),
-        (AXIS, {"longest_width": 1e-4}, "longest_width"),
-        (ARM, {"most_series": 0}, "most_series"),
+        (AXIS, {"mass_uncertainty": -0.1}, "negative"),
+        (AXIS, {"longest_width": 1e-4}, "pulse_below_sample"),
+        (ARM, {"most_series": 0}, "not_whole"),
     ],
 )
 def test_settings_out_of_range_are_rejected(
-    landing: Any, settings: dict[str, float], words: str
+    landing: Any, settings: dict[str, float], code: str
 ) -> None:
-    with pytest.raises(InputError, match=words):
+    with refuses(code, of=settings):
         replace(landing, **settings)
 
 
@@ -197,7 +198,7 @@ def test_a_sample_with_a_gap_changes_nothing(landing: Any) -> None:
 def test_before_it_has_moved_nothing_is_learned(landing: Any) -> None:
     state = landing.init()
     assert landing.outcome(state) is PositioningOutcome.MOVING
-    with pytest.raises(InputError, match="nothing has been learned"):
+    with refuses("nothing_learned"):
         landing.learned(state)
-    with pytest.raises(InputError, match="target"):
+    with refuses("not_finite", name="target"):
         landing.retargeted(state, np.nan)

@@ -533,7 +533,12 @@ class PulseAmplitudeWidthController(PublishedPulseController):
         edge = _ROUNDED * f_p if margin is None else (margin - _ROUNDED) * f_p
         if not edge <= f_c <= f_p - edge:
             raise InputError(
-                "gains_out_of_range", value=f_c, effort=f_p, least=edge, most=f_p - edge, unit=unit
+                "first_guess_too_large" if f_c > edge else "first_guess_too_small",
+                value=f_c,
+                effort=f_p,
+                least=edge,
+                most=f_p - edge,
+                unit=unit,
             )
 
     @property

@@ -28,7 +28,7 @@ from stickslip.scenario.guess import (
     guesses_from,
     learned_from,
 )
-from stickslip.scenario.table import Table, key, required
+from stickslip.scenario.table import ScenarioError, Table, key, required
 from stickslip.scenario.task import SensorsTable, TaskTable
 
 _BY_RULE = "by a rule; both gains or neither"
@@ -98,42 +98,40 @@ class Setup:
         move = self.task.samples
         samples = usual if given is None else given
         if samples < least:
-            raise InputError(
-                f"rest_samples is {samples}, it must be at least {least} with these sensors",
-                where="[controller]",
-                remedy=f"give {least} or more",
+            raise ScenarioError(
+                "rest_samples_too_few", where="[controller]", samples=samples, least=least
             )
         # A pulse waits for a rest, and its outcome for another
         if 2 * samples >= move:
-            unless = " by default" if given is None else ""
-            raise InputError(
-                f"rest_samples is {samples}{unless}, and a move of {move} samples has no room for "
-                "a rest before a pulse and one after it",
+            raise ScenarioError(
+                "rest_samples_too_many",
                 where="[controller]",
-                remedy="judge the rest over fewer samples, or lengthen the duration",
+                samples=samples,
+                by_default=given is None,
+                move=move,
             )
         return samples
 
     def tolerance_at(self, rest: RestDetection) -> float:
         """Return the controller's own tolerance where a rest is judged over some samples."""
-        over = count_of(rest.samples, "sample")
-        return self.tolerance_over(rest.samples, over, "give more rest_samples")
+        return self.tolerance_over(rest.samples)
 
-    def tolerance_over(self, samples: int, over: str, otherwise: str) -> float:
+    def tolerance_over(self, samples: int, *, swing: bool = False) -> float:
         """Return the tolerance less the largest error of the mean of measured positions.
 
-        ``over`` names the samples, and ``otherwise`` is a remedy besides better sensors.
+        ``swing`` is whether the samples are those of half a swing.
         """
         sensors, tolerance = self.sensors, self.task.tolerance
         noise = _SURELY * sensors.position_noise / sqrt(samples)
         off = 0.5 * (sensors.encoder_step + self.rest_motion) + noise
         if tolerance <= off:
-            unit = unit_of("position", self.kind)
-            raise InputError(
-                f"tolerance is {tolerance:g} {unit}, and over {over} the sensors tell a position "
-                f"to {off:.3g} {unit} only",
+            raise ScenarioError(
+                "tolerance_below_noise_of_swing" if swing else "tolerance_below_noise",
                 where="[task]",
-                remedy=f"widen the tolerance, take better sensors, or {otherwise}",
+                tolerance=tolerance,
+                samples=samples,
+                error=off,
+                unit=unit_of("position", self.kind),
             )
         return tolerance - off
 
@@ -195,18 +193,18 @@ class Controller(Table):
         """Check the settings against the other tables."""
         for name, plain in setup.guess.plain().items():
             if plain not in self.used():
-                learns = ", or use method exact, which learns"
-                raise InputError(
-                    f"{name} is given, and method {self.method} has no use for it",
+                raise ScenarioError(
+                    "unused_guess",
                     where="[guess]",
-                    remedy="leave it out" + ("" if self.learns or self.used() else learns),
+                    name=name,
+                    method=self.method,
+                    useless=not (self.learns or self.used()),
                 )
         longest: float | None = getattr(self, "longest_width", None)
         if longest is not None and longest >= setup.task.duration:
-            raise InputError(
-                f"longest_width is {longest:g} s, and a move ends after {setup.task.duration:g} s",
-                where="[controller]",
-                remedy="allow shorter pulses only, or lengthen the duration",
+            duration = setup.task.duration
+            raise ScenarioError(
+                "pulse_beyond_move", where="[controller]", width=longest, duration=duration
             )
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
@@ -221,18 +219,13 @@ class Controller(Table):
             return guesses_from(guess, kind, folder)
         beside = [name for name, plain in guess.plain().items() if plain not in self.beside_learned]
         if beside:
-            raise InputError(
-                f"learned is given beside {', '.join(beside)}",
-                where="[guess]",
-                remedy="keep learned, which holds all that the controller goes on from, or leave "
-                "it out",
-            )
+            raise ScenarioError("learned_beside", where="[guess]", names=beside)
         path = folder / guess.learned
         learned = learned_from(path)
         try:
             return self.guesses_of(learned, kind, f"learned {guess.learned}")
         except InputError as error:
-            raise error.at(str(path)) from None
+            raise error.at(f"[guess], learned, {path}") from None
 
     def sources(self, setup: Setup, first: FirstGuesses, controller: Any) -> dict[str, str]:
         """Return the source of each first guess, by name."""
@@ -259,8 +252,5 @@ class GainsByRule(Controller):
         names = ("position_gain", "velocity_gain")
         missing = [name for name in names if name not in given]
         if len(missing) == 1:
-            raise InputError(
-                f"{missing[0]} is missing",
-                remedy="give it beside the other gain, or neither, for gains that suit the axis",
-            )
+            raise InputError("gain_missing", name=missing[0])
         return None if missing else PD(**{name: given[name] for name in names})

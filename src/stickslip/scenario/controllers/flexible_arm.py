@@ -19,7 +19,7 @@ from stickslip.records import AxisKind, InputError, LearnedPulses, positive, uni
 from stickslip.scenario.axis import DIRECTIONAL
 from stickslip.scenario.controllers.base import POSITION_GAIN, VELOCITY_GAIN, GainsByRule, Setup
 from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
-from stickslip.scenario.table import key
+from stickslip.scenario.table import ScenarioError, key
 
 _KNOWN = "the axis, taken as known"
 _UNCERTAINTY = 0.02
@@ -46,18 +46,9 @@ class _ArmController(GainsByRule):
     def check(self, setup: Setup) -> None:
         super().check(setup)
         if setup.axis.bristles:
-            raise InputError(
-                f"law {setup.axis.law!r} is given for a flexible arm: on bristles its driven mass "
-                "follows the swing of the load, and neither lands nor rests",
-                where="[axis]",
-                remedy="use law 'stribeck' or 'coulomb', or leave load and stiffness out",
-            )
+            raise ScenarioError("arm_on_bristles", where="[axis]", law=setup.axis.law)
         if setup.sensors.velocity == "none":
-            raise InputError(
-                "velocity is none, and an arm is moved by the velocities of both its masses",
-                where="[sensors]",
-                remedy="measure the velocity",
-            )
+            raise ScenarioError("arm_without_velocity", where="[sensors]")
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         check_learned(learned, method="landing", kind=kind, names=self.learned_names)
@@ -79,18 +70,15 @@ class _ArmController(GainsByRule):
         task, sensors = setup.task, setup.sensors
         longest = pi / scaled_notch(arm).angular_frequency
         if task.sampling_time >= longest:
-            raise InputError(
-                f"sampling_time is {task.sampling_time:g} s, and the two masses swing against each "
-                f"other so fast that it must be below {longest:.3g} s",
-                where="[task]",
-                remedy="sample faster, ten times as fast as that if you can",
+            raise ScenarioError(
+                "swing_above_nyquist", where="[task]", value=task.sampling_time, limit=longest
             )
         half_swing = pi * sqrt(arm.mass_2 / arm.stiffness)
         samples = max(1, ceil(half_swing / task.sampling_time))
         return LandingController(
             sampling_time=task.sampling_time,
             target=task.all_targets[0],
-            tolerance=setup.tolerance_over(samples, "half a swing of mass 2", "sample faster"),
+            tolerance=setup.tolerance_over(samples, swing=True),
             arm=arm,
             effort_limit=self.effort_limit,
             estimator=EnergyEstimator(
@@ -118,21 +106,19 @@ class _ArmController(GainsByRule):
             and "mass" in learned.values
             and beside
         ):
-            raise InputError(
-                f"learned is given beside {', '.join(beside)}, and holds masses and spring",
-                where="[guess]",
-                remedy="keep learned, to go on from it, or leave it out",
-            )
+            raise ScenarioError("learned_beside", where="[guess]", names=beside)
         law = first.friction()
         held = max(law.breakaway()) + abs(law.offset)
         if self.effort_limit <= held:
-            unit = unit_of("effort", kind)
-            raise InputError(
-                f"effort_limit is {self.effort_limit:g} {unit}, and by the first guess it takes "
-                f"{held:g} {unit} to free mass 1",
-                where="[guess]" if guess.learned is None else "",
-                remedy="guess less, or allow more effort",
+            guessed = InputError(
+                "limit_below_guess",
+                limit=self.effort_limit,
+                needed=held,
+                unit=unit_of("effort", kind),
+                motion="free mass 1",
+                source="",
             )
+            raise guessed.at("[guess]", keys=True) if guess.learned is None else guessed
         mass, load, stiffness = (value for value, _ in _parts(setup, first).values())
         return FlexibleArm(mass_1=mass, mass_2=load, stiffness=stiffness, friction=law, kind=kind)
 
@@ -207,11 +193,13 @@ class ArmFeedback(_ArmController):
             phase = landing.approach(start, target, memory)
             (move,) = phase.reference.moves
             if move.duration > whole:
-                raise InputError(
-                    f"duration is {whole:g} s, and the reference takes {move.duration:.3g} s to "
-                    f"{target:g} {unit_of('position', landing.kind)}",
+                raise ScenarioError(
+                    "reference_beyond_move",
                     where="[task]",
-                    remedy="give each move more time, or allow more effort",
+                    duration=whole,
+                    needed=move.duration,
+                    target=target,
+                    unit=unit_of("position", landing.kind),
                 )
             phases.append(phase)
             moves.append(replace(move, dwell=whole - move.duration))

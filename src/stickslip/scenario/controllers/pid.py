@@ -8,7 +8,7 @@ from stickslip.control import Dither, PIDController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
 from stickslip.scenario.controllers.base import Controller, Setup
 from stickslip.scenario.guess import FirstGuesses
-from stickslip.scenario.table import key, required
+from stickslip.scenario.table import ScenarioError, key, required
 
 _STIFFNESS, _INTEGRAL = ("N/m", "N m/rad"), ("N/(m s)", "N m/(rad s)")
 _DAMPING = ("N s/m", "N m s/rad")
@@ -34,11 +34,7 @@ class _Feedback(Controller):
     def build(self, setup: Setup, first: FirstGuesses) -> PIDController:
         filter_time: float | None = getattr(self, "filter_time", None)
         if filter_time is None and setup.sensors.velocity == "none":
-            raise InputError(
-                "the gains act on a velocity, and none is measured",
-                where="[controller]",
-                remedy="give filter_time in s, so that the position is differentiated",
-            )
+            raise ScenarioError("gains_without_velocity", where="[controller]")
         return PIDController(
             sampling_time=setup.task.sampling_time,
             target=setup.task.all_targets[0],
@@ -78,13 +74,10 @@ class PIDControl(_Feedback):
     def _check_gains(self) -> "PIDControl":
         given = [*self._gains(), *(["filter_time"] if self.filter_time is not None else [])]
         if self.bandwidth is not None and given:
-            raise InputError(
-                f"bandwidth and {', '.join(given)} are both given",
-                remedy="keep bandwidth, which gives all gains, or the gains themselves",
-            )
+            raise InputError("bandwidth_and_gains", names=given)
         for name in ("position_gain", "velocity_gain", "integral_gain"):
             if self.bandwidth is None and name not in given:
-                raise InputError(f"{name} is missing", remedy="give it, or bandwidth and the mass")
+                raise InputError("gain_or_bandwidth_missing", name=name)
         return self
 
     def used(self) -> tuple[str, ...]:

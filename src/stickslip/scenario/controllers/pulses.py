@@ -13,7 +13,7 @@ from stickslip.control import (
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, InputError, LearnedPulses, positive, unit_of
+from stickslip.records import AxisKind, LearnedPulses, positive, unit_of
 from stickslip.scenario.axis import DIRECTIONAL
 from stickslip.scenario.controllers.base import (
     LONGEST_WIDTH,
@@ -25,7 +25,7 @@ from stickslip.scenario.controllers.base import (
     Setup,
 )
 from stickslip.scenario.guess import AXIS_GUESSES, FILES, FirstGuesses, check_learned
-from stickslip.scenario.table import key
+from stickslip.scenario.table import ScenarioError, key
 
 _TABLE_1 = 1e-5 * (150.0 * 300.0) ** 2
 """Published P(0) of PAPWC times the squared product of mass and effort of the published pulses: the
@@ -185,11 +185,7 @@ class AxisLanding(GainsByRule):
     def check(self, setup: Setup) -> None:
         super().check(setup)
         if setup.sensors.velocity == "none":
-            raise InputError(
-                "velocity is none, and the feedback of method landing needs it",
-                where="[sensors]",
-                remedy="measure the velocity, or use method exact",
-            )
+            raise ScenarioError("landing_without_velocity", where="[sensors]")
 
     def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
         check_learned(learned, method="exact", kind=kind, names=self.learned_names)
@@ -253,12 +249,14 @@ def _check_guess(table: Controller, first: FirstGuesses) -> None:
         forward, backward = first.pair(name)
         for direction, needed in (("positive", forward + offset), ("negative", backward - offset)):
             if limit <= needed:
-                raise InputError(
-                    f"effort_limit is {limit:g} {unit}, and by the first guess it takes "
-                    f"{needed:g} {unit} to move the axis in the {direction} direction ({name} "
-                    f"from {first.sources[name]})",
+                raise ScenarioError(
+                    "limit_below_guess",
                     where="[guess]",
-                    remedy="guess less, or allow more effort",
+                    limit=limit,
+                    needed=needed,
+                    unit=unit,
+                    motion=f"move the axis in the {direction} direction",
+                    source=f"{name} from {first.sources[name]}",
                 )
 
 
