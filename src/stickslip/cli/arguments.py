@@ -115,10 +115,7 @@ class LogReading:
         for word in self.unit or []:
             channel, sign, unit = word.partition("=")
             if not (channel and sign and unit):
-                raise InputError(
-                    f"--unit {word} is not understood",
-                    remedy="write channel=unit, as in --unit position=mm",
-                )
+                raise InputError("unit_not_understood", word=word)
             units[channel.strip().replace("-", "_")] = unit.strip()
         return units
 

@@ -74,17 +74,9 @@ def compare(
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
     scenario = source.suffix.lower() == ".toml"
     if scenario and given not in (None, LogReading()):
-        raise InputError(
-            "an option on how to read a log is given, and a scenario is simulated",
-            where=str(source),
-            remedy="leave it out",
-        )
+        raise InputError("reading_of_scenario", where=str(source))
     if not scenario and runs is not None:
-        raise InputError(
-            f"--runs {runs} is given, and a log is compared once",
-            where=str(source),
-            remedy="leave it out, or give a scenario (.toml)",
-        )
+        raise InputError("runs_of_log", where=str(source), runs=runs)
     files.check(inputs=reading.inputs(source))
     reading.units()  # refused before anything is loaded
     with progress_bar(f"comparing, {source.name}") as progress:

@@ -104,7 +104,7 @@ def excite(
     rest. Prints the smallest intervals to expect. The axis must be free to move by the travel limit
     in both directions, and a little more, as its parameters are not exact.
     """
-    files = {"--json": json_file(json), "--out": out}
+    files = {"json": json_file(json), "out": out}
     check_outputs(files, inputs=[] if estimate is None else [estimate])
     with working("designing the effort"):
         from stickslip.tasks import excite, write_effort, write_json

@@ -234,19 +234,13 @@ def _effort_delay(words: list[str]) -> float | dict[str, float] | None:
     for word in words:
         log, _, number = word.rpartition("=")
         if log and log in delays:
-            raise InputError(f"--effort-delay is given twice for {log}", remedy="give it once")
+            raise InputError("delay_given_twice", log=log)
         try:
             delays[log] = float(number)
         except ValueError:
-            raise InputError(
-                f"--effort-delay {word} is not understood",
-                remedy="write seconds, as in 0.002, or log=seconds, as in morning=0.002",
-            ) from None
+            raise InputError("delay_not_understood", word=word) from None
     if not delays:
         return None
     if "" in delays and len(words) > 1:
-        raise InputError(
-            "--effort-delay is given for all logs and again",
-            remedy="give it once, or as log=seconds for each log",
-        )
+        raise InputError("delay_of_all_and_one")
     return delays.get("", delays)

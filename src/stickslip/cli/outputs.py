@@ -29,11 +29,7 @@ def check_apart(files: Mapping[str, Path | None]) -> None:
 
     for (option, path), (other, same) in combinations(files.items(), 2):
         if path is not None and same is not None and path.resolve() == same.resolve():
-            raise InputError(
-                f"{option} and {other} name the same file",
-                where=str(same),
-                remedy="name two files",
-            )
+            raise InputError("same_output", where=str(same), names=(option, other))
 
 
 def check_outputs(files: Mapping[str, Path | None], *, inputs: Sequence[Path]) -> None:
@@ -93,7 +89,7 @@ class ResultFiles:
 
     def check(self, *, inputs: Sequence[Path]) -> None:
         """Check that the files can be written."""
-        check_outputs({"--json": json_file(self.json), "--report": self.report}, inputs=inputs)
+        check_outputs({"json": json_file(self.json), "report": self.report}, inputs=inputs)
 
     def write(
         self, document: Callable[[], Mapping[str, Any]], page: Callable[[Path], object]

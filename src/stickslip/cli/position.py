@@ -49,20 +49,16 @@ def position(
     from stickslip.records import InputError
     from stickslip.tasks import read_scenario
 
-    files = {"--json": json_file(json), "--report": report, "--learned": learned}
+    files = {"json": json_file(json), "report": report, "learned": learned}
     read = read_scenario(scenario)
     if learned is not None and not read.learns:
-        raise InputError(
-            "--learned is given, and the method of the scenario learns nothing",
-            where=str(scenario),
-            remedy="leave it out, or use a method that learns, such as exact",
-        )
+        raise InputError("learns_nothing", where=str(scenario))
     check_apart(files)
     for option, path in files.items():
         if path is None:
             continue
         # The learned values may replace those that the run resumes from
-        resumes = option == "--learned"
+        resumes = option == "learned"
         inputs = [each for each in read.inputs if not (resumes and each == read.learned)]
         check_output(path, inputs=[scenario, *inputs], what=option)
     with progress_bar(f"positioning, {scenario.name}") as progress:

@@ -55,9 +55,9 @@ def reader_may_leave() -> Generator[None]:
 
         _send_the_rest_nowhere()
         raise InputError(
-            f"the result cannot be printed ({error.strerror or type(error).__name__})",
+            "not_printed",
             where="standard output",
-            remedy="send it to a place with room on it",
+            reason=error.strerror or type(error).__name__,
         ) from error
 
 

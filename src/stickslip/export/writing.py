@@ -219,9 +219,9 @@ def _write(files: Mapping[str, str | bytes], out: Path) -> None:
         for name, content in files.items()
     }
     if set(contents) == {""}:
-        write_whole(out, contents[""], what="--out")
+        write_whole(out, contents[""], what="out")
         return
-    with files_at_once(out, what="--out") as folder:
+    with files_at_once(out, what="out") as folder:
         for name, content in contents.items():
             path = folder / PurePosixPath(name)
             path.parent.mkdir(parents=True, exist_ok=True)

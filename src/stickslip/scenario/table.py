@@ -167,7 +167,7 @@ def table_from(of: type[T] | Variants[T], values: Any, *, name: str, kind: AxisK
         except ValidationError as error:
             raise _refusal(error, model, variants, tag, kind) from None
     except InputError as error:
-        raise error.at(f"[{name}]" if name else "", keys=True) from None
+        raise error.at(f"[{name}]", keys=True) if name else error from None
 
 
 def _refusal(
@@ -244,7 +244,7 @@ class Document:
         try:
             return table_from(of, self._values.get(name, {}), name=name, kind=self._kind)
         except InputError as error:
-            raise error.at(str(self.path)) from None
+            raise error.at(str(self.path), keys=True) from None
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -25,7 +25,6 @@ from stickslip.records import (
     InputError,
     ParameterScore,
     StickslipError,
-    count_of,
     mass_name,
 )
 from stickslip.scenario import Axis, Read, StudyFile, check_runs, read_study
@@ -133,11 +132,7 @@ def _chosen_names(only: tuple[str, ...], task: EstimationTask, kind: AxisKind) -
         entry_of(name)
     names = tuple(name for name in ESTIMATORS if not only or name in only)
     if task.largest_delay and "maximum-likelihood" not in names:
-        raise InputError(
-            f"largest_delay is {count_of(task.largest_delay, 'sample')}, and only "
-            "maximum-likelihood estimates a delay, which is not compared",
-            remedy="compare maximum-likelihood too, or leave largest_delay out",
-        )
+        raise InputError("delay_not_compared", samples=task.largest_delay)
     return names
 
 
@@ -151,8 +146,7 @@ def _fitted(name: str, task: EstimationTask, energy_inertia: float | None, log: 
     try:
         estimate = entry.make(entry.usable(task), log.kind, energy_inertia).fit(log)
     except StickslipError as error:
-        text = error.what if isinstance(error, InputError) else str(error)
-        return _Fitted(why_not=text.removeprefix(f"{log.name}: "))
+        return _Fitted(why_not=error.what)
     assumes = entry.needs_inertia and task.inertia is None
     return _Fitted(estimate=estimate, assumed_inertia=energy_inertia if assumes else None)
 

@@ -8,7 +8,7 @@ import numpy as np
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.outputs import files_at_once
 from stickslip.presentation import write_report
-from stickslip.records import Identification, InputError, Positioning
+from stickslip.records import Identification, Positioning, whole
 from stickslip.tasks import surrogate
 from stickslip.tasks.identification import identify
 from stickslip.tasks.json_file import write_json
@@ -71,8 +71,7 @@ def demonstrate(folder: Path | str, *, seed: int = 1) -> Demonstration:
     InputError
         If the seed is negative or nothing can be written in the folder.
     """
-    if seed < 0:
-        raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
+    whole("seed", seed)
     place = Path(folder)
     with files_at_once(place, what="the demonstration") as scratch:
         # Imported here, as the compiler behind it takes a second to load.

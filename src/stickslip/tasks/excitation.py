@@ -18,8 +18,9 @@ from stickslip.records import (
     mass_name,
     positive,
     unit_of,
+    whole,
 )
-from stickslip.scenario import AXES, estimate_in, table_from, with_units_of
+from stickslip.scenario import AXES, estimate_in, table_from
 from stickslip.simulation import Sensors
 
 _MOST_SAMPLES = 200_000
@@ -80,12 +81,13 @@ def excite(
     samples = positive("duration", duration, "s") / positive("sampling_time", sampling_time, "s")
     if samples > _MOST_SAMPLES:
         raise InputError(
-            f"duration is {duration:g} s, that is {samples:.3g} samples of {sampling_time:g} s, at "
-            f"most {_MOST_SAMPLES} can be designed",
-            remedy="shorten the duration, or lengthen the sampling time",
+            "input_too_long",
+            duration=duration,
+            samples=samples,
+            sampling_time=sampling_time,
+            most=_MOST_SAMPLES,
         )
-    if seed < 0:
-        raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
+    whole("seed", seed)
     file = None if estimate is None else Path(estimate)
     if kind is None:
         kind = "linear" if file is None else _kind_in(file)
@@ -113,7 +115,7 @@ def excite(
             generator=np.random.default_rng(seed),
         )
     except InputError as error:
-        raise with_units_of(kind, error) from None
+        raise error.on(kind) from None
     bound = designed.bound
     options: dict[str, tuple[float | str, str]] = {
         name: (value, unit_of(name.removeprefix("load_"), kind)) for name, value in values.items()

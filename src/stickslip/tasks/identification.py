@@ -129,7 +129,7 @@ def identify(
         entry_of(estimator)
     if mass is not None or load_mass is not None:
         if inertia is not None or load_inertia is not None:
-            raise InputError("mass and inertia are both given", remedy="give one of them")
+            raise InputError("both_given", names=("mass", "inertia"))
         inertia, load_inertia = mass, load_mass
     # The log is read first: an error in its name comes before libraries that take seconds to load.
     logs = _logs_of(log, schema, axis, columns)
@@ -151,10 +151,7 @@ def identify(
         effort_kind=effort_kind,
     )
     if len(logs) > 1 and task.flexible:
-        raise InputError(
-            "several logs are fitted jointly for rigid axes only, and a flexible arm is described",
-            remedy="identify each log alone",
-        )
+        raise InputError("joint_fit_of_arm")
     if isinstance(estimator, str):
         chosen = _named(estimator, task).make(task, logs[0].kind)
     else:
@@ -178,7 +175,7 @@ def _logs_of(
     if not isinstance(log, Sequence) or isinstance(log, str):
         return [log_at(log, schema, axis, columns)]
     if not log:
-        raise InputError("no log is given", remedy="give at least one")
+        raise InputError("no_log")
     if len(log) == 1:
         return _logs_of(log[0], schema, axis, columns)
     return logs_at(log, schema, axis, columns)
@@ -196,15 +193,9 @@ def _jointly(
     from stickslip.estimation.joint.examine import examine_jointly
 
     if not isinstance(estimator, SelectedModelEstimator):
-        raise InputError(
-            f"{estimator.name} takes one log, and {len(logs)} are given",
-            remedy="use auto, or identify each log alone",
-        )
+        raise InputError("estimator_of_one_log", estimator=estimator.name, logs=len(logs))
     if len(logs) == 1:
-        raise InputError(
-            "effort delays are given by name of the log, and there is one log",
-            remedy="give its delay as a number",
-        )
+        raise InputError("delays_of_one_log")
     return examine_jointly(logs, JointEstimator(single=estimator, delays=delays), truth=truth)
 
 
@@ -219,14 +210,8 @@ def _named(name: str, task: EstimationTask) -> EstimatorEntry:
 def _checked(estimator: Estimator, task: EstimationTask) -> Estimator:
     """Validate an estimator object, and that no setting is given beside it."""
     if not isinstance(estimator, Estimator):  # pyright: ignore[reportUnnecessaryIsInstance]
-        raise InputError(
-            f"the estimator is a {type(estimator).__name__}",
-            remedy="give a name or an object with name and fit(log)",
-        )
+        raise InputError("no_estimator_object", found=type(estimator).__name__)
     given = [field.name for field in fields(task) if getattr(task, field.name) != field.default]
     if given:
-        raise InputError(
-            f"{given[0].replace('_', ' ')} is given beside an estimator object",
-            remedy="give it to the estimator",
-        )
+        raise InputError("setting_beside_estimator", name=given[0])
     return estimator

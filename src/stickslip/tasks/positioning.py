@@ -59,9 +59,7 @@ def position(
     try:
         return _positioned(read, progress or (lambda _done, _every: None))
     except InputError as error:
-        # One that names a table is of the scenario; others name a file beside it
-        inside = error.where.startswith("[") or not error.where
-        raise error.at(str(read.path)) if inside else error from None
+        raise error.at(str(read.path), keys=True) from None
 
 
 def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Positioning:
@@ -108,8 +106,8 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
                 built = scenario.build(folder, found)
             except InputError as error:
                 notes += (
-                    f"What run {number} has learned cannot be gone on from ({error.what}); the "
-                    "next run begins as this one did.",
+                    f"Run {number + 1} begins as run {number} did, whose learned values cannot be "
+                    f"used: {error.what}.",
                 )
     progress(task.runs * samples, task.runs * samples)
     return Positioning(

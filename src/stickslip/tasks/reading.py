@@ -49,31 +49,16 @@ def logs_at(
     called = [str(path) if path else log.name for path, log in zip(paths, logs, strict=True)]
     for (one, own), (other, its) in combinations(zip(logs, called, strict=True), 2):
         if _same(one, other):
-            raise InputError(
-                "the same log is given twice" if own == its else f"it is the same log as {own}",
-                where=its,
-                remedy="give each log once: repeated data would make the intervals too narrow",
-            )
+            raise InputError("log_given_twice", where=its, other="" if own == its else own)
         if one.name == other.name:
-            raise InputError(
-                f"two logs have the name {one.name!r}",
-                where=its,
-                remedy="give them different names, as their offsets are named after them",
-            )
+            raise InputError("logs_of_one_name", where=its, name=one.name)
         if one.kind != other.kind:
             raise InputError(
-                f"{own} is of a {one.kind} axis, and {its} of a {other.kind} one",
-                where=its,
-                remedy="give logs of one axis, or the kind of axis if it was found wrongly",
+                "logs_of_two_kinds", where=its, other=own, other_kind=one.kind, kind=other.kind
             )
     for log, name in zip(logs, called, strict=True):
         if log.measured_load_position is not None:
-            raise InputError(
-                "the log has the position of a second mass, as of a flexible arm; several logs "
-                "are fitted jointly for rigid axes only",
-                where=name,
-                remedy="identify it alone, or read it without that position",
-            )
+            raise InputError("joint_log_of_arm", where=name)
     return logs
 
 
