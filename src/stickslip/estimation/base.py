@@ -13,7 +13,6 @@ from stickslip.records import (
     EffortKind,
     FrictionEstimate,
     InputError,
-    count_of,
     mass_name,
     positive,
     unit_of,
@@ -198,24 +197,21 @@ class EstimationTask:
         body = mass_name(kind)
         for what, quantity, value in (
             (body, body, self.inertia),
-            (f"load {body}", body, self.load_inertia),
+            (f"load_{body}", body, self.load_inertia),
             ("stiffness", "stiffness", self.stiffness),
         ):
             if value is not None:
                 positive(what, value, unit_of(quantity, kind))
         if (self.load_inertia is None) != (self.stiffness is None):
-            raise InputError(
-                "a flexible arm needs both the load inertia and the stiffness of its spring",
-                remedy="give both, or neither for a rigid axis",
-            )
+            raise InputError("half_an_arm")
         if self.per_direction and self.offset:
-            raise InputError(
-                "an offset and friction per direction are both asked for, but an offset is the "
-                "difference of the two Coulomb frictions",
-                remedy="ask for one of them",
-            )
+            raise InputError("offset_and_directions")
         if not 0 <= self.largest_delay <= LARGEST_DELAY:
             raise InputError(
-                f"largest_delay is {count_of(self.largest_delay, 'sample')}",
-                remedy=f"give 0 to {LARGEST_DELAY} whole samples: each of them is a fit",
+                "out_of_range",
+                name="largest_delay",
+                value=self.largest_delay,
+                least=0,
+                most=LARGEST_DELAY,
+                unit="samples",
             )

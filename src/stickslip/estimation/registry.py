@@ -79,23 +79,25 @@ class EstimatorEntry:
         self._check_settings(task)
         if self.rigid_only and task.flexible:
             raise InputError(
-                f"{self.name} applies to rigid axes only, and a flexible arm is described",
-                remedy=f"use {_listed(lambda entry: not entry.rigid_only)}",
+                "estimator_of_rigid_axes",
+                estimator=self.name,
+                others=_those(lambda entry: not entry.rigid_only),
             )
         if self.symmetric_only and task.per_direction:
             raise InputError(
-                f"friction per direction is asked for, and {self.name} takes friction as equal in "
-                "both directions",
-                remedy=f"use {_listed(lambda entry: not entry.symmetric_only)}",
+                "estimator_of_equal_friction",
+                estimator=self.name,
+                others=_those(lambda entry: not entry.symmetric_only),
             )
         task.check(kind)
         if self.needs_inertia and task.inertia is None:
             if inertia is None:
                 body = mass_name(kind)
                 raise InputError(
-                    f"{self.name} needs the {body}, and none is given",
-                    remedy=f"give the {body}, or use "
-                    f"{_listed(lambda entry: not entry.needs_inertia)}",
+                    "estimator_needs_inertia",
+                    estimator=self.name,
+                    name=body,
+                    others=_those(lambda entry: not entry.needs_inertia),
                 )
             task = replace(task, inertia=inertia)
         elif task.inertia is None:
@@ -117,11 +119,12 @@ class EstimatorEntry:
         for name, value in task.settings.items():
             if name in self.settings:
                 continue
-            shown = "" if value is True else f" {value if isinstance(value, str) else f'{value:g}'}"
-            those = _listed(lambda entry, name=name: name in entry.settings)
             raise InputError(
-                f"{name.replace('_', ' ')}{shown} is given, and {self.name} does not use it",
-                remedy=f"leave it out, or use {those}",
+                "setting_unused",
+                name=name,
+                value="" if value is True else value,
+                estimator=self.name,
+                others=_those(lambda entry, name=name: name in entry.settings),
             )
 
 
@@ -143,9 +146,7 @@ def entry_of(name: str) -> EstimatorEntry:
     """
     entry = ESTIMATORS.get(name)
     if entry is None:
-        raise InputError(
-            f"{name!r} is not an estimator", remedy=f"use one of {', '.join(ESTIMATORS)}"
-        )
+        raise InputError("unknown_estimator", estimator=name, estimators=tuple(ESTIMATORS))
     return entry
 
 
@@ -157,10 +158,9 @@ def _known_inertia(task: EstimationTask) -> float:
     return task.inertia
 
 
-def _listed(applies: Callable[[EstimatorEntry], bool]) -> str:
+def _those(applies: Callable[[EstimatorEntry], bool]) -> list[str]:
     """Return the names of the estimators that a remedy can point to."""
-    names = [name for name, entry in ESTIMATORS.items() if applies(entry)]
-    return names[0] if len(names) == 1 else f"{', '.join(names[:-1])} or {names[-1]}"
+    return [name for name, entry in ESTIMATORS.items() if applies(entry)]
 
 
 def _selected(task: EstimationTask) -> Estimator:
@@ -168,11 +168,7 @@ def _selected(task: EstimationTask) -> Estimator:
     if task.flexible:
         known = task.effort_delay is not None or task.effort_kind is not None
         if task.include or task.exclude or not task.select or known:
-            raise InputError(
-                "terms, or delay or kind of the effort are given, and auto does not select the "
-                "model of a flexible arm",
-                remedy="leave them out",
-            )
+            raise InputError("selection_of_arm")
         return _energy(task)
     from stickslip.estimation.selection.estimator import SelectedModelEstimator
 
@@ -230,10 +226,7 @@ def _maximum_likelihood(task: EstimationTask) -> Estimator:
     guess = None
     if task.flexible and task.inertia is None:
         if task.inertia_guess is None:
-            raise InputError(
-                "maximum-likelihood needs a first guess of the first mass of a flexible arm",
-                remedy="give the mass or inertia",
-            )
+            raise InputError("likelihood_needs_mass")
         guess = {"mass": task.inertia_guess, "inertia": task.inertia_guess}
     return MaximumLikelihoodEstimator(
         inertia=task.inertia,

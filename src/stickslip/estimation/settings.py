@@ -39,15 +39,9 @@ def first_guesses(
     guesses = dict(values or {})
     for name, value in guesses.items():
         if name not in known:
-            raise InputError(
-                f"a first guess is given for {name!r}, which is not estimated",
-                remedy=f"use {', '.join(known)}",
-            )
+            raise InputError("guess_not_estimated", name=name, choices=known)
         if not np.isfinite(value):
-            raise InputError(
-                f"the first guess of {name!r} is {value}, it must be finite",
-                remedy="leave it out to begin at 0",
-            )
+            raise InputError("not_finite", name=f"first guess of {name}", value=value, unit="")
     return ReadOnlyMapping(guesses)
 
 
@@ -85,10 +79,7 @@ def check_arm(load_inertia: float | None, stiffness: float | None) -> None:
         If only one of load inertia and stiffness is given.
     """
     if (load_inertia is None) != (stiffness is None):
-        raise InputError(
-            "a flexible arm needs both the load inertia and the stiffness of its spring",
-            remedy="give both, or neither for a rigid axis",
-        )
+        raise InputError("half_an_arm")
 
 
 def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Variance:
@@ -104,11 +95,7 @@ def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Va
     matrix = np.array([[float(each) for each in row] for row in value])
     square = matrix.shape == (count, count) and bool(np.isfinite(matrix).all())
     if not (square and np.allclose(matrix, matrix.T) and np.linalg.eigvalsh(matrix)[0] > 0.0):
-        raise InputError(
-            f"the initial variance has shape {matrix.shape}, it must be a number or a positive "
-            f"definite matrix of {count} by {count}",
-            remedy="give the covariance of the first guesses, in the order of parameter_names",
-        )
+        raise InputError("initial_variance_wrong", shape=matrix.shape, count=count)
     return tuple(tuple(row) for row in (0.5 * (matrix + matrix.T)).tolist())
 
 
@@ -122,8 +109,7 @@ def check_forgetting_factor(value: float) -> None:
     """
     if not 0 < value <= 1:
         raise InputError(
-            f"the forgetting factor is {value:g}, it must be in (0, 1]",
-            remedy="give 1 to forget nothing, or a value just below",
+            "not_in_interval", name="forgetting_factor", value=value, interval="(0, 1]", usual=1.0
         )
 
 

@@ -163,15 +163,6 @@ def quantity_field(name: str, **options: Any) -> Any:
     return field(metadata={"quantity": QUANTITIES[name]}, **options)
 
 
-_EITHER_UNIT = re.compile(
-    " (?:"
-    + "|".join(
-        re.escape(f"{each.linear} or {each.rotary}")
-        for each in QUANTITIES.values()
-        if each.linear != each.rotary
-    )
-    + r")(?![\w/^])"
-)
 _DIRECTIONS = {"_positive": ", forward", "_negative": ", backward"}
 _NAMES = re.compile(
     rf"\b(?:{'|'.join(key for key in QUANTITIES if '_' in key)})(?:_positive|_negative)?\b"
@@ -200,18 +191,6 @@ def parameter_label(name: str, kind: AxisKind = "linear") -> str:
     if kind == "rotary":
         term = term.replace("mass", "inertia")
     return term[0].upper() + term[1:]
-
-
-def in_units_of(kind: AxisKind, sentence: str) -> str:
-    """Return a sentence with the unit of one kind of axis where it names those of both.
-
-    Examples
-    --------
-    >>> in_units_of("rotary", "tolerance is 0 m or rad, and 3 N s/m or N m s/rad are lost")
-    'tolerance is 0 rad, and 3 N m s/rad are lost'
-    """
-    part = 0 if kind == "linear" else 1
-    return _EITHER_UNIT.sub(lambda found: " " + found[0][1:].split(" or ")[part], sentence)
 
 
 def count_of(number: int, thing: str) -> str:

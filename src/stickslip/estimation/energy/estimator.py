@@ -223,10 +223,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
             If there are two of each.
         """
         if self.per_direction:
-            raise InputError(
-                "per_direction is asked for, so that there are two Coulomb frictions",
-                remedy="estimate both directions together",
-            )
+            raise InputError("places_per_direction")
         viscous = VALUES + self._names.index("viscous_friction")
         return slice(viscous + 1, viscous - 1, -1)
 

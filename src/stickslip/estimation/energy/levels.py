@@ -133,12 +133,7 @@ def energy_levels(
 def load_position(log: AxisLog) -> Float[np.ndarray, " n"]:
     """Return the measured position of the load [m or rad], or raise InputError without one."""
     if log.measured_load_position is None:
-        raise InputError(
-            "the log holds no position of the load, which a flexible arm needs",
-            where=log.name,
-            remedy="map the load's position, leave out load inertia and stiffness, or give the "
-            "energy estimator the inertia of the driven side too: it then reconstructs the load",
-        )
+        raise InputError("no_load_position", where=log.name)
     return log.measured_load_position
 
 

@@ -62,8 +62,7 @@ class EnergySettings:
         check_arm(self.load_inertia, self.stiffness)
         if not (self.filter_order >= 1 and float(self.filter_order).is_integer()):
             raise InputError(
-                f"filter_order is {self.filter_order}, it must be a whole number, 1 or more",
-                remedy="leave it at its default",
+                "not_whole", name="filter_order", value=self.filter_order, least=1, unit=""
             )
         units = {
             "force_noise": "N or N m",
@@ -81,10 +80,7 @@ class EnergySettings:
         guesses = first_guesses(self.initial_values, tuple(dict.fromkeys(names)))
         object.__setattr__(self, "initial_values", guesses)
         if self.inertia is None and self.force_noise and self.level_noise is None:
-            raise InputError(
-                f"force_noise is {self.force_noise:g} N or N m and no level_noise is given",
-                remedy="give level_noise [J] as well: their ratio decides",
-            )
+            raise InputError("no_level_noise", value=self.force_noise, unit="N or N m")
 
     @property
     def terms(self) -> FrictionTerms:
@@ -163,8 +159,6 @@ class EnergyMethod(ABC):
         parts = long_stretches(
             usable.log,
             self.least_samples(usable.low_pass, usable.log.sampling_time),
-            needed_by="",
-            remedy="record a longer log, or raise the cutoff frequency",
         )
         rows = self.rows(usable, parts)
         return replace(rows, biased=rows.biased or usable.clipped)

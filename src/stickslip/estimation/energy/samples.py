@@ -16,26 +16,29 @@ def check_fits(
     log: AxisLog,
     sampling_time: float,
     *,
-    at_gaps: str = "run its segments one by one and resume before each, or use fit",
+    resumes: bool = True,
 ) -> None:
     """Reject a log with a gap, or with another sampling time than the state was made for [s].
 
-    ``at_gaps`` is the remedy for a log with a gap.
+    ``resumes`` is whether a state can go on after a gap.
     """
     if log.segment_starts.size > 1:
         k = int(log.segment_starts[1])
         raise InputError(
-            f"the log has a gap of {log.time[k] - log.time[k - 1]:.6g} s before sample {k}",
+            "gap" if resumes else "gap_without_resumption",
             where=log.name,
-            remedy=at_gaps,
+            gap=log.time[k] - log.time[k - 1],
+            sample=k,
         )
     own = log.sampling_time
     if abs(own - sampling_time) > _SAME_SAMPLING_TIME * sampling_time:
         raise InputError(
-            f"the log has a sampling time of {own:.6g} s, the state was made for "
-            f"{sampling_time:.6g} s",
+            "other_sampling_time",
             where=log.name,
-            remedy=f"make the state with init(sampling_time={own:.6g})",
+            name="the state",
+            own=sampling_time,
+            other="the log",
+            sampling_time=own,
         )
 
 
@@ -49,8 +52,7 @@ def samples_of(state: State, log: AxisLog, *, load: bool) -> Float[np.ndarray, "
     check_fits(
         log,
         float(own.sampling_time),
-        at_gaps="run its segments one by one, each from a new state with the last estimates as "
-        "initial_values, or use fit",
+        resumes=False,
     )
     velocities = [("", log.measured_velocity)]
     if load:
@@ -59,11 +61,7 @@ def samples_of(state: State, log: AxisLog, *, load: bool) -> Float[np.ndarray, "
         if of:
             load_position(log)
         if velocity is None and own.differentiates == 0:
-            raise InputError(
-                f"the log holds no velocity{of}, the state was made for a measured one",
-                where=log.name,
-                remedy="make the state with init(velocity_measured=False)",
-            )
+            raise InputError("state_needs_velocity", where=log.name, of=of)
     columns = (
         log.effort,
         log.measured_position,

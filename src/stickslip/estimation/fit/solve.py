@@ -54,21 +54,18 @@ def check_excited(log: AxisLog) -> None:
         If every effort is zero, or the position never changes.
     """
     if not np.any(log.effort):
-        raise InputError(
-            f"the effort is 0 {log.unit('effort')} in all {len(log)} samples",
-            where=log.name,
-            remedy="map the column that holds the force, torque or motor current",
-        )
+        raise InputError("no_effort", where=log.name, unit=log.unit("effort"), samples=len(log))
     if np.ptp(log.measured_position) == 0:
         raise InputError(
-            f"the position is {log.measured_position[0]:g} {log.unit('position')} in all "
-            f"{len(log)} samples",
+            "no_motion",
             where=log.name,
-            remedy="map the column that holds the axis' position, or record a motion",
+            value=log.measured_position[0],
+            unit=log.unit("position"),
+            samples=len(log),
         )
 
 
-def long_stretches(log: AxisLog, least: int, *, needed_by: str, remedy: str) -> list[AxisLog]:
+def long_stretches(log: AxisLog, least: int, *, decimation: int | None = None) -> list[AxisLog]:
     """Return the stretches without gaps that a filter can use.
 
     Parameters
@@ -77,10 +74,8 @@ def long_stretches(log: AxisLog, least: int, *, needed_by: str, remedy: str) -> 
         With uniform samples between its gaps.
     least
         Samples that a stretch must hold.
-    needed_by
-        Clause on what needs so many samples, with a leading comma; empty for none.
-    remedy
-        For a log without such a stretch.
+    decimation
+        Factor of a decimation that needs so many samples; None without one.
 
     Raises
     ------
@@ -90,21 +85,20 @@ def long_stretches(log: AxisLog, least: int, *, needed_by: str, remedy: str) -> 
     """
     parts = [part for part in log.segments() if len(part) >= least]
     if not parts:
+        sampling_time, samples = log.sampling_time, len(log)
         raise InputError(
-            f"the log has no stretch of {least} samples without a gap{needed_by} ({len(log)} "
-            f"samples in all, one every {log.sampling_time:.4g} s)",
+            "no_long_stretch",
             where=log.name,
-            remedy=remedy,
+            least=least,
+            samples=samples,
+            sampling_time=sampling_time,
+            decimation=decimation,
         )
     moves = any(float(np.ptp(part.measured_position)) > 0.0 for part in parts)
     pushes = any(np.any(part.effort) for part in parts)
     if not (moves and pushes):
-        lacks = "the effort is 0" if moves else "the position is constant"
-        raise InputError(
-            f"{lacks} in every stretch of {least} samples or more without a gap{needed_by}",
-            where=log.name,
-            remedy="record the moves without gaps",
-        )
+        code = "no_effort_in_stretches" if moves else "no_motion_in_stretches"
+        raise InputError(code, where=log.name, least=least, decimation=decimation)
     return parts
 
 

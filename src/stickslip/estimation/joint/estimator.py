@@ -50,7 +50,6 @@ from stickslip.records import (
     LogDeviation,
     ModelSelection,
     Provenance,
-    count_of,
     in_words,
     mass_name,
     shared_name,
@@ -157,8 +156,7 @@ class JointEstimator:
         unknown = [name for name in self.delays if name not in {log.name for log in logs}]
         if unknown:
             raise InputError(
-                f"a delay is given for {unknown[0]!r}, which is none of the logs",
-                remedy=f"the logs are {', '.join(log.name for log in logs)}",
+                "delay_of_unknown_log", log=unknown[0], logs=[log.name for log in logs]
             )
         tuning = self.single.tuning
         members = [self._member(log) for log in logs]
@@ -306,17 +304,13 @@ class JointEstimator:
             delay = self._known_delay(each.name)
             part = part if delay is None else part.shifted(delay / T)
             if part.rows.size == 0:
-                raise InputError(
-                    "the axis does not move in this log, or not far enough in one direction",
-                    where=each.name,
-                    remedy="leave it out",
-                )
+                raise InputError("joint_log_without_slip", where=each.name)
             if part.rows.size < self.tuning.fewest_rows:
                 raise InputError(
-                    f"the log has {count_of(part.rows.size, 'window')} of slip in one direction, "
-                    f"at least {self.tuning.fewest_rows} are needed",
+                    "joint_log_too_short",
                     where=each.name,
-                    remedy="leave it out, or record longer moves",
+                    windows=part.rows.size,
+                    least=self.tuning.fewest_rows,
                 )
             parts.append(part)
         levels: list[float] = []

@@ -76,16 +76,10 @@ class AxisParameters(SoughtParameters):
         possible = (*self._structure, *(n for n in PARAMETER_NAMES if n not in _MASSES))
         foreign = [name for name in (*self.names, *self.known) if name not in possible]
         if foreign:
-            raise InputError(
-                f"{foreign[0]!r} is no parameter of this axis",
-                remedy=f"use some of {', '.join(possible)}",
-            )
+            raise InputError("not_a_choice", name="parameter", value=foreign[0], choices=possible)
         for name in self._structure:
             if name not in self.names and name not in self.known:
-                raise InputError(
-                    f"the {name} of the axis is neither sought nor known",
-                    remedy=f"give the {name}, or let it be estimated",
-                )
+                raise InputError("neither_sought_nor_known", name=name)
 
     @property
     def _structure(self) -> tuple[str, ...]:

@@ -184,15 +184,9 @@ def _rows(found: MotionSensitivity, sensors: Sensors) -> list[Float[np.ndarray, 
     motion = found.motion
     spread = float(np.hypot(sensors.position_noise, sensors.encoder_step / np.sqrt(12.0)))
     if spread == 0.0:
-        raise InputError(
-            "the position sensors have neither noise nor steps, so that nothing bounds an estimate",
-            remedy="give position_noise or encoder_step",
-        )
+        raise InputError("exact_positions")
     if sensors.velocity == "measured" and sensors.velocity_noise == 0.0:
-        raise InputError(
-            "the measured velocity has no noise, so that nothing bounds an estimate",
-            remedy="give velocity_noise, or velocity='none'",
-        )
+        raise InputError("exact_velocities")
     positions = [(motion.position, found.position)]
     velocities = [found.velocity]
     if sensors.load and found.load_position is not None and found.load_velocity is not None:

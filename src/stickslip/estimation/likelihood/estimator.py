@@ -33,7 +33,9 @@ from stickslip.records import (
     InputError,
     count_of,
     mass_name,
+    one_of,
     positive,
+    whole,
 )
 
 _LEAST_SAMPLES = 50
@@ -174,31 +176,19 @@ class MaximumLikelihoodEstimator:
         units = {"inertia": "kg or kg m^2", "load_inertia": "kg or kg m^2"}
         units |= {"stiffness": "N/m or N m/rad", "horizon": "s"}
         check_given(self, positive, units)
-        if self.noise not in ("white", "coloured"):
-            raise InputError(f"noise is {self.noise!r}", remedy="give 'white' or 'coloured'")
-        if self.largest_delay < 0:
-            raise InputError(
-                f"largest_delay is {count_of(self.largest_delay, 'sample')}",
-                remedy="give 0 or more whole samples",
-            )
+        one_of("noise", self.noise, ("white", "coloured"))
+        whole("largest_delay", self.largest_delay, unit="samples")
         arm = self.load_inertia is not None or self.stiffness is not None
         if self.flexible is None:
             object.__setattr__(self, "flexible", arm)
         elif arm and not self.flexible:
-            raise InputError(
-                "a load inertia or stiffness is given for an axis that is not flexible",
-                remedy="leave them out, or flexible=False",
-            )
+            raise InputError("parts_of_rigid_axis")
         names = (*self.parameter_names("linear"), *self.parameter_names("rotary"))
         guesses = first_guesses(self.initial_values, names)
         object.__setattr__(self, "initial_values", guesses)
         for one, other in (("mass", "inertia"), ("load_mass", "load_inertia"), ("stiffness",) * 2):
             if self.flexible and one in names and one not in guesses and other not in guesses:
-                raise InputError(
-                    f"the {other.replace('_', ' ')} of a flexible arm is sought without a first "
-                    "guess",
-                    remedy=f"give initial_values={{'{other}': ...}}, or the value itself",
-                )
+                raise InputError("no_guess_of_arm", name=other)
 
     @property
     def name(self) -> str:
@@ -286,10 +276,12 @@ class MaximumLikelihoodEstimator:
         least = max(_LEAST_SAMPLES, self.largest_delay + 2)
         if max(len(part) for part in log.segments()) < least:
             raise InputError(
-                f"the log has no stretch of {least} samples without a gap ({len(log)} samples in "
-                f"all, one every {log.sampling_time:.4g} s)",
+                "no_long_stretch",
                 where=log.name,
-                remedy="record a longer log",
+                least=least,
+                samples=len(log),
+                sampling_time=log.sampling_time,
+                decimation=None,
             )
         load = bool(self.flexible) and log.measured_load_position is not None
         cutoff, _ = chosen_cutoff(log, low_pass, _LEAST_SAMPLES, load=load)

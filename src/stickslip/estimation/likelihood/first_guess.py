@@ -59,11 +59,7 @@ def first_guess(
         if name == "offset" and value is None:
             value = 0.0
         if value is None or (name != "offset" and "friction" not in name and value <= 0.0):
-            raise InputError(
-                f"no first guess of the {name.replace('_', ' ')} can be found in this log",
-                where=log.name,
-                remedy=f"give initial_values={{{name!r}: ...}}",
-            )
+            raise InputError("no_first_guess_in_log", where=log.name, name=name)
         values.append(value)
     return np.array(values)
 

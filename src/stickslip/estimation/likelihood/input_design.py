@@ -141,10 +141,7 @@ def design_input(
     """
     n = round(positive("duration", duration, "s") / positive("sampling_time", sampling_time, "s"))
     if n < _SAMPLES * _CYCLES:
-        raise InputError(
-            f"the input has {n} samples, at least {_SAMPLES * _CYCLES:g} are needed",
-            remedy="give a longer duration",
-        )
+        raise InputError("input_too_short", samples=n, least=_SAMPLES * _CYCLES)
     names = default_sought(plant) if sought is None else tuple(sought)
     time = sampling_time * np.arange(n)
     slowest = _CYCLES / duration
@@ -237,18 +234,17 @@ def _refusal(plant: Plant, limits: InputLimits) -> InputError:
     }
     held = {direction: effort for direction, effort in takes.items() if effort >= limits.effort}
     if held:
-        direction = f" {next(iter(held))}" if len(held) == 1 else ""
+        direction = next(iter(held)) if len(held) == 1 else ""
         least = max(held.values())
         return InputError(
-            f"an effort of at most {limits.effort:g} {unit} does not free the axis{direction}, "
-            f"which takes {min(held.values()):g} {unit}",
-            remedy=f"allow more than {least:g} {unit}, or correct the friction and offset that are "
-            "believed",
+            "effort_frees_nothing",
+            limit=limits.effort,
+            direction=direction,
+            needed=min(held.values()),
+            least=least,
+            unit=unit,
         )
-    return InputError(
-        "no input within the limits was found that separates the parameters",
-        remedy="allow more effort, speed or travel, or a longer duration",
-    )
+    return InputError("no_input_separates")
 
 
 def _turning_rate(plant: Plant, limits: InputLimits) -> float:

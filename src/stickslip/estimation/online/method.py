@@ -62,10 +62,6 @@ class OnlineMethod(ABC):
         try:
             u, x, v, x2, v2 = map(float, sample)
         except (TypeError, ValueError) as error:
-            raise InputError(
-                f"the sample is {sample!r}, it must be five numbers",
-                remedy=f"give {', '.join(_SAMPLE)} in SI units, 0 for what the axis does not have "
-                "or measure",
-            ) from error
+            raise InputError("sample_not_five", sample=sample, names=_SAMPLE) from error
         self.kernel(after, u, x, v, x2, v2)
         return after, after[self._places].copy()

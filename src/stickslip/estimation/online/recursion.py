@@ -232,11 +232,7 @@ def covariance_in(state: State) -> Float[np.ndarray, "p p"]:
 def set_friction(s: Any, terms: FrictionTerms) -> None:
     """Write the estimated friction terms into the fields; an InputError if they do not fit."""
     if len(terms.stribeck) > 1 or (terms.stribeck and terms.per_direction):
-        raise InputError(
-            f"{len(terms.names)} frictions are sought with a Stribeck effect, on line there is "
-            "room for one effect that is the same in both directions",
-            remedy="leave per_direction out, give one effect, or use fit",
-        )
+        raise InputError("stribeck_effects_on_line", frictions=len(terms.names))
     s.per_direction = terms.per_direction
     s.has_offset = "offset" in terms.names
     for effect in terms.stribeck:

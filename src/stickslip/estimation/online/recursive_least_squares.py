@@ -23,7 +23,7 @@ from stickslip.estimation.online.recursion import (
 )
 from stickslip.estimation.settings import check_forgetting_factor
 from stickslip.numerics.named_fields import places
-from stickslip.records import InputError, finite_vector, positive
+from stickslip.records import InputError, finite_vector, one_of, positive
 
 _DOUBLE = np.dtype(np.float64)
 
@@ -56,11 +56,7 @@ class RecursiveLeastSquares:
 
     def __post_init__(self) -> None:
         check_forgetting_factor(self.forgetting_factor)
-        if self.forgetting not in {"restricted", "exponential"}:
-            raise InputError(
-                f"forgetting is {self.forgetting!r}, there is no such kind",
-                remedy="use 'restricted' or 'exponential'",
-            )
+        one_of("forgetting", self.forgetting, ("restricted", "exponential"))
 
     def init(
         self, *, initial_values: Sequence[float], initial_variance: float
@@ -76,10 +72,7 @@ class RecursiveLeastSquares:
         """
         p = len(initial_values)
         if not 1 <= p <= MOST_PARAMETERS:
-            raise InputError(
-                f"{p} first guesses are given, there can be 1 to {MOST_PARAMETERS}",
-                remedy="give one a parameter",
-            )
+            raise InputError("guesses_out_of_range", count=p, most=MOST_PARAMETERS)
         guesses = finite_vector("initial values", initial_values, "unit of each parameter")
         variance = positive("initial variance", initial_variance, "(unit of the parameter)^2")
         state = np.zeros(places(RECURSION))
@@ -129,16 +122,11 @@ class RecursiveLeastSquares:
         p = _parameters(state)
         if table.shape != (sought.size, p) or sought.ndim != 1:
             raise InputError(
-                f"the rows have shape {table.shape} and the targets {sought.shape}, there are "
-                f"{p} parameters",
-                remedy="give one target a row, and one regressor a parameter",
+                "rows_do_not_fit", rows=table.shape, targets=sought.shape, parameters=p
             )
         bad = np.flatnonzero(~(np.isfinite(sought) & np.all(np.isfinite(table), axis=1)))
         if bad.size:
-            raise InputError(
-                f"row {bad[0]} or its target is not finite ({bad.size} such rows)",
-                remedy="leave such rows out",
-            )
+            raise InputError("rows_not_finite", row=int(bad[0]), count=bad.size)
         return after, rls_run(after, table, sought)
 
     def covariance(self, state: Float[np.ndarray, " s"]) -> Float[np.ndarray, "p p"]:
@@ -153,11 +141,5 @@ def _parameters(state: State) -> int:
 def _refused(row: Float[np.ndarray, "..."], target: float, parameters: int) -> InputError:
     """Return why a row was not taken."""
     if row.shape != (parameters,):
-        return InputError(
-            f"the row has shape {row.shape}, there are {parameters} parameters",
-            remedy="give one regressor a parameter, in the order of the first guesses",
-        )
-    return InputError(
-        f"the row is {row.tolist()} and its target {target}, they must be finite",
-        remedy="leave the row out: the state is as it was",
-    )
+        return InputError("row_does_not_fit", shape=row.shape, parameters=parameters)
+    return InputError("row_not_finite", row=row.tolist(), target=target)

@@ -79,16 +79,10 @@ class DecayingExtremes:
 
     def __post_init__(self) -> None:
         if self.position.size < _LEAST_EXTREMES:
-            raise InputError(
-                f"there are {self.position.size} extremes, {_LEAST_EXTREMES} are needed",
-                remedy="record a decay with more swings, such as from a larger amplitude",
-            )
+            raise InputError("too_few_extremes", count=self.position.size, least=_LEAST_EXTREMES)
         steps = np.diff(self.position)
         if np.any(steps[1:] * steps[:-1] >= 0):
-            raise InputError(
-                "the extremes are not maxima and minima in turn",
-                remedy="leave out what is between them",
-            )
+            raise InputError("extremes_not_in_turn")
 
     def amplitudes(self, values: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " n"]:
         """Return the extremes by the formula.
@@ -174,10 +168,7 @@ class FreeDecayEstimator:
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2", "stiffness": "N/m or N m/rad"})
         if (self.inertia is None) == (self.stiffness is None):
-            raise InputError(
-                "a free decay needs either the inertia or the stiffness of the spring",
-                remedy="give one of them: the period gives the other",
-            )
+            raise InputError("inertia_or_stiffness")
 
     @property
     def name(self) -> str:
@@ -305,11 +296,7 @@ def _free_part(log: AxisLog) -> AxisLog:
     if load is not None:
         moved = float(np.ptp(load)) - _CLEAR * noise_level(load)
         if moved > _PROMINENCE * float(np.ptp(free.measured_position)):
-            raise InputError(
-                f"the load moves by {moved:.3g} {log.unit('position')} in the free part",
-                where=log.name,
-                remedy="clamp it, or use the energy estimator",
-            )
+            raise InputError("load_moves", where=log.name, moved=moved, unit=log.unit("position"))
     return free
 
 
@@ -324,10 +311,7 @@ def _extremes(part: AxisLog) -> tuple[Float[np.ndarray, " n"], ...]:
         rough = np.sort(np.concatenate(peaks))
     if rough.size < _LEAST_EXTREMES:
         raise InputError(
-            f"the last {len(part)} samples, in which the effort is constant, hold {rough.size} "
-            f"extremes of a swing, {_LEAST_EXTREMES} are needed",
-            where=part.name,
-            remedy="record how a mass on a spring swings out, or use the energy estimator",
+            "no_swing", where=part.name, samples=len(part), count=rough.size, least=_LEAST_EXTREMES
         )
     side = max(round(_WINDOW * float(np.median(np.diff(rough)))), _LEAST_SIDE)
     found = [
@@ -337,10 +321,7 @@ def _extremes(part: AxisLog) -> tuple[Float[np.ndarray, " n"], ...]:
     ]
     if len(found) < _LEAST_EXTREMES:
         raise InputError(
-            f"{len(found)} extremes have {side} samples on both sides, "
-            f"{_LEAST_EXTREMES} are needed",
-            where=part.name,
-            remedy="record a longer decay, or sample it faster",
+            "extremes_at_edges", where=part.name, count=len(found), side=side, least=_LEAST_EXTREMES
         )
     times, positions, time_errors, errors, variance = np.array(found).T
     # The sensor is the same at every extreme

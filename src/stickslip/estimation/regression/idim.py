@@ -44,7 +44,15 @@ from stickslip.estimation.signals.kinematics import (
 )
 from stickslip.friction import CoulombViscousFriction, FrictionTerms, StribeckEffect
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, AxisLog, FrictionEstimate, InputError, mass_name, positive
+from stickslip.records import (
+    AxisKind,
+    AxisLog,
+    FrictionEstimate,
+    InputError,
+    mass_name,
+    positive,
+    whole,
+)
 from stickslip.simulation import PlantStepper
 
 _SETTLING_PERIODS = 5.0
@@ -108,10 +116,8 @@ class IdimLeastSquares:
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2", "cutoff": "Hz"})
         for name, value in (("filter_order", self.filter_order), ("decimation", self.decimation)):
-            if value is not None and value < 1:
-                raise InputError(
-                    f"{name} is {value}, it must be at least 1", remedy=f"raise {name}"
-                )
+            if value is not None:
+                whole(name, value, least=1)
         _ = self.terms
 
     @property
@@ -176,8 +182,7 @@ class IdimLeastSquares:
         parts = long_stretches(
             log,
             skipped + _LEAST_ROWS * factor,
-            needed_by=f", which the filter and the decimation by {factor} need",
-            remedy="record a longer log, or raise the cutoff frequency",
+            decimation=factor,
         )
         positions = [part.measured_position for part in parts]
         velocities = [central_difference(low_pass.apply(x, T), T) for x in positions]
@@ -339,11 +344,7 @@ class IdimInstrumentalVariables:
         T = log.sampling_time
         inertia = values.get("mass", values.get("inertia", self.inertia))
         if inertia is None or inertia <= 0:
-            raise InputError(
-                f"the inertia found on the way is {inertia}, and nothing can be simulated with it",
-                where=log.name,
-                remedy="give the inertia, or record a motion that accelerates more",
-            )
+            raise InputError("inertia_on_the_way", where=log.name, inertia=inertia)
         plant = SingleMass(mass=inertia, friction=identified_law(values), kind=log.kind)
         stepper = PlantStepper(plant, sampling_time=T)
         omega = 2.0 * np.pi * self.feedback
@@ -405,10 +406,7 @@ def _common(
     theirs = np.isin(simulated.time, measured.time)
     if np.count_nonzero(own) < max(_LEAST_SHARE * own.size, 3 * len(measured.names)):
         raise InputError(
-            f"the identified axis moves in {np.count_nonzero(own)} of the {own.size} rows only in "
-            "which the measured one does",
-            where=name,
-            remedy="use 'idim-ls' or the energy estimator, or raise feedback",
+            "simulation_deviates", where=name, count=np.count_nonzero(own), rows=own.size
         )
     time, target, regressors = measured.time[own], measured.target[own], measured.regressors[own]
     rows = replace(measured, time=time, target=target, regressors=regressors)

@@ -72,16 +72,11 @@ class StribeckEstimator:
 
     def __post_init__(self) -> None:
         if self.method.stribeck is not None:
-            raise InputError(
-                "the method has a Stribeck effect, and it is to be found",
-                remedy="leave the method's Stribeck effect out",
-            )
+            raise InputError("stribeck_given")
         _ = StribeckEffect(velocity=1.0, shape=self.shape)
         if self.velocities is not None and not 0 < self.velocities[0] < self.velocities[1] < np.inf:
             raise InputError(
-                f"velocities is {self.velocities} m/s or rad/s, the smallest must be positive and "
-                "less than the largest",
-                remedy="give (smallest, largest), or leave it out",
+                "velocities_out_of_order", velocities=self.velocities, unit="m/s or rad/s"
             )
 
     @property

@@ -3,7 +3,6 @@
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import partial
-from numbers import Real
 from typing import Any
 
 import numpy as np
@@ -69,7 +68,9 @@ from stickslip.records import (
     FrictionEstimate,
     InputError,
     Status,
+    finite,
     mass_name,
+    one_of,
     positive,
 )
 
@@ -210,44 +211,23 @@ class SelectedModelEstimator:
         if self.inertia is not None:
             positive("inertia", self.inertia, "kg or kg m^2")
         for name in (*self.include, *self.exclude):
-            if name not in TERM_NAMES:
-                raise InputError(
-                    f"{name!r} is not a term", remedy=f"use some of {', '.join(TERM_NAMES)}"
-                )
+            one_of("term", name, TERM_NAMES)
         twice = [name for name in self.include if self.include.count(name) > 1]
         both = [name for name in self.include if name in self.exclude]
         if twice or both:
-            raise InputError(
-                f"the term {(twice or both)[0]!r} is "
-                f"{'included twice' if twice else 'both included and excluded'}",
-                remedy="give it once",
-            )
+            raise InputError("term_twice" if twice else "term_both_ways", term=(twice or both)[0])
         if SATURATION in self.include:
-            raise InputError(
-                "saturation is included, but it is a defect of a log and no term of an axis",
-                remedy="leave it out; it is looked for unless it is excluded",
-            )
-        if self.effort_kind is not None and self.effort_kind not in EFFORT_KINDS:
-            raise InputError(
-                f"the effort kind is {self.effort_kind!r}",
-                remedy=f"use one of {', '.join(EFFORT_KINDS)}",
-            )
+            raise InputError("saturation_included")
+        if self.effort_kind is not None:
+            one_of("effort_kind", self.effort_kind, EFFORT_KINDS)
         if self.effort_delay is not None:
-            if not isinstance(self.effort_delay, Real):
-                raise InputError(
-                    f"the effort delay is {self.effort_delay!r}", remedy="give a time in s"
-                )
+            finite("effort_delay", self.effort_delay, "s")
             if not abs(self.effort_delay) <= _LARGEST_DELAY:
                 raise InputError(
-                    f"the effort delay is {self.effort_delay:g} s; it must be within "
-                    f"{_LARGEST_DELAY:g} s",
-                    remedy="align the columns of the log",
+                    "effort_delay_too_long", value=self.effort_delay, most=_LARGEST_DELAY
                 )
             if DELAY in self.include:
-                raise InputError(
-                    "the effort delay is given and the term 'delay' is included",
-                    remedy="leave one of them out",
-                )
+                raise InputError("delay_given_and_included")
 
     @property
     def name(self) -> str:
@@ -301,10 +281,10 @@ class SelectedModelEstimator:
         held = prepare(log, effort_kind=self.effort_kind or "held")
         if not held.parts:
             raise InputError(
-                f"the log has no stretch of samples without a gap that is long enough "
-                f"({len(held.log)} samples in all, one every {held.sampling_time:.4g} s)",
+                "no_stretch",
                 where=log.name,
-                remedy="record a longer log, without gaps",
+                samples=len(held.log),
+                sampling_time=held.sampling_time,
             )
         if self.effort_kind is not None or not held.resampled:
             return held

@@ -83,11 +83,7 @@ class LowPass:
     def _sections(self, sampling_time: float) -> Float[np.ndarray, "s 6"]:
         nyquist = 0.5 / sampling_time
         if not 0 < self.cutoff < nyquist:
-            raise InputError(
-                f"the cutoff frequency is {self.cutoff:g} Hz, it must be between 0 and half the "
-                f"sampling rate, {nyquist:g} Hz",
-                remedy="choose a lower cutoff",
-            )
+            raise InputError("cutoff_out_of_range", value=self.cutoff, most=nyquist)
         return np.asarray(signal.butter(self.order, self.cutoff / nyquist, output="sos"))
 
 

@@ -181,24 +181,19 @@ def _error(
     moves = float(np.ptp(position)) > LEAST_RANGE * noise_level(position)
     if moves and not np.any(velocity):
         raise InputError(
-            f"the measured {name} is 0 {unit} in all {velocity.size} samples, but its position "
-            "changes",
-            where=log.name,
-            remedy="map the column that holds the velocity, or leave the velocity out",
+            "velocity_zero", where=log.name, name=name, unit=unit, samples=velocity.size
         )
     match = velocity_match(position, velocity, low_pass, T)
     if match is None:
         return None
     if match.foreign:
+        turned = -1.0 / PLAUSIBLE_GAIN[0] <= match.gain <= -PLAUSIBLE_GAIN[0]
         raise InputError(
-            f"the measured {name} does not belong to its position: it is {match.gain:.4g} times "
-            f"the position's derivative, it must be once ({unit})",
+            "velocity_reversed" if turned else "velocity_foreign",
             where=log.name,
-            remedy=(
-                "turn the sign of the velocity or of the position round"
-                if -1.0 / PLAUSIBLE_GAIN[0] <= match.gain <= -PLAUSIBLE_GAIN[0]
-                else "check the units of position and velocity, or leave the velocity out"
-            ),
+            name=name,
+            gain=match.gain,
+            unit=unit,
         )
     errors: list[str] = []
     if match.scaled:

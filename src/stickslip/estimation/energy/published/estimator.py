@@ -43,6 +43,7 @@ from stickslip.records import (
     FrictionEstimate,
     InputError,
     non_negative,
+    one_of,
     positive,
 )
 
@@ -149,27 +150,13 @@ class PublishedEnergyEstimator(OnlineMethod):
 
     def _check_choices(self) -> None:
         for name, known in (("sums", _SUMS), ("compensation", _COMPENSATIONS)):
-            if getattr(self, name) not in known:
-                raise InputError(
-                    f"{name} is {getattr(self, name)!r}, there is no such one",
-                    remedy=f"use one of {', '.join(map(repr, known))}",
-                )
+            one_of(name, getattr(self, name), known)
         if (self.position_noise is None) != (self.velocity_noise is None):
-            raise InputError(
-                "the noise of positions or of velocities is given alone",
-                remedy="give both standard deviations, or neither to have them estimated",
-            )
+            raise InputError("half_the_noise")
         if self.sums == "settled" and self.compensation == "printed":
-            raise InputError(
-                "the printed compensation is asked for with settled sums, but its polynomial "
-                "corrects sums of abs(v)",
-                remedy="use compensation='settled', or sums='printed'",
-            )
+            raise InputError("printed_compensation_of_settled_sums")
         if self.error_terms and self.compensation == "none":
-            raise InputError(
-                "error terms are asked for without compensation: B and S are the errors of one",
-                remedy="use compensation='printed' or 'settled'",
-            )
+            raise InputError("error_terms_uncompensated")
 
     @property
     def name(self) -> str:
@@ -266,10 +253,7 @@ class PublishedEnergyEstimator(OnlineMethod):
             If the sample does not hold five numbers, or the noise is needed and not known.
         """
         if kernels.fields(state).noise < 0.0:
-            raise InputError(
-                "the noise of the sensors is needed and not known",
-                remedy="give position_noise and velocity_noise, or run a log first",
-            )
+            raise InputError("noise_unknown")
         return super().step(state, sample)
 
     def run(self, state: State, log: AxisLog) -> tuple[State, Float[np.ndarray, "n p"]]:

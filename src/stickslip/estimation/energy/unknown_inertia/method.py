@@ -75,10 +75,7 @@ class UnknownInertiaMethod(EnergyMethod):
         """Return the state before the first sample."""
         settings, T = self.settings, sampling_time
         if settings.load_inertia is not None and not load_measured:
-            raise InputError(
-                "the load of the arm is not measured, and the inertia is not given",
-                remedy="give the inertia of the driven side: the load is then reconstructed",
-            )
+            raise InputError("load_not_measured")
         cutoff = settings.low_pass(T).cutoff
         position, velocity = settings.position_noise, settings.velocity_noise
         level = _UNIT_LEVEL if settings.level_noise is None else settings.level_noise

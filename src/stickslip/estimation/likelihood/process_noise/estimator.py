@@ -42,13 +42,13 @@ from stickslip.records import (
     AxisLog,
     Diagnostics,
     FrictionEstimate,
-    InputError,
     ParameterEstimate,
     Status,
     Verdict,
     count_of,
     mass_name,
     positive,
+    whole,
 )
 
 _DELAY = "effort_delay"
@@ -146,11 +146,7 @@ class ProcessNoiseLikelihoodEstimator:
 
     def __post_init__(self) -> None:
         check_given(self, positive, {"inertia": "kg or kg m^2"})
-        if self.largest_delay < 0:
-            raise InputError(
-                f"largest_delay is {count_of(self.largest_delay, 'sample')}",
-                remedy="give 0 or more whole samples",
-            )
+        whole("largest_delay", self.largest_delay, unit="samples")
         _ = self.terms  # checks that offset and per_direction go together
 
     @property

@@ -264,11 +264,10 @@ def process_noise_bound(
         tuning=Tuning(min_speed_ratio=_SURELY_SLIPPING, speed_certainty=0.0),
     )
     if problem is None:
-        raise InputError("the axis does not slip in this log", remedy="give a log of a motion")
+        raise InputError("no_slip")
     if noise.effort <= 0 or noise.position <= 0:
         raise InputError(
-            f"the effort noise is {noise.effort:g} and the position noise {noise.position:g}",
-            remedy="give positive values: what is measured exactly has no bound",
+            "noise_of_bound_not_positive", effort=noise.effort, position=noise.position
         )
     segments = [replace(s, feedback=np.zeros_like(s.feedback)) for s in problem.segments]
     size = float(np.sqrt(np.mean(true_log.effort**2)))

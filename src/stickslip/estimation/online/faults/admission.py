@@ -123,9 +123,12 @@ def set_admission(
     """
     if not abs(effort_delay) <= LONGEST_DELAY:
         raise InputError(
-            f"effort_delay is {effort_delay:g} samples, it must be between -{LONGEST_DELAY} and "
-            f"{LONGEST_DELAY}",
-            remedy="give the delay in samples, not in seconds",
+            "out_of_range",
+            name="effort_delay",
+            value=effort_delay,
+            least=-LONGEST_DELAY,
+            most=LONGEST_DELAY,
+            unit="samples",
         )
     motion_lag = max(int(np.ceil(-effort_delay)), 0)
     lag, fraction = divmod(effort_delay + motion_lag, 1.0)

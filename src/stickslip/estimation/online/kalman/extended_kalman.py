@@ -35,6 +35,7 @@ from stickslip.records import (
     InputError,
     non_negative,
     positive,
+    whole,
 )
 
 _FRICTION = ("viscous_friction", "coulomb_friction", "offset")
@@ -134,10 +135,7 @@ class ExtendedKalmanFilter(OnlineMethod):
                 for key, value in given.items():
                     non_negative(f"{name.replace('_', ' ')} of {key}", value, "SI")
             object.__setattr__(self, name, given)
-        if self.memory < 0 or self.memory != int(self.memory):
-            raise InputError(
-                f"memory is {self.memory}, it must be a number of samples", remedy="give 0 or more"
-            )
+        whole("memory", self.memory, unit="samples")
 
     @property
     def name(self) -> str:
@@ -181,10 +179,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         missing = [name for name in needed if getattr(self, name) is None]
         missing += [f"the deviation of {name}" for name in spreads if spreads[name] is None]
         if missing:
-            raise InputError(
-                f"{', '.join(missing)} is not given, and the filter needs it from the start",
-                remedy="give them, or use fit",
-            )
+            raise InputError("filter_needs", names=missing)
         T = positive("sampling_time", sampling_time, "s")
         vector = np.zeros(at.MEMORY + _CHANNELS * self.memory)
         s = at.fields(vector)
@@ -247,11 +242,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         check_fits(log, float(at.fields(state).period))
         measured = log.measured_velocity
         if measured is None and np.isfinite(at.fields(state).velocity_variance):
-            raise InputError(
-                "the log holds no velocity, the state was made for a measured one",
-                where=log.name,
-                remedy="make the state with init(velocity_measured=False)",
-            )
+            raise InputError("state_needs_velocity", where=log.name, of="")
         after = state.copy()
         zeros = np.zeros(len(log))
         velocity = zeros if measured is None else measured

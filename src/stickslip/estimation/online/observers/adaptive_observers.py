@@ -107,10 +107,7 @@ class AdaptiveObserver(ForceObserver):
 
     def _initialise(self, s: Any) -> None:
         if self.speed is None:
-            raise InputError(
-                "the typical speed is not given, and a first state needs it",
-                remedy="give speed [m/s or rad/s], or use fit",
-            )
+            raise InputError("no_typical_speed", unit="m/s or rad/s")
         s.speed = self.speed
         viscous = self.rate / self.speed**2 if self.viscous else 0.0
         s.gains = viscous, self.rate, self.rate if self.offset else 0.0

@@ -163,15 +163,11 @@ _NOTHING_SELECTED = ModelSelection(summary="", scores=())
 def _moving(log: AxisLog, effort_kind: EffortKind = "held") -> PreparedLog:
     """Return a log as prepared, if anything moves in it."""
     if np.ptp(log.measured_position) == 0:
-        raise InputError(
-            "the position never changes", where=log.name, remedy="give a log of a motion"
-        )
+        raise InputError("position_constant", where=log.name)
     prepared = prepare(log, effort_kind=effort_kind)
     if not prepared.parts:
         raise InputError(
-            "the log has no stretch of samples without a gap that is long enough",
-            where=log.name,
-            remedy="give a longer log, without gaps",
+            "no_stretch", where=log.name, samples=len(log), sampling_time=log.sampling_time
         )
     return prepared
 
@@ -225,28 +221,16 @@ _SHAPES = ("ripple_period", "presliding_distance")  # which the selection holds 
 def _values(estimate: FrictionEstimate, log: AxisLog, inertia: float | None) -> dict[str, float]:
     """Return all parameters, the moving mass or inertia as ``"inertia"`` [SI]."""
     if estimate.kind != log.kind:
-        raise InputError(
-            f"the estimate is of a {estimate.kind} axis and the log of a {log.kind} one",
-            where=log.name,
-            remedy="give a log of the same axis",
-        )
+        raise InputError("log_of_other_kind", where=log.name, own=estimate.kind, kind=log.kind)
     if {"load_mass", "load_inertia", "stiffness"} & estimate.parameters.keys():
-        raise InputError(
-            "the estimate is of a flexible arm; its effort is predicted for rigid axes only",
-            remedy="give the estimate of a rigid axis",
-        )
+        raise InputError("prediction_of_arm")
     if estimate.joint is not None:
-        raise InputError(
-            "the estimate is of several logs, each with its own offset",
-            remedy=f"give that of one log, as of estimate.of_log({estimate.joint.logs[0].name!r})",
-        )
+        raise InputError("prediction_of_joint_fit", log=estimate.joint.logs[0].name)
     held = [name for name, p in estimate.parameters.items() if p.identified or name not in _SHAPES]
     values = {name: estimate.value(name) for name in held}
     own = values.get("mass", values.get("inertia", inertia))
     if own is None:
-        raise InputError(
-            "the estimate holds no inertia", remedy="give the one it was fitted with (inertia=...)"
-        )
+        raise InputError("estimate_without_inertia")
     return {**values, "inertia": own}
 
 
