@@ -120,9 +120,7 @@ def _check_options(part: str, options: Mapping[str, tuple[int | None, str]]) -> 
     for name, (value, of) in options.items():
         if value is not None and of != part:
             raise InputError(
-                f"{name} is an option of {of}, it has no use for {part}",
-                where=_COMMAND,
-                remedy=f"leave it out, or name {of}",
+                "setting_unused", where=_COMMAND, name=name, value="", estimator=part, others=[of]
             )
 
 

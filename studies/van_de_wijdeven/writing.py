@@ -8,7 +8,7 @@ from itertools import count
 from pathlib import Path
 
 from stickslip.outputs import check_output, files_at_once
-from stickslip.records import InputError
+from stickslip.records import InputError, whole
 from stickslip.tasks.json_file import json_text
 from studies.van_de_wijdeven.page import picture, reproduction_page
 from studies.van_de_wijdeven.records import Reproduction
@@ -16,7 +16,6 @@ from studies.van_de_wijdeven.records import Reproduction
 __all__ = [
     "Progress",
     "Reproduced",
-    "checked_seed",
     "checked_workers",
     "counted",
     "write_reproduction",
@@ -48,19 +47,6 @@ class Reproduced:
     pictures: tuple[Path, ...]
 
 
-def checked_seed(seed: int) -> int:
-    """Return the seed of all noise.
-
-    Raises
-    ------
-    InputError
-        If it is negative.
-    """
-    if seed < 0:
-        raise InputError(f"seed is {seed}, it must not be negative", remedy="give 0 or more")
-    return seed
-
-
 def checked_workers(workers: int | None) -> int:
     """Return how many pieces of work are worked on at once; None takes one for each processor.
 
@@ -71,9 +57,7 @@ def checked_workers(workers: int | None) -> int:
     """
     if workers is None:
         return os.cpu_count() or 1
-    if workers < 1:
-        raise InputError(f"workers is {workers}, there must be one", remedy="give 1 or more")
-    return workers
+    return whole("workers", workers, least=1)
 
 
 def counted(progress: Progress, pieces: int) -> Callable[[], None]:
@@ -111,10 +95,7 @@ def write_reproduction(
         If no folder is named, or nothing can be written in it.
     """
     if not str(folder):
-        raise InputError(
-            "the folder for the reproduction has no name",
-            remedy="name one, or give . for the current folder",
-        )
+        raise InputError("missing", name="out", unit="")
     place, page, numbers = Path(folder), f"{name}.html", f"{name}.json"
     with files_at_once(place, what="the reproduction") as scratch:
         for each in (page, numbers):

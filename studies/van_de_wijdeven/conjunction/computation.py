@@ -3,12 +3,11 @@
 from pathlib import Path
 
 from stickslip import __version__
-from stickslip.records import InputError
+from stickslip.records import whole
 from studies.van_de_wijdeven.records import ConjunctionReproduction
 from studies.van_de_wijdeven.writing import (
     Progress,
     Reproduced,
-    checked_seed,
     checked_workers,
     counted,
     write_reproduction,
@@ -56,9 +55,8 @@ def reproduce_conjunction(
         If no folder is named, there is no arm, the seed is negative, there is no worker, or
         nothing can be written in the folder.
     """
-    if arms < 1:
-        raise InputError(f"arms is {arms}, there must be one", remedy="give 1 or more")
-    seed, workers = checked_seed(seed), checked_workers(workers)
+    whole("arms", arms, least=1)
+    seed, workers = whole("seed", seed), checked_workers(workers)
     tell: Progress = progress or (lambda _done, _all: None)
     return write_reproduction(folder, "conjunction", lambda: _computed(arms, seed, workers, tell))
 

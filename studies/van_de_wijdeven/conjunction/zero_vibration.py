@@ -142,10 +142,8 @@ class ZeroVibrationController:
         for name, kind in (("arm", FlexibleArm), ("pd", PD), ("reference", PointToPoint)):
             part = getattr(self, name)
             if not isinstance(part, kind):
-                raise InputError(
-                    f"{name} must be a {kind.__name__}, it is a {type(part).__name__}",
-                    remedy=f"give {kind.__name__}(...)",
-                )
+                found, needed = type(part).__name__, [kind.__name__]
+                raise InputError("wrong_type", name=name, found=found, needed=needed)
         check_affine(self.arm)
 
     @property

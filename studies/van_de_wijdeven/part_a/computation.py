@@ -7,14 +7,13 @@ from pathlib import Path
 import numpy as np
 
 from stickslip import __version__
-from stickslip.records import InputError
+from stickslip.records import whole
 from stickslip.tasks import surrogate
 from studies.van_de_wijdeven.part_a.loops import LOOPS_SETTING, setting_values
 from studies.van_de_wijdeven.records import EnergyReproduction
 from studies.van_de_wijdeven.writing import (
     Progress,
     Reproduced,
-    checked_seed,
     checked_workers,
     counted,
     write_reproduction,
@@ -63,12 +62,8 @@ def reproduce_part_a(
         If no folder is named, there are too few runs, the seed is negative, there is no worker, or
         nothing can be written in the folder.
     """
-    if runs < _FEWEST_RUNS:
-        raise InputError(
-            f"runs is {runs}, from fewer than {_FEWEST_RUNS} nothing can be concluded",
-            remedy=f"give {_FEWEST_RUNS} or more",
-        )
-    seed, workers = checked_seed(seed), checked_workers(workers)
+    whole("runs", runs, least=_FEWEST_RUNS)
+    seed, workers = whole("seed", seed), checked_workers(workers)
     tell: Progress = progress or (lambda _done, _all: None)
     return write_reproduction(folder, "part-a", lambda: _computed(runs, seed, workers, tell))
 

@@ -4,13 +4,12 @@ import re
 from pathlib import Path
 
 from stickslip import __version__
-from stickslip.records import InputError
+from stickslip.records import whole
 from studies.van_de_wijdeven.part_b.setting import SETTING, setting_values
 from studies.van_de_wijdeven.records import Claim, PulseReproduction
 from studies.van_de_wijdeven.writing import (
     Progress,
     Reproduced,
-    checked_seed,
     checked_workers,
     counted,
     write_reproduction,
@@ -59,12 +58,8 @@ def reproduce_part_b(
         If no folder is named, there are too few axes, the seed is negative, there is no worker, or
         nothing can be written in the folder.
     """
-    if axes < _FEWEST_AXES:
-        raise InputError(
-            f"axes is {axes}, from fewer than {_FEWEST_AXES} nothing can be concluded",
-            remedy=f"give {_FEWEST_AXES} or more",
-        )
-    seed, workers = checked_seed(seed), checked_workers(workers)
+    whole("axes", axes, least=_FEWEST_AXES)
+    seed, workers = whole("seed", seed), checked_workers(workers)
     tell: Progress = progress or (lambda _done, _all: None)
     return write_reproduction(folder, "part-b", lambda: _computed(axes, seed, workers, tell))
 
