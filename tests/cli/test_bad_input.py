@@ -38,7 +38,7 @@ BAD = [
     (
         LOG,
         ("--forgetting-factor", "0.99"),
-        ["forgetting factor 0.99", "auto does not use it", "published-energy"],
+        ["--forgetting-factor 0.99", "auto does not use it", "published-energy"],
     ),
     (
         LOG,
@@ -48,9 +48,9 @@ BAD = [
     (
         LOG,
         (*PUBLISHED, "--mass", "3", "--forgetting-factor", "1.5"),
-        ["forgetting factor", "1.5", "(0, 1]"],
+        ["--forgetting-factor is", "1.5", "(0, 1]"],
     ),
-    (LOG, PUBLISHED, ["published-energy needs the mass", "give the mass"]),
+    (LOG, PUBLISHED, ["published-energy needs the mass", "give --mass"]),
     (
         LOG,
         (*PUBLISHED, "--mass", "3", "--per-direction"),
