@@ -4,9 +4,9 @@ import os
 from pathlib import Path
 
 import pytest
+from refusals import refuses
 
 from stickslip.outputs import check_output, files_at_once, whole_file
-from stickslip.records import InputError
 
 
 def test_a_file_appears_under_its_name_only_when_complete(tmp_path: Path) -> None:
@@ -42,7 +42,7 @@ def test_files_that_belong_together_appear_all_or_none(tmp_path: Path) -> None:
             for name in ("a.txt", "b.txt"):
                 (scratch / name).write_text("new")
 
-    with pytest.raises(InputError, match=r"the output cannot be written \(it is a folder\)"):
+    with refuses("output_failed", reason="it is a folder"):
         write_both()
     assert [path.name for path in tmp_path.iterdir()] == ["b.txt"]
 
@@ -61,17 +61,17 @@ def test_a_long_name_still_has_room_for_its_partial_file(tmp_path: Path) -> None
 
 
 @pytest.mark.parametrize(
-    ("place", "problem"),
+    ("place", "code"),
     [
-        ("", "names a folder"),
-        ("missing/result.json", "does not exist"),
-        ("file/result.json", "does not exist"),
-        ("x" * 300, "cannot be written"),
+        ("", "output_is_folder"),
+        ("missing/result.json", "output_without_folder"),
+        ("file/result.json", "output_without_folder"),
+        ("x" * 300, "output_failed"),
     ],
 )
-def test_places_where_nothing_can_be_written(place: str, problem: str, tmp_path: Path) -> None:
+def test_places_where_nothing_can_be_written(place: str, code: str, tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
-    with pytest.raises(InputError, match=problem):
+    with refuses(code):
         check_output(tmp_path / place)
     assert [path.name for path in tmp_path.iterdir()] == ["file"]
 
@@ -80,10 +80,10 @@ def test_places_where_nothing_can_be_written(place: str, problem: str, tmp_path:
 def test_protected_folders_and_files_are_refused(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("")
     (tmp_path / "file").chmod(0o444)
-    with pytest.raises(InputError, match="write-protected"):
+    with refuses("output_failed", reason="the file is write-protected"):
         check_output(tmp_path / "file")
     tmp_path.chmod(0o555)
-    with pytest.raises(InputError, match="Permission denied"):
+    with refuses("output_failed", reason="Permission denied"):
         check_output(tmp_path / "other")
 
 
@@ -92,7 +92,7 @@ def test_an_input_is_not_overwritten_under_any_name(tmp_path: Path) -> None:
     log.write_text("1")
     (tmp_path / "alias.csv").symlink_to(log)
     for name in ("log.csv", "alias.csv", "../" + tmp_path.name + "/log.csv"):
-        with pytest.raises(InputError, match="overwrite what it is made from"):
+        with refuses("output_is_input"):
             check_output(tmp_path / name, inputs=[log])
 
 
@@ -100,7 +100,7 @@ def test_an_input_is_not_overwritten_under_any_name(tmp_path: Path) -> None:
 def test_a_full_disk_is_said_so() -> None:
     full = Path("/dev/full")
     check_output(full)
-    with pytest.raises(InputError, match="No space left"), whole_file(full) as stream:
+    with refuses("output_failed", reason="No space left on device"), whole_file(full) as stream:
         stream.write("x")
 
 
@@ -136,7 +136,7 @@ def test_several_files_need_a_folder_to_go_to(tmp_path: Path) -> None:
     (tmp_path / "file").write_text("kept")
     for folder in (tmp_path / "file", tmp_path / "file" / "below"):
         with (
-            pytest.raises(InputError, match=r"file: .* is a file, not a folder"),
+            refuses("output_needs_folder"),
             files_at_once(folder),
         ):
             pass

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refuses
 from scipy import signal
 
 from stickslip.estimation import ExtendedKalmanFilter, cramer_rao_bound
@@ -14,7 +15,7 @@ from stickslip.estimation.online.kalman import kernels as at
 from stickslip.estimation.online.kalman.motion import predicted
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
-from stickslip.records import AxisLog, InputError, Status
+from stickslip.records import AxisLog, Status
 from stickslip.simulation import Sensors, simulate
 
 T = 0.001
@@ -339,13 +340,13 @@ def test_two_samples_tell_nothing() -> None:
 
 
 def test_what_the_filter_needs_from_the_start_is_asked_for() -> None:
-    with pytest.raises(InputError, match="position_noise, rest_speed, velocity_noise"):
+    with refuses("filter_needs"):
         ExtendedKalmanFilter(inertia=1.0).init(sampling_time=T)
-    with pytest.raises(InputError, match="not estimated"):
+    with refuses("guess_not_estimated"):
         ExtendedKalmanFilter(inertia=1.0, initial_values={"offset": 1.0})
-    with pytest.raises(InputError, match="memory is -1"):
+    with refuses("not_whole", name="memory", value=-1):
         ExtendedKalmanFilter(inertia=1.0, memory=-1)
-    with pytest.raises(InputError, match="drift of viscous_friction is -1"):
+    with refuses("negative", name="drift of viscous_friction", value=-1.0):
         ExtendedKalmanFilter(inertia=1.0, drift={"viscous_friction": -1.0})
 
 
@@ -357,5 +358,5 @@ def test_a_log_without_velocity_needs_a_state_for_it() -> None:
         rest_speed=0.0,
         initial_deviations={"viscous_friction": 1.0, "coulomb_friction": 1.0},
     )
-    with pytest.raises(InputError, match="holds no velocity"):
+    with refuses("state_needs_velocity"):
         ekf.run(ekf.init(sampling_time=T), log_of(1e-3, 0, measured=False))

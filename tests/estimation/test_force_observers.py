@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from refusals import refuses
 from scipy import integrate
 
 from stickslip.control import (
@@ -26,7 +27,7 @@ from stickslip.estimation import (
 from stickslip.estimation.online.observers.adaptive_observers import AdaptiveObserver
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import AxisLog, InputError, Status
+from stickslip.records import AxisLog, Status
 from stickslip.simulation import Sensors, SimulatedMotion, simulate, simulate_closed_loop
 
 T = 0.001
@@ -373,22 +374,22 @@ def test_what_still_moves_at_the_end_is_told(viscous_log: AxisLog) -> None:
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    ("settings", "code"),
     [
-        ({"inertia": 0.0}, "inertia is 0"),
-        ({"inertia": 1.0, "rate": -1.0}, "rate is -1"),
-        ({"inertia": 1.0, "speed": 0.0}, "speed is 0"),
-        ({"inertia": 1.0, "exponent": 0.0}, "exponent is 0"),
-        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "not estimated"),
+        ({"inertia": 0.0}, "not_positive"),
+        ({"inertia": 1.0, "rate": -1.0}, "not_positive"),
+        ({"inertia": 1.0, "speed": 0.0}, "not_positive"),
+        ({"inertia": 1.0, "exponent": 0.0}, "not_positive"),
+        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "guess_not_estimated"),
     ],
 )
-def test_impossible_settings_are_refused(settings: dict[str, float], message: str) -> None:
-    with pytest.raises(InputError, match=message):
+def test_impossible_settings_are_refused(settings: dict[str, float], code: str) -> None:
+    with refuses(code):
         FriedlandParkObserver(**settings)  # type: ignore[arg-type]
 
 
 def test_a_first_state_needs_a_typical_speed() -> None:
-    with pytest.raises(InputError, match="typical speed"):
+    with refuses("no_typical_speed"):
         FriedlandParkObserver(inertia=1.0).init(sampling_time=T)
 
 

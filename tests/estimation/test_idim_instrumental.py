@@ -3,12 +3,13 @@
 import numpy as np
 import pytest
 from benchmark_logs import Find, emps
+from refusals import refuses
 
 from stickslip.estimation import IdimInstrumentalVariables, IdimLeastSquares
 from stickslip.estimation.fit.rows import Regression
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
-from stickslip.records import AxisLog, InputError, Status
+from stickslip.records import AxisLog, Status
 from stickslip.simulation import Sensors, simulate
 
 T = 0.001
@@ -117,5 +118,5 @@ def test_it_agrees_with_least_squares_on_emps(benchmark_data: Find) -> None:
 
 @pytest.mark.parametrize(("name", "value"), [("feedback", 0.0), ("cutoff", -1.0)])
 def test_settings_are_checked(name: str, value: float) -> None:
-    with pytest.raises(InputError, match=f"{name} is {value:g}"):
+    with refuses("not_positive", name=name, value=value):
         IdimInstrumentalVariables(**{name: value})

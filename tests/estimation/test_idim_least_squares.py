@@ -3,9 +3,10 @@
 import numpy as np
 import pytest
 from benchmark_logs import Find, emps
+from refusals import refuses
 
 from stickslip.estimation import EnergyEstimator, IdimLeastSquares
-from stickslip.records import AxisLog, FrictionEstimate, InputError, Status
+from stickslip.records import AxisLog, FrictionEstimate, Status
 
 RATIOS = {1: 32.0, 4: -48.0}
 PUBLISHED_TX40 = {1: (8.05, 7.14), 4: (1.11, 2.48)}
@@ -107,17 +108,17 @@ def test_energies_agree_with_published_and_between_the_emps_files(benchmark_data
 
 
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    ("settings", "code"),
     [
-        ({"inertia": -1.0}, "inertia is -1"),
-        ({"cutoff": 0.0}, "cutoff is 0"),
-        ({"decimation": 0}, "decimation is 0"),
-        ({"filter_order": 0}, "filter_order is 0"),
-        ({"per_direction": True, "offset": True}, "offset and friction per direction"),
+        ({"inertia": -1.0}, "not_positive"),
+        ({"cutoff": 0.0}, "not_positive"),
+        ({"decimation": 0}, "not_whole"),
+        ({"filter_order": 0}, "not_whole"),
+        ({"per_direction": True, "offset": True}, "offset_and_directions"),
     ],
 )
-def test_impossible_settings_are_refused(settings: dict[str, float], message: str) -> None:
-    with pytest.raises(InputError, match=message):
+def test_impossible_settings_are_refused(settings: dict[str, float], code: str) -> None:
+    with refuses(code):
         IdimLeastSquares(**settings)  # type: ignore[arg-type]
 
 
@@ -126,5 +127,5 @@ def test_a_cutoff_above_the_nyquist_frequency_is_refused() -> None:
     log = AxisLog(
         name="slow", kind="linear", time=time, effort=np.sin(time), measured_position=np.cos(time)
     )
-    with pytest.raises(InputError, match="between 0 and half the sampling rate"):
+    with refuses("cutoff_out_of_range", value=60.0):
         IdimLeastSquares(cutoff=60.0).fit(log)

@@ -5,11 +5,12 @@ from typing import Any
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import AxisLog, InputError
+from stickslip.records import AxisLog
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
 
 T = 0.001
@@ -167,7 +168,7 @@ def test_whole_numbers_will_do_in_a_sample() -> None:
 @pytest.mark.parametrize("sample", [(1.0, 2.0, 3.0), (1.0,) * 6, 1.0, (1.0, "a", 0.0, 0.0, 0.0)])
 def test_a_sample_that_is_not_five_numbers_is_refused(sample: Any) -> None:
     estimator = EnergyEstimator()
-    with pytest.raises(InputError, match="effort, position, velocity, load position, load velo"):
+    with refuses("sample_not_five"):
         estimator.step(estimator.init(sampling_time=T), sample)
 
 
@@ -204,29 +205,29 @@ def test_a_known_delay_is_removed(delay: float) -> None:
 
 def test_a_log_without_the_velocity_that_was_promised_is_refused(log: AxisLog) -> None:
     estimator = EnergyEstimator()
-    with pytest.raises(InputError, match=r"holds no velocity.*velocity_measured=False"):
+    with refuses("state_needs_velocity", of=""):
         estimator.run(estimator.init(sampling_time=T), replace(log, measured_velocity=None))
 
 
 def test_a_log_with_a_gap_is_refused(log: AxisLog) -> None:
     estimator = EnergyEstimator()
     later = log.time + np.where(np.arange(len(log)) >= 1000, 2.0, 0.0)
-    with pytest.raises(InputError, match=r"a gap of 2\.001 s before sample 1000.*use fit"):
+    with refuses("gap_without_resumption", sample=1000):
         estimator.run(estimator.init(sampling_time=T), replace(log, time=later))
 
 
 def test_a_log_of_another_sampling_time_is_refused(log: AxisLog) -> None:
     estimator = EnergyEstimator()
-    with pytest.raises(InputError, match=r"sampling time of 0\.001 s.*made for 0\.002 s"):
+    with refuses("other_sampling_time", name="the state"):
         estimator.run(estimator.init(sampling_time=2 * T), log)
 
 
 def test_a_log_without_the_load_is_refused(log: AxisLog) -> None:
     estimator = EnergyEstimator(load_inertia=1.0, stiffness=1.0)
-    with pytest.raises(InputError, match="no position of the load"):
+    with refuses("no_load_position"):
         estimator.run(estimator.init(sampling_time=T), log)
     with_position = replace(log, measured_load_position=log.measured_position)
-    with pytest.raises(InputError, match="no velocity of the load"):
+    with refuses("state_needs_velocity", of=" of the load"):
         estimator.run(estimator.init(sampling_time=T), with_position)
 
 
@@ -246,16 +247,16 @@ def test_the_load_velocity_is_derived_where_all_are() -> None:
 
 @pytest.mark.usefixtures("without_shape_checks")
 @pytest.mark.parametrize(
-    ("settings", "message"),
+    ("settings", "code"),
     [
-        ({"filter_order": 2.5}, "filter_order is 2.5.*whole number"),
-        ({"filter_order": float("nan")}, "filter_order is nan.*whole number"),
-        ({"initial_values": {"mass": float("nan")}}, "first guess of 'mass' is nan"),
-        ({"initial_values": {"offset": float("inf")}}, "first guess of 'offset' is inf"),
-        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "for 'mass', which is not estimated"),
-        ({"force_noise": 1.0}, "no level_noise is given"),
+        ({"filter_order": 2.5}, "not_whole"),
+        ({"filter_order": float("nan")}, "not_whole"),
+        ({"initial_values": {"mass": float("nan")}}, "not_finite"),
+        ({"initial_values": {"offset": float("inf")}}, "not_finite"),
+        ({"inertia": 1.0, "initial_values": {"mass": 1.0}}, "guess_not_estimated"),
+        ({"force_noise": 1.0}, "no_level_noise"),
     ],
 )
-def test_impossible_settings_are_refused_when_made(settings: dict[str, Any], message: str) -> None:
-    with pytest.raises(InputError, match=message):
+def test_impossible_settings_are_refused_when_made(settings: dict[str, Any], code: str) -> None:
+    with refuses(code):
         EnergyEstimator(**settings)

@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.estimation import SensorNoise, sensor_noise_of
 from stickslip.estimation.signals.kinematics import LowPass
-from stickslip.records import AxisLog, InputError
+from stickslip.records import AxisLog
 
 DRAWS = 200_000
 STANDARD_ERRORS = 5.0  # missed by chance once in two million comparisons
@@ -29,7 +30,7 @@ def test_energies_grow_by_their_bracket() -> None:
 
 
 def test_negative_noise_is_an_error() -> None:
-    with pytest.raises(InputError, match="noise of the load velocity is -2"):
+    with refuses("negative", name="noise of the load velocity", value=-2.0):
         SensorNoise(position=0.0, velocity=0.0, load_position=0.0, load_velocity=-2.0)
 
 

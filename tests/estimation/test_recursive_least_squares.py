@@ -5,10 +5,10 @@ import pytest
 import statsmodels.api as sm
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from refusals import refuses
 from statsmodels.regression.recursive_ls import RecursiveLS
 
 from stickslip.estimation import RecursiveLeastSquares
-from stickslip.records import InputError
 
 VAGUE = 1e9  # P(0) large enough that the first guesses do not count
 PRIOR_LEFT = 1e-6  # what is left of the first guesses then
@@ -112,20 +112,20 @@ def test_with_forgetting_it_follows_a_change() -> None:
 
 @pytest.mark.parametrize("factor", [0.0, -1.0, 1.001, float("nan")])
 def test_impossible_forgetting_is_refused(factor: float) -> None:
-    with pytest.raises(InputError, match="forgetting factor"):
+    with refuses("not_in_interval", name="forgetting_factor"):
         RecursiveLeastSquares(forgetting_factor=factor)
 
 
 def test_too_many_parameters_are_refused() -> None:
-    with pytest.raises(InputError, match="6 first guesses"):
+    with refuses("guesses_out_of_range", count=6):
         RecursiveLeastSquares().init(initial_values=[0.0] * 6, initial_variance=1.0)
 
 
 @pytest.mark.usefixtures("without_shape_checks")
 def test_impossible_settings_are_refused() -> None:
-    with pytest.raises(InputError, match="forgetting is 'foo'"):
+    with refuses("not_a_choice", name="forgetting", value="foo"):
         RecursiveLeastSquares(forgetting="foo")  # type: ignore[arg-type]
-    with pytest.raises(InputError, match="initial values"):
+    with refuses("samples_not_finite", name="initial_values"):
         RecursiveLeastSquares().init(initial_values=[0.0, np.nan], initial_variance=1.0)
 
 
@@ -134,15 +134,15 @@ def test_rows_that_do_not_fit_or_are_not_finite_are_refused() -> None:
     rls = RecursiveLeastSquares()
     state = rls.init(initial_values=[0.0, 0.0], initial_variance=1.0)
     before = state.copy()
-    with pytest.raises(InputError, match=r"shape \(3,\), there are 2 parameters"):
+    with refuses("row_does_not_fit", shape=(3,), parameters=2):
         rls.step(state, (np.zeros(3), 1.0))
-    with pytest.raises(InputError, match="must be finite"):
+    with refuses("row_not_finite"):
         rls.step(state, (np.array([1.0, np.nan]), 1.0))
-    with pytest.raises(InputError, match="must be finite"):
+    with refuses("row_not_finite"):
         rls.step(state, (np.ones(2), np.inf))
-    with pytest.raises(InputError, match="one target a row"):
+    with refuses("rows_do_not_fit"):
         rls.run(state, np.ones((3, 2)), np.ones(2))
-    with pytest.raises(InputError, match="row 1 or its target is not finite"):
+    with refuses("rows_not_finite", row=1):
         rls.run(state, np.ones((2, 2)), np.array([1.0, np.nan]))
     np.testing.assert_array_equal(state, before)
     _, values = rls.step(state, (np.array([1, 0]), 1))

@@ -4,12 +4,12 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip import EstimationTask
 from stickslip.estimation import cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
-from stickslip.records import InputError
 from stickslip.scenario import read_study
 from stickslip.scenario.study import read_effort
 from stickslip.simulation import Sensors, simulate
@@ -193,19 +193,19 @@ def test_an_effort_is_read_as_it_was_written(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
+    ("text", "code"),
     [
-        ("time,effort\n0,a\n", "not numbers"),
-        ("time,effort\n0,1\n", "no two"),
-        ("time,effort\n0,1\n1,nan\n", "no two"),
-        ("time,effort\n0,1\n1,2\n3,2\n", "evenly"),
-        ("", "no two"),
+        ("time,effort\n0,a\n", "efforts_not_numbers"),
+        ("time,effort\n0,1\n", "efforts_too_few"),
+        ("time,effort\n0,1\n1,nan\n", "efforts_too_few"),
+        ("time,effort\n0,1\n1,2\n3,2\n", "efforts_uneven"),
+        ("", "efforts_too_few"),
     ],
 )
-def test_what_is_no_effort_is_refused(text: str, words: str, tmp_path: Path) -> None:
+def test_what_is_no_effort_is_refused(text: str, code: str, tmp_path: Path) -> None:
     path = tmp_path / "effort.csv"
     path.write_text(text)
-    with pytest.raises(InputError, match=words):
+    with refuses(code):
         read_effort(path)
-    with pytest.raises(InputError, match="no such file"):
+    with refuses("no_such_file"):
         read_effort(tmp_path / "none.csv")

@@ -6,10 +6,11 @@ from math import hypot
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
-from stickslip.records import Ending, InputError, Positioning, PositioningOutcome
+from stickslip.records import Ending, Positioning, PositioningOutcome
 from stickslip.simulation import simulate
 from stickslip.tasks import position
 from stickslip.tasks.judging import arm_ending
@@ -201,7 +202,7 @@ def test_ending_of_an_arm() -> None:
 
 
 def test_too_long_a_sampling_time(run: Run) -> None:
-    with pytest.raises(InputError, match=r"sampling_time is 2\.5 s.*must be below") as refused:
+    with refuses("swing_above_nyquist", value=2.5) as refused:
         run(task=TASK.replace("0.02", "2.5"))
     assert "[task]" in refused.value.where
 

@@ -67,7 +67,7 @@ def check_given(
     for name, unit in units.items():
         value = getattr(settings, name)
         if value is not None:
-            check(name.replace("_", " "), value, unit)
+            check(name, value, unit)
 
 
 def check_arm(load_inertia: float | None, stiffness: float | None) -> None:
@@ -91,7 +91,7 @@ def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Va
         If it is neither, or the matrix is not of ``count`` parameters.
     """
     if isinstance(value, int | float | np.number):
-        return positive("initial variance", float(value), "(unit of the parameter)^2")
+        return positive("initial_variance", float(value), "(unit of the parameter)^2")
     matrix = np.array([[float(each) for each in row] for row in value])
     square = matrix.shape == (count, count) and bool(np.isfinite(matrix).all())
     if not (square and np.allclose(matrix, matrix.T) and np.linalg.eigvalsh(matrix)[0] > 0.0):

@@ -95,8 +95,14 @@ def test_tables_differences_and_files_are_printed(
         (["part-a", "--out", "OUT", "--seed", "1.5"], ["--seed", '"1.5" is not a whole number']),
         (["part-a", "--out", ""], ["--out", "empty", "give ."]),
         (["part-a", "--out", "FILE"], ["file: ", "is a file, not a folder"]),
-        (["part-b", "--out", "OUT", "--runs", "20"], ["--runs", "no use for part-b", "leave it"]),
-        (["part-a", "--out", "OUT", "--axes", "99"], ["--axes", "no use for part-a", "leave it"]),
+        (
+            ["part-b", "--out", "OUT", "--runs", "20"],
+            ["--runs", "part-b does not use it", "leave it"],
+        ),
+        (
+            ["part-a", "--out", "OUT", "--axes", "99"],
+            ["--axes", "part-a does not use it", "leave it"],
+        ),
         (
             ["part-b", "--out", "OUT", "--arms", "7"],
             ["--arms is given, and part-b does not use it; leave it out, or use conjunction"],

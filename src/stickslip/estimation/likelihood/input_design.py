@@ -49,11 +49,11 @@ class InputLimits:
     travel: float | None = None
 
     def __post_init__(self) -> None:
-        positive("effort limit", self.effort, "N or N m")
+        positive("effort_limit", self.effort, "N or N m")
         if self.speed is not None:
-            positive("speed limit", self.speed, "m/s or rad/s")
+            positive("speed_limit", self.speed, "m/s or rad/s")
         if self.travel is not None:
-            positive("travel limit", self.travel, "m or rad")
+            positive("travel_limit", self.travel, "m or rad")
 
     def excess(self, largest_speed: float, largest_travel: float) -> float:
         """Return by how much a motion exceeds the limits [-]; 0 if it does not."""

@@ -73,8 +73,8 @@ class RecursiveLeastSquares:
         p = len(initial_values)
         if not 1 <= p <= MOST_PARAMETERS:
             raise InputError("guesses_out_of_range", count=p, most=MOST_PARAMETERS)
-        guesses = finite_vector("initial values", initial_values, "unit of each parameter")
-        variance = positive("initial variance", initial_variance, "(unit of the parameter)^2")
+        guesses = finite_vector("initial_values", initial_values, "unit of each parameter")
+        variance = positive("initial_variance", initial_variance, "(unit of the parameter)^2")
         state = np.zeros(places(RECURSION))
         s = recursion_fields(state)
         s.forgetting, s.exponential = self.forgetting_factor, self.forgetting == "exponential"
