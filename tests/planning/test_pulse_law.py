@@ -180,7 +180,7 @@ def test_arrays_are_broadcast() -> None:
     [
         (lambda: TABLE_1.displacement(300.0, -0.01), "negative", "width"),
         (lambda: TABLE_1.displacement(np.nan, 0.01), "not_finite", "effort"),
-        (lambda: TABLE_1.width_for(0.01, effort=130.0), "pulse_below_breakaway", "effort"),
+        (lambda: TABLE_1.width_for(0.01, effort=130.0), "effort_below_breakaway", "effort"),
         (lambda: TABLE_1.width_for(-0.01, effort=300.0), "negative", "displacement"),
         (lambda: TABLE_1.effort_for(0.0, width=0.01), "not_positive", "displacement"),
         (lambda: TABLE_1.effort_for(0.01, width=0.0), "not_positive", "width"),
