@@ -163,7 +163,8 @@ def _print_claims(console: Console, claims: Sequence[Claim]) -> None:
     for claim in claims:
         if not (claim.agrees or claim.agrees_partly):
             console.print(f"  {claim.place}: {claim.statement}")
-            console.print(f"    {claim.measured}", style="dim")
+            measured = "; ".join(each.text for each in claim.measures if not each.agrees)
+            console.print(f"    {measured}", style="dim")
 
 
 def main(arguments: Sequence[str] | None = None) -> int:

@@ -64,13 +64,14 @@ def reproduce_conjunction(
 def _computed(arms: int, seed: int, workers: int, progress: Progress) -> ConjunctionReproduction:
     # Imported here, as the compiler behind them takes a second to load.
     from studies.van_de_wijdeven.conjunction.cases import EXACT, NOISY
-    from studies.van_de_wijdeven.conjunction.claims import conjunction_claims
+    from studies.van_de_wijdeven.conjunction.claims import CONJUNCTION_CLAIMS, Evidence
     from studies.van_de_wijdeven.conjunction.contenders import HOW_COMPARED
     from studies.van_de_wijdeven.conjunction.figures import conjunction_figures
     from studies.van_de_wijdeven.conjunction.landings import LANDING_PIECES, gather_landings
     from studies.van_de_wijdeven.conjunction.series import SERIES_PIECES, gather_series
     from studies.van_de_wijdeven.conjunction.setting import SETTING, setting_values
     from studies.van_de_wijdeven.conjunction.study import landing_scores
+    from studies.van_de_wijdeven.judging import judged
 
     cases = (EXACT, NOISY)
     every = SERIES_PIECES + LANDING_PIECES + arms
@@ -83,7 +84,7 @@ def _computed(arms: int, seed: int, workers: int, progress: Progress) -> Conjunc
         setting=f"{SETTING}.",
         values=setting_values(),
         figures=conjunction_figures(landings, series),
-        claims=conjunction_claims(landings, series),
+        claims=tuple(judged(row, Evidence(landings, series)) for row in CONJUNCTION_CLAIMS),
         reference_series=tuple(each.numbers for each in series.planned),
         friction_errors=series.effects,
         successive_series=series.successive,

@@ -101,8 +101,8 @@ def _lead(reproduction: Reproduction) -> str:
 def _claims(claims: Sequence[Claim]) -> str:
     """Return the claims in the source's order, those that differ before those that agree."""
     parts = [
-        "<p>Every verdict is computed from the numbers beside it, by the criterion that stands "
-        "there; they are also in the JSON file.</p>\n"
+        "<p>Every verdict is computed from the values and limits beside it, which are also in "
+        "the JSON file.</p>\n"
     ]
     for anchor, words, there in _verdicts(claims):
         table = _claim_table(there) if there else "<p>None.</p>\n"
@@ -116,8 +116,7 @@ def _claim_table(claims: Sequence[Claim]) -> str:
         cells = (
             (
                 "Measured",
-                f"{_measured(claim)}"
-                f"<span class='meaning'>Agrees if {prose(claim.criterion)}.</span>",
+                f"{_measured(claim)}<span class='meaning'>Limits: {prose(claim.criterion)}.</span>",
             ),
             ("Verdict", _verdict(claim)),
             ("Why", prose(claim.why)),
@@ -137,13 +136,17 @@ def _claim_table(claims: Sequence[Claim]) -> str:
 
 
 def _measured(claim: Claim) -> str:
-    """Return what was measured, in each reading by itself."""
-    if not claim.readings:
-        return prose(claim.measured)
+    """Return what was measured, in each case by itself, and what belongs to the claim."""
+    lines = [
+        ("yes" if claim.verdicts[case] else "no", case, measures)
+        for case, measures in claim.cases.items()
+    ]
+    others = [each for each in claim.measures if each.case not in claim.cases]
+    lines += [("", each.case, (each,)) for each in others]
     items = "".join(
-        f'<li class="{"yes" if each.agrees else "no"}">{prose(each.name)}: '
-        f"{prose(each.measured)}</li>"
-        for each in claim.readings
+        f'<li class="{css}">{prose(f"{case}: " if case else "")}'
+        f"{prose('; '.join(each.text for each in measures))}</li>"
+        for css, case, measures in lines
     )
     return f'<ul class="readings">{items}</ul>'
 

@@ -71,6 +71,7 @@ def reproduce_part_a(
 def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyReproduction:
     # Imported here, as the compiler behind them takes a second to load.
     from stickslip.tasks.parallel import in_parallel
+    from studies.van_de_wijdeven.judging import judged
     from studies.van_de_wijdeven.part_a.cases import CASES
     from studies.van_de_wijdeven.part_a.evidence import (
         Evidence,
@@ -79,9 +80,9 @@ def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyR
         sampling_errors,
     )
     from studies.van_de_wijdeven.part_a.expectations import absolute_value, expectation_figures
-    from studies.van_de_wijdeven.part_a.loop_claims import loop_claims
+    from studies.van_de_wijdeven.part_a.loop_claims import LOOP_CLAIMS
     from studies.van_de_wijdeven.part_a.monte_carlo import NOISES, monte_carlo
-    from studies.van_de_wijdeven.part_a.noise_claims import noise_claims
+    from studies.van_de_wijdeven.part_a.noise_claims import NOISE_CLAIMS
     from studies.van_de_wijdeven.part_a.run_figures import five_run_table, run_figures
     from studies.van_de_wijdeven.part_a.runs import LOOPS, Loop, Trace, five_runs
     from studies.van_de_wijdeven.part_a.sequences import (
@@ -90,7 +91,7 @@ def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyR
         sequence_seeds,
         sequences_of,
     )
-    from studies.van_de_wijdeven.part_a.simulation_claims import simulation_claims
+    from studies.van_de_wijdeven.part_a.simulation_claims import SIMULATION_CLAIMS
 
     pieces = runs + len(LOOPS) * len(NOISES) * runs
     advance = counted(progress, pieces)
@@ -130,10 +131,8 @@ def _computed(runs: int, seed: int, workers: int, progress: Progress) -> EnergyR
         ),
         five_runs=five_run_table(drawn),
         variants=evidence.study.scores,
-        claims=(
-            *noise_claims(evidence),
-            *simulation_claims(evidence),
-            *loop_claims(evidence),
+        claims=tuple(
+            judged(row, evidence) for row in (*NOISE_CLAIMS, *SIMULATION_CLAIMS, *LOOP_CLAIMS)
         ),
         options={"runs": runs, "seed": seed},
         stickslip_version=__version__,

@@ -1,54 +1,41 @@
-"""What claims on simulations are judged with: errors over the truth, in numbers and words."""
+"""Quantities of part A: errors of both parameters over the truth."""
 
+from collections.abc import Callable
 from typing import Literal
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.tasks import surrogate
+from studies.van_de_wijdeven import judging
 from studies.van_de_wijdeven.part_a.evidence import Evidence
 from studies.van_de_wijdeven.part_a.runs import Loop
 
-__all__ = [
-    "NAMES",
-    "TRUTH",
-    "VERY_CLOSE",
-    "errors",
-    "final",
-    "numbers",
-    "pair",
-    "percent",
-    "score",
-    "spread",
-]
+__all__ = ["TRUTH", "VERY_CLOSE", "Quantity", "Row", "both", "errors", "final", "score", "spread"]
+
+Quantity = judging.Quantity[Evidence]
+Row = judging.Row[Evidence]
 
 TRUTH = np.array(list(surrogate.TRUTH.values()))
-NAMES = ("f_c", "c")
 VERY_CLOSE = 0.05
 """Error up to which an estimate counts as very close to the truth, of it."""
+
+
+def both(
+    name: str,
+    measure: Callable[[Evidence], Float[np.ndarray, " 2"]],
+    low: float = -np.inf,
+    high: float = np.inf,
+) -> tuple[Quantity, Quantity]:
+    """Return a ratio of each of both parameters as quantities with the same limits."""
+    coulomb = Quantity(f"{name}, f_c", "1", lambda e: float(measure(e)[0]), low, high)
+    viscous = Quantity(f"{name}, c", "1", lambda e: float(measure(e)[1]), low, high)
+    return coulomb, viscous
 
 
 def errors(values: Float[np.ndarray, " 2"]) -> Float[np.ndarray, " 2"]:
     """Return the errors of Coulomb and viscous friction over the truth."""
     return values / TRUTH - 1.0
-
-
-def percent(values: Float[np.ndarray, " 2"], sign: Literal["+", ""] = "+") -> str:
-    """Return relative errors of both parameters in words; root mean squares need no sign."""
-    return " and ".join(
-        f"{100 * value:{sign}.3g} %".replace("-", "−") + f" of {name}"
-        for value, name in zip(values.tolist(), NAMES, strict=True)
-    )
-
-
-def pair(values: Float[np.ndarray, " 2"]) -> str:
-    """Return two root mean square errors in words, for a list of many."""
-    return " and ".join(f"{100 * value:.3g}" for value in values.tolist()) + " %"
-
-
-def numbers(what: str, values: Float[np.ndarray, " 2"]) -> dict[str, float]:
-    """Return the errors of both parameters by name, for the record of a claim."""
-    return {f"{what}_{name}": value for name, value in zip(NAMES, values.tolist(), strict=True)}
 
 
 def final(evidence: Evidence, loop: Loop, case: str) -> Float[np.ndarray, " 2"]:

@@ -13,7 +13,6 @@ __all__ = ["MeanLine", "Sequences", "digest", "sequence_seeds", "sequences_of"]
 
 _EARLY = 10.0  # when "rapidly" is over [s]
 _STREAM = 0  # of the seeds
-_SURE = 2.0  # standard errors that chance does not exceed, at about 95 %
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,16 +36,6 @@ class MeanLine:
     def size(self) -> float:
         """Size less what chance adds to it on average, the best estimate [J]; not below zero."""
         return math.sqrt(max(self.measured**2 - self.chance**2, 0.0))
-
-    @property
-    def limit(self) -> float:
-        """Size that it hardly exceeds [J]."""
-        return self.measured + _SURE * self.chance
-
-    @property
-    def told_from_zero(self) -> bool:
-        """Whether chance alone would hardly be as large."""
-        return self.measured > _SURE * self.chance
 
 
 @dataclass(frozen=True, kw_only=True)

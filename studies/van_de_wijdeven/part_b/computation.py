@@ -1,12 +1,11 @@
 """Part B of the source, whole: computed, judged, and put together."""
 
-import re
 from pathlib import Path
 
 from stickslip import __version__
 from stickslip.records import whole
 from studies.van_de_wijdeven.part_b.setting import SETTING, setting_values
-from studies.van_de_wijdeven.records import Claim, PulseReproduction
+from studies.van_de_wijdeven.records import PulseReproduction
 from studies.van_de_wijdeven.writing import (
     Progress,
     Reproduced,
@@ -67,38 +66,25 @@ def reproduce_part_b(
 def _computed(axes: int, seed: int, workers: int, progress: Progress) -> PulseReproduction:
     # Imported here, as the compiler behind them takes a second to load.
     from studies.van_de_wijdeven.part_b.cases import CASES
+    from studies.van_de_wijdeven.part_b.claims import part_b_claims
     from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED
-    from studies.van_de_wijdeven.part_b.error_claims import error_claims
-    from studies.van_de_wijdeven.part_b.estimate_claims import estimate_claims
     from studies.van_de_wijdeven.part_b.evidence import PIECES, gather
     from studies.van_de_wijdeven.part_b.figures import part_b_figures
-    from studies.van_de_wijdeven.part_b.form_claims import form_claims
-    from studies.van_de_wijdeven.part_b.law_claims import law_claims
     from studies.van_de_wijdeven.part_b.numbers import printed_numbers
-    from studies.van_de_wijdeven.part_b.pulse_claims import pulse_claims
     from studies.van_de_wijdeven.part_b.resolution import resolution_pieces, resolution_scores
     from studies.van_de_wijdeven.part_b.runs import carried
     from studies.van_de_wijdeven.part_b.study import controller_scores, pieces
-    from studies.van_de_wijdeven.part_b.width_claims import width_claims
 
     every = PIECES + pieces(axes) + resolution_pieces()
     advance = counted(progress, every)
 
     evidence = gather(advance)
-    claims = (
-        *law_claims(evidence.law),
-        *width_claims(evidence),
-        *form_claims(evidence),
-        *error_claims(evidence),
-        *pulse_claims(evidence),
-        *estimate_claims(evidence),
-    )
     return PulseReproduction(
         title="Adaptive pulse amplitude pulse width control",
         setting=f"{SETTING}.",
         values=setting_values(),
         figures=part_b_figures(evidence),
-        claims=tuple(sorted(claims, key=_place)),
+        claims=part_b_claims(evidence),
         printed_numbers=printed_numbers(evidence.law),
         carried_runs=tuple(
             carried(
@@ -114,14 +100,4 @@ def _computed(axes: int, seed: int, workers: int, progress: Progress) -> PulseRe
         resolution_scores=resolution_scores(_STARTS, seed, workers=workers, advance=advance),
         options={"axes": axes, "seed": seed},
         stickslip_version=__version__,
-    )
-
-
-def _place(claim: Claim) -> tuple[float, int]:
-    """Return where the source makes a claim: its section and its figure, 0 if it is in none."""
-    section = re.match(r"\d(\.\d)?", claim.place)
-    figure = re.search(r"Figs?\. (\d)", claim.place)
-    return (
-        float(section[0]) if section else 0.0,
-        int(figure[1]) if figure else 0,
     )

@@ -1,128 +1,59 @@
-"""What claims of part B are put together with: verdicts by reading, and numbers in words."""
+"""Cases of part B: quantities by reading of a controller, and by bound of the width."""
 
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable
 
-from stickslip.presentation.words import prefixed
-from studies.van_de_wijdeven.part_b.cases import KEYS, READINGS
+from studies.van_de_wijdeven import judging
+from studies.van_de_wijdeven.part_b.cases import BOUNDED, PAPWC, PWC, READINGS, UNBOUNDED
 from studies.van_de_wijdeven.part_b.evidence import Evidence
 from studies.van_de_wijdeven.part_b.runs import Series
-from studies.van_de_wijdeven.records import Claim, Reading
+from studies.van_de_wijdeven.part_b.setting import RUNS_IN_A_ROW
 
 __all__ = [
-    "BOUND_WORDS",
-    "Found",
-    "Numbers",
+    "BOUNDS",
+    "FIRST",
+    "LAST",
+    "RUNS",
+    "Quantity",
+    "Row",
+    "by_bound",
+    "by_controller",
     "by_reading",
-    "in_both_readings",
-    "judged",
-    "lengths",
-    "percent",
-    "ratios",
 ]
 
-BOUND_WORDS = {"unbounded": "no bound", "bounded": "with the bound"}
-"""How the cases of t_p,max are called, by what their numbers begin with."""
+FIRST, LAST = 0, RUNS_IN_A_ROW - 1
+RUNS = range(RUNS_IN_A_ROW)
+BOUNDS = ("no bound", "with the bound")
+"""Cases of t_p,max, in the order of `Evidence.by_bound`."""
 
-_NOTHING = 1e-9  # a length below every displacement here [m]
+Quantity = judging.Quantity[Evidence]
+Row = judging.Row[Evidence]
 
-Found = tuple[bool, str]
-"""Whether a criterion is met, and what was measured."""
-
-Numbers = Mapping[str, float | int]
-"""Values by name [as the end of the name tells]."""
-
-
-def judged(
-    *,
-    place: str,
-    statement: str,
-    criterion: str,
-    found: Found,
-    why: str,
-    numbers: Numbers,
-) -> Claim:
-    """Return a claim that can be read in one way only."""
-    agrees, measured = found
-    return Claim(
-        place=place,
-        statement=statement,
-        criterion=criterion,
-        measured=measured,
-        agrees=agrees,
-        why=why,
-        numbers={name: float(value) for name, value in numbers.items()},
-    )
+Of = Callable[[Evidence], dict[str, float]]
 
 
-def by_reading(
-    *,
-    place: str,
-    statement: str,
-    criterion: str,
-    found: Mapping[str, Found],
-    why: str,
-    numbers: Numbers,
-) -> Claim:
-    """Return a claim that was judged in each reading, or in each of several cases."""
-    readings = tuple(
-        Reading(name=name, agrees=agrees, measured=measured)
-        for name, (agrees, measured) in found.items()
-    )
-    return Claim(
-        place=place,
-        statement=statement,
-        criterion=criterion,
-        measured="; ".join(f"{each.name}: {each.measured}" for each in readings),
-        agrees=all(each.agrees for each in readings),
-        why=why,
-        numbers={name: float(value) for name, value in numbers.items()},
-        readings=readings,
-    )
+def by_reading(controller: str, measure: Callable[[Evidence, Series, Series], float]) -> Of:
+    """Return a quantity of the runs without and with a bound, in each reading of a controller."""
+    return lambda e: {
+        reading: measure(e, *e.by_bound(controller, reading)) for reading in READINGS[controller]
+    }
 
 
-def in_both_readings(
-    evidence: Evidence,
-    controller: str,
-    judge: Callable[[Series, Series], tuple[bool, str, Numbers]],
-) -> tuple[dict[str, Found], dict[str, float | int]]:
-    """Judge a controller in both of its readings.
-
-    Parameters
-    ----------
-    evidence
-        Where its runs are.
-    controller
-        Which one.
-    judge
-        Takes the runs without a bound and those with it; returns whether the criterion is met,
-        what was measured, and the numbers of that.
-
-    Returns
-    -------
-    What was found by reading, and all numbers.
-    """
-    found: dict[str, Found] = {}
-    numbers: dict[str, float | int] = {}
-    for reading in READINGS[controller]:
-        agrees, measured, own = judge(*evidence.by_bound(controller, reading))
-        found[reading] = (agrees, measured)
-        numbers |= {f"{KEYS[reading]}_{name}": value for name, value in own.items()}
-    return found, numbers
+def by_controller(measure: Callable[[Evidence, Series, Series], float]) -> Of:
+    """Return the same for both controllers."""
+    return lambda e: {
+        f"{controller}, {reading}": value
+        for controller in (PWC, PAPWC)
+        for reading, value in by_reading(controller, measure)(e).items()
+    }
 
 
-def lengths(values: Iterable[float]) -> str:
-    """Return lengths [m] in words."""
-    return ", ".join(
-        "less than 1 nm" if abs(value) < _NOTHING else prefixed(value, "m").replace("-", "−")
-        for value in values
-    )
-
-
-def percent(share: float) -> str:
-    """Return a share in words, with three digits."""
-    return f"{100.0 * share:.3g} %".replace("-", "−")
-
-
-def ratios(values: Iterable[float], digits: int = 3) -> str:
-    """Return ratios in words."""
-    return ", ".join(f"{value:.{digits}g}".replace("-", "−") for value in values)
+def by_bound(measure: Callable[[Evidence, Series, Series], float]) -> Of:
+    """Return a quantity of the runs of PAPWC and of those that begin anew, by reading and bound."""
+    bounds = dict(zip(BOUNDS, (UNBOUNDED, BOUNDED), strict=True))
+    return lambda e: {
+        f"{reading}, {words}": measure(
+            e, e.series[PAPWC, reading, bound], e.anew[PAPWC, reading, bound]
+        )
+        for reading in READINGS[PAPWC]
+        for words, bound in bounds.items()
+    }

@@ -9,7 +9,8 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.simulation import simulate
-from studies.van_de_wijdeven.part_b.judging import by_reading, judged, lengths, percent, ratios
+from studies.van_de_wijdeven.part_b.evidence import Evidence
+from studies.van_de_wijdeven.part_b.judging import Quantity, Row
 from studies.van_de_wijdeven.part_b.numbers import FAR, NEAR, width_by_gain
 from studies.van_de_wijdeven.part_b.setting import (
     COULOMB_FRICTION,
@@ -19,38 +20,15 @@ from studies.van_de_wijdeven.part_b.setting import (
     SAMPLING_TIME,
     report_plant,
 )
-from studies.van_de_wijdeven.records import Claim
 
-__all__ = ["law_claims"]
+__all__ = ["LAW_CLAIMS"]
 
 _SAME = 1e-9  # relative; of formulas and an exact simulation, whose rounding is far below
 _WIDTHS = (1, 3, 9)  # samples
 _COAST = 1.0  # after a pulse, long enough to come to rest [s]
-_REASONABLE = 0.1  # error of an approximation that counts as reasonable, of the displacement
-_WRONG = 0.2  # error from which it does not any more
 _PULSES = 200
 _CONVERGED = 1e-3  # of the first error
 _UNKNOWN = 0.45  # b_hat/b for which K_c = 1 is beyond the limit
-_STEADY, _TOO_MUCH = 1.9, 2.1  # K_c on either side of it
-
-
-def law_claims(law: PulseLaw) -> tuple[Claim, ...]:
-    """Return the claims on what a pulse does, with their verdicts.
-
-    Parameters
-    ----------
-    law
-        Of a pulse on the mass of Table 1.
-    """
-    return (
-        _closed_forms(),
-        _small_displacements(law),
-        _stable_gains(law),
-        _large_displacements(law),
-        _range_of_gain(law),
-        _depends_on_parameters(law),
-        _longer_width(law),
-    )
 
 
 def _simulated(plant: SingleMass, samples: int, direction: float) -> float:
@@ -61,71 +39,36 @@ def _simulated(plant: SingleMass, samples: int, direction: float) -> float:
     return float(motion.position[-1])
 
 
-def _closed_forms() -> Claim:
-    without = SingleMass(
-        mass=MASS,
-        friction=CoulombViscousFriction.symmetric(
-            coulomb_friction=COULOMB_FRICTION,
-            viscous_friction=0.0,
-            static_friction=report_plant().friction.static_friction_positive,
-        ),
-    )
-
-    def worst(plant: SingleMass) -> float:
-        formula = PulseLaw.of(plant)
-        return max(
-            abs(
-                _simulated(plant, n, direction)
-                / (direction * float(formula.displacement(PULSE_EFFORT, n * SAMPLING_TIME)))
-                - 1.0
-            )
-            for n in _WIDTHS
-            for direction in (1.0, -1.0)
+def _closed_form_error(plant: SingleMass) -> float:
+    formula = PulseLaw.of(plant)
+    return max(
+        abs(
+            _simulated(plant, n, direction)
+            / (direction * float(formula.displacement(PULSE_EFFORT, n * SAMPLING_TIME)))
+            - 1.0
         )
-
-    with_viscous, without_viscous = worst(report_plant()), worst(without)
-    return judged(
-        place="2.1, Eqs. 2, 3",
-        statement="The displacement of a single pulse is that of Eq. 3, and without viscous "
-        "friction that of Eqs. 2 and 4, in the direction of the pulse.",
-        criterion=f"the simulated one is the same within {_SAME:g} of itself, for pulses of "
-        f"{', '.join(map(str, _WIDTHS))} samples in either direction",
-        found=(
-            max(with_viscous, without_viscous) <= _SAME,
-            f"largest difference {with_viscous:.1e} with viscous friction, {without_viscous:.1e} "
-            "without",
-        ),
-        why="Both are the balance of momentum up to the rest. They hold where the effort exceeds "
-        "the static friction; below it nothing moves.",
-        numbers={"with_viscous": with_viscous, "without_viscous": without_viscous},
+        for n in _WIDTHS
+        for direction in (1.0, -1.0)
     )
 
 
-def _small_displacements(law: PulseLaw) -> Claim:
-    widths = {"one sample": SAMPLING_TIME, "three samples": LONGEST_PULSE}
-    b = law.gain(PULSE_EFFORT)
-    error = {
-        name: b * T**2 / float(law.displacement(PULSE_EFFORT, T)) - 1.0
-        for name, T in widths.items()
+def _closed_form_errors(_: Evidence) -> dict[str, float]:
+    plant = report_plant()
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=COULOMB_FRICTION,
+        viscous_friction=0.0,
+        static_friction=plant.friction.static_friction_positive,
+    )
+    without = SingleMass(mass=MASS, friction=law)
+    return {
+        "with viscous friction": _closed_form_error(plant),
+        "without": _closed_form_error(without),
     }
-    return judged(
-        place="2.1",
-        statement="For small displacements viscous friction can be neglected against Coulomb "
-        "friction: Eq. 2 is a reasonable approximation.",
-        criterion=f"for the smallest pulse, one sample, it is within {100 * _REASONABLE:g} %",
-        found=(
-            error["one sample"] <= _REASONABLE,
-            f"{percent(error['one sample'])} too far for one sample, "
-            f"{percent(error['three samples'])} for three",
-        ),
-        why="What viscous friction takes away grows with c t_p/m, which is "
-        f"{law.viscous_friction * SAMPLING_TIME / law.mass:.2g} for one sample; above three "
-        "samples it is no longer small.",
-        numbers={
-            "one_sample": error["one sample"],
-            "three_samples": error["three samples"],
-        },
-    )
+
+
+def _approximation_error(law: PulseLaw, width: float) -> float:
+    """Return the relative error of Eq. 2, which leaves out viscous friction."""
+    return law.gain(PULSE_EFFORT) * width**2 / float(law.displacement(PULSE_EFFORT, width)) - 1.0
 
 
 def _left(law: PulseLaw, loop_gain: float, estimate: float) -> float:
@@ -138,104 +81,168 @@ def _left(law: PulseLaw, loop_gain: float, estimate: float) -> float:
     return abs(error) / first
 
 
-def _stable_gains(law: PulseLaw) -> Claim:
-    steady, too_much = _left(law, _STEADY, 1.0), _left(law, _TOO_MUCH, 1.0)
-    guessed = _left(law, 1.0, _UNKNOWN)
-    known = steady <= _CONVERGED < too_much
-    return by_reading(
-        place="2.2, Eq. 9",
-        statement="The loop is stable for 0 < K_c < 2.",
-        criterion=f"within {_PULSES} pulses of unrounded widths an error of 1 mm falls to "
-        f"{_CONVERGED:g} of itself with a K_c below 2, and does not with one above",
-        found={
-            "b̂ = b": (
-                known,
-                f"{steady:.1e} left with K_c = {_STEADY:g}, {too_much:.2g} with {_TOO_MUCH:g}",
-            ),
-            f"b̂ = {_UNKNOWN:g} b": (
-                guessed <= _CONVERGED,
-                f"{guessed:.2g} left with K_c = 1",
-            ),
-        },
-        why="The next error is (1 − K_c b/b̂) of this one, so that the condition is 0 < K_c b/b̂ < "
-        "2: a b̂ below half of b makes even K_c = 1 unstable. Rounding widths up to samples adds "
-        "a limit cycle that no K_c removes.",
-        numbers={"steady": steady, "too_much": too_much, "guessed": guessed},
-    )
-
-
-def _large_displacements(law: PulseLaw) -> Claim:
-    b = law.gain(PULSE_EFFORT)
-    short, exact = width_by_gain(FAR, b), float(law.width_for(FAR, effort=PULSE_EFFORT))
-    reached = float(law.displacement(PULSE_EFFORT, short))
-    return judged(
-        place="2.2, 3.1",
-        statement="When the required displacement increases, the approximation is not accurate any "
-        "more: 10 mm take 0.092 s, not 0.070 s.",
-        criterion=f"the pulse of Eq. 4 falls short of 10 mm by more than {100 * _WRONG:g} %",
-        found=(
-            1.0 - reached / FAR > _WRONG,
-            f"{short:.4f} s by Eq. 4 and {exact:.4f} s by Eq. 3; the shorter pulse goes "
-            f"{lengths([reached])}",
-        ),
-        why="At its end the mass moves so fast that viscous friction is no longer small against "
-        "Coulomb friction.",
-        numbers={"short_s": short, "exact_s": exact, "reached_m": reached},
-    )
-
-
 def _fitted(law: PulseLaw, width: float) -> float:
     """Return the b_hat/b with which Eq. 4 meets Eq. 3 at this width."""
     return float(law.displacement(PULSE_EFFORT, width)) / (law.gain(PULSE_EFFORT) * width**2)
 
 
-def _range_of_gain(law: PulseLaw) -> Claim:
-    widths = np.linspace(1e-4, LONGEST_PULSE, 300)
-    found = [_fitted(law, float(width)) for width in widths]
-    lowest, highest = min(found), max(found)
-    return judged(
-        place="3.1",
-        statement="With t_p,max = 0.03 s, b̂ is between 81 % and 100 % of b.",
-        criterion="the b̂ with which Eq. 4 meets Eq. 3 is between 0.81 b (to its two digits) and b "
-        "for every width up to 0.03 s",
-        found=(
-            0.805 <= lowest < 0.815 and highest <= 1.0,
-            f"{percent(lowest)} to {percent(highest)}",
+def _fitted_range(law: PulseLaw) -> tuple[float, float]:
+    found = [_fitted(law, float(width)) for width in np.linspace(1e-4, LONGEST_PULSE, 300)]
+    return min(found), max(found)
+
+
+def _shortfall(law: PulseLaw) -> float:
+    """Return how far the pulse of Eq. 4 falls short of 10 mm, over 10 mm."""
+    width = width_by_gain(FAR, law.gain(PULSE_EFFORT))
+    return 1.0 - float(law.displacement(PULSE_EFFORT, width)) / FAR
+
+
+def _change_with_half(law: PulseLaw) -> float:
+    half = replace(law, viscous_friction=0.5 * law.viscous_friction)
+    return abs(_fitted(half, LONGEST_PULSE) - _fitted(law, LONGEST_PULSE))
+
+
+def _exact_width(law: PulseLaw, displacement: float) -> float:
+    """Return the width of Eq. 3 [s]."""
+    return float(law.width_for(displacement, effort=PULSE_EFFORT))
+
+
+def _wide_for_near(law: PulseLaw) -> float:
+    """Return the width that Eq. 4 asks for 2 mm with the b_hat of 10 mm [s]."""
+    return width_by_gain(NEAR, FAR / float(law.width_for(FAR, effort=PULSE_EFFORT)) ** 2)
+
+
+LAW_CLAIMS = (
+    Row(
+        "closed forms",
+        "2.1, Eqs. 2, 3",
+        "The displacement of a single pulse is that of Eq. 3, and without viscous friction that of "
+        "Eqs. 2 and 4, in the direction of the pulse.",
+        (
+            Quantity(
+                "largest relative difference to the simulation, for pulses of 1, 3 and 9 samples",
+                "1",
+                _closed_form_errors,
+                high=_SAME,
+            ),
         ),
-        why="The wider the pulse, the more viscous friction takes away. It is the range of what "
-        "one pulse teaches; b̂ itself comes down from the first guess, 1.375 b, and takes several "
-        "runs for it in all readings but P(0) = 1e5 I.",
-        numbers={"lowest": lowest, "highest": highest},
-    )
-
-
-def _depends_on_parameters(law: PulseLaw) -> Claim:
-    here = _fitted(law, LONGEST_PULSE)
-    half = _fitted(replace(law, viscous_friction=0.5 * law.viscous_friction), LONGEST_PULSE)
-    return judged(
-        place="3.1",
-        statement="The lower percentage is a function of the parameters of the system.",
-        criterion="it moves with the viscous friction",
-        found=(half != here, f"{percent(here)} with c of Table 1, {percent(half)} with half of it"),
-        why="It depends on c t_p/m and f_p/f_c.",
-        numbers={"here": here, "half": half},
-    )
-
-
-def _longer_width(law: PulseLaw) -> Claim:
-    fitted = FAR / float(law.width_for(FAR, effort=PULSE_EFFORT)) ** 2
-    long, right = width_by_gain(NEAR, fitted), float(law.width_for(NEAR, effort=PULSE_EFFORT))
-    reached = float(law.displacement(PULSE_EFFORT, long))
-    return judged(
-        place="3.1",
-        statement="With the b̂ of 10 mm, a residual error of 2.0 mm is overshot: 41 ms instead of "
-        "36 ms, 2.5 mm instead of 2.0 mm.",
-        criterion="the pulse goes too far, by 0.4 to 0.6 mm",
-        found=(
-            0.4e-3 <= reached - NEAR <= 0.6e-3,
-            f"{1e3 * long:.1f} ms instead of {1e3 * right:.1f} ms, {lengths([reached])}",
+        "Both are the balance of momentum up to the rest. They hold where the effort exceeds the "
+        "static friction; below it nothing moves.",
+    ),
+    Row(
+        "small displacements",
+        "2.1",
+        "For small displacements viscous friction can be neglected against Coulomb friction: Eq. 2 "
+        "is a reasonable approximation.",
+        (
+            Quantity(
+                "relative error of Eq. 2 for one sample",
+                "1",
+                lambda e: _approximation_error(e.law, SAMPLING_TIME),
+                high=0.1,
+            ),
+            Quantity(
+                "relative error of Eq. 2 for three samples",
+                "1",
+                lambda e: _approximation_error(e.law, LONGEST_PULSE),
+            ),
         ),
-        why=f"b̂ = {ratios([fitted / law.gain(PULSE_EFFORT)])} b has viscous friction of a long "
-        "pulse in it, of which a short one has less.",
-        numbers={"long_s": long, "right_s": right, "reached_m": reached},
-    )
+        "The effect of viscous friction grows with c t_p/m, which is small for one sample and not "
+        "above three.",
+    ),
+    Row(
+        "stable loop gains",
+        "2.2, Eq. 9",
+        "The loop is stable for 0 < K_c < 2.",
+        (
+            Quantity(
+                "share of an error left after 200 pulses, K_c = 1.9",
+                "1",
+                lambda e: {"b̂ = b": _left(e.law, 1.9, 1.0)},
+                high=_CONVERGED,
+            ),
+            Quantity(
+                "share of an error left after 200 pulses, K_c = 2.1",
+                "1",
+                lambda e: {"b̂ = b": _left(e.law, 2.1, 1.0)},
+                low=_CONVERGED,
+            ),
+            Quantity(
+                "share of an error left after 200 pulses, K_c = 1",
+                "1",
+                lambda e: {f"b̂ = {_UNKNOWN:g} b": _left(e.law, 1.0, _UNKNOWN)},
+                high=_CONVERGED,
+            ),
+        ),
+        "The next error is (1 − K_c b/b̂) of this one, so that the condition is 0 < K_c b/b̂ < 2: a "
+        "b̂ below half of b makes even K_c = 1 unstable. Rounding widths up to samples adds a limit "
+        "cycle that no K_c removes.",
+    ),
+    Row(
+        "large displacements",
+        "2.2, 3.1",
+        "When the required displacement increases, the approximation is not accurate any more: 10 "
+        "mm take 0.092 s, not 0.070 s.",
+        (
+            Quantity(
+                "share by which the pulse of Eq. 4 falls short of 10 mm",
+                "1",
+                lambda e: _shortfall(e.law),
+                low=0.2,
+            ),
+            Quantity("width by Eq. 4", "s", lambda e: width_by_gain(FAR, e.law.gain(PULSE_EFFORT))),
+            Quantity("width by Eq. 3", "s", lambda e: _exact_width(e.law, FAR)),
+        ),
+        "At its end the mass moves so fast that viscous friction is no longer small against "
+        "Coulomb friction.",
+    ),
+    Row(
+        "range of the gain of one pulse",
+        "3.1",
+        "With t_p,max = 0.03 s, b̂ is between 81 % and 100 % of b.",
+        (
+            Quantity(
+                "least b̂/b with which Eq. 4 meets Eq. 3 up to 0.03 s",
+                "1",
+                lambda e: _fitted_range(e.law)[0],
+                0.805,
+                0.815,
+            ),
+            Quantity("largest", "1", lambda e: _fitted_range(e.law)[1], high=1.0),
+        ),
+        "The wider the pulse, the larger is the effect of viscous friction. It is the range of the "
+        "gain of one pulse; b̂ itself falls from the first guess, 1.375 b, over several runs.",
+    ),
+    Row(
+        "range depends on the parameters",
+        "3.1",
+        "The lower percentage is a function of the parameters of the system.",
+        (
+            Quantity(
+                "change of the least b̂/b with half the viscous friction",
+                "1",
+                lambda e: _change_with_half(e.law),
+                low=_SAME,
+            ),
+        ),
+        "It depends on c t_p/m and f_p/f_c.",
+    ),
+    Row(
+        "gain of a long pulse for a short one",
+        "3.1",
+        "With the b̂ of 10 mm, a residual error of 2.0 mm is overshot: 41 ms instead of 36 ms, 2.5 "
+        "mm instead of 2.0 mm.",
+        (
+            Quantity(
+                "overshoot of the pulse",
+                "m",
+                lambda e: float(e.law.displacement(PULSE_EFFORT, _wide_for_near(e.law))) - NEAR,
+                0.4e-3,
+                0.6e-3,
+            ),
+            Quantity("width by Eq. 4", "s", lambda e: _wide_for_near(e.law)),
+            Quantity("width by Eq. 3", "s", lambda e: _exact_width(e.law, NEAR)),
+        ),
+        "This b̂ contains the viscous friction of a long pulse, of which a short one has less.",
+    ),
+)

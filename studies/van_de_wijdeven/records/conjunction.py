@@ -18,8 +18,6 @@ __all__ = [
 ]
 
 _LEGEND = {
-    "claims.numbers": "what the verdict is computed from; in the unit that the end of a name "
-    "tells (_m, _s, _N), else a ratio or a count",
     "reference_series": "series that take the arm of the reference points 1 m from rest to rest",
     "reference_series.expected_duration": "the duration to be reached [s]",
     "reference_series.residual": "what the exact simulation leaves, of either mass's position and "

@@ -16,9 +16,6 @@ Loop = Literal["feedforward", "feedback"]
 
 _LEGEND = {
     "loop": "feedforward: the bang-bang input; feedback: the controller along its moves",
-    "claims.numbers": "what the verdict is computed from. Names that end in f_c and c, and those "
-    "of bias, rmse and error, are fractions of the true value (0.01 is 1 %); lines through e_y and "
-    "energies are in J, times in s, lengths in m, correlations without unit",
     "five_runs.values": "estimates at the end of each consecutive run [N, N s/m]",
     "five_runs.itse": "integral of time-multiplied squared prediction error of each run (Eq. 6.3), "
     "over that of the first run without noise in the same loop [-]",

@@ -20,8 +20,6 @@ __all__ = [
 ]
 
 _LEGEND = {
-    "claims.numbers": "what the verdict is computed from; in the unit that the end of a name "
-    "tells (_m, _s, _N), else a ratio or a count",
     "printed_numbers.printed": "the number as the source prints it",
     "printed_numbers.same_digits": "whether ours, rounded to the digits that the source prints, "
     "is the source's",

@@ -2,30 +2,33 @@
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass
 from types import MappingProxyType
 from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.presentation.words import prefixed
+
 __all__ = [
     "Claim",
     "Curve",
     "CurveRole",
+    "Measure",
     "Panel",
-    "Reading",
     "ReproducedFigure",
     "Reproduction",
     "Sketch",
 ]
 
-REPRODUCTION_SCHEMA = 1
+REPRODUCTION_SCHEMA = 2
 
 _LEGEND = {
-    "claims.agrees": "whether the criterion is met, in every reading",
-    "claims.readings": "the same, and what was measured, in each way in which the source can be "
-    "read, or in each case; none where there is one only",
+    "claims.verdict": "agrees: all values are within their limits; partly: in some cases; differs: "
+    "in none",
+    "claims.measures": "what was measured [unit]: by case where the source can be read in several "
+    "ways; without a limit where it does not decide the verdict",
     "setting": "values that were simulated with; lists of moves in their order",
     "figures.panels.curves": "what is drawn, in the units of the labels of the axes; a staircase "
     "keeps each value until the next",
@@ -121,22 +124,60 @@ class ReproducedFigure:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Reading:
-    """A claim in one of the ways in which the source can be read, or in one of its cases.
+class Measure:
+    """A quantity of a claim as measured, and the limits within which the claim holds.
 
     Attributes
     ----------
-    name
-        Which one.
-    agrees
-        Whether the claim's criterion is met in it.
-    measured
-        What was measured, in words and numbers.
+    case
+        Way in which the source can be read, or case in which it was measured; empty for one only.
+    quantity
+        What was measured.
+    unit
+        Of the value and its limits; ``"1"`` for a ratio.
+    value, low, high
+        Measured value, and its limits [unit]; infinite where there is none.
     """
 
-    name: str
-    agrees: bool
-    measured: str
+    case: str
+    quantity: str
+    unit: str
+    value: float
+    low: float = -np.inf
+    high: float = np.inf
+
+    @property
+    def decides(self) -> bool:
+        """Whether there is a limit."""
+        return self.low > -np.inf or self.high < np.inf
+
+    @property
+    def agrees(self) -> bool:
+        """Whether the value is within its limits."""
+        return not self.decides or self.low <= self.value <= self.high
+
+    @property
+    def limits(self) -> str:
+        """The limits in words; empty without one."""
+        low, high = self._number(self.low), self._number(self.high)
+        if self.low == self.high:
+            return low
+        if np.isinf(self.low):
+            return f"at most {high}" if self.decides else ""
+        return f"at least {low}" if np.isinf(self.high) else f"{low} to {high}"
+
+    @property
+    def text(self) -> str:
+        """Quantity and value in words."""
+        return f"{self.quantity} {self._number(self.value)}"
+
+    def _number(self, value: float) -> str:
+        if np.isnan(value):
+            return "none"
+        if self.unit in {"m", "s"} and np.isfinite(value):
+            return prefixed(value, self.unit).replace("-", "−")
+        number = f"{value:.4g}".replace("-", "−")
+        return number if self.unit == "1" else f"{number} {self.unit}"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -145,41 +186,61 @@ class Claim:
 
     Attributes
     ----------
+    name
+        A short name.
     place
         Where the source makes it, such as ``"6.1"`` or ``"Eq. 5.5"``.
     statement
         What it says, in own words.
-    criterion
-        When it is taken to agree with the measurement.
-    measured
-        What was measured, in words and numbers.
-    agrees
-        Whether the criterion is met, in every reading.
+    measures
+        The quantities that decide it, in each case, and others that belong to it.
     why
-        What explains it.
-    numbers
-        The numbers on which the verdict rests, by name [SI or -].
-    readings
-        The same in each way in which the source can be read, or in each case; none where there is
-        one only.
+        What explains the verdict.
     """
 
+    name: str
     place: str
     statement: str
-    criterion: str
-    measured: str
-    agrees: bool
+    measures: tuple[Measure, ...]
     why: str
-    numbers: Mapping[str, float] = field(default_factory=dict[str, float])
-    readings: tuple[Reading, ...] = ()
 
-    def __post_init__(self) -> None:
-        object.__setattr__(self, "numbers", MappingProxyType(dict(self.numbers)))
+    @property
+    def agrees(self) -> bool:
+        """Whether all quantities are within their limits."""
+        return all(each.agrees for each in self.measures)
+
+    @property
+    def cases(self) -> dict[str, tuple[Measure, ...]]:
+        """The measures of each case."""
+        names = dict.fromkeys(each.case for each in self.measures if each.decides)
+        return {name: tuple(each for each in self.measures if each.case == name) for name in names}
+
+    @property
+    def verdicts(self) -> dict[str, bool]:
+        """Whether the claim holds in each case."""
+        return {
+            case: all(each.agrees for each in measures) for case, measures in self.cases.items()
+        }
 
     @property
     def agrees_partly(self) -> bool:
-        """Whether the criterion is met in some readings, but not in all."""
-        return not self.agrees and any(each.agrees for each in self.readings)
+        """Whether the claim holds in some cases, but not in all."""
+        return not self.agrees and any(self.verdicts.values())
+
+    @property
+    def criterion(self) -> str:
+        """The limits of all quantities, in words."""
+        deciding = dict.fromkeys(
+            f"{each.quantity}: {each.limits}" for each in self.measures if each.decides
+        )
+        return "; ".join(deciding)
+
+    @property
+    def verdict(self) -> Literal["agrees", "partly", "differs"]:
+        """The verdict."""
+        if self.agrees:
+            return "agrees"
+        return "partly" if self.agrees_partly else "differs"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -250,20 +311,26 @@ class Reproduction(ABC):
             },
             "claims": [
                 {
+                    "name": each.name,
                     "place": each.place,
                     "statement": each.statement,
-                    "criterion": each.criterion,
-                    "measured": each.measured,
-                    "agrees": each.agrees,
-                    "readings": [asdict(reading) for reading in each.readings],
+                    "verdict": each.verdict,
+                    "measures": [_measure_to_dict(measure) for measure in each.measures],
                     "why": each.why,
-                    "numbers": dict(each.numbers),
                 }
                 for each in self.claims
             ],
             **self.results(),
             "figures": [_figure_to_dict(each) for each in self.figures],
         }
+
+
+def _measure_to_dict(measure: Measure) -> dict[str, Any]:
+    """Return a measure as plain JSON types: null for no value and no limit."""
+    own = asdict(measure)
+    for name in ("value", "low", "high"):
+        own[name] = own[name] if np.isfinite(own[name]) else None
+    return {**own, "agrees": measure.agrees}
 
 
 def _figure_to_dict(figure: ReproducedFigure) -> dict[str, Any]:

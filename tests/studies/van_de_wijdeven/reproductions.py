@@ -16,10 +16,10 @@ from studies.van_de_wijdeven.records import (
     FiveRuns,
     FrictionErrorEffect,
     LandingScore,
+    Measure,
     Panel,
     PrintedNumber,
     PulseReproduction,
-    Reading,
     ReferenceSeries,
     ReproducedFigure,
     ResolutionScore,
@@ -53,13 +53,20 @@ def energy_figure(number: str = "6.1", *, columns: int = 1, rows: int = 2) -> Re
 
 def energy_claim(*, agrees: bool) -> Claim:
     return Claim(
+        name="mean",
         place="Eq. 5.5",
         statement="Noise <i>has</i> no effect on σ_v1².",
-        criterion="its mean is 0",
-        measured="−0.4 J",
-        agrees=agrees,
+        measures=(
+            Measure(
+                case="",
+                quantity="mean",
+                unit="J",
+                value=-0.4,
+                low=-0.5 if agrees else 0.0,
+                high=0.5,
+            ),
+        ),
         why="E{u v} = −K_d σ_v²",
-        numbers={"mean": -0.4},
     )
 
 
@@ -106,16 +113,14 @@ def energy_reproduction() -> EnergyReproduction:
 
 def pulse_claim(**verdicts: bool) -> Claim:
     return Claim(
+        name="below",
         place="4, Fig. 6",
         statement=f"b̂ and Â_2 are below t_p,max: {len(verdicts)}.",
-        criterion="they are",
-        measured="; ".join(verdicts),
-        agrees=all(verdicts.values()),
-        why="As f_c is.",
-        readings=tuple(
-            Reading(name=name, agrees=agrees, measured=f"seen <{name}>")
-            for name, agrees in verdicts.items()
+        measures=tuple(
+            Measure(case=f"<{case}>", quantity="pulses", unit="1", value=float(agrees), low=1.0)
+            for case, agrees in verdicts.items()
         ),
+        why="As f_c is.",
     )
 
 
@@ -259,11 +264,10 @@ def conjunction_reproduction() -> ConjunctionReproduction:
         figures=(),
         claims=(
             Claim(
+                name="landing",
                 place="Concluding remarks",
                 statement="It lands.",
-                criterion="it does",
-                measured="it did",
-                agrees=True,
+                measures=(Measure(case="", quantity="error", unit="m", value=0.0, high=1.0),),
                 why="learning",
             ),
         ),
@@ -328,7 +332,7 @@ def check_numbers(reproduced: Reproduced, figures: list[str], options: dict[str,
     assert found["provenance"]["options"] == options
     assert [each["number"] for each in found["figures"]] == figures
     claims = reproduced.reproduction.claims
-    assert [each["agrees"] for each in found["claims"]] == [each.agrees for each in claims]
+    assert [each["verdict"] for each in found["claims"]] == [each.verdict for each in claims]
     for path in set(found["legend"]) - {"loop"}:
         place = found
         for key in path.split("."):

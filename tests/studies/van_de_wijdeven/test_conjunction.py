@@ -86,7 +86,7 @@ def test_the_numbers_are_those_of_the_record(
     found = json.loads(reproduced.numbers.read_text())
     assert found["part"] == "conjunction"
     for written, kept in zip(found["claims"], record.claims, strict=True):
-        assert written["numbers"] == dict(kept.numbers)
+        assert [m["value"] for m in written["measures"]] == [m.value for m in kept.measures]
     for written, series in zip(found["successive_series"], record.successive_series, strict=True):
         assert written["error"] == series.error.tolist()
     assert found["landing_scores"][0]["error_1"]["upper_95"] == 2e-7
@@ -139,7 +139,6 @@ def test_series_learn_and_three_are_enough(record: ConjunctionReproduction) -> N
 def test_every_remark_agrees(record: ConjunctionReproduction) -> None:
     assert len(record.claims) == 9
     for claim in record.claims:
-        assert claim.agrees, claim.statement
-    by_words = {claim.statement: claim for claim in record.claims}
-    landed = by_words["Pulse control and energy-based estimation of friction work together."]
-    assert landed.numbers["together"] <= BOUND < landed.numbers["feedback_alone"]
+        assert claim.agrees, claim.name
+    together, alone = {claim.name: claim for claim in record.claims}["synergy"].measures
+    assert together.value <= BOUND < alone.value

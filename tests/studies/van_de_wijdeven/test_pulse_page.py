@@ -44,7 +44,7 @@ def test_claims_that_hold_in_part_stand_by_themselves(reproduction: PulseReprodu
     assert text.index("✗ differs") < text.index("◐ partly") < text.index("✓ agrees")
     assert page.count('<li class="yes">') == 3
     assert page.count('<li class="no">') == 3
-    assert "seen &lt;one&gt;" in page
+    assert "&lt;one&gt;: pulses 1" in page
     every = page_of(replace(reproduction, claims=reproduction.claims[:1]))
     assert "in part of the readings" not in every
 
@@ -128,10 +128,15 @@ def test_the_document_says_which_part_it_is(reproduction: PulseReproduction) -> 
     document = reproduction.to_dict()
     assert document["part"] == "B"
     assert document["figures"][0]["panels"][0]["curves"][0]["staircase"] is False
-    assert document["claims"][1]["readings"][1] == {
-        "name": "other",
+    assert document["claims"][1]["verdict"] == "partly"
+    assert document["claims"][1]["measures"][1] == {
+        "case": "<other>",
+        "quantity": "pulses",
+        "unit": "1",
+        "value": 0.0,
+        "low": 1.0,
+        "high": None,
         "agrees": False,
-        "measured": "seen <other>",
     }
     assert "five_runs" not in document
     assert document["resolution_scores"][0]["friction_change"] == 0.01

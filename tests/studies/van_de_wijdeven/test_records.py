@@ -1,8 +1,9 @@
 """Printed numbers beside ours, and claims that can be read in several ways."""
 
+import numpy as np
 import pytest
 
-from studies.van_de_wijdeven.records import Claim, PrintedNumber, Reading
+from studies.van_de_wijdeven.records import Claim, Measure, PrintedNumber
 
 
 def number(text: str, value: float) -> PrintedNumber:
@@ -36,20 +37,52 @@ def test_the_difference_is_over_ours() -> None:
     assert number("0.5", 1.0).difference == pytest.approx(-0.5)
 
 
+def measure(case: str, value: float, low: float = -np.inf, high: float = np.inf) -> Measure:
+    return Measure(case=case, quantity="width", unit="s", value=value, low=low, high=high)
+
+
+def claim(*measures: Measure) -> Claim:
+    return Claim(name="it", place="4", statement="It does.", measures=measures, why="So.")
+
+
 @pytest.mark.parametrize(
-    ("agrees", "verdicts", "partly"),
-    [(True, (), False), (False, (), False), (False, (False, True), True), (False, (False,), False)],
+    ("value", "low", "high", "agrees"),
+    [
+        (1.0, 1.0, 2.0, True),
+        (2.0, 1.0, 2.0, True),
+        (0.999, 1.0, 2.0, False),
+        (2.001, 1.0, 2.0, False),
+        (-1e9, -np.inf, 2.0, True),
+        (np.nan, 1.0, np.inf, False),
+        (np.nan, -np.inf, np.inf, True),
+    ],
 )
-def test_a_claim_can_hold_in_part(
-    *, agrees: bool, verdicts: tuple[bool, ...], partly: bool
+def test_a_measure_agrees_within_its_limits(
+    value: float, low: float, high: float, *, agrees: bool
 ) -> None:
-    claim = Claim(
-        place="4",
-        statement="It does.",
-        criterion="it does",
-        measured="it",
-        agrees=agrees,
-        why="So.",
-        readings=tuple(Reading(name="one", agrees=each, measured="seen") for each in verdicts),
-    )
-    assert claim.agrees_partly is partly
+    assert measure("", value, low, high).agrees is agrees
+
+
+@pytest.mark.parametrize(
+    ("values", "verdict"),
+    [
+        ({"": 1.0}, "agrees"),
+        ({"": 3.0}, "differs"),
+        ({"one": 1.0, "other": 3.0}, "partly"),
+        ({"one": 3.0, "other": 3.0}, "differs"),
+        ({"one": 1.0, "other": 1.0}, "agrees"),
+    ],
+)
+def test_a_claim_can_hold_in_part(values: dict[str, float], verdict: str) -> None:
+    measures = [measure(case, value, high=2.0) for case, value in values.items()]
+    found = claim(*measures, measure("", 7.0))
+    assert found.verdict == verdict
+    assert found.agrees_partly is (verdict == "partly")
+    assert found.verdicts == {case: value <= 2.0 for case, value in values.items()}
+
+
+def test_limits_in_words() -> None:
+    limits = {measure("", 1.0, *each).limits for each in ((0.5, 2.0), (0.5,), (-np.inf, 2.0))}
+    assert limits == {"500 ms to 2.00 s", "at least 500 ms", "at most 2.00 s"}
+    assert measure("", 1.0).limits == ""
+    assert measure("", np.nan).text == "width none"
