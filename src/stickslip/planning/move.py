@@ -13,23 +13,12 @@ import numpy as np
 
 from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
 from stickslip.planning.programme import REFUTED, Programme, Solution, solve
+from stickslip.planning.tuning import TUNING
 from stickslip.plants import FlexibleArm
 
-# Entries in the matrices of one search for efforts, about a microsecond each: to prove what can be
-# proven, and to find some
-MUCH_WORK, LITTLE_WORK = 4e5, 4e4
 FEWEST_PULSES = 4  # one for each of the four states to be met
-_CLEARANCE = 1e-6  # of the effort limit: between an effort and what it must exceed
-_LONGEST = 10.0  # times the rough guess of the shortest time: longer ones are not tried
-_TRIALS, _ROUGHLY = 8, 0.01  # of the number of pulses, before it is made sure
-_FIRST_STRIDE = 64  # part of the rough number of pulses
-_STRIDES = 3
-_PROOFS = 3  # at most
 _ANY_GAP = 1.0  # of the cost: any solution will do
-_FREEING = 64  # pulses within which mass 1, once freed, comes to rest again
 _ROUNDING = 1e-6  # of a pulse
-_BREAKING_AWAY = 64  # first pulses looked at
-_TOO_FAR = 1e-9  # of the travel: more is no rounding
 
 
 def swing_time(arm: FlexibleArm, start: tuple[float, float, float, float], travel: float) -> float:
@@ -59,7 +48,7 @@ def overshoots(programme: Programme) -> bool:
     (see `swing_time`): the integral over the first travel a is a to within a w t.
     """
     arm, motion = programme.motion.arm, programme.motion
-    effort = np.full(min(programme.pulses, _BREAKING_AWAY), -programme.effort_limit)
+    effort = np.full(min(programme.pulses, TUNING.freeing_pulses), -programme.effort_limit)
     effort[0] = programme.lowest[0]
     states = motion.states(np.repeat(effort, programme.steps_per_pulse))
     backward = np.flatnonzero(np.diff(motion.forced[: states.shape[0], 0]) < 0.0)
@@ -69,7 +58,7 @@ def overshoots(programme: Programme) -> bool:
     angle = frequency * motion.step * np.arange(known.size)
     swing = complex(motion.start[2] - motion.start[0], motion.start[3] / frequency)
     needed = np.maximum(known, known + np.abs(swing - known) - angle * programme.target)
-    return bool(needed.max() > programme.target * (1.0 + _TOO_FAR))
+    return bool(needed.max() > programme.target * (1.0 + TUNING.rounding))
 
 
 class Search(NamedTuple):
@@ -109,7 +98,7 @@ class Move:
     @property
     def frees(self) -> bool:
         """Whether an effort within the limit frees mass 1."""
-        return self.breakaway < self.effort_limit * (1.0 - 3.0 * _CLEARANCE)
+        return self.breakaway < self.effort_limit * (1.0 - 3.0 * TUNING.clearance)
 
     def programme(self, pulses: int) -> Programme:
         """Return the linear programme of so many pulses."""
@@ -117,7 +106,7 @@ class Move:
         resistance = law.coulomb_friction_positive + law.offset
         parts = steps_per_sample(self.arm, self.sampling_time)
         per_pulse = self.pulse_samples * parts
-        clearance = _CLEARANCE * self.effort_limit
+        clearance = TUNING.clearance * self.effort_limit
         limit = self.effort_limit - clearance
         lowest, highest = np.full(pulses, -limit), np.full(pulses, limit)
         lowest[0] = min(max(-limit, self.breakaway + clearance), limit)
@@ -150,7 +139,7 @@ class Move:
     @cached_property
     def frees_too_far(self) -> bool:
         """Whether the least effort that frees mass 1 takes it beyond the target."""
-        return self.start[1] <= 0 and overshoots(self.programme(_FREEING))
+        return self.start[1] <= 0 and overshoots(self.programme(TUNING.freeing_pulses))
 
     @property
     def hopeless(self) -> bool:
@@ -163,7 +152,7 @@ class Move:
         *,
         gap: float = _ANY_GAP,
         begin: Solution | None = None,
-        work: float = MUCH_WORK,
+        work: float = TUNING.proof_work,
     ) -> Solution:
         """Solve the programme of so many pulses, as `solve`, if bounds do not refute it already."""
         if self.hopeless or pulses < self.fewest:
@@ -179,21 +168,22 @@ class Move:
         the bound of its programme; only that takes much work, and only without an excess.
         """
         guess = max(self._guess(), self.fewest)
-        most = max(math.ceil(_LONGEST * guess), 2 * FEWEST_PULSES)
+        most = max(math.ceil(TUNING.longest * guess), 2 * FEWEST_PULSES)
         if self.hopeless:
             return Search(most, None, most + 1)
         least, low = self.fewest, self.fewest - 1
 
-        def trial(pulses: int, work: float = LITTLE_WORK) -> Solution | None:
+        def trial(pulses: int, work: float = TUNING.search_work) -> Solution | None:
             nonlocal least
             solution = self.solved(pulses, work=work)
             if solution.refuted:
                 least = max(least, pulses + 1)
             return None if solution.effort is None else solution
 
-        rough = self._roughly(guess, most, max(_ROUGHLY, 0.25 * excess))
+        rough = self._roughly(guess, most, max(TUNING.rough_accuracy, 0.25 * excess))
         high = max(self.fewest, min(most, math.ceil(rough * (1.0 + 0.5 * excess))))
-        stride = max(1, high // _FIRST_STRIDE, high - math.ceil(high / (1.0 + excess)) + 1)
+        allowed = high - math.ceil(high / (1.0 + excess)) + 1
+        stride = max(1, high // TUNING.first_stride_part, allowed)
         solution = trial(high)
         # Outwards from there in growing strides, until there is one that does and one that does
         # not; then half way between.
@@ -201,7 +191,7 @@ class Move:
             if high >= most:
                 return Search(most, None, least)
             low, high = high, min(most, high + stride)
-            stride *= _STRIDES
+            stride *= TUNING.stride_growth
             solution = trial(high)
         if low >= self.fewest:
             stride = high
@@ -213,11 +203,11 @@ class Move:
             else:
                 high, solution = middle, found
                 stride *= 2
-        for k in range(_PROOFS if excess == 0.0 else 0):
+        for k in range(TUNING.max_proofs if excess == 0.0 else 0):
             if least >= high:
                 break
             fewer = max(least, high - 2**k)
-            found = trial(fewer, MUCH_WORK)
+            found = trial(fewer, TUNING.proof_work)
             if found is not None:
                 high, solution = fewer, found
             elif fewer == high - 1:
@@ -245,7 +235,7 @@ class Move:
         """
         power, before, reached = 2.0, 0, 0.0
         low, high = self.fewest - 1, most + 1  # what seemed too few, and enough
-        for _ in range(_TRIALS):
+        for _ in range(TUNING.rough_trials):
             reach = self.programme(trial).rough_reach()
             if reach > 0.0 and reached > 0.0 and trial != before:
                 power = max(1.0, math.log(reach / reached) / math.log(trial / before))

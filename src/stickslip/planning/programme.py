@@ -22,26 +22,10 @@ from numpy.typing import NDArray
 from stickslip.compiled import compiled
 from stickslip.numerics.linear_programme import Optimum, minimise
 from stickslip.planning.arm_motion import ArmMotion
+from stickslip.planning.tuning import TUNING
 
 Objective = Literal["effort", "violation", "reach"]
 
-_BLOCKS, _ROUGH_BLOCKS = 64, 40
-_NEIGHBOURS = 2.0  # first blocks: instants within a rest are no farther apart than so many
-_FARTHEST = 100.0  # times the travel: no farther is looked
-_TOO_LOW = 0.1  # of the least velocity, which is asked for at single instants only
-
-# Rounds of programmes
-_ROUNDS = 25
-_MOST_BLOCKS = 450  # a programme with more takes long, and has not been seen to need them
-_NEARLY = 1e5  # so much more work may be spent on what lacks but little
-_SINGLE = 0.35  # of the pulses: with more blocks than this, rounds cost more than single pulses
-_COVERED = 0.8  # of all that is to be gained: the blocks with the rest are left as they are
-_MOST_TURNS = 2  # in a block; with more of them its pulses are all about as good
-_NEAR = 6  # a block is cut at a turn, and this part of it before and after
-_VIOLATED = 1e-8  # of the way and of the mean speed: a violation proven larger is one
-_NO_VIOLATION = 1e-9  # likewise: one found smaller may be none at all
-_AT_ONCE = 24  # instants that become constraints, besides the minima
-_SLOW = 0.05  # of the highest velocity: where new blocks begin so slowly, it is constrained
 
 VelocityRows = tuple[Float[np.ndarray, "m c"], Float[np.ndarray, " m"], Float[np.ndarray, " m"]]
 """Constraints rows @ z >= without, each scaled to about 1, and the sizes that they had."""
@@ -120,7 +104,7 @@ class Programme:
     @property
     def accepted_velocity(self) -> float:
         """What is not too low between the instants at which the least velocity is asked for."""
-        return _TOO_LOW * self.least_velocity
+        return TUNING.accepted_share * self.least_velocity
 
     @cached_property
     def terminal(self) -> tuple[Float[np.ndarray, "4 4"], Float[np.ndarray, "m 4"]]:
@@ -136,7 +120,7 @@ class Programme:
     def _in_terminal_terms(self, state: Float[np.ndarray, " 4"]) -> Float[np.ndarray, " 4"]:
         return np.linalg.solve(self.terminal[0].T, state) / self.effort_limit
 
-    def even_blocks(self, count: int = _BLOCKS) -> Int[np.ndarray, " b"]:
+    def even_blocks(self, count: int = TUNING.blocks) -> Int[np.ndarray, " b"]:
         """Return the edges of about as many blocks of about equal length.
 
         The first and the last pulse, whose bounds are others, are blocks of their own.
@@ -154,7 +138,7 @@ class Programme:
 
     def rough_reach(self) -> float:
         """Return about the largest travel, over that to the target; 0 if that is unclear."""
-        edges = self.even_blocks(_ROUGH_BLOCKS)
+        edges = self.even_blocks(TUNING.rough_blocks)
         rows = self.velocity_rows(edges, self.begins(edges[1:-1]))
         optimum = self.optimum("reach", edges, rows)
         return 0.0 if optimum is None else -optimum.cost
@@ -216,7 +200,7 @@ class Programme:
             np.append(np.zeros(low.size), -1.0),
             at_most=(np.column_stack([-rows, np.zeros(without.size)]), -without),
             equal=(np.column_stack([columns, -end]), -begin),
-            bounds=np.vstack([box, [0.0, _FARTHEST]]),
+            bounds=np.vstack([box, [0.0, TUNING.farthest_reach]]),
         )
 
     def bound(
@@ -235,7 +219,7 @@ class Programme:
         """
         best = -np.inf
         gains, wish = np.zeros(z.size), np.zeros(z.size, dtype=np.intp)
-        for near in (_NEIGHBOURS * max(1.0, self.pulses / _BLOCKS), 0.0):
+        for near in (TUNING.rest_gap * max(1.0, self.pulses / TUNING.blocks), 0.0):
             price, slack = self._prices(instants, size, optimum, velocity, near)
             could, would = self._gains(objective, z, price)
             least = optimum.cost - float(could.sum()) - slack
@@ -342,9 +326,9 @@ def solve(
     effort: Float[np.ndarray, " n"] | None = None
     objective: Objective = "effort"
     optimum, done = None, 0
-    for _ in range(_ROUNDS):
+    for _ in range(TUNING.max_rounds):
         # Where only the velocity is too low at some instants, a solution is near.
-        enough = min(3.0 * work, work + _NEARLY) if objective == "effort" else work
+        enough = min(3.0 * work, work + TUNING.extra_work) if objective == "effort" else work
         done += (edges.size - 1) * instants.shape[0]
         if done > enough and optimum is not None:
             break
@@ -363,7 +347,7 @@ def solve(
         )
         if objective == "effort":
             bound = max(bound, least)
-        elif least > _VIOLATED:
+        elif least > TUNING.violation:
             refuted = True
             break
         minima = programme.motion.minima(np.repeat(tried, programme.steps_per_pulse), states)
@@ -373,18 +357,19 @@ def solve(
             # Many at once: where optima are alike, each would evade single ones.
             begins = states[: programme.steps : programme.steps_per_pulse, 1]
             slower = np.flatnonzero(begins[1:] < least_seen) + 1
-            low = np.vstack([low, programme.begins(slower[:: 1 + slower.size // _AT_ONCE])])
+            some = slower[:: 1 + slower.size // TUNING.instants_at_once]
+            low = np.vstack([low, programme.begins(some)])
         if objective == "effort" and low.size == 0 and optimum.cost < cost:
             effort, cost = tried, optimum.cost
         good = objective == "effort" and optimum.cost - bound <= gap * optimum.cost
         divided = edges if good else _divided(edges, gains, wish)
         if objective == "violation" and _singly(programme, edges, divided, work - done):
             divided = np.arange(programme.pulses + 1)
-        if (low.size == 0 and divided.size == edges.size) or divided.size > _MOST_BLOCKS + 1:
+        if (low.size == 0 and divided.size == edges.size) or divided.size > TUNING.max_blocks + 1:
             break
         added = np.setdiff1d(divided, edges)
         velocity = states[:, 1]
-        slow = velocity[added * programme.steps_per_pulse] < _SLOW * velocity.max()
+        slow = velocity[added * programme.steps_per_pulse] < TUNING.slow_share * velocity.max()
         instants = np.vstack([instants, low, programme.begins(added[slow])])
         edges = divided
     return Solution(effort, cost, bound, edges, instants, refuted and effort is None)
@@ -399,7 +384,7 @@ def _best(
     """
     if objective == "violation":
         optimum = programme.optimum(objective, edges, rows)
-        if optimum is None or optimum.cost > _NO_VIOLATION:
+        if optimum is None or optimum.cost > TUNING.rounding:
             return objective, optimum
     optimum = programme.optimum("effort", edges, rows)
     if optimum is not None:
@@ -412,8 +397,8 @@ def _singly(
     programme: Programme, edges: Int[np.ndarray, " b"], finer: Int[np.ndarray, " f"], work: float
 ) -> bool:
     """Return whether single pulses come next: blocks are many, and the work is affordable."""
-    many = finer.size > edges.size and finer.size > _SINGLE * programme.pulses
-    return many and programme.pulses <= _MOST_BLOCKS and programme.pulses**2 <= work
+    many = finer.size > edges.size and finer.size > TUNING.single_share * programme.pulses
+    return many and programme.pulses <= TUNING.max_blocks and programme.pulses**2 <= work
 
 
 def _divided(
@@ -422,14 +407,15 @@ def _divided(
     """Return finer blocks: those with most to gain are cut where their pulses disagree."""
     by_block = np.add.reduceat(gains, edges[:-1])
     order = np.argsort(-by_block)
-    enough = int(np.searchsorted(np.cumsum(by_block[order]), _COVERED * by_block.sum())) + 1
+    most = TUNING.divided_share * by_block.sum()
+    enough = int(np.searchsorted(np.cumsum(by_block[order]), most)) + 1
     new = [edges]
     for k in order[:enough]:
         begin, end = int(edges[k]), int(edges[k + 1])
         turns = begin + 1 + np.flatnonzero(np.diff(wish[begin:end]))
-        if 1 <= turns.size <= _MOST_TURNS:
+        if 1 <= turns.size <= TUNING.max_turns:
             # The turn moves a little once there are other prices.
-            near = max(1, (end - begin) // _NEAR)
+            near = max(1, (end - begin) // TUNING.cut_part)
             cuts = np.concatenate([turns - near, turns, turns + near])
             new.append(cuts[(cuts > begin) & (cuts < end)])
         elif end - begin > 1:

@@ -15,12 +15,7 @@ from jaxtyping import Float
 
 from stickslip.planning.move import FEWEST_PULSES, Move
 from stickslip.planning.programme import Programme, Solution, landed
-
-_CREEPS = 0.02  # of its highest velocity: mass 1 only creeps
-_SHORTEST = 4  # pulses of a rest that is worth it
-_BEGINS = 8  # pulses tried for it to begin with
-_EARLIER = 3  # pulses by which the second part may begin before the creeping ends
-_HELD = 0.9  # of static friction, at most, holds mass 1 with the friction as planned
+from stickslip.planning.tuning import TUNING
 
 
 class Rest(NamedTuple):
@@ -41,18 +36,18 @@ def with_rest(move: Move, programme: Programme, solution: Solution, gap: float) 
     states = programme.states(effort)
     each = programme.steps_per_pulse
     speed = states[::each, 1]
-    creeping = _longest(speed < _CREEPS * speed.max())
-    if creeping is None or creeping[1] - creeping[0] < _SHORTEST:
+    creeping = _longest(speed < TUNING.creep_share * speed.max())
+    if creeping is None or creeping[1] - creeping[0] < TUNING.min_rest_pulses:
         return None
     first, last = creeping
     tried = 0
-    for begin in range(first, last - _SHORTEST):
+    for begin in range(first, last - TUNING.min_rest_pulses):
         stopped = _stopped(move, programme, effort[: begin + 1])
         if stopped is None:
             continue
         tried += 1
         found = _second_part(move, programme, stopped, last, gap)
-        if found is not None or tried == _BEGINS:
+        if found is not None or tried == TUNING.rest_trials:
             return found
     return None
 
@@ -63,7 +58,8 @@ def _second_part(
     """Return the series that rests once it has stopped; None if there is no second part."""
     each, first = programme.steps_per_pulse, stopped.size
     before = programme.states(stopped)
-    for end in range(last, max(first + _SHORTEST, last - _EARLIER) - 1, -1):
+    earliest = max(first + TUNING.min_rest_pulses, last - TUNING.earlier_pulses)
+    for end in range(last, earliest - 1, -1):
         resting = _resting(move, before[-1], (end - first) * each, programme.motion.step)
         held = _holding(move, resting, each)
         if held is None or programme.pulses - end < FEWEST_PULSES:
@@ -138,7 +134,7 @@ def _holding(
     backward = (high + law.offset - effort).max(initial=0.0)
     forward = (effort - law.offset - low).max(initial=0.0)
     held = (
-        backward <= _HELD * law.static_friction_negative
-        and forward <= _HELD * law.static_friction_positive
+        backward <= TUNING.held_share * law.static_friction_negative
+        and forward <= TUNING.held_share * law.static_friction_positive
     )
     return effort if held else None

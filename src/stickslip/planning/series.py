@@ -12,9 +12,10 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.planning.move import FEWEST_PULSES, LITTLE_WORK, MUCH_WORK, Move, Search
+from stickslip.planning.move import FEWEST_PULSES, Move, Search
 from stickslip.planning.programme import Solution, landed, solve
 from stickslip.planning.rest import with_rest
+from stickslip.planning.tuning import TUNING
 from stickslip.plants import FlexibleArm, check_affine
 from stickslip.records import (
     AxisKind,
@@ -26,11 +27,6 @@ from stickslip.records import (
     unit_of,
     whole,
 )
-
-_LANDED = 1e-9  # of the travel: what rounding may leave, speeds over the frequency of mass 2
-_STRONGER = 128.0  # times the effort limit: no more is tried
-_WORK = 2e4  # of each trial of a limit, as of `solve`: the limit is guessed, not proven
-_STRONGER_TO = 1.05  # accuracy of the effort that would do
 
 
 class SeriesLimit(Enum):
@@ -269,7 +265,8 @@ class PulseSeriesPlanner:
         if solution is None:
             raise _refusal(move, count, at_most=pulses is None, kind=self.arm.kind)
         if solution.gap > self.impulse_gap:
-            work = LITTLE_WORK if pulses is None and self.excess > 0.0 else MUCH_WORK
+            quick = pulses is None and self.excess > 0.0
+            work = TUNING.search_work if quick else TUNING.proof_work
             better = move.solved(count, gap=self.impulse_gap, begin=solution, work=work)
             solution = solution if better.effort is None else better
         origin = float(state[0])
@@ -344,7 +341,7 @@ class PulseSeriesPlanner:
         )
         error = float(np.abs(missing).max())
         stops = slowest <= 0.0 and rest is None
-        if stops or error > _LANDED * move.travel:
+        if stops or error > TUNING.rounding * move.travel:
             raise StickslipError(
                 "series_misses_target", error=error, travel=move.travel, least_speed=slowest
             )
@@ -419,14 +416,14 @@ def _enough_effort(move: Move, pulses: int) -> float | None:
 
     def does(times: float) -> bool:
         stronger = replace(move, effort_limit=times * move.effort_limit)
-        return stronger.solved(pulses, work=_WORK).effort is not None
+        return stronger.solved(pulses, work=TUNING.refusal_work).effort is not None
 
-    if not does(_STRONGER):
+    if not does(TUNING.max_stronger):
         return None
     low, high = 1.0, 2.0
-    while high < _STRONGER and not does(high):
+    while high < TUNING.max_stronger and not does(high):
         low, high = high, 2.0 * high
-    while high > _STRONGER_TO * low:
+    while high > TUNING.effort_accuracy * low:
         middle = math.sqrt(low * high)
         low, high = (low, middle) if does(middle) else (middle, high)
     return high * move.effort_limit
@@ -441,4 +438,4 @@ def _possible_without(limit: Literal["breakaway", "direction"], move: Move, puls
     else:
         fastest = move.effort_limit * pulses * move.pulse_width / move.arm.mass_1
         programme = replace(programme, least_velocity=-10.0 * fastest)
-    return solve(programme, gap=1.0, work=_WORK).effort is not None
+    return solve(programme, gap=1.0, work=TUNING.refusal_work).effort is not None
