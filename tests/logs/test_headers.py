@@ -206,6 +206,16 @@ def test_commanded_motion_is_not_measured(file):
     assert any("'torque_cmd'" in each and "more direct" in each for each in log.source.assumptions)
 
 
+def test_units_tell_a_current_from_a_position(file):
+    q, dq, tau = motion(0)
+    header = ["time [s]", "a1 q-axis cmd [A]", "a1 position [rad]", "a1 velocity [rad/s]",
+              "a1 torque [Nm]", "a1 q-axis [A]", "torque constant [Nm/A]"]  # fmt: skip
+    check(read_log(file(header, [TIME, tau, q, dq, tau, 2 * tau, 0 * q + 1])), 0)
+    header[4] = "a1 temp [C]"
+    log = read_log(file(header, [TIME, tau, q, dq, tau, 2 * tau, 0 * q + 1]))
+    check(log, 0, effort=2.0, unit="A")
+
+
 def test_axes_that_do_not_match(file):
     q, _, tau = motion(0)
     with pytest.raises(InputError) as caught:

@@ -92,6 +92,14 @@ def test_lag_of_the_effort(lag):
     assert error < 0.003
 
 
+def test_lag_of_a_real_drive(benchmark_data):
+    """Its effort is logged some 4 to 6.5 ms after its motion, with uneven stamps."""
+    log = read_log(benchmark_data("real_axes/moteus_14-29-55.csv"), axis="1")
+    found, error = effort_lag(log)
+    assert -0.0065 < found < -0.004
+    assert error < 0.001
+
+
 def test_flags_take_part(robot):
     found = inspect(robot, columns=AxisSchema(start_time=1.0, end_time=3.0))
     assert found.axes[0].duration == pytest.approx(2.0)

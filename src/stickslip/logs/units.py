@@ -93,6 +93,21 @@ def effort_unit(unit: str) -> EffortUnit:
     return "A" if _factor(unit, "ampere") is not None else ""
 
 
+def measures(unit: str, channel: str) -> bool:
+    """Return whether a channel can have such a unit; a unit that is not known counts as one.
+
+    >>> measures("rad", "position"), measures("A", "position"), measures("Nm/A", "effort")
+    (True, False, False)
+    """
+    kinds: tuple[AxisKind, ...] = ("linear", "rotary")
+    try:
+        if channel == "effort" and effort_unit(unit):
+            return True
+        return any(_factor(unit, unit_of(quantity_of(channel), kind)) is not None for kind in kinds)
+    except InputError:
+        return True  # said where the column is used
+
+
 def kind_of_unit(channel: str, unit: str) -> AxisKind | None:
     """Return the kind of axis on which a channel has such a unit, None where that says nothing.
 

@@ -11,7 +11,7 @@ _REPEATED = 0.01
 
 
 def column_table(found: Inspection) -> Table:
-    """Return the columns of a log: unit, range, and what each is by its name."""
+    """Return the columns of a log with unit and range; those that may be channels come first."""
     several = len(found.rates) > 1
     columns = [Column("Column", "left"), Column("Unit", "left")]
     columns += [Column("Group", "left"), Column("Samples")] if several else []
@@ -25,7 +25,7 @@ def column_table(found: Inspection) -> Table:
             or_none(each.high, _number),
             _remarks(each),
         ]
-        for each in found.columns
+        for each in sorted(found.columns, key=lambda each: not each.meaning)
     ]
     return Table(columns=columns, rows=rows, what="columns")
 

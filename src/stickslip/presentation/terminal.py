@@ -119,7 +119,9 @@ def print_inspection(console: "Console", found: Inspection) -> None:
     readable = [each for each in found.axes if not each.problem]
     console.print(f"Proposed axes: {len(readable)}")
     print_table(console, inspection.axis_table(found))
-    _listed(console, "Reasons:", _once({each.name: each.reasons for each in found.axes}))
+    _listed(
+        console, "Reasons:", _once({each.name: each.reasons for each in found.axes if each.reasons})
+    )
     _listed(console, "Missing:", [f"{a.name}: {a.problem}" for a in found.axes if a.problem])
     if found.limit is None:
         _verdict(
@@ -154,6 +156,8 @@ def _once(sentences: Mapping[str, Sequence[str]]) -> list[str]:
         name = re.compile(rf"(?<![^\W_]){re.escape(axis)}(?![^\W_])")
         return re.sub(r"'[^']*'", lambda quoted: name.sub("{axis}", quoted[0]), line)
 
+    if not sentences:
+        return []
     every = [{general(axis, line) for line in lines} for axis, lines in sentences.items()]
     shared = set[str].intersection(*every)
     first = next(iter(sentences))

@@ -33,8 +33,8 @@ _LARGEST_LAG = 0.05
 _MOST_SAMPLES = 50_000
 """Samples that the lag is estimated from."""
 
-_GAIN = 0.98
-"""Share of the residual that a lag must leave to be reported [-]; noise gains less."""
+_EVEN = 0.01
+"""Jitter up to which samples count as even [-]; others are interpolated before a lag is sought."""
 
 
 def inspect(
@@ -248,13 +248,17 @@ def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
     """Return the time by which the effort acts later than logged, and its standard error [s].
 
     It is the shift at which acceleration, velocity, direction and a constant explain the effort
-    best, by least squares over the fastest half of the samples, refined by a parabola. None where
-    no shift explains it better than none.
+    best, by least squares over the faster half of the samples, refined by a parabola. None where
+    the best shift is the largest one, or the log is too short.
     """
     from scipy.signal import savgol_filter
 
-    step, position = log.sampling_time, log.measured_position[:_MOST_SAMPLES]
-    effort = log.effort[: position.size]
+    longest = max(log.segments(), key=len, default=log)
+    step, time = log.sampling_time, longest.time[:_MOST_SAMPLES]
+    position, effort = longest.measured_position[: time.size], longest.effort[: time.size]
+    if longest.timing_jitter > _EVEN:
+        even = np.arange(time[0], time[-1], step)
+        position, effort = (np.interp(even, time, each) for each in (position, effort))
     most = min(max(int(_LARGEST_LAG / step), 4), 60, position.size // 10)
     length = 2 * max(4, min(int(0.01 / step), 40)) + 1
     if position.size < 10 * length or most < 2:
@@ -289,6 +293,4 @@ def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
     least = max(float(left[best]) - 0.5 * curvature * offset**2, 0.0)
     independent = inside.size / length
     error = step * float(np.sqrt(2.0 * least / max(independent, 1.0) / curvature))
-    if left[best] > _GAIN * left[most]:
-        return (0.0 if error < 2.0 * step else None), error
     return lag, error

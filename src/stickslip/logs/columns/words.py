@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Literal
 
 from stickslip.logs.table import Table
-from stickslip.logs.units import header_unit
+from stickslip.logs.units import effort_unit, header_unit, measures
 from stickslip.records import AxisKind
 
 Source = Literal["measured", "", "commanded"]
@@ -119,6 +119,11 @@ def meaning(table: Table, column: str) -> Meaning | None:
         head, quantity = "load", "effort"
     if not head:
         return None
+    stated = table.units.get(column)
+    if stated is not None and not measures(stated, "effort" if quantity == "current" else quantity):
+        if head not in _NEUTRAL_OF_CURRENT or effort_unit(stated) != "A":
+            return None  # as a torque constant in N m/A
+        quantity = "current"  # a q-axis in A
     rest = [word for words in segments for word in words if word != head]
     second_mass = "load" in rest
     if second_mass and quantity not in {"position", "velocity"}:
