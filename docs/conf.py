@@ -101,9 +101,10 @@ def _write_tables() -> None:
     )
     (folder / "exporters.md").write_text(
         _table(
-            ("target", "title", "side", "holds", "left out or changed", "options"),
+            ("group", "target", "title", "side", "holds", "left out or changed", "options"),
             [
                 (
+                    each.group,
                     f"`{name}`",
                     each.title,
                     each.side or "either",

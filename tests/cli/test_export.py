@@ -84,7 +84,7 @@ def test_force_gives_exit_code_1_and_a_warning(run, estimate, tmp_path):
         (("ax8000", "--gear-ratio", "0"), "--gear-ratio is 0"),
         (("table",), "--top-speed"),
         (("table", "--top-speed", "-1"), "--top-speed"),
-        (("genesis", "--axis", "knee"), "no axis 'knee'"),
+        (("genesis", "--axis", "knee"), "--axis is 'knee'"),
         (("mjcf", "--into", "{robot}", "--joint", "elbow"), "joint"),
     ],
 )

@@ -82,7 +82,7 @@ def test_the_protocol_is_obeyed(target):
     assert isinstance(exporter, Exporter)
     assert exporter.name == target
     assert exporter.side in {"motor", "joint", None}
-    assert exporter.edits in {"never", "always", "optional"}
+    assert exporter.edits in {"never", "always"}
     assert exporter.ending == "" or exporter.ending.startswith(".")
     assert set(exporter.represents) <= set(QUANTITIES)
     assert set(exporter.cannot) <= {*QUANTITIES, "direction"}
@@ -247,8 +247,10 @@ def test_a_file_is_written_whole_or_not_at_all(target, tmp_path):
     estimate = tmp_path / "elbow.json"
     estimate.write_text(json.dumps(document()))
     reading = EstimateReading(transmission=Transmission(gear_ratio=1.0))
-    write(estimate, target, out, settings=settings, reading=reading, **arguments)
+    result = write(estimate, target, out, settings=settings, reading=reading, **arguments)
     assert out.exists()
+    assert result.complete
+    assert "elbow.json" in text_of(result)
     assert sorted(each.name for each in tmp_path.iterdir()) == sorted(
         ["elbow.json", "out", robot.name]
     )

@@ -46,7 +46,10 @@ def test_the_axes_of_a_robot_are_exported_and_those_without_an_estimate_named(id
     one = render(identification, "urdf", into=URDF, joint="elbow")
     assert one.complete
     assert one.rendered.files == result.rendered.files
-    assert render(robot, "urdf", into=URDF, axis="elbow").complete
+    elbow = EstimateReading(axis="elbow")
+    assert render(robot, "urdf", into=URDF, reading=elbow).complete
+    with refuses("unknown_axis", axis="slide", choices=("elbow",)):
+        render(robot, "urdf", into=URDF, reading=EstimateReading(axis="slide"))
 
 
 def test_an_estimate_its_document_and_its_file_give_the_same(identified, tmp_path):

@@ -124,8 +124,8 @@ def export(
         out,
         into=into,
         joint=joint,
-        axis=axis,
         reading=EstimateReading(
+            axis=axis,
             transmission=Transmission(side=side, gear_ratio=gear_ratio, lead=lead),
             torque_constant=torque_constant,
             force=force,

@@ -108,7 +108,7 @@ class Exporter(Protocol):
     ending
         Of the file, such as ``".urdf"``; empty for a folder.
     edits
-        Whether it edits an existing file: ``"never"``, ``"always"``, or ``"optional"``.
+        Whether it edits an existing file: ``"never"`` or ``"always"``.
     several
         Whether one file can hold several axes.
     options
@@ -130,7 +130,7 @@ class Exporter(Protocol):
     @property
     def ending(self) -> str: ...  # noqa: D102
     @property
-    def edits(self) -> Literal["never", "optional", "always"]: ...  # noqa: D102
+    def edits(self) -> Literal["never", "always"]: ...  # noqa: D102
     @property
     def several(self) -> bool: ...  # noqa: D102
     @property

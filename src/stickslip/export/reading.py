@@ -40,12 +40,15 @@ class EstimateReading:
     torque_constant
         Torque or force per current [N m/A or N/A] for an estimate in ampere, or per percent for one
         in percent; None if it is not given.
+    axis
+        Which axis of a robot; None for all.
     force
         Whether values are exported that were not identified or are not to be used.
     """
 
     transmission: Transmission = field(default_factory=Transmission)
     torque_constant: float | None = None
+    axis: str | None = None
     force: bool = False
 
 
@@ -79,13 +82,25 @@ def axes_of(estimate: Estimate, reading: EstimateReading) -> dict[str, ExportPar
     InputError
         If it is not an estimate, or in ampere without a torque constant.
     """
-    document, where = document_of(estimate)
+    return axes_in(*document_of(estimate), reading)
+
+
+def axes_in(
+    document: Mapping[str, Any], where: str, reading: EstimateReading
+) -> dict[str, ExportParameters]:
+    """Return the parameters of each axis of a document, which was read from a file if named."""
     file = Path(where).name
     if "axes" not in document:
+        if reading.axis is not None:
+            raise InputError("one_axis_only", where=where, axis=reading.axis)
         return {"": _parameters(document, where, file, reading)}
     axes = document["axes"]
     if not isinstance(axes, Mapping) or not axes:
         raise InputError("not_an_estimate", where=where, name="axes")
+    if reading.axis is not None:
+        if reading.axis not in axes:
+            raise InputError("unknown_axis", axis=reading.axis, choices=choices(reading.axis, axes))
+        axes = {reading.axis: axes[reading.axis]}
     return {
         str(name): _parameters(each, _place(where, f"axes.{name}"), file, reading)
         for name, each in axes.items()
@@ -96,13 +111,6 @@ def not_identified(document: Mapping[str, Any]) -> dict[str, str]:
     """Return the axes of a robot that have no estimate, each with the reason."""
     without = document.get("not_identified")
     return dict(without) if isinstance(without, Mapping) else {}
-
-
-def chosen(axes: Mapping[str, ExportParameters], name: str) -> ExportParameters:
-    """Return one axis of a robot by its name."""
-    if name in axes:
-        return axes[name]
-    raise InputError("unknown_axis", axis=name, choices=choices(name, axes))
 
 
 def _place(*parts: str) -> str:

@@ -9,8 +9,7 @@ from stickslip.export.parameters import ExportParameters
 from stickslip.export.reading import (
     Estimate,
     EstimateReading,
-    axes_of,
-    chosen,
+    axes_in,
     document_of,
     not_identified,
 )
@@ -49,7 +48,6 @@ def render(
     *,
     into: FileToEdit | str | bytes | None = None,
     joint: str | None = None,
-    axis: str | None = None,
     reading: EstimateReading | None = None,
     settings: ExportSettings | None = None,
 ) -> Export:
@@ -66,10 +64,8 @@ def render(
         The file to edit, or its content.
     joint
         Name of the joint that the axis is; None for the name of the axis.
-    axis
-        Which axis of a robot; None for all.
     reading
-        Side, ratio and units of the estimate, and whether to write by force.
+        Side, ratio and units of the estimate, which axis, and whether to write by force.
     settings
         Of the target.
 
@@ -87,11 +83,10 @@ def render(
         raise InputError("not_edited", title=exporter.title)
     if exporter.edits == "always" and into is None:
         raise InputError("file_to_edit_missing", title=exporter.title)
-    document, _ = document_of(estimate)
-    axes = axes_of(estimate, reading or EstimateReading())
-    without = not_identified(document) if axis is None else {}
-    if axis is not None:
-        axes = {axis: chosen(axes, axis)}
+    document, where = document_of(estimate)
+    reading = reading or EstimateReading()
+    axes = axes_in(document, where, reading)
+    without = not_identified(document) if reading.axis is None else {}
     if exporter.edits == "always" and joint is None and "" in axes:
         raise InputError(
             "option_needed",
@@ -126,7 +121,6 @@ def write(
     *,
     into: Path | str | None = None,
     joint: str | None = None,
-    axis: str | None = None,
     reading: EstimateReading | None = None,
     settings: ExportSettings | None = None,
 ) -> Export:
@@ -145,10 +139,8 @@ def write(
         The file to edit, which may be ``out`` itself.
     joint
         Name of the joint that the axis is; None for the name of the axis.
-    axis
-        Which axis of a robot; None for all.
     reading
-        Side, ratio and units of the estimate, and whether to write by force.
+        Side, ratio and units of the estimate, which axis, and whether to write by force.
     settings
         Of the target.
 
@@ -163,7 +155,6 @@ def write(
         target,
         into=into if into is None else _file(Path(into), out),
         joint=joint,
-        axis=axis,
         reading=reading,
         settings=settings,
     )
