@@ -125,6 +125,9 @@ class EventBudgetError(StickslipError, RuntimeError):
     """More sticks and slips inside one sample than the simulator's budget allows."""
 
 
+_REAL = "biuf"  # kinds of NumPy types
+
+
 def _is_either_unit(name: str, value: object) -> bool:
     return "unit" in name and isinstance(value, str) and " or " in value
 
@@ -135,9 +138,13 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
     Raises
     ------
     InputError
-        If it is not one-dimensional, or if a value is not finite (its index is named).
+        If it holds no real numbers, is not one-dimensional, or if a value is masked or not finite
+        (its index is named).
     """
-    array = np.array(values, dtype=np.float64)
+    if np.ma.is_masked(values):
+        masked = np.flatnonzero(np.ma.getmaskarray(values))
+        raise InputError("samples_masked", name=name, sample=int(masked[0]), count=masked.size)
+    array = np.array(_real(name, values), dtype=np.float64)
     if array.ndim != 1:
         raise InputError("not_a_vector", name=name, dimensions=array.ndim)
     bad = np.flatnonzero(~np.isfinite(array))
@@ -152,6 +159,20 @@ def finite_vector(name: str, values: Any, unit: str) -> Float[np.ndarray, " n"]:
             samples=array.size,
         )
     array.flags.writeable = False
+    return array
+
+
+def _real(name: str, values: Any) -> Any:
+    """Return an array of real numbers; text, dates and complex numbers are none."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind == "O" and not any(isinstance(v, str | bytes) for v in array.flat):
+            array = array.astype(np.float64)
+    except (TypeError, ValueError, OverflowError):
+        array = np.array(None)
+    if array.dtype.kind not in _REAL:
+        held = "objects" if array.dtype.kind == "O" else str(array.dtype)
+        raise InputError("not_real_numbers", name=name, held=held)
     return array
 
 
@@ -225,5 +246,5 @@ def whole(name: str, value: Any, *, least: int = 0, unit: str = "") -> int:
 def one_of(name: str, value: Any, choices: Iterable[str], *, where: str = "") -> None:
     """Check that a value is one of several words; an InputError otherwise."""
     choices = tuple(choices)
-    if value not in choices:
+    if not isinstance(value, str) or value not in choices:
         raise InputError("not_a_choice", where=where, name=name, value=value, choices=choices)

@@ -6,7 +6,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
 
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, InputError
 
 EXACT_GRID = 1e-12
 """Relative spread of time steps that decimal rounding of the stamps leaves."""
@@ -97,3 +97,50 @@ def test_lost_samples_are_no_gap_and_jitter_hardly_shifts_the_sampling_time() ->
     assert log.segment_starts.tolist() == [0]
     # Some steps of 1.5 periods are taken for two; the stamps themselves stay what they are
     assert log.sampling_time == pytest.approx(0.001, rel=0.02)
+
+
+MASKED = np.ma.masked_array([1.0, 2.0, 3.0], mask=[False, True, False])
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize(
+    ("effort", "code"),
+    [
+        (MASKED, "samples_masked"),
+        (np.array([1.0, 2.0, 3.0 + 1.0j]), "not_real_numbers"),
+        (np.array(["2024-03-01"] * 3, "datetime64[s]"), "not_real_numbers"),
+        (np.array([1, 2, 3], "timedelta64[s]"), "not_real_numbers"),
+        (np.array(["1", "2", "3"]), "not_real_numbers"),
+        (np.array([1.0, None, 3.0], dtype=object), "samples_not_finite"),
+        (np.array([1.0, 2j, 3.0], dtype=object), "not_real_numbers"),
+        (np.array([1.0, "2", 3.0], dtype=object), "not_real_numbers"),
+        ([[1.0], [2.0, 3.0], [4.0]], "not_real_numbers"),
+        ("text", "not_real_numbers"),
+        (np.ones((3, 1)), "not_a_vector"),
+    ],
+)
+def test_a_channel_holds_real_numbers(effort, code):
+    with pytest.raises(InputError) as caught:
+        AxisLog(name="stage", kind="linear", time=np.arange(3.0), effort=effort,
+                measured_position=np.arange(3.0))  # fmt: skip
+    assert caught.value.code == code
+    assert "effort" in str(caught.value)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize("effort", [np.ma.masked_array([1.0, 2.0, 3.0]), [1, 2, 3],
+                                    np.array([1, 2.0, np.float32(3)], dtype=object)])  # fmt: skip
+def test_a_channel_may_come_in_any_array_of_real_numbers(effort):
+    log = AxisLog(name="stage", kind="linear", time=np.arange(3.0), effort=effort,
+                  measured_position=np.arange(3.0))  # fmt: skip
+    np.testing.assert_array_equal(log.effort, [1.0, 2.0, 3.0])
+    assert type(log.effort) is np.ndarray
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize("kind", ["round", None, ["linear"], np.array(["linear", "rotary"]), 3])
+def test_an_unknown_kind(kind):
+    with pytest.raises(InputError) as caught:
+        AxisLog(name="stage", kind=kind, time=np.arange(3.0), effort=np.ones(3),
+                measured_position=np.arange(3.0))  # fmt: skip
+    assert caught.value.code == "not_a_choice"

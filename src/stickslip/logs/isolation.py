@@ -31,6 +31,9 @@ _LONGEST_REASON = 120
 """Characters of a library's message that are repeated."""
 
 _CHILD = "import sys; sys.path[:] = {path!r}; from stickslip.logs.isolation import serve; serve()"
+_ENVIRONMENT = {"ARROW_DEFAULT_MEMORY_POOL": "system"}
+"""Settings of libraries: the default pool of Arrow reserves more memory than a reader may take."""
+
 _SHOWN = ("label", "headers", "units", "constants", "notes", "groups", "origins")
 """Fields of a table that are plain data."""
 
@@ -46,13 +49,16 @@ def time_limit(size: int) -> float:
 
 
 def limit_this_process(memory: int) -> None:
-    """Limit the memory [bytes] of this process, where the operating system can (Linux)."""
+    """Limit the memory [bytes] that this process may still take, where the system can (Linux)."""
     try:
         import resource
     except ImportError:  # Windows
         return
+    taken = Path("/proc/self/statm")
+    pages = int(taken.read_text().split()[5]) if taken.exists() else 0
+    limit = memory + pages * resource.getpagesize()
     with suppress(ValueError, OSError):
-        resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
+        resource.setrlimit(resource.RLIMIT_DATA, (limit, limit))
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
@@ -117,6 +123,7 @@ class _Reader:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
+            env={**os.environ, **_ENVIRONMENT},
         )
         weakref.finalize(self, _end, self._process)
         self._send(memory_limit(size))
