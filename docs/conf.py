@@ -11,6 +11,7 @@ import stickslip
 from stickslip import __version__, write_report
 from stickslip.estimation import ESTIMATORS
 from stickslip.export import exporters
+from stickslip.logs.formats.registry import CONVERTED, ENTRIES
 from stickslip.records import PARAMETER_NAMES, QUANTITIES, Ending, Status
 from stickslip.scenario import (
     ARM_CONTROLLERS,
@@ -59,6 +60,22 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
     return "\n".join(lines) + "\n"
 
 
+SAMPLES = {
+    "text": "written in the tests; exports of TwinCAT Scope after public ones (CagtayFabry/pytcs)",
+    "Parquet": "written by pyarrow",
+    "MATLAB": "written by scipy, h5py and mat-io, none by MATLAB itself; public logs of other tests",
+    "HDF5": "written by h5py",
+    "ROS bag": "written by rosbags",
+    "MCAP": "written by rosbags, and by mcap with protobuf and JSON",
+    "LeRobot": "written by pyarrow after the description of version 3",
+    "TDMS": "written by npTDMS",
+    "MDF": "written by asammdf, versions 3.3 and 4.1",
+    "SysId": "written in the tests after the source of SysId",
+    "NPZ": "written by NumPy",
+}
+"""Origin of the sample of each format of the registry, all in ``tests/factories``."""
+
+
 def _write_tables() -> None:
     folder = Path(__file__).parent / "_generated"
     folder.mkdir(exist_ok=True)
@@ -85,6 +102,28 @@ def _write_tables() -> None:
                 )
                 for entry in ESTIMATORS.values()
             ],
+        )
+    )
+    (folder / "formats.md").write_text(
+        _table(
+            ("format", "endings", "extra", "libraries and their licences", "sample in the tests"),
+            [
+                (
+                    entry.name,
+                    ", ".join(f"`{ending}`" for ending in entry.endings)
+                    or f"folder with `{entry.folder}`",
+                    f"`{entry.extra}`" if entry.extra else "-",
+                    entry.libraries or "-",
+                    SAMPLES[entry.name],
+                )
+                for entry in ENTRIES
+            ],
+        )
+    )
+    (folder / "converted.md").write_text(
+        _table(
+            ("format", "ending", "conversion"),
+            [(name, f"`{ending}`", command) for ending, (name, command) in CONVERTED.items()],
         )
     )
     (folder / "statuses.md").write_text(

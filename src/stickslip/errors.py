@@ -67,10 +67,16 @@ class StickslipError(Exception):
         return self._rendered(str).remedy
 
     def sentence(self, naming: Callable[[str], str] = str) -> str:
-        """Return place, what is wrong, and the remedy; ``naming`` names settings in a front end."""
+        """Return place, what is wrong, and the remedy; ``naming`` names settings in a front end.
+
+        It is one line that can be printed, whatever names a damaged file has.
+        """
         message = self._rendered(naming)
         place = f"{self.where}: " if self.where else ""
-        return f"{place}{message.what}; {message.remedy}"
+        line = f"{place}{message.what}; {message.remedy}"
+        if line.isprintable():
+            return line
+        return "".join(each if each.isprintable() else " " for each in line)
 
     def __str__(self) -> str:
         return self.sentence()

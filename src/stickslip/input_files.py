@@ -6,6 +6,7 @@ A leaf beside the packages: schemas of logs, scenarios and saved results are suc
 import errno
 import json
 import os
+import re
 import tomllib
 from collections.abc import Iterable, Mapping
 from dataclasses import fields, is_dataclass
@@ -20,6 +21,9 @@ Record = TypeVar("Record")
 _LARGEST_DOCUMENT = 100_000_000
 """Bytes of a saved result with all its arrays are fewer."""
 
+_DOTTED = re.compile(rb"(?<![\w'\"-])(?:[\w'\"-]++[ \t]*+\.[ \t]*+){200}")
+"""A key in a table in a table, and so on, deeper than any document."""
+
 _UNKNOWN = "unexpected_keyword_argument"
 
 
@@ -32,7 +36,10 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
     """Read a TOML file."""
     try:
         # Some editors begin a file with a byte order mark
-        return tomllib.loads(_content(path).decode("utf-8-sig"))
+        content = _content(path)
+        if _DOTTED.search(content):  # the parser takes quadratic time for it
+            raise RecursionError
+        return tomllib.loads(content.decode("utf-8-sig"))
     except FileNotFoundError:
         raise InputError("no_such_file", where=printable(path), kind=what) from None
     except OSError as error:

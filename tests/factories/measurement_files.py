@@ -143,7 +143,9 @@ def write_timetable(path, columns, version):
     """Write a timetable of the columns."""
     index = pd.Index((columns["time"] * 1e3).round().astype("timedelta64[ms]"), name="Time")
     values = {name: each for name, each in columns.items() if name != "time"}
-    save_to_mat(str(path), {"stage": pd.DataFrame(values, index=index)}, version=version)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # about the unit that MATLAB shows
+        save_to_mat(str(path), {"stage": pd.DataFrame(values, index=index)}, version=version)
 
 
 def write_simulink(path, columns, version):

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from sample_files import motion
 
 from stickslip.records import AxisLog
 
@@ -9,17 +10,7 @@ from stickslip.records import AxisLog
 @pytest.fixture(scope="session")
 def columns():
     """By channel, 60 samples of 17 digits each."""
-    generator = np.random.default_rng(20)
-    n = 60
-    time = np.arange(n) / 100  # which whole nanoseconds hold
-    return {
-        "time": time,
-        "position": np.sin(5 * time) + generator.normal(scale=1e-3, size=n),
-        "velocity": 5 * np.cos(5 * time),
-        "load_position": np.sin(5 * time - 0.1),
-        "load_velocity": 5 * np.cos(5 * time - 0.1),
-        "effort": generator.normal(size=n) * 1e3,
-    }
+    return motion()
 
 
 @pytest.fixture(scope="session")

@@ -3,8 +3,10 @@
 Libraries that parse damaged files may crash, hang or ask for any amount of memory.
 """
 
+import math
 import os
 import pickle
+import signal
 import subprocess
 import sys
 import threading
@@ -22,7 +24,11 @@ from stickslip.logs.table import Column, Table
 from stickslip.records import InputError
 
 _SECONDS, _SECONDS_A_BYTE = 8.0, 1e-6
-"""A file may take 8 s, and 1 s more a megabyte: the slowest library reads ten times as fast."""
+"""Time of the processor for a file, and what a byte adds to it: the slowest library reads ten times
+as fast."""
+
+_PATIENCE = 5.0
+"""A process that computes for its time takes at most so many times as long on a busy machine."""
 
 _BYTES, _BYTES_A_BYTE = 800_000_000, 20
 """Memory of a reader, and what a byte of the file adds to it: compressed numbers take less."""
@@ -44,7 +50,7 @@ def memory_limit(size: int) -> int:
 
 
 def time_limit(size: int) -> float:
-    """Return the time [s] that a reader may take for files of so many bytes."""
+    """Return the time of the processor [s] that a reader may take for files of so many bytes."""
     return _SECONDS + _SECONDS_A_BYTE * size
 
 
@@ -62,6 +68,18 @@ def limit_this_process(memory: int) -> None:
         resource.setrlimit(resource.RLIMIT_CORE, (0, 0))
 
 
+def _limit_time(seconds: float) -> None:
+    """Limit the time of the processor [s] that this process may still take, where there is one."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    spent = resource.getrusage(resource.RUSAGE_SELF)
+    limit = math.ceil(spent.ru_utime + spent.ru_stime + seconds)
+    with suppress(ValueError, OSError):
+        resource.setrlimit(resource.RLIMIT_CPU, (limit, resource.RLIM_INFINITY))
+
+
 def read_guarded(entry: LogFormat, path: Path) -> Table:
     """Return the table in a file; whatever its library raises is an error of the file."""
 
@@ -71,11 +89,7 @@ def read_guarded(entry: LogFormat, path: Path) -> Table:
         except StickslipError:
             raise
         except MemoryError:
-            raise InputError(
-                "reading it takes more memory than there is, or than its size justifies",
-                where=path.name,
-                remedy="write a shorter log, or fewer columns",
-            ) from None
+            raise InputError("reading_takes_memory", where=path.name) from None
         except RecursionError:
             raise _damaged(entry, path.name, "it is nested too deeply") from None
         except Exception as error:
@@ -88,11 +102,7 @@ def read_guarded(entry: LogFormat, path: Path) -> Table:
 
 
 def _damaged(entry: LogFormat, label: str, reason: str) -> InputError:
-    return InputError(
-        f"the file is no {entry.name} file, or is cut short or damaged ({reason})",
-        where=label,
-        remedy="save or copy it again",
-    )
+    return InputError("damaged_file", where=label, format=entry.name, reason=reason)
 
 
 def read_apart(entry: LogFormat, path: Path) -> Table:
@@ -126,11 +136,11 @@ class _Reader:
             env={**os.environ, **_ENVIRONMENT},
         )
         weakref.finalize(self, _end, self._process)
-        self._send(memory_limit(size))
+        self._send((memory_limit(size), self._seconds))
 
     def ask(self, *request: Any) -> Any:
         """Return the answer to a request, or raise the error that it is."""
-        timer = threading.Timer(self._seconds, self._stop)
+        timer = threading.Timer(_PATIENCE * self._seconds, self._stop)
         timer.start()
         try:
             self._send(request)
@@ -153,12 +163,10 @@ class _Reader:
         self._process.kill()
 
     def _failure(self) -> InputError:
-        if self._late:
-            return InputError(
-                f"reading it takes longer than {self._seconds:.0f} s",
-                where=self._label,
-                remedy="save or copy it again; it may be damaged",
-            )
+        with suppress(subprocess.TimeoutExpired):
+            self._process.wait(timeout=1.0)
+        if self._late or self._process.returncode == -getattr(signal, "SIGXCPU", 0):
+            return InputError("reading_takes_long", where=self._label, seconds=self._seconds)
         return _damaged(self._entry, self._label, "its library stops on it")
 
 
@@ -182,13 +190,15 @@ def serve() -> None:
     answers = os.fdopen(os.dup(1), "wb")
     silent = os.open(os.devnull, os.O_WRONLY)
     os.dup2(silent, 1)  # what a library prints is no answer
-    limit_this_process(_received(sys.stdin.buffer))
+    memory, seconds = _received(sys.stdin.buffer)
+    limit_this_process(memory)
     table: Table | None = None
     while True:
         try:
             kind, *arguments = _received(sys.stdin.buffer)
         except EOFError:
             return
+        _limit_time(seconds)
         try:
             if kind == "read" or table is None:
                 name, path = arguments

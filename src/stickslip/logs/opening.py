@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path, PurePosixPath
 from types import MappingProxyType
-from typing import IO, Any, cast
+from typing import Any
 
 from stickslip.input_files import printable
 from stickslip.logs.formats.registry import (
@@ -37,12 +37,23 @@ _COMPRESSED: Mapping[str, Callable[[Path], Any]] = MappingProxyType(
     {".gz": gzip.open, ".bz2": bz2.open, ".xz": lzma.open}
 )
 _ARCHIVE = ".zip"
-_DAMAGED = (EOFError, OSError, zlib.error, lzma.LZMAError, zipfile.BadZipFile, ValueError)
+_DAMAGED = (
+    EOFError,
+    NotImplementedError,
+    OSError,
+    ValueError,
+    lzma.LZMAError,
+    zipfile.BadZipFile,
+    zlib.error,
+)
 """Errors of the decompressors on damaged files."""
 
 _LARGEST_RATIO, _SMALL = 200, 100_000_000
 """Bytes of a decompressed file are at most so many times those of the compressed one, or so many:
 the dullest text is compressed less, and a file that is made to fill a disk more."""
+
+_MOST_NAMES = 5
+"""Files of an archive that a message lists."""
 
 _BLOCK = 1 << 20
 
@@ -52,7 +63,7 @@ class _Scratch:
 
     def __init__(self) -> None:
         self.path = Path(tempfile.mkdtemp(prefix="stickslip-"))
-        weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
+        self.remove = weakref.finalize(self, shutil.rmtree, self.path, ignore_errors=True)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -63,17 +74,17 @@ class _Opened:
     name: str  # of what the user gave, in results
     hashed: tuple[Path, ...]  # files whose bytes identify the log
     entry: LogFormat
-    scratch: _Scratch | None = None  # which holds the path
+    scratch: tuple[_Scratch, ...] = ()  # which hold the files
 
     def table(self) -> Table:
         """Return the table, which keeps a temporary folder as long as it is needed."""
         apart = self.entry.apart
         table = read_apart(self.entry, self.path) if apart else self.entry.read(self.path)
         load, kept = table.load, self.scratch
-        if kept is None:
+        if not kept:
             return table
 
-        def loaded(names: Sequence[str], _: _Scratch = kept) -> Mapping[str, Column]:
+        def loaded(names: Sequence[str], _: tuple[_Scratch, ...] = kept) -> Mapping[str, Column]:
             return load(names)
 
         return replace(table, load=loaded)
@@ -95,11 +106,8 @@ def open_log(
             sha256=_hash(file for opened in files.values() for file in opened.hashed),
         )
     except OSError as error:
-        raise InputError(
-            f"the log cannot be read ({error.strerror or error})",
-            where=shown,
-            remedy="check that the file can be read",
-        ) from error
+        reason = error.strerror or str(error)
+        raise InputError("unreadable_log", where=shown, reason=reason) from error
     if named:
         folder = PurePosixPath(shown).name
         return combined(tables, folder), source, PurePosixPath(folder).stem
@@ -114,30 +122,18 @@ def _files(location: str | Path, named: Mapping[str, str], where: str) -> dict[s
     if not path.exists():
         if match := _URL.fullmatch(str(location)):
             return {"": _downloaded(match["protocol"], match["rest"])}
-        raise InputError("there is no such file or folder", where=shown, remedy="check the path")
+        raise InputError("no_such_log", where=shown)
     if not (path.is_file() or path.is_dir()):
-        raise InputError(
-            "this is a pipe or a device, which are not supported",
-            where=shown,
-            remedy="give it as standard input, with - as the log, or write it to a file",
-        )
+        raise InputError("pipe_as_log", where=shown)
     if not path.is_dir():
         if named:
-            raise InputError(
-                f"the schema {where} names files in a folder, and this is one file",
-                where=shown,
-                remedy="give the folder, or leave [files] out of the schema",
-            )
+            raise InputError("files_of_one_file", where=shown, schema=where)
         return {"": _opened(path)}
     if not named:
         return {"": _folder(path, where)}
     for short, name in named.items():
         if not (path / name).is_file():
-            raise InputError(
-                f"there is no file {name!r} in the folder",
-                where=shown,
-                remedy=f"correct {short!r} under [files] in the schema",
-            )
+            raise InputError("no_such_file_in_folder", where=shown, name=name, short=short)
     return {short: _opened(path / name) for short, name in named.items()}
 
 
@@ -146,9 +142,9 @@ def _folder(path: Path, where: str) -> _Opened:
     entry = folder_format(path)
     if entry is None:
         raise InputError(
-            "this is a folder" + (f" and the schema {where} names no files" if where else ""),
+            "folder_without_files",
             where=printable(path),
-            remedy="give a file, or a schema whose table [files] names the folder's files",
+            schema=f" and the schema {where} names no files" if where else "",
         )
     files = sorted(file for file in path.rglob("*") if file.is_file())
     hashed = tuple(file for file in files if file.suffix.lower() in entry.hashed_endings)
@@ -160,30 +156,22 @@ def _opened(path: Path) -> _Opened:
     name, ending = printable(path.name), path.suffix.lower()
     if ending in _COMPRESSED or ending == _ARCHIVE:
         if not path.stat().st_size:
-            raise _empty(path)
+            raise InputError("empty_log", where=printable(path))
         try:
             return _unzipped(path) if ending == _ARCHIVE else _decompressed(path, ending)
         except _DAMAGED as error:
             if isinstance(error, InputError):
                 raise
-            raise InputError(
-                "the compressed file is cut short or damaged",
-                where=name,
-                remedy="copy it again",
-            ) from error
+            raise InputError("damaged_compression", where=name) from error
     entry = format_of(path)
     if not path.stat().st_size:
-        raise _empty(path)
+        raise InputError("empty_log", where=printable(path))
     if name == path.name:
         return _Opened(path=path, name=name, hashed=(path,), entry=entry)
     scratch = _Scratch()
     link = scratch.path / name
     link.symlink_to(path.absolute())
-    return _Opened(path=link, name=name, hashed=(path,), entry=entry, scratch=scratch)
-
-
-def _empty(path: Path) -> InputError:
-    return InputError("the file is empty", where=printable(path), remedy="record or copy it again")
+    return _Opened(path=link, name=name, hashed=(path,), entry=entry, scratch=(scratch,))
 
 
 def _decompressed(path: Path, ending: str) -> _Opened:
@@ -199,33 +187,22 @@ def _unzipped(path: Path) -> _Opened:
         known = [each for each in members if Path(each.filename).suffix.lower() in FORMATS]
         chosen = known if len(members) > 1 else members
         if len(chosen) != 1:
-            listed = ", ".join(repr(each.filename) for each in chosen[:5])
             raise InputError(
-                f"the archive has {len(chosen)} logs" + (f" ({listed})" if listed else ""),
+                "logs_in_archive",
                 where=printable(path.name),
-                remedy="unpack it and give the log, or its folder with a schema",
+                count=len(chosen),
+                names=[each.filename for each in chosen[:_MOST_NAMES]],
             )
         if chosen[0].flag_bits & 1:
-            raise InputError(
-                "the archive needs a password", where=printable(path.name), remedy="unpack it"
-            )
+            raise InputError("archive_with_password", where=printable(path.name))
         with archive.open(chosen[0]) as stream:
             return _spooled(stream, PurePosixPath(chosen[0].filename).name, given=path)
 
 
 def _standard_input() -> _Opened:
     if sys.stdin is None or sys.stdin.isatty():
-        raise InputError(
-            "standard input is a terminal",
-            where="-",
-            remedy="pipe the log in, as in: stickslip identify - < stage.csv",
-        )
-    stream = getattr(sys.stdin, "buffer", None)
-    if stream is None:
-        raise InputError(
-            "standard input holds no bytes", where="-", remedy="give the path of the log"
-        )
-    return _spooled(stream, "standard input")
+        raise InputError("terminal_as_log", where="-")
+    return _spooled(sys.stdin.buffer, "standard input")
 
 
 def _downloaded(protocol: str, rest: str) -> _Opened:
@@ -238,48 +215,50 @@ def _downloaded(protocol: str, rest: str) -> _Opened:
     name = PurePosixPath(re.split(r"[?#]", rest)[0]).name or "log"
     try:
         with fsspec.open(f"{protocol}://{rest}", "rb") as stream:
-            opened = _spooled(cast("IO[bytes]", stream), name)
+            opened = _spooled(stream, name)
     except InputError:
         raise
     # Each protocol has a library of its own, with errors of its own.
     except Exception as error:  # noqa: BLE001
         reason = " ".join(str(error).split())[:200] or type(error).__name__
-        raise InputError(
-            f"the log cannot be fetched by {protocol} ({reason})",
-            where=name,
-            remedy="check the address, or fetch the file and give its path",
-        ) from None
+        raise InputError("cannot_fetch", where=name, protocol=protocol, reason=reason) from None
     if Path(name).suffix.lower() in {*_COMPRESSED, _ARCHIVE}:
-        return _opened(opened.path)
+        inner = _opened(opened.path)
+        return replace(inner, scratch=(*opened.scratch, *inner.scratch))
     return opened
 
 
-def _spooled(stream: IO[bytes], name: str, given: Path | None = None) -> _Opened:
+def _spooled(stream: Any, name: str, given: Path | None = None) -> _Opened:
     """Return the content of a stream as a file; that of a compressed file must not be enormous."""
     scratch = _Scratch()
     path = scratch.path / printable(name)
     limit = None if given is None else max(_SMALL, _LARGEST_RATIO * given.stat().st_size)
-    size = 0
-    with path.open("wb") as file:
-        while block := stream.read(_BLOCK):
-            size += len(block)
-            if limit is not None and size > limit:
-                raise InputError(
-                    f"the file is more than {limit / 1e6:.0f} MB when it is decompressed",
-                    where=printable(given.name if given else name),
-                    remedy="decompress it and give the log",
-                )
-            file.write(block)
-    if not size:
-        raise InputError("the log is empty", where=name, remedy="record or copy it again")
+    try:
+        _copy(stream, path, limit, printable(given.name) if given else name)
+    except BaseException:  # whatever refers to the folder then, it is of no use
+        scratch.remove()
+        raise
     entry = FORMATS.get(path.suffix.lower()) or format_of_content(path)
     return _Opened(
         path=path,
         name=name if given is None else printable(given.name),
         hashed=(given or path,),
         entry=entry,
-        scratch=scratch,
+        scratch=(scratch,),
     )
+
+
+def _copy(stream: Any, path: Path, limit: int | None, label: str) -> None:
+    """Write a stream, which must not be empty, to a file of limited size."""
+    size = 0
+    with path.open("wb") as file:
+        while block := stream.read(_BLOCK):
+            size += len(block)
+            if limit is not None and size > limit:
+                raise InputError("too_large_decompressed", where=label, megabytes=limit / 1e6)
+            file.write(block)
+    if not size:
+        raise InputError("empty_log", where=label)
 
 
 def _hash(files: Iterable[Path]) -> str:

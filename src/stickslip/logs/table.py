@@ -61,9 +61,8 @@ class Table:
         """Return the column or constant of that name or header, or None."""
         if name in self.headers or name in self.constants:
             return name
-        return next(
-            (k for k, header in self.headers.items() if name.strip() == header.strip()), None
-        )
+        plain = _plain(name)
+        return next((k for k, header in self.headers.items() if plain == _plain(header)), None)
 
     def missing(self, name: str, wanted: str) -> InputError:
         """Return the error that there is no such column, with near names."""
@@ -74,6 +73,12 @@ class Table:
             where=self.label,
             remedy=f"did you mean {near}?" if near else f"the columns are: {', '.join(known)}",
         )
+
+
+def _plain(name: str) -> str:
+    """Return a name as it is compared; blanks in an index, as in ``q[:, 3]``, mean nothing."""
+    head, bracket, index = name.strip().partition("[:")
+    return head + bracket + "".join(index.split()) if bracket else head
 
 
 def name_columns(headers: Sequence[str]) -> tuple[dict[str, str], dict[str, str]]:

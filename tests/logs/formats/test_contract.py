@@ -9,16 +9,9 @@ import pyarrow.parquet as pq
 import pytest
 import scipy.io
 from matlab_files import write_matlab_73
-from measurement_files import write_hdf5, write_mdf, write_sysid, write_tdms
-from message_files import (
-    JOINTS,
-    joint_columns,
-    write_mcap_json,
-    write_mcap_protobuf,
-    write_ros_1,
-    write_ros_2_file,
-)
-from rosbags.rosbag2 import StoragePlugin
+from measurement_files import write_sysid
+from message_files import JOINTS, joint_columns
+from sample_files import OF_A_MECHANISM, OF_ALL_CHANNELS, OF_JOINTS
 
 from stickslip.logs import LogSchema, read_log, write_csv
 from stickslip.logs.formats.registry import FORMATS, format_of
@@ -42,48 +35,7 @@ def load_all(path):
     return table.load(list(table.headers))
 
 
-def write_text(path, columns, delimiter=",", decimal="."):
-    rows = [delimiter.join(columns)]
-    for row in zip(*columns.values(), strict=True):
-        rows.append(delimiter.join(repr(float(each)).replace(".", decimal) for each in row))
-    path.write_text("\n".join(rows) + "\n")
-
-
-WRITERS = {
-    "comma.csv": write_text,
-    "semicolon.csv": lambda path, columns: write_text(path, columns, ";"),
-    "decimal-comma.csv": lambda path, columns: write_text(path, columns, ";", ","),
-    "tab.tsv": lambda path, columns: write_text(path, columns, "\t"),
-    "tab-decimal-comma.txt": lambda path, columns: write_text(path, columns, "\t", ","),
-    "blanks.txt": lambda path, columns: write_text(path, columns, "   "),
-    "parquet.parquet": lambda path, columns: pq.write_table(pa.table(columns), path),
-    "version-4.mat": lambda path, columns: scipy.io.savemat(path, columns, format="4"),
-    "version-5.mat": scipy.io.savemat,
-    "compressed.mat": lambda path, columns: scipy.io.savemat(path, columns, do_compression=True),
-    "rows.mat": lambda path, columns: scipy.io.savemat(path, columns, oned_as="row"),
-    "version-7.3.mat": write_matlab_73,
-    "archive.npz": lambda path, columns: np.savez(path, **columns),
-    "compressed.npz": lambda path, columns: np.savez_compressed(path, **columns),
-    "datasets.h5": write_hdf5,
-    "measurement.tdms": write_tdms,
-    "version-4.mf4": write_mdf,
-    "version-3.mdf": write_mdf,
-    "json.mcap": write_mcap_json,
-    "protobuf.mcap": write_mcap_protobuf,
-}
-"""Writers of all six channels, by a file's name."""
-
-OF_JOINTS = {
-    "version-1.bag": write_ros_1,
-    "sqlite.db3": lambda path, columns: write_ros_2_file(path, columns, StoragePlugin.SQLITE3),
-    "ros.mcap": lambda path, columns: write_ros_2_file(path, columns, StoragePlugin.MCAP),
-}
-"""Writers of joint states."""
-
-OF_A_MECHANISM = {"sysid.json": write_sysid}
-"""Writers of time, voltage, position and velocity."""
-
-EVERY_WRITER = {**WRITERS, **OF_JOINTS, **OF_A_MECHANISM}
+EVERY_WRITER = {**OF_ALL_CHANNELS, **OF_JOINTS, **OF_A_MECHANISM}
 
 BY_ROWS = {"text"}  # formats of which the first rows of a file are a file
 BY_BLOCKS = {"TDMS", "ROS bag"}  # of which the first blocks of a file are a file, or pages of zeros
@@ -97,10 +49,10 @@ def last_segment(name):
     return name.rpartition("/")[2]
 
 
-@pytest.mark.parametrize("name", WRITERS)
+@pytest.mark.parametrize("name", OF_ALL_CHANNELS)
 def test_a_file_of_another_library_gives_its_columns(name, columns, expected, same, tmp_path):
     path = tmp_path / name
-    WRITERS[name](path, columns)
+    OF_ALL_CHANNELS[name](path, columns)
     log = read_log(path, LINEAR)
     same(log, expected, name=False)
     assert log.name == Path(name).stem
@@ -153,7 +105,7 @@ def test_every_ending_in_either_case(ending, columns, tmp_path):
         assert set(loaded) == set(chosen)
         assert all(values.dtype == np.float64 for values in loaded.values())
         assert table.place(chosen[0], 3).startswith(f"{name}, ")
-        if example in WRITERS:
+        if example in OF_ALL_CHANNELS:
             assert {last_segment(column) for column in table.headers} == set(columns)
 
 

@@ -106,7 +106,7 @@ def _datasets(group: Any, path: str, depth: int) -> Iterator[tuple[str, Any]]:
 
 def _is_numeric(dataset: Any) -> bool:
     """Return whether a dataset holds numbers or rows of them; a data type of its own holds none."""
-    if not getattr(dataset, "shape", None) or not dataset.size:
+    if not getattr(dataset, "size", None):
         return False
     return dataset.dtype.kind in _NUMERIC or bool(dataset.dtype.names)
 

@@ -111,7 +111,7 @@ def _values(column: Any, index: int | None, name: str, label: str) -> Column:
     return np.array(whole.to_numpy(zero_copy_only=False), dtype=np.float64)
 
 
-def _one_after_another(time: Column, episodes: Column) -> Column:
+def _one_after_another(time: Column, episodes: np.ndarray) -> Column:
     """Return time that goes on from episode to episode."""
     starts = np.flatnonzero(np.diff(episodes, prepend=episodes[:1] - 1))
     lengths = np.diff(starts, append=time.size)

@@ -9,6 +9,7 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Protocol, runtime_checkable
 
+from stickslip.input_files import printable
 from stickslip.logs.formats.arrays import read_npz
 from stickslip.logs.formats.frames import read_parquet
 from stickslip.logs.formats.hdf5 import read_hdf5
@@ -50,7 +51,7 @@ class LogFormat:
     apart: bool = True  # whether a library parses it that may crash: in a process of its own
 
 
-_ENTRIES = (
+ENTRIES = (
     LogFormat(
         name="text",
         endings=(".csv", ".tsv", ".txt", ".dat", ".asc", ".log"),
@@ -129,24 +130,44 @@ _ENTRIES = (
 )
 
 FORMATS: Mapping[str, LogFormat] = MappingProxyType(
-    {ending: entry for entry in _ENTRIES for ending in entry.endings}
+    {ending: entry for entry in ENTRIES for ending in entry.endings}
 )
 """The format of every known ending."""
 
 
+CONVERTED: Mapping[str, tuple[str, str]] = MappingProxyType(
+    {
+        ".ulg": ("a ULog of PX4", "ulog2csv log.ulg (pip install pyulog)"),
+        ".wpilog": ("a WPILOG", "export it as CSV in AdvantageScope or the DataLog Tool"),
+        ".rrd": (
+            "a recording of Rerun",
+            "rerun rrd ... or the dataframe API of rerun-sdk to Parquet",
+        ),
+        ".svdx": ("a project of TwinCAT Scope", "export it as CSV, or TC3ScopeExportTool.exe"),
+        ".candump": ("a candump", "python -m can.logconvert in.log out.mf4 and a DBC by asammdf"),
+    }
+)
+"""Formats that other tools convert, by the ending of their files."""
+
+
 def format_named(name: str) -> LogFormat:
     """Return the format of that name, which must be one."""
-    return next(entry for entry in _ENTRIES if entry.name == name)
+    return next(entry for entry in ENTRIES if entry.name == name)
 
 
 def format_of(path: Path) -> LogFormat:
     """Return the format of a file by its ending, in either case."""
-    entry = FORMATS.get(path.suffix.lower())
+    ending = path.suffix.lower()
+    entry = FORMATS.get(ending)
+    if ending in CONVERTED:
+        name, command = CONVERTED[ending]
+        raise InputError("other_format", where=str(path), format=name, command=command)
     if entry is None:
         raise InputError(
-            f"the format {path.suffix or 'of a name without an ending'} is unknown",
-            where=str(path),
-            remedy=f"convert the log to one of: {', '.join(FORMATS)}",
+            "unknown_format",
+            where=printable(path),
+            ending=printable(path.suffix) or "of a name without an ending",
+            endings=list(FORMATS),
         )
     return entry
 
@@ -154,13 +175,13 @@ def format_of(path: Path) -> LogFormat:
 def format_of_content(path: Path) -> LogFormat:
     """Return the format of a file without a known name by its first bytes, or else text."""
     with path.open("rb") as file:
-        head = file.read(max(len(entry.signature) for entry in _ENTRIES))
-    found = (entry for entry in _ENTRIES if entry.signature and head.startswith(entry.signature))
-    return next(found, _ENTRIES[0])
+        head = file.read(max(len(entry.signature) for entry in ENTRIES))
+    found = (entry for entry in ENTRIES if entry.signature and head.startswith(entry.signature))
+    return next(found, ENTRIES[0])
 
 
 def folder_format(path: Path) -> LogFormat | None:
     """Return the format of a folder that is a log as a whole, or None."""
     return next(
-        (entry for entry in _ENTRIES if entry.folder and (path / entry.folder).is_file()), None
+        (entry for entry in ENTRIES if entry.folder and (path / entry.folder).is_file()), None
     )

@@ -59,7 +59,7 @@ def _table(
     names: list[str],
     units: list[str],
     stamps: list[int],
-    columns: list[Column],
+    columns: list[np.ndarray],
     context: tuple[int, str, tuple[str, ...]],
 ) -> Table:
     """Return the table; ``context`` is the row of the first sample, the file and the notes."""
@@ -152,9 +152,11 @@ def _cells(line: str, delimiter: str) -> list[str]:
     return line.split(delimiter)
 
 
-def _read(lines: Iterable[str], delimiter: str, start: int, width: int, label: str) -> list[Column]:
+def _read(
+    lines: Iterable[str], delimiter: str, start: int, width: int, label: str
+) -> list[np.ndarray]:
     """Return all columns; a slower group ends before the others, in blanks or with the row."""
-    parts: list[list[Column]] = [[] for _ in range(width)]
+    parts: list[list[np.ndarray]] = [[] for _ in range(width)]
     ended = [False] * width
     for offset, rows in _blocks(lines, delimiter):
         if max(map(len, rows)) > width:
@@ -184,7 +186,7 @@ def _read(lines: Iterable[str], delimiter: str, start: int, width: int, label: s
     return columns
 
 
-def _floats(cells: list[str], first: int, label: str) -> Column:
+def _floats(cells: list[str], first: int, label: str) -> np.ndarray:
     numbers = [cell.replace(",", ".") for cell in cells]
     try:
         if numbers and len(numbers[0]) > _EXACT_DIGITS and numbers[0].isdigit():

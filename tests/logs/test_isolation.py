@@ -1,0 +1,129 @@
+"""A reader that crashes, hangs or takes memory ends as an error of the file."""
+
+import gc
+import os
+import sys
+import time
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from stickslip.logs import isolation
+from stickslip.logs.formats import registry
+from stickslip.logs.formats.registry import FORMATS
+from stickslip.logs.isolation import read_apart
+from stickslip.records import InputError, MissingExtraError
+
+pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is limited on Linux only")
+
+READER = """
+import os
+from dataclasses import replace
+from stickslip.errors import InputError, MissingExtraError
+from stickslip.logs.formats import registry
+
+def read(path):
+    kind = path.read_text()
+    if kind == "crash":
+        os.abort()
+    if kind == "compute":
+        while True:
+            pass
+    if kind == "memory":
+        return bytearray(1 << 32)
+    if kind == "recursion":
+        return read(path) if path else None
+    if kind == "library":
+        raise MissingExtraError("reading it", extra="some")
+    if kind == "own":
+        raise InputError("empty_log", where=path.name)
+    print("a library prints")
+    raise KeyError("what\\nis that")
+
+registry.ENTRIES = tuple(replace(each, read=read) for each in registry.ENTRIES)
+"""
+
+
+@pytest.fixture
+def refusal(tmp_path, monkeypatch):
+    """Return the error in which a reader of some conduct ends."""
+    monkeypatch.setattr(
+        isolation, "_CHILD", isolation._CHILD.replace("serve()", f"exec({READER!r}); serve()")
+    )
+
+    def ends(conduct):
+        path = tmp_path / "log.npz"
+        path.write_text(conduct)
+        with pytest.raises((InputError, MissingExtraError)) as caught:
+            read_apart(FORMATS[".npz"], path)
+        assert "\n" not in str(caught.value)
+        return caught.value
+
+    return ends
+
+
+@pytest.mark.parametrize(
+    ("conduct", "code"),
+    [
+        ("crash", "damaged_file"),
+        ("memory", "reading_takes_memory"),
+        ("recursion", "damaged_file"),
+        ("library", "missing_extra"),
+        ("own", "empty_log"),
+        ("anything", "damaged_file"),
+    ],
+)
+def test_conduct_of_a_reader(conduct, code, refusal):
+    assert refusal(conduct).code == code
+
+
+def test_a_reader_that_does_not_end(refusal, monkeypatch):
+    monkeypatch.setattr(isolation, "_SECONDS", 1.0)
+    begin = time.perf_counter()
+    assert refusal("compute").code == "reading_takes_long"
+    assert time.perf_counter() - begin < 60.0
+
+
+def test_the_other_process_ends_with_the_table(tmp_path):
+    path = tmp_path / "log.npz"
+    np.savez(path, t=np.arange(5.0), x=np.arange(5.0) ** 2)
+    children = Path(f"/proc/self/task/{os.getpid()}/children")
+    gc.collect()
+    before = len(children.read_text().split())
+    table = read_apart(FORMATS[".npz"], path)
+    np.testing.assert_array_equal(table.load(["x"])["x"], [0.0, 1.0, 4.0, 9.0, 16.0])
+    assert table.place("x", 2) == "log.npz, x at index 2"
+    assert len(children.read_text().split()) == before + 1
+    del table
+    gc.collect()
+    assert len(children.read_text().split()) == before
+
+
+def test_a_small_file_that_asks_for_much_memory(tmp_path):
+    """An array of zeros in a compressed archive is a thousandth of its size."""
+    path = tmp_path / "log.npz"
+    header = {"descr": "<f8", "fortran_order": False, "shape": (120_000_000,)}
+    with (
+        zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED, compresslevel=1) as archive,
+        archive.open("x.npy", "w") as file,
+    ):
+        np.lib.format.write_array_header_1_0(file, header)
+        for _ in range(120):
+            file.write(bytes(8_000_000))
+    assert path.stat().st_size < 5_000_000
+    with pytest.raises(InputError) as caught:
+        read_apart(FORMATS[".npz"], path)
+    assert caught.value.code == "reading_takes_memory"
+
+
+def test_the_limits_grow_with_the_file():
+    small, large = isolation.memory_limit(0), isolation.memory_limit(10**9)
+    assert small < 1e9 < large
+    assert isolation.time_limit(0) < 10.0 < isolation.time_limit(10**9)
+
+
+def test_every_entry_is_found_by_its_name():
+    for entry in FORMATS.values():
+        assert registry.format_named(entry.name) is entry
