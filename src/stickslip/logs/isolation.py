@@ -149,6 +149,7 @@ class _Reader:
             raise self._failure() from None
         finally:
             timer.cancel()
+            timer.join()  # its thread refers to this, and so to the process
         if isinstance(answer, StickslipError):
             raise answer
         return answer

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from stickslip.logs.table import Column, RateGroup, Table
+from stickslip.logs.table import Column, Table, groups_by_length
 from stickslip.records import InputError, MissingExtraError
 
 _NUMERIC = "biuf"
@@ -27,7 +27,7 @@ def read_hdf5(path: Path) -> Table:
     places: dict[str, tuple[str, Any]] = {}
     units: dict[str, str] = {}
     constants: dict[str, float] = {}
-    groups: dict[tuple[str, int], list[str]] = {}
+    sizes: dict[str, int] = {}
     skipped: list[str] = []
     with h5py.File(path, "r") as file:
         for name, dataset in _datasets(file, "", 0):
@@ -44,8 +44,7 @@ def read_hdf5(path: Path) -> Table:
                 places[column] = (name, part)
                 if isinstance(unit, str) and unit.strip():
                     units[column] = unit.strip()
-                key = (name.rpartition("/")[0], int(dataset.shape[0]))
-                groups.setdefault(key, []).append(column)
+                sizes[column] = int(dataset.shape[0])
     if not places:
         raise InputError("no_numbers_over_time", where=path.name)
 
@@ -62,7 +61,6 @@ def read_hdf5(path: Path) -> Table:
                 loaded[name] = np.array(own, dtype=np.float64)
             return loaded
 
-    lengths = {length for _, length in groups}
     return Table(
         label=path.name,
         headers={name: name for name in places},
@@ -71,12 +69,7 @@ def read_hdf5(path: Path) -> Table:
         load=load,
         place=lambda name, sample: f"{path.name}, {name} at index {sample}",
         notes=tuple(f"{name} has too many columns and is left out" for name in skipped),
-        groups=()
-        if len(lengths) == 1
-        else tuple(
-            RateGroup(columns=tuple(columns), name=f"{group or '/'} ({length} samples)")
-            for (group, length), columns in groups.items()
-        ),
+        groups=groups_by_length(sizes),
     )
 
 

@@ -208,11 +208,7 @@ def _find_layout(lines: list[str], label: str) -> _Layout:
     width = max(widths, key=widths.count, default=0)
     first = _first_row(dialect, content, width)
     if first is None:
-        raise InputError(
-            "no rows of numbers were found",
-            where=label,
-            remedy="give a text log with a header row and one row of numbers a sample",
-        )
+        raise InputError("no_rows_of_numbers", where=label)
     return _named(dialect, lines, first, width, label)
 
 
