@@ -389,6 +389,25 @@ def test_mujoco_takes_quadratic_friction_as_a_polynomial():
     assert 20.0 - found == pytest.approx(20.0 - np.array(expected), rel=DECELERATION)
 
 
+def test_mujoco_takes_friction_with_a_power_of_two_thirds_as_a_polynomial():
+    law = {"two_thirds_friction": (0.3, "N m (s/rad)^(2/3)")}
+    result = render(
+        document(**law), "mjcf", into=MJCF, joint="elbow", settings=ExportSettings(top_speed=8.0)
+    )
+    _, model = mujoco_model(result.rendered.files[""].decode())
+    speed = np.linspace(0.0, 8.0, 1001)
+    found = model.dof_damping[0] * speed + np.polyval(
+        [*model.dof_dampingpoly[0][::-1], 0, 0], speed
+    )
+    expected = VISCOUS * speed + 0.3 * speed ** (2.0 / 3.0)
+    (note,) = [each for each in result.rendered.notes if "polynomial" in each]
+    stated = float(note.split(": ")[1].split()[0])
+    assert np.max(np.abs(found - expected)) == pytest.approx(stated, rel=0.05)
+    assert stated < 0.05 * expected[-1]
+    left_out = render(document(**law), "mjcf", into=MJCF, joint="elbow")
+    assert any("2/3 power of the speed is left out" in each for each in left_out.rendered.notes)
+
+
 STATIC, STRIBECK = 0.7, 0.05
 WITH_STATIC = {"static_friction": STATIC, "stribeck_velocity": STRIBECK}
 

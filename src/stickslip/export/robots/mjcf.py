@@ -4,6 +4,8 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
+import numpy as np
+
 from stickslip.export.base import ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import armature, check_kind, check_present, edited_file
@@ -15,6 +17,7 @@ _KINDS = {"hinge": "rotary", "slide": "linear"}
 _TIME_STEP = 0.002  # MuJoCo's default [s]
 _IMPEDANCE = "0.9999 0.9999 0.001 0.5 2"
 _IMPEDANCE_AT_REST = 0.9999  # the largest that MuJoCo allows
+_FIT_POINTS = 400
 _PLACES = ("body", "frame", "replicate")
 
 # Bristles of the LuGre friction, over the inertia J and the time step h: stiffness 0.04 J/h^2 (31
@@ -32,7 +35,8 @@ class MjcfExporter:
     MuJoCo's dry friction is a soft constraint: with its defaults a joint creeps under a load far
     below the friction. ``solreffriction`` is set to twice the time step, the fastest that MuJoCo
     accepts, and ``solimpfriction`` to a nearly rigid constraint. Quadratic friction is the second
-    coefficient of ``damping`` (MuJoCo 3.7 and later). Static friction above the Coulomb friction is
+    coefficient of ``damping`` (MuJoCo 3.7 and later), friction with the 2/3 power of the speed a
+    polynomial up to a given speed. Static friction above the Coulomb friction is
     a passive ``<dcmotor input="none" lugre=...>`` (MuJoCo 3.12 and later). ``damping`` and
     ``frictionloss`` are in SI units also in a model with ``<compiler angle="degree"/>``.
 
@@ -48,13 +52,14 @@ class MjcfExporter:
         "viscous_friction",
         "coulomb_friction",
         "quadratic_friction",
+        "two_thirds_friction",
         "static_friction",
         "stribeck_velocity",
     )
     ending: str = ".xml"
     edits: Literal["always"] = "always"
     several: bool = True
-    options: tuple[str, ...] = ("link_inertia", "sampling_time")
+    options: tuple[str, ...] = ("link_inertia", "sampling_time", "top_speed")
 
     @property
     def cannot(self) -> Mapping[str, str]:
@@ -167,11 +172,10 @@ def _values(
     """Return the attributes of a joint, its actuator of LuGre friction, and what to say of them."""
     values: dict[str, str] = {}
     notes: list[str] = []
-    viscous = parameters.mean("viscous_friction")
-    quadratic = parameters.mean("quadratic_friction")
-    if viscous is not None or quadratic is not None:
-        coefficients = [viscous or 0.0] if not quadratic else [viscous or 0.0, quadratic, 0.0]
-        values["damping"] = " ".join(map(number, coefficients))
+    damping, remark = _damping(parameters, settings)
+    notes += remark
+    if damping:
+        values["damping"] = " ".join(map(number, damping))
     inertia, remark = armature(parameters, settings)
     notes += remark
     if inertia is not None:
@@ -195,6 +199,39 @@ def _values(
         values["solreffriction"] = f"{number(2.0 * time_step)} 1"
         values["solimpfriction"] = _IMPEDANCE
     return values, motor, notes
+
+
+def _damping(
+    parameters: ExportParameters, settings: ExportSettings
+) -> tuple[list[float], list[str]]:
+    """Return the coefficients of ``damping`` for v, v |v| and v^3, and what to say of them."""
+    viscous, quadratic, two_thirds = (
+        parameters.mean(f"{name}_friction") for name in ("viscous", "quadratic", "two_thirds")
+    )
+    notes: list[str] = []
+    fitted = np.zeros(3)
+    if two_thirds and settings.top_speed is None:
+        notes.append(
+            "Friction with the 2/3 power of the speed is left out; top-speed is the option for a "
+            "polynomial up to that speed"
+        )
+    elif two_thirds and settings.top_speed is not None:
+        top = positive("top_speed", settings.top_speed, parameters.unit("velocity"))
+        speed = np.linspace(0.0, top, _FIT_POINTS)
+        powers = np.stack([speed, speed**2, speed**3], axis=1)
+        law = two_thirds * speed ** (2.0 / 3.0)
+        # In powers of the relative speed, which are of one size
+        scale = top ** np.arange(1.0, 4.0)
+        fitted = np.linalg.lstsq(powers / scale, law, rcond=None)[0] / scale
+        error = float(np.max(np.abs(powers @ fitted - law)))
+        notes.append(
+            f"Largest deviation of the polynomial of friction up to {top:g} "
+            f"{parameters.unit('velocity')}: {error:.2g} {parameters.unit('effort')}"
+        )
+    if viscous is None and not quadratic and not fitted.any():
+        return [], notes
+    polynomial = fitted + np.array([viscous or 0.0, quadratic or 0.0, 0.0])
+    return polynomial.tolist() if polynomial[1:].any() else polynomial[:1].tolist(), notes
 
 
 def _lugre(
