@@ -259,6 +259,6 @@ def status_of(
             return Status.UNPHYSICAL
         if p.name in {"mass", "inertia"} and p.value is not None and p.value <= 0:
             return Status.UNPHYSICAL
-    if not all(p.identified for p in parameters):
+    if not all(p.identified for p in parameters if p.name not in regression.nuisance):
         return Status.NOT_IDENTIFIABLE
     return Status.BIASED if regression.biased else Status.OK

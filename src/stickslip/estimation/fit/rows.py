@@ -130,10 +130,10 @@ class Regression:
     shifts
         By which the parameters may be off beyond their sampling error, as other data or models
         show [SI], shape (k, p); None for nothing. They widen the intervals.
-    law_shift
-        Difference to the parameters of another law of friction that explains the rows as well [SI],
-        shape (p,); None if there is none. The intervals contain those of both laws. It withholds no
-        value: what is identifiable is judged within the selected law.
+    law_shifts
+        Differences to the parameters of other laws of friction that explain the rows as well [SI],
+        shape (k, p); None if there are none. The intervals contain those of all laws. They withhold
+        no value: what is identifiable is judged within the selected law.
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
         a drifting force (`robust_uncertainty`).
@@ -149,6 +149,9 @@ class Regression:
         Stribeck velocity next to nothing is no result. None if no shape is estimated.
     log
         Number of the log that each row is from [-], shape (n,); None for one log.
+    nuisance
+        Parameters without which the others are a result: the status does not depend on whether the
+        rows determine them.
     """
 
     kind: AxisKind
@@ -167,12 +170,13 @@ class Regression:
     resolution: float = RESOLUTION
     effort_delay: int | None = None
     shifts: Float[np.ndarray, "k p"] | None = None
-    law_shift: Float[np.ndarray, " p"] | None = None
+    law_shifts: Float[np.ndarray, "k p"] | None = None
     slow_residual: bool = False
     overlap: Overlap | None = None
     simultaneous: bool = False
     effort: Float[np.ndarray, " n"] | None = None
     log: Int[np.ndarray, " n"] | None = None
+    nuisance: frozenset[str] = frozenset()
 
     @property
     def scale(self) -> float:

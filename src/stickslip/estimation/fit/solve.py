@@ -151,8 +151,9 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
         degrees = float(fit.degrees_of_freedom[k])
         within = float(np.sqrt(fit.within_law[k]))
         half, alone = within * t_quantile(degrees, together), within * t_quantile(degrees)
-        shift = 0.0 if regression.law_shift is None else float(regression.law_shift[k])
-        judged = half if name in {"mass", "inertia"} else alone
+        laws = np.zeros(1) if regression.law_shifts is None else regression.law_shifts[:, k]
+        lower, higher = float(np.min(laws, initial=0.0)), float(np.max(laws, initial=0.0))
+        judged = half if quantity_name(name) in _POSITIVE else alone
         reason = withheld(regression, k, value, judged, partly=found.undetermined != ())
         if mask[k] and reason:
             mask[k] = False
@@ -161,9 +162,7 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
             name=name,
             value=value if mask[k] else None,
             std=std if mask[k] else None,
-            ci95=(value - half + min(shift, 0.0), value + half + max(shift, 0.0))
-            if mask[k]
-            else None,
+            ci95=(value - half + lower, value + half + higher) if mask[k] else None,
             unit=unit_of(name, regression.kind, provenance.effort_unit),
         )
     relative = float(np.linalg.norm(fit.residual)) / regression.scale
@@ -206,6 +205,9 @@ def _largest_effect(regression: Regression, k: int) -> float:
     largest = float(np.max(np.abs(regression.effort)))
     return float(np.max(np.abs(column))) / max(largest, np.finfo(float).tiny)
 
+
+_POSITIVE = frozenset({"mass", "inertia", "stribeck_velocity"})
+"""Parameters whose interval, as it is reported, must exclude zero."""
 
 _NEVER_SMALL = frozenset({"static_friction", "stribeck_velocity"})
 """Parameters of which next to nothing is no result, as the effort shows them in few rows."""
@@ -300,8 +302,9 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     if regression.shifts is not None:
         covariance += regression.shifts.T @ regression.shifts
     within_law = np.diag(covariance).copy()
-    if regression.law_shift is not None:  # the variance of two laws of equal weight, about one
-        covariance += 0.5 * np.outer(regression.law_shift, regression.law_shift)
+    if regression.law_shifts is not None:  # the variance of laws of equal weight, about one
+        laws = regression.law_shifts
+        covariance += laws.T @ laws / (laws.shape[0] + 1)
     spread = float(np.var(residual, ddof=1))
     classical[columns] = np.sqrt(spread * np.sum(to_values**2, axis=1))
     return _Fit(

@@ -14,7 +14,12 @@ from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.dwell import DwellTuning, with_dwell
-from stickslip.estimation.selection.model_rows import ModelRows, model_rows, with_shapes
+from stickslip.estimation.selection.model_rows import (
+    ModelRows,
+    model_rows,
+    nuisance,
+    with_shapes,
+)
 from stickslip.estimation.selection.plausibility import (
     PlausibilityTuning,
     implausible_time,
@@ -25,14 +30,15 @@ from stickslip.estimation.selection.plausibility import (
     unexplained_effort,
     unsettled_delay,
     untested,
+    within_presliding,
     wrong_delay,
     wrong_inertia,
 )
 from stickslip.estimation.selection.rival_law import (
     RivalTuning,
-    rival_law,
+    rival_laws,
     rival_note,
-    rival_shift,
+    rival_shifts,
 )
 from stickslip.estimation.selection.saturation import (
     SaturationTuning,
@@ -344,10 +350,9 @@ class SelectedModelEstimator:
             causes.append(wrong)
             model, terms, motions, found = replace(self, inertia=None).followed(log, driven)
         notes += found
-        rival = rival_law(model)
-        if rival is not None:
-            note = rival_note(model, rival, log.log.unit("effort"), self.tuning.rival)
-            notes += [note] if note else []
+        rivals = rival_laws(model, terms, self.tuning.rival) if terms else rival_laws(model)
+        note = rival_note(model, rivals, log.log.unit("effort"), self.tuning.rival)
+        notes += [note] if note else []
         causes.append(unsettled_delay(model, self.tuning.search))
         causes.append(wrong_delay(model, self.effort_delay, self.tuning.plausibility))
         causes.append(ripple_of_degrees(model, log.log.kind))
@@ -376,15 +381,19 @@ class SelectedModelEstimator:
             if shift is not None
         ]
         shifts += self.between_moves(model, rows, estimate)
-        law_shift = None
-        if rival is not None and any(term.name == "two-thirds" for term in terms):
-            other = with_shapes(model_rows(rival.model, kind), rival.model, rows.names)
-            law_shift = rival_shift(rows, other, rival)
-        if shifts or law_shift is not None:
+        law_shifts = None
+        if terms:
+            others = [
+                with_shapes(model_rows(rival.model, kind), rival.model, rows.names)
+                for rival in rivals
+            ]
+            law_shifts = rival_shifts(rows, rivals, others)
+        if shifts or law_shifts is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(
-                log, motions, model, rows, notes, widened, law_shift
+                log, motions, model, rows, notes, widened, law_shifts
             )
+        causes.append(within_presliding(model, estimate, self.include, motions))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
         select = partial(selection_of, model, motions, self.effort_delay, log.effort_kind)
@@ -485,12 +494,13 @@ class SelectedModelEstimator:
         rows: ModelRows,
         notes: Sequence[str],
         shifts: Float[np.ndarray, "k p"] | None = None,
-        law_shift: Float[np.ndarray, " p"] | None = None,
+        law_shifts: Float[np.ndarray, "k p"] | None = None,
     ) -> tuple[FrictionEstimate, Regression]:
         """Return the estimate with its rows."""
         regression = rows.regression(
-            log, motions, model, shifts=shifts, law_shift=law_shift, notes=notes
+            log, motions, model, shifts=shifts, law_shifts=law_shifts, notes=notes
         )
+        regression = replace(regression, nuisance=nuisance(rows.names, model, self.include))
         provenance = provenance_of(log.log, self.options())
         return solve(regression, estimator=self.name, provenance=provenance), regression
 

@@ -19,8 +19,16 @@ from stickslip.estimation.selection.terms import DELAY
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.estimation.weak_form.rows import Column
 from stickslip.estimation.weak_form.windows import Weight
+from stickslip.records import quantity_name
 
-__all__ = ["ModelRows", "column_noise", "model_rows", "motion_summary", "with_shapes"]
+__all__ = [
+    "ModelRows",
+    "column_noise",
+    "model_rows",
+    "motion_summary",
+    "nuisance",
+    "with_shapes",
+]
 
 _STEP = 1e-3  # relative, of a shape's value for its derivative
 
@@ -72,7 +80,7 @@ class ModelRows:
         model: Model,
         *,
         shifts: Float[np.ndarray, "k p"] | None,
-        law_shift: Float[np.ndarray, " p"] | None,
+        law_shifts: Float[np.ndarray, "k p"] | None,
         notes: Sequence[str],
     ) -> Regression:
         """Return the rows with what is known about their noise.
@@ -85,9 +93,9 @@ class ModelRows:
             Of these rows.
         shifts
             By which the parameters may be off beyond their sampling error [SI]; None for none.
-        law_shift
-            Difference to the parameters of another law that explains the log as well [SI]; None if
-            there is none.
+        law_shifts
+            Differences to the parameters of other laws that explain the log as well [SI]; None if
+            there are none.
         notes
             For the user.
         """
@@ -103,7 +111,7 @@ class ModelRows:
             samples=len(log.log),
             notes=tuple(notes),
             shifts=shifts,
-            law_shift=law_shift,
+            law_shifts=law_shifts,
             slow_residual=True,
             overlap=model.rows.weight.overlap(),
             simultaneous=any(score.selected for score in model.scores),
@@ -250,6 +258,46 @@ def with_shapes(found: ModelRows, model: Model, names: Sequence[str] | None = No
             wanted = parameter in names
         found = larger if wanted else found
     return found
+
+
+_BASE = frozenset(
+    {
+        "mass",
+        "inertia",
+        "viscous_friction",
+        "coulomb_friction",
+        "offset",
+        "two_thirds_friction",  # instead of viscous friction
+    }
+)
+_BEND_PARAMETERS = {
+    "stribeck": ("static_friction", "stribeck_velocity"),
+    "low speed": ("low_speed_friction", "low_speed_velocity"),
+}
+
+
+def nuisance(names: Sequence[str], model: Model, include: Sequence[str]) -> frozenset[str]:
+    """Return the parameters of selected terms, without which inertia and friction are a result.
+
+    Parameters
+    ----------
+    names
+        Of all parameters.
+    model
+        As selected.
+    include
+        Terms whose parameters were asked for.
+    """
+    asked = {
+        name
+        for term, shape in model.chosen
+        if term.name in include
+        for name in (
+            *_BEND_PARAMETERS.get(term.name, shape.names),
+            *(() if shape.slope is None else shape.slope[:1]),
+        )
+    }
+    return frozenset(n for n in names if quantity_name(n) not in _BASE | asked)
 
 
 _LEAST_DEVIATIONS = 3.0  # of a shape: nearer to zero its derivative is not constant

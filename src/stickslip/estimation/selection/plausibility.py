@@ -1,5 +1,6 @@
 """Plausibility of the units, the sampling and the known inertia of a log."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -12,7 +13,7 @@ from stickslip.estimation.selection.search import DELAY_TERM, Model, SearchTunin
 from stickslip.estimation.selection.significance import significance
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
-from stickslip.records import AxisKind, AxisLog, count_of
+from stickslip.records import AxisKind, AxisLog, FrictionEstimate, count_of, quantity_name
 
 __all__ = [
     "PlausibilityTuning",
@@ -25,6 +26,7 @@ __all__ = [
     "unsettled_delay",
     "untested",
     "wrong_delay",
+    "within_presliding",
     "wrong_inertia",
 ]
 
@@ -324,6 +326,56 @@ def unexplained_effort(
 
 
 _TINY = np.finfo(float).tiny
+
+
+def within_presliding(
+    model: Model, estimate: FrictionEstimate, include: Sequence[str], motions: SlipMotions
+) -> str:
+    """Return that the motion may stay within presliding; empty if it does not.
+
+    Friction acts like a spring there: the log shows a spring and no Coulomb friction, or friction
+    that still builds up at the ends of the travel.
+
+    Parameters
+    ----------
+    model, estimate
+        As fitted.
+    include
+        Terms that were asked for: a spring is then known to be there.
+    motions
+        Of the log.
+    """
+    travel = float(np.ptp(motions.moving(lambda m: m.position))) if model.chosen else 0.0
+    unit = "m" if estimate.kind == "linear" else "rad"
+    coulomb = [
+        parameter.ci95
+        for name, parameter in estimate.parameters.items()
+        if quantity_name(name) == "coulomb_friction"
+    ]
+    shows_none = any(interval is None or interval[0] <= 0.0 for interval in coulomb)
+    if "spring" in model.names and "spring" not in include and shows_none:
+        stiffness = abs(float(model.coefficients("spring")[0]))
+        if all(c is None or 0.5 * stiffness * travel > c[1] for c in coulomb):
+            return (
+                "the effort follows the position like a spring, and the log shows no Coulomb "
+                f"friction: its travel of {travel:.3g} {unit} may stay within presliding, where "
+                "friction acts like a spring; record longer moves, or include the spring if the "
+                "axis has one (--include spring)"
+            )
+    slowest = [
+        shape.value >= _LONGEST_SHAPE * term.shapes[-1].value
+        for term, shape in model.chosen
+        if term.name == "presliding" and term.name not in include
+    ]
+    if any(slowest):
+        return (
+            f"friction builds up along the whole travel of {travel:.3g} {unit}, so that the log "
+            "does not show its final value; record longer moves"
+        )
+    return ""
+
+
+_LONGEST_SHAPE = 0.95  # of the longest distance in the search
 
 
 def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning) -> str:

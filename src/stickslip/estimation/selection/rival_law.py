@@ -1,5 +1,6 @@
-"""Another law of viscous friction that explains a log as well."""
+"""Other laws of friction that explain a log as well."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -8,10 +9,11 @@ from jaxtyping import Float
 from stickslip.estimation.fit.intervals import robust_uncertainty
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.model_rows import ModelRows
-from stickslip.estimation.selection.search import BENDS, Model
-from stickslip.estimation.selection.terms import two_thirds_term
+from stickslip.estimation.selection.search import BENDS, Model, best_shape, refined, smallest_ratio
+from stickslip.estimation.selection.significance import Basis
+from stickslip.estimation.selection.terms import Term, two_thirds_term
 
-__all__ = ["Rival", "RivalTuning", "rival_law", "rival_note", "rival_shift"]
+__all__ = ["Rival", "RivalTuning", "rival_laws", "rival_note", "rival_shifts"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -20,23 +22,45 @@ class RivalTuning:
 
     smallest_difference: float = 0.05
     """Of Coulomb friction [-]: a smaller one is not worth a note."""
+    smallest_ratio: float = 3e-3
+    """Smallest over largest singular value of the columns of a rival [-]: below it they do not
+    determine its parameters."""
+
+
+_LAWS: dict[tuple[bool, tuple[str, ...]], str] = {
+    (True, ()): "viscous friction",
+    (False, ("two-thirds",)): "friction with the 2/3 power of the speed",
+    (True, ("two-thirds",)): "viscous friction with a part of the 2/3 power of the speed",
+    (True, ("quadratic",)): "viscous and quadratic friction",
+    (False, ("two-thirds", "quadratic")): "friction with the 2/3 power and the square of the speed",
+    (True, ("stribeck",)): "a Stribeck effect",
+    (True, ("low speed",)): "lower friction at low speed",
+    (True, ("stribeck", "quadratic")): "a Stribeck effect with quadratic friction",
+}
+"""Laws of the speed, by whether they have viscous friction, and their bends."""
 
 
 @dataclass(frozen=True, kw_only=True)
 class Rival:
-    """The model with the other law of viscous friction, and its weight.
+    """The model with another law of friction, and its weight.
 
     Attributes
     ----------
     model
-        With the other of viscous friction and the 2/3 power of the speed.
+        With the other law.
+    law
+        In words.
     weight, std
-        Least-squares weight w of the other law, and its standard error [-] (`rival_law`).
+        Least-squares weight w of the other law, and its standard error [-] (`rival_laws`).
+    larger
+        Whether it has more parameters than the selected law.
     """
 
     model: Model
+    law: str
     weight: float
     std: float
+    larger: bool = False
 
     @property
     def explains_as_well(self) -> bool:
@@ -45,35 +69,87 @@ class Rival:
 
     @property
     def explains_more(self) -> bool:
-        """Whether the residual decreases with the other law, by more than one standard error."""
-        return self.weight > self.std
+        """Whether the residual decreases with the other law, by more than one standard error.
+
+        By more than two with a law of more parameters, which decreases any residual.
+        """
+        return self.weight > (_LARGER if self.larger else 1.0) * self.std
 
 
-def rival_law(model: Model) -> Rival | None:
-    """Return the model with the other of viscous friction and the 2/3 power of the speed.
+_LARGER = 2.0  # standard errors
 
-    Both laws are nested in ``y = y_own + w (y_other - y_own)``, where y are the fitted efforts: the
-    weight w is 0 where the selected law is right, 1 where the other one is, and one half where both
-    leave the same residual (J test: R. Davidson and J. G. MacKinnon 1981, "Several tests for model
-    specification in the presence of alternative hypotheses", Econometrica 49(3), 781-793). Its
-    standard error is that of correlated residuals.
+
+_VISCOUS_OR_TWO_THIRDS = (two_thirds_term(),)
+
+
+def rival_laws(
+    model: Model,
+    terms: Sequence[Term] = _VISCOUS_OR_TWO_THIRDS,
+    tuning: RivalTuning | None = None,
+) -> list[Rival]:
+    """Return the model with other laws of friction that have the right signs.
+
+    A selected law and another one are nested in ``y = y_own + w (y_other - y_own)``, where y are
+    the fitted efforts: the weight w is 0 where the selected law is right, 1 where the other one is,
+    and one half where both leave the same residual (J test: R. Davidson and J. G. MacKinnon 1981,
+    "Several tests for model specification in the presence of alternative hypotheses", Econometrica
+    49(3), 781-793). Its standard error is that of correlated residuals. The weight of a law that
+    contains the selected one is 1, and its inverse standard error the t value of what it adds.
 
     Parameters
     ----------
     model
-        As selected.
-
-    Returns
-    -------
-    None if the other law has friction of the wrong sign or the fit of the selected one, or if the
-    model has another bend of the friction curve.
+        As selected. Without a bend, it has one rival, the 2/3 power of the speed: the search has
+        tested the terms that would bend it.
+    terms
+        That the log could show.
+    tuning
+        Of the rivals; None for the default one.
     """
-    rival = _other(model)
-    if rival is None or model.rows.size <= model.columns().shape[1] + 1:
+    tuning = RivalTuning() if tuning is None else tuning
+    bends = tuple(name for name in model.names if name in BENDS)
+    own = (model.viscous, tuple(sorted(bends, key=BENDS.index)))
+    kept = tuple(pair for pair in model.chosen if pair[0].name not in BENDS)
+    found: list[Rival] = []
+    for law, words in _LAWS.items():
+        viscous, names = law
+        same = viscous == own[0] and set(names) == set(bends)
+        if same or (not bends and names != ("two-thirds",)) or (not bends and viscous):
+            continue
+        if not viscous and "direction" in model.names:
+            continue
+        start = replace(model, viscous=viscous, chosen=kept)
+        rival = _with_bends(start, [term for term in terms if term.name in names], tuning)
+        if rival is None or len(rival.chosen) != len(kept) + len(names):
+            continue
+        weighed = _weighed(model, rival)
+        if weighed is not None:
+            larger = rival.columns().shape[1] > model.columns().shape[1]
+            weight, std = weighed
+            found.append(Rival(model=rival, law=words, weight=weight, std=std, larger=larger))
+    return found
+
+
+def _with_bends(model: Model, bends: Sequence[Term], tuning: RivalTuning) -> Model | None:
+    """Return the model with terms in their best shapes; None if a sign or the columns are wrong."""
+    for term in bends:
+        fits = best_shape(model, term, model.basis())
+        if fits is None:
+            return None
+        chosen = (*model.chosen, (term, fits[0]))
+        model = replace(model, chosen=chosen)
+        if term.family is not None:
+            model = refined(model)
+    if model.rows.size <= model.columns().shape[1] + 1:
         return None
-    signs = [shape.allows(rival.coefficients(term.name)) for term, shape in rival.chosen]
-    if not all(signs) or rival.friction()[0] <= 0.0:
-        return None
+    signs = [shape.allows(model.coefficients(term.name)) for term, shape in model.chosen]
+    coulomb, viscous = model.friction()
+    proper = all(signs) and coulomb > 0.0 and viscous >= 0.0
+    return model if proper and smallest_ratio(model.columns()) > tuning.smallest_ratio else None
+
+
+def _weighed(model: Model, rival: Model) -> tuple[float, float] | None:
+    """Return the weight of a rival and its standard error [-]; None if both fit the same."""
     basis, columns = model.basis(), rival.columns()
     partial = basis.partial((columns @ least_squares(columns, rival.target()))[:, None])
     if partial is None or partial.values[0] == 0.0:
@@ -82,12 +158,11 @@ def rival_law(model: Model) -> Rival | None:
     residual = basis.residual - partial.vectors @ partial.coordinates
     size = float(partial.coordinates[0] / partial.values[0])
     to_weight = np.eye(vectors.shape[1])[-1:] / size
-    found = robust_uncertainty(vectors, to_weight, residual, slow=True)
-    std = float(np.sqrt(found.covariance[0, 0]))
-    return Rival(model=rival, weight=float(partial.values[0]), std=std)
+    found = robust_uncertainty(vectors, to_weight, residual, slow=True, log=basis.log)
+    return float(partial.values[0]), float(np.sqrt(found.covariance[0, 0]))
 
 
-def rival_note(model: Model, rival: Rival, unit: str, tuning: RivalTuning) -> str:
+def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTuning) -> str:
     """Return a note on a law that explains the log as well.
 
     The laws differ most below the driven speeds, so that Coulomb friction, the value at rest,
@@ -95,8 +170,8 @@ def rival_note(model: Model, rival: Rival, unit: str, tuning: RivalTuning) -> st
 
     Parameters
     ----------
-    model, rival
-        As selected, and as `rival_law` returns it.
+    model, rivals
+        As selected, and as `rival_laws` returns them.
     unit
         Of the effort.
     tuning
@@ -104,50 +179,60 @@ def rival_note(model: Model, rival: Rival, unit: str, tuning: RivalTuning) -> st
 
     Returns
     -------
-    Empty if the log distinguishes the laws, or they agree about Coulomb friction.
+    On the rival whose Coulomb friction differs most; empty if the log distinguishes the laws, or
+    they agree about Coulomb friction.
     """
-    own, other = model.friction()[0], rival.model.friction()[0]
-    alike = abs(other - own) <= tuning.smallest_difference * abs(own)
-    if alike or not rival.explains_as_well:
+    own = model.friction()[0]
+    others = [
+        (abs(rival.model.friction()[0] - own), rival.model.friction()[0], rival.law)
+        for rival in rivals
+        if rival.explains_as_well and (rival.explains_more or not rival.larger)
+    ]
+    difference, other, law = max(others, default=(0.0, own, ""))
+    if difference <= tuning.smallest_difference * abs(own):
         return ""
-    law = "viscous friction" if rival.model.viscous else "friction with the 2/3 power of the speed"
     return (
         f"{law} explains this log as well, with Coulomb friction {other:.4g} {unit} instead of "
         f"{own:.4g} {unit}; record moves at more speeds to distinguish them"
     )
 
 
-def rival_shift(rows: ModelRows, other: ModelRows, rival: Rival) -> Float[np.ndarray, " p"] | None:
-    """Return the difference to the parameters of the other law [SI].
+def rival_shifts(
+    rows: ModelRows, rivals: Sequence[Rival], others: Sequence[ModelRows]
+) -> Float[np.ndarray, "k p"] | None:
+    """Return the differences to the parameters of the laws that explain the log as well [SI].
 
-    Half of its square is the variance between the models about the selected one (S. T. Buckland,
-    K. P. Burnham and N. H. Augustin 1997, "Model selection: an integral part of inference",
-    Biometrics 53(2), 603-618). A parameter that the other law lacks is zero there.
+    The mean of their squares, that of the selected law counted as zero, is the variance between the
+    models about the selected one (S. T. Buckland, K. P. Burnham and N. H. Augustin 1997, "Model
+    selection: an integral part of inference", Biometrics 53(2), 603-618). A parameter that another
+    law lacks is zero there; static friction is then its Coulomb friction, and the velocity of a
+    bend is the selected law's.
 
     Parameters
     ----------
-    rows, other
-        Of the selected model and of its rival.
-    rival
-        As `rival_law` returns it.
+    rows
+        Of the selected model.
+    rivals, others
+        As `rival_laws` returns them, and their rows.
 
     Returns
     -------
-    None if the log distinguishes the laws, or does not speak for the other one at all.
+    None if the log distinguishes the laws, or does not speak for another one at all.
     """
-    if not (rival.explains_as_well and rival.explains_more):
-        return None
-    values = dict(zip(other.names, other.values().tolist(), strict=True))
-    return np.array([values.get(name, 0.0) for name in rows.names]) - rows.values()
+    own = dict(zip(rows.names, rows.values().tolist(), strict=True))
+    shifts: list[list[float]] = []
+    for rival, other in zip(rivals, others, strict=True):
+        if not (rival.explains_as_well and rival.explains_more):
+            continue
+        values = dict(zip(other.names, other.values().tolist(), strict=True))
+        shifts.append([_value(values, name, own[name]) - own[name] for name in rows.names])
+    return np.array(shifts) if shifts else None
 
 
-def _other(model: Model) -> Model | None:
-    """Return the model with the other law; None if it has neither alone."""
-    bends = [name for name in model.names if name in BENDS]
-    if model.viscous and not bends and "direction" not in model.names:
-        term = two_thirds_term()
-        return replace(model, viscous=False, chosen=(*model.chosen, (term, term.shapes[0])))
-    if not model.viscous and bends == ["two-thirds"]:
-        chosen = tuple(pair for pair in model.chosen if pair[0].name != "two-thirds")
-        return replace(model, viscous=True, chosen=chosen)
-    return None
+def _value(values: dict[str, float], name: str, own: float) -> float:
+    """Return a parameter of another law [SI]."""
+    if name in values:
+        return values[name]
+    if name.startswith("static_friction"):
+        return values.get(name.replace("static", "coulomb"), own)
+    return own if name.endswith("_velocity") else 0.0

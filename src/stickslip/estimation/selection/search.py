@@ -28,7 +28,9 @@ __all__ = [
     "LARGEST_STEP",
     "Model",
     "SearchTuning",
+    "best_shape",
     "half_width",
+    "refined",
     "search",
     "smallest_ratio",
     "testable",
@@ -380,7 +382,7 @@ def search(
             return replace(model, scores=(*found, *others))
         found += [replace(trial.score, selected=True) for trial in added]
         for trial in added:
-            model = _refined(_with(model, trial))
+            model = refined(_with(model, trial))
             if trial.term.name == "two-thirds":
                 model = _without_viscous(model, tuning)
             if DELAY in model.names:
@@ -415,12 +417,12 @@ def with_terms(
         basis = model.basis()
         offered = _offered(model, terms, basis, tuning, ripple=True)
         term = next((term for term in offered if term.name == name), None)
-        fits = None if term is None else _best_shape(model, term, basis)
+        fits = None if term is None else best_shape(model, term, basis)
         if term is not None and fits is not None:
             own = model.term_columns(term, fits[0])
             if smallest_ratio(np.column_stack([model.columns(), own])) < tuning.smallest_ratio:
                 continue
-            model = _refined(replace(model, chosen=(*model.chosen, (term, fits[0]))))
+            model = refined(replace(model, chosen=(*model.chosen, (term, fits[0]))))
             if DELAY in model.names:
                 model = _settled(model, tuning)
     return model
@@ -473,7 +475,7 @@ def _tried(
     tuning: SearchTuning,
 ) -> _Trial | None:
     """Return the best shape of a term with its score; None if no shape has the right sign."""
-    best = _best_shape(model, term, basis)
+    best = best_shape(model, term, basis)
     if best is None:
         return None
     shape, partial = best
@@ -605,7 +607,7 @@ def smallest_ratio(columns: Float[np.ndarray, "n p"]) -> float:
     return float(singular[-1] / singular[0])
 
 
-def _best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial] | None:
+def best_shape(model: Model, term: Term, basis: Basis) -> tuple[Shape, Partial] | None:
     """Return the shape that explains most; None if none has coefficients that it may have."""
     best: tuple[Shape, Partial] | None = None
     largest = -1.0
@@ -646,7 +648,7 @@ _SHAPE_TOLERANCE = 1e-3  # of the logarithm of its value
 _RIPPLE_SPAN = 0.5  # of a wave along the travel: beyond it another peak begins
 
 
-def _refined(model: Model) -> Model:
+def refined(model: Model) -> Model:
     """Return the model with the shapes of its terms between those that were tried."""
     for place, (term, _) in enumerate(model.chosen):
         if term.family is not None:
@@ -690,7 +692,12 @@ def _around(model: Model, term: Term, shape: Shape) -> tuple[float, float]:
         return 1.0 / (wave + half), 1.0 / max(wave - half, 0.5 * wave)
     values = [other.value for other in term.shapes]
     ratio = values[1] / values[0]
-    return max(shape.value / ratio, values[0]), min(shape.value * ratio, values[-1])
+    longer = ratio if shape.value < values[-1] else _BEYOND_LAST
+    return max(shape.value / ratio, values[0]), shape.value * longer
+
+
+_BEYOND_LAST = 2.0
+"""Ratio by which a shape may be beyond the last that was tried [-]."""
 
 
 _SLOWEST = 0.98
