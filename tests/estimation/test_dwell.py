@@ -152,7 +152,7 @@ def test_growth_needs_breakaways_for_friction_that_falls_slowly(monkeypatch):
         Breakaway(dwell=t, level=0.3 + 0.2 * float(np.log10(t)), std=0.01)
         for t in np.arange(1.0, 9.0).tolist()
     ]
-    monkeypatch.setattr(dwell_module, "breakaways", lambda *args: levels[: 1 if args[5:] else 8])
+    monkeypatch.setattr(dwell_module, "breakaways", lambda *args: levels[: 1 if args[3:] else 8])
     estimate = SelectedModelEstimator(include=("dwell",)).fit(_log(0, 0.0))
     assert "breakaway_growth" not in estimate.parameters
     assert any("falls slowly" in note for note in estimate.diagnostics.notes)

@@ -72,6 +72,7 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("presliding friction", "f_p", "N", "N m", "any"),
         _quantity("breakaway friction", "f_b", "N", "N m", "positive"),
         _quantity("breakaway growth", "g_b", "N", "N m", "any"),
+        _quantity("elasticity", "e", "kg s^2", "kg m^2 s^2", "positive"),
         _quantity("spring stiffness", "k_0", "N/m", "N m/rad", "any"),
         _quantity("gravity sine", "g_s", "N", "N m", "any"),
         _quantity("gravity cosine", "g_c", "N", "N m", "any"),

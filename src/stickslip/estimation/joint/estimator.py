@@ -1,7 +1,7 @@
 """Identification of a rigid axis from several logs, with one model for all of them."""
 
 import hashlib
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import cast
 
@@ -20,12 +20,14 @@ from stickslip.estimation.joint.model import (
     joint_rows,
 )
 from stickslip.estimation.prepare import PreparedLog
+from stickslip.estimation.selection.dwell import RestedLog, with_dwell
 from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
     column_noise,
     model_rows,
     motion_summary,
+    nuisance,
 )
 from stickslip.estimation.selection.plausibility import (
     implausible_units,
@@ -33,11 +35,27 @@ from stickslip.estimation.selection.plausibility import (
     too_slow_sampling,
     unexplained_effort,
     unsettled_delay,
+    within_presliding,
     wrong_inertia,
 )
-from stickslip.estimation.selection.search import DELAY_TERM, Model, half_width, search, with_terms
+from stickslip.estimation.selection.rival_law import rival_laws, rival_note, rival_shifts
+from stickslip.estimation.selection.search import (
+    DELAY_TERM,
+    Model,
+    half_width,
+    noisy_elasticity,
+    search,
+    with_terms,
+)
 from stickslip.estimation.selection.summary import selection_of
-from stickslip.estimation.selection.terms import DELAY, DWELL, SATURATION, Term, candidate_terms
+from stickslip.estimation.selection.terms import (
+    DELAY,
+    DWELL,
+    ELASTIC,
+    SATURATION,
+    Term,
+    candidate_terms,
+)
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
 from stickslip.estimation.weak_form.windows import Weight
@@ -50,6 +68,7 @@ from stickslip.records import (
     LogDeviation,
     ModelSelection,
     Provenance,
+    TermScore,
     in_words,
     mass_name,
     shared_name,
@@ -173,8 +192,9 @@ class JointEstimator:
             for name in self.single.include
             if name not in {*model.names, DWELL}
         ]
-        if DWELL in self.single.include:
-            notes.append(f"the term {DWELL!r} is left out: it is fitted to one log at a time")
+        rivals = rival_laws(model, terms, tuning.rival) if terms else rival_laws(model)
+        note = rival_note(model, rivals, logs[0].unit("effort"), tuning.rival)
+        notes += [note] if note else []
         estimate, regression = self._solved(members, model, rows, notes, None)
         common = [
             name
@@ -184,7 +204,7 @@ class JointEstimator:
         consistency = compared(rows, model.logs, common, self.tuning.consistency)
 
         def rows_of(wide: Model) -> ModelRows:
-            return joint_rows(cast("JointModel", wide), kind, rows.names)
+            return joint_rows(_joint(wide), kind, rows.names)
 
         unknown_delay = None
         if DELAY not in model.names and not any(model.delay_known):
@@ -202,10 +222,18 @@ class JointEstimator:
                 difference_text(each, model.logs, logs[0].unit(each.parameter))
             )
         notes += differences[False]
-        if shifts:
-            widened = np.array(shifts)
-            estimate, regression = self._solved(members, model, consistency.rows, notes, widened)
+        law_shifts = None
+        if terms:
+            others = [joint_rows(_joint(rival.model), kind, rows.names) for rival in rivals]
+            law_shifts = rival_shifts(rows, rivals, others)
+        if shifts or law_shifts is not None:
+            widened = np.array(shifts) if shifts else None
+            estimate, regression = self._solved(
+                members, model, consistency.rows, notes, widened, law_shifts
+            )
         causes = [wrong, unsettled_delay(model, tuning.search)]
+        every_motion = _together(each.motions for each in members)
+        causes.append(within_presliding(model, estimate, self.single.include, every_motion))
         for k, each in enumerate(members):
             alone, plausibility = model.of_log(k), tuning.plausibility
             own = (
@@ -222,12 +250,34 @@ class JointEstimator:
             selection=self._selection(model, members),
             joint=_joint_logs(members, model, consistency, self.tuning.consistency.error_rate),
         )
+        estimate = self._with_dwell(members, model, estimate)
         return Fit(
             estimate=judged(estimate, [cause for cause in causes if cause]),
             rows=regression,
             inertia=model.inertia,
             model=model,
         )
+
+    def _with_dwell(
+        self, members: Sequence[_Member], model: JointModel, estimate: FrictionEstimate
+    ) -> FrictionEstimate:
+        """Return the estimate with the growth of the breakaway friction, if the logs show it."""
+        single, tuning = self.single, self.single.tuning
+        include = DWELL in single.include
+        if not include and (not single.select or DWELL in single.exclude):
+            return estimate
+        rested = [
+            RestedLog(
+                log=each.log,
+                motions=_moved(each.motions, each.middle),
+                estimate=estimate.of_log(each.name),
+            )
+            for each in members
+        ]
+        estimate, score = with_dwell(
+            estimate, rested, tuning.search, tuning.dwell, inertia=model.inertia, include=include
+        )
+        return replace(estimate, selection=self._selection(model, members, score))
 
     def _member(self, log: AxisLog) -> _Member:
         """Return a log as prepared, without samples in which its drive saturates."""
@@ -236,10 +286,9 @@ class JointEstimator:
         motions = slip_motions(found, single.tuning.motion)
         _, _, motions, notes = single.followed(found, motions)
         middle = motions.reference_time
-        stretches = tuple(replace(m, time=m.time - middle) for m in motions.stretches)
         return _Member(
             log=found,
-            motions=replace(motions, stretches=stretches),
+            motions=_moved(motions, -middle),
             notes=(*found.notes, *notes),
             middle=middle,
         )
@@ -253,16 +302,15 @@ class JointEstimator:
         """Return the model that the logs support together, and the terms that were tried."""
         single, smallest = self.single, self.tuning.smallest_level
         start = self._start(members, inertia)
-        motions = JointMotions(
-            stretches=tuple(m for each in members for m in each.motions.stretches),
-            slow=min(each.motions.slow for each in members),
-            position_noise=max(each.motions.position_noise for each in members),
-        )
+        motions = _together(each.motions for each in members)
         left_out = {*single.exclude, SATURATION}
         if all(start.delay_known):
             left_out.add(DELAY)
         if not single.offset:  # which friction per direction would bring back
             left_out.add("direction")
+        parts = zip(start.rows.parts, members, strict=True)
+        if any(noisy_elasticity(rows, each.motions) for rows, each in parts):
+            left_out.add(ELASTIC)
         terms = [
             term
             for term in (DELAY_TERM, *candidate_terms(motions, members[0].log.log.kind))
@@ -334,6 +382,7 @@ class JointEstimator:
         rows: ModelRows,
         notes: Sequence[str],
         shifts: Float[np.ndarray, "k p"] | None,
+        law_shifts: Float[np.ndarray, "k p"] | None = None,
     ) -> tuple[FrictionEstimate, Regression]:
         """Return the estimate with its rows."""
         noises = [
@@ -355,9 +404,11 @@ class JointEstimator:
             samples=sum(len(each.log.log) for each in members),
             notes=tuple(notes),
             shifts=shifts,
+            law_shifts=law_shifts,
             slow_residual=True,
             effort=model.scaled(model.rows.effort),
             log=rows.log,
+            nuisance=nuisance(rows.names, model, self.single.include),
         )
         provenance = self._provenance([each.log.log for each in members])
         return solve(regression, estimator=self.single.name, provenance=provenance), regression
@@ -385,9 +436,12 @@ class JointEstimator:
             assumptions=(*shared, *own),
         )
 
-    def _selection(self, model: JointModel, members: Sequence[_Member]) -> ModelSelection:
+    def _selection(
+        self, model: JointModel, members: Sequence[_Member], further: TermScore | None = None
+    ) -> ModelSelection:
         """Return the selection with its summary."""
-        found = selection_of(model, members[0].motions, None, members[0].log.effort_kind)
+        first = members[0]
+        found = selection_of(model, first.motions, None, first.log.effort_kind, further)
         own = ["an offset"] if model.offset else []
         own += [word for name, word in _OWN_WORDS.items() if name in model.names]
         levels = ", ".join(
@@ -409,6 +463,26 @@ _OWN_WORDS = {
     "friction drift": "a drift of friction",
     "gain drift": "a drift of the gain",
 }
+
+
+def _joint(model: Model) -> JointModel:
+    return cast("JointModel", model)
+
+
+def _moved(motions: SlipMotions, later: float) -> SlipMotions:
+    """Return the motion with its time counted from another instant."""
+    stretches = tuple(replace(m, time=m.time + later) for m in motions.stretches)
+    return replace(motions, stretches=stretches)
+
+
+def _together(every: Iterable[SlipMotions]) -> JointMotions:
+    """Return the motion of several logs."""
+    motions = list(every)
+    return JointMotions(
+        stretches=tuple(m for each in motions for m in each.stretches),
+        slow=min(each.slow for each in motions),
+        position_noise=max(each.position_noise for each in motions),
+    )
 
 
 def _listed(words: Sequence[str]) -> str:

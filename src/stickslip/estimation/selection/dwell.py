@@ -29,9 +29,10 @@ from stickslip.records import (
     TermScore,
     Verdict,
     mass_name,
+    quantity_name,
 )
 
-__all__ = ["Breakaway", "DwellTuning", "breakaways", "with_dwell"]
+__all__ = ["Breakaway", "DwellTuning", "Rest", "RestedLog", "breakaways", "with_dwell"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -86,22 +87,42 @@ class Breakaway:
     std: float
 
 
-def breakaways(
-    log: PreparedLog,
-    motions: SlipMotions,
-    estimate: FrictionEstimate,
-    inertia: float,
-    tuning: DwellTuning,
-    power: float = 2.0,
-) -> list[Breakaway]:
-    """Return the breakaways that a log resolves.
+@dataclass(frozen=True, kw_only=True)
+class RestedLog:
+    """A log with what was fitted to it.
 
-    Parameters
+    Attributes
     ----------
     log, motions
         As prepared.
     estimate
-        Of the log, with all parameters identified.
+        Of this log, with the usual names of all parameters.
+    """
+
+    log: PreparedLog
+    motions: SlipMotions
+    estimate: FrictionEstimate
+
+
+@dataclass(frozen=True, kw_only=True)
+class Rest:
+    """A rest between two slips."""
+
+    of: RestedLog
+    motion: SlipMotion
+    samples: slice
+    direction: float  # of the slip after it
+
+
+def breakaways(
+    rests: Sequence[Rest], inertia: float, tuning: DwellTuning, power: float = 2.0
+) -> list[Breakaway]:
+    """Return the breakaways that logs resolve, in their order.
+
+    Parameters
+    ----------
+    rests
+        Of the logs.
     inertia
         Mass or inertia [kg or kg m^2].
     tuning
@@ -111,32 +132,34 @@ def breakaways(
 
     Returns
     -------
-    In the order of the log; none with a standard deviation of zero.
+    None of them with a standard deviation of zero.
     """
-    delay = (0.5 - log.effort_lead) * log.sampling_time
-    delay += 0.0 if estimate.selection is None else estimate.selection.effort_delay
-    resolution = _resolution(motions)
     every: list[Breakaway] = []
-    for motion in motions.stretches:
-        for rest, direction in _rests(motion, log.position_noise, tuning):
-            instant = _instant(motion, rest, direction, log, inertia, tuning, power)
-            if instant is None:
-                continue
-            time, time_std = instant
-            since = motion.time + delay - time
-            near = np.abs(since) <= tuning.half_width * log.sampling_time
-            steps = np.abs(np.diff(motion.effort[near]))
-            if steps.size < tuning.half_width or not np.all(motion.usable[near]):
-                continue
-            if np.max(steps) > tuning.largest_step * max(np.median(steps), resolution):
-                continue
-            effort, slope, effort_std = _line(since[near], motion.effort[near])
-            at_rest = effort_at_rest(estimate, time, float(motion.position[rest.start]), direction)
-            std = float(np.linalg.norm([effort_std, slope * time_std, resolution / np.sqrt(12.0)]))
-            if std > 0.0:
-                dwell = time - float(motion.time[rest.start])
-                level = direction * (effort - at_rest)
-                every.append(Breakaway(dwell=dwell, level=level, std=std))
+    resolutions = {id(rest.of): _resolution(rest.of.motions) for rest in rests}
+    for rest in rests:
+        log, motion, direction = rest.of.log, rest.motion, rest.direction
+        instant = _instant(motion, rest.samples, direction, log, inertia, tuning, power)
+        if instant is None:
+            continue
+        resolution, selection = resolutions[id(rest.of)], rest.of.estimate.selection
+        delay = (0.5 - log.effort_lead) * log.sampling_time
+        delay += 0.0 if selection is None else selection.effort_delay
+        time, time_std = instant
+        since = motion.time + delay - time
+        near = np.abs(since) <= tuning.half_width * log.sampling_time
+        steps = np.abs(np.diff(motion.effort[near]))
+        if steps.size < tuning.half_width or not np.all(motion.usable[near]):
+            continue
+        if np.max(steps) > tuning.largest_step * max(np.median(steps), resolution):
+            continue
+        effort, slope, effort_std = _line(since[near], motion.effort[near])
+        place = float(motion.position[rest.samples.start])
+        at_rest = effort_at_rest(rest.of.estimate, time, place, direction)
+        std = float(np.linalg.norm([effort_std, slope * time_std, resolution / np.sqrt(12.0)]))
+        if std > 0.0:
+            dwell = time - float(motion.time[rest.samples.start])
+            level = direction * (effort - at_rest)
+            every.append(Breakaway(dwell=dwell, level=level, std=std))
     return every
 
 
@@ -150,21 +173,21 @@ def _resolution(motions: SlipMotions) -> float:
 _ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
 
 
-def _rests(
-    motion: SlipMotion, position_noise: float, tuning: DwellTuning
-) -> Iterator[tuple[slice, float]]:
-    """Yield the samples of every rest between two slips, and the direction of the second."""
-    edges = np.flatnonzero(np.diff(motion.direction != 0))
-    for before, after in pairwise(edges.tolist()):
-        if motion.direction[before] == 0:
-            continue
-        position = motion.position[before + 1 : after + 2]
-        away = np.abs(position - np.median(position))
-        rest = np.flatnonzero(away <= tuning.rest_deviations * position_noise)
-        # A rest is one stretch: an axis that creeps or swings is not at rest
-        if rest.size >= 2 * tuning.before and rest[-1] - rest[0] + 1 == rest.size:
-            samples = slice(before + 1 + int(rest[0]), before + 2 + int(rest[-1]))
-            yield samples, float(motion.direction[after + 1])
+def _rests(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
+    """Yield every rest between two slips of a log."""
+    for motion in own.motions.stretches:
+        edges = np.flatnonzero(np.diff(motion.direction != 0))
+        for before, after in pairwise(edges.tolist()):
+            if motion.direction[before] == 0:
+                continue
+            position = motion.position[before + 1 : after + 2]
+            away = np.abs(position - np.median(position))
+            rest = np.flatnonzero(away <= tuning.rest_deviations * own.log.position_noise)
+            # A rest is one stretch: an axis that creeps or swings is not at rest
+            if rest.size >= 2 * tuning.before and rest[-1] - rest[0] + 1 == rest.size:
+                samples = slice(before + 1 + int(rest[0]), before + 2 + int(rest[-1]))
+                direction = float(motion.direction[after + 1])
+                yield Rest(of=own, motion=motion, samples=samples, direction=direction)
 
 
 def _instant(
@@ -283,23 +306,20 @@ def _growth(found: Sequence[Breakaway]) -> tuple[_Line, float, float, float]:
 
 
 def with_dwell(
-    log: PreparedLog,
-    motions: SlipMotions,
     estimate: FrictionEstimate,
+    logs: Sequence[RestedLog],
     search: SearchTuning,
     tuning: DwellTuning,
     *,
     inertia: float | None,
     include: bool,
 ) -> tuple[FrictionEstimate, TermScore | None]:
-    """Add the breakaway friction and its growth to an estimate, if the log shows that it grows.
+    """Add the breakaway friction and its growth to an estimate, if its logs show that it grows.
 
     Parameters
     ----------
-    log, motions
-        As prepared.
-    estimate
-        Of the log.
+    estimate, logs
+        Of one log or of several, and these.
     search
         When a term is selected.
     tuning
@@ -312,19 +332,18 @@ def with_dwell(
     Returns
     -------
     The estimate, and the score of the term; None, with a note if the term was to be included, if
-    the log has no breakaways to test it with.
+    the logs have no breakaways to test it with.
     """
-    selection = estimate.selection
-    if selection is None or not all(each.identified for each in estimate.parameters.values()):
+    if not all(each.identified for name, each in estimate.parameters.items() if _at_rest(name)):
         return _without_dwell(estimate, "a parameter is not identified", include=include), None
     if "presliding_friction" in estimate.parameters:
         return _without_dwell(estimate, "presliding hides the breakaways", include=include), None
-    kind = mass_name(log.log.kind)
-    moved = estimate.value(kind) if inertia is None else inertia
-    every = breakaways(log, motions, estimate, moved, tuning)
+    moved = estimate.value(mass_name(estimate.kind)) if inertia is None else inertia
+    rests = [rest for own in logs for rest in _rests(own, tuning)]
+    every = breakaways(rests, moved, tuning)
     dwell = sorted(each.dwell for each in every)
     if len(every) < tuning.fewest or dwell[-2] < tuning.least_spread * dwell[1]:
-        reason = "the log has too few breakaways after rests of different length"
+        reason = "there are too few breakaways after rests of different length"
         return _without_dwell(estimate, reason, include=include), None
     line, p_value, gain, gain_std = _growth(every)
     grows = (
@@ -344,15 +363,15 @@ def with_dwell(
     )
     if not score.selected:
         return estimate, score
-    slowly = breakaways(log, motions, estimate, moved, tuning, tuning.slow_power)
+    slowly = breakaways(rests, moved, tuning, tuning.slow_power)
     if len(slowly) < tuning.fewest:
         reason = "too few breakaways are resolved if friction falls slowly"
         return _without_dwell(estimate, reason, include=include), None
     slow, *_ = _growth(slowly)
-    at_rest = [
-        effort_at_rest(estimate, selection.reference_time, selection.reference_position, way)
-        for way in (1.0, -1.0)
-    ]
+    first = logs[0].estimate
+    known = first.selection
+    time, place = (0.0, 0.0) if known is None else (known.reference_time, known.reference_position)
+    at_rest = [effort_at_rest(first, time, place, way) for way in (1.0, -1.0)]
     # All levels shift alike
     shift = np.diag([float(slow.values[0] - line.values[0]) ** 2, 0.0])
     line = replace(line, covariance=line.covariance + shift)
@@ -381,6 +400,11 @@ def with_dwell(
         diagnostics=replace(diagnostics, verdicts=(*diagnostics.verdicts, *verdicts)),
     )
     return found, score
+
+
+def _at_rest(name: str) -> bool:
+    """Return whether the effort at rest depends on a parameter."""
+    return quantity_name(name) not in {"effort_delay", "elasticity", "ripple_period"}
 
 
 def _without_dwell(estimate: FrictionEstimate, reason: str, *, include: bool) -> FrictionEstimate:

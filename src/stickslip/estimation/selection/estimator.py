@@ -13,7 +13,7 @@ from stickslip.estimation.fit.fitted import Fit
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.prepare import PreparedLog, prepare
-from stickslip.estimation.selection.dwell import DwellTuning, with_dwell
+from stickslip.estimation.selection.dwell import DwellTuning, RestedLog, with_dwell
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
     model_rows,
@@ -50,6 +50,7 @@ from stickslip.estimation.selection.search import (
     Model,
     SearchTuning,
     half_width,
+    noisy_elasticity,
     search,
     smallest_ratio,
     testable,
@@ -60,6 +61,7 @@ from stickslip.estimation.selection.summary import EFFORT_KINDS, selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
     DWELL,
+    ELASTIC,
     SATURATION,
     TERM_NAMES,
     Term,
@@ -400,9 +402,8 @@ class SelectedModelEstimator:
         estimate = replace(estimate, selection=select())
         if DWELL in self.include or (self.select and DWELL not in self.exclude):
             estimate, score = with_dwell(
-                log,
-                motions,
                 estimate,
+                [RestedLog(log=log, motions=motions, estimate=estimate)],
                 self.tuning.search,
                 self.tuning.dwell,
                 inertia=model.inertia,
@@ -480,6 +481,8 @@ class SelectedModelEstimator:
             left_out.add(DELAY)
         if not self.offset:  # which friction per direction would bring back
             left_out.add("direction")
+        if noisy_elasticity(model.rows, motions):
+            left_out.add(ELASTIC)
         model = with_terms(model, terms, self.include, tuning)
         if not self.select:
             return model, ()
@@ -545,7 +548,7 @@ class SelectedModelEstimator:
             if too_few or wide.rows.moves < tuning.fewest_moves * model.rows.moves:
                 continue
             other = rows_of(wide)
-            if k > 0:
+            if k > 0 and ELASTIC not in model.names:
                 other = other.with_column("elastic", wide.scaled(wide.rows.snap))
             if smallest_ratio(other.columns) < tuning.smallest_ratio:
                 continue

@@ -158,6 +158,8 @@ def column_noise(
             noise[k] = motions.noise_of(weight.second())
         elif name.startswith("viscous_friction"):
             noise[k] = motions.noise_of(weight.first())
+        elif name == "elasticity":
+            noise[k] = motions.noise_of(weight.fourth())
     return noise
 
 

@@ -25,8 +25,8 @@ __all__ = [
     "unexplained_effort",
     "unsettled_delay",
     "untested",
-    "wrong_delay",
     "within_presliding",
+    "wrong_delay",
     "wrong_inertia",
 ]
 

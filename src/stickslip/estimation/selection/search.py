@@ -10,6 +10,7 @@ import numpy as np
 from jaxtyping import Float
 from scipy.optimize import minimize_scalar
 
+from stickslip.estimation.fit.diagnostics import LEAST_SIGNAL_TO_NOISE
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.selection.significance import (
     Basis,
@@ -17,7 +18,7 @@ from stickslip.estimation.selection.significance import (
     held_out_errors,
     significance,
 )
-from stickslip.estimation.selection.terms import DELAY, SATURATION, Term, ripple_term
+from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION, Term, ripple_term
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
 from stickslip.estimation.weak_form.windows import Weight
@@ -30,6 +31,7 @@ __all__ = [
     "SearchTuning",
     "best_shape",
     "half_width",
+    "noisy_elasticity",
     "refined",
     "search",
     "smallest_ratio",
@@ -91,12 +93,13 @@ class SearchTuning:
     """Terms of which every pair is tried [-]: those that explain most."""
     fewest_periods: int = 3
     """Of a ripple along the travel [-]: slower forces are springs and offsets."""
-    most_periods: int = 300
-    """Of a ripple along the travel [-]: bounds the time of the search."""
+    most_periods: int = 3000
+    """Of a ripple along the travel [-]: bounds the memory of the search."""
     ripple_peaks: int = 2
     """Waves of the residual that are tried [-]."""
-    most_rows: int = 2000
-    """Rows in the search for waves [-]: bounds its time and memory."""
+    ripple_share: float = 0.2
+    """Share of the windows that hold one wave of the shortest ripple at most [-]: faster windows
+    leave nothing of it."""
 
 
 _ROWS_PER_COLUMN = 3
@@ -175,6 +178,8 @@ class Model:
         """Return the columns of a term."""
         if term.name == DELAY:
             return self.effort_slope[:, None]
+        if term.name == ELASTIC:
+            return self.scaled(self.rows.snap)[:, None]
         return self.scaled(self.rows.means(shape))
 
     @cached_property
@@ -323,6 +328,18 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
         if wider * sampling_time > widest:
             return half
         half = wider
+
+
+def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:
+    """Return whether the fourth derivative of the position is its noise.
+
+    Parameters
+    ----------
+    rows, motions
+        Of a log.
+    """
+    noise = motions.noise_of(rows.weight.fourth())
+    return float(np.sqrt(np.mean(rows.snap**2))) < LEAST_SIGNAL_TO_NOISE * noise
 
 
 def _encoder_bound(model: Model, noise: float, tuning: SearchTuning) -> bool:
@@ -733,23 +750,28 @@ _FARTHEST = 5.0  # of the largest step: extrapolation
 
 def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:
     """Return the term of the strongest waves of the residual along the travel."""
-    position = model.rows.position
-    extent = float(np.ptp(position))
-    every = max(position.size // tuning.most_rows, 1)
-    at, residual = position[::every] - position[0], basis.residual[::every]
-    if extent == 0 or at.size < 50:
+    place = model.rows.position - np.min(model.rows.position)
+    extent = float(np.max(place))
+    if extent == 0 or place.size < _FEWEST_RIPPLE_ROWS:
         return []
     # A window holds a wave at most, of which it leaves 0.6 of the amplitude
-    width = 2.0 * model.rows.weight.duration * float(np.median(np.abs(model.rows.velocity)))
-    most = tuning.most_periods
-    most = min(most, int(extent / max(width, extent / most)))
-    waves = np.arange(tuning.fewest_periods, most, 0.25) / extent
-    if waves.size < 3:
+    slow = float(np.quantile(np.abs(model.rows.velocity), tuning.ripple_share))
+    width = 2.0 * model.rows.weight.duration * slow
+    most = min(tuning.most_periods, int(extent / max(width, extent / tuning.most_periods)))
+    # Quarters of a wave along the travel, from residuals summed over bins of an eighth of a wave
+    bins = 8 * most
+    at = np.minimum((place * (bins / extent)).astype(int), bins - 1)
+    spectrum = np.fft.rfft(np.bincount(at, basis.residual, minlength=bins), 4 * bins)
+    power = np.abs(spectrum[4 * tuning.fewest_periods : 4 * most]) ** 2
+    if power.size < 3:
         return []
-    power = np.abs(np.exp(2j * np.pi * np.outer(waves, at)) @ residual) ** 2
     peaks = np.flatnonzero((power[1:-1] > power[:-2]) & (power[1:-1] >= power[2:])) + 1
     strongest = peaks[np.argsort(power[peaks])[::-1][: tuning.ripple_peaks]]
     if strongest.size == 0:
         return []
+    waves = tuning.fewest_periods + 0.25 * strongest
     # The peaks are the largest of all the waves that the travel resolves
-    return [ripple_term([1.0 / float(waves[k]) for k in strongest], waves.size // 4, model.origin)]
+    return [ripple_term((extent / waves).tolist(), power.size // 4, model.origin)]
+
+
+_FEWEST_RIPPLE_ROWS = 50

@@ -17,6 +17,7 @@ from stickslip.records import AxisKind
 __all__ = [
     "DELAY",
     "DWELL",
+    "ELASTIC",
     "SATURATION",
     "TERM_NAMES",
     "Term",
@@ -31,6 +32,9 @@ DELAY = "delay"
 
 DWELL = "dwell"
 """Name of the term that is the growth of the breakaway friction with the time at rest."""
+
+ELASTIC = "elastic"
+"""Name of the term whose column is the mean fourth derivative of the position."""
 
 SATURATION = "saturation"
 """Name of the term that is the excess of the logged effort over a limit."""
@@ -47,6 +51,7 @@ TERM_NAMES = (
     "low speed",
     "presliding",
     "dwell",
+    "elastic",
     "spring",
     "gravity",
     "ripple",
@@ -151,6 +156,11 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
             "friction builds up over a distance after each reversal (presliding)",
             _presliding,
             np.geomspace(1e-4 * extent, 0.05 * extent, _PRESLIDING_SHAPES),
+        ),
+        Term(
+            name=ELASTIC,
+            text="an elastic drive between motor and encoder",
+            shapes=(Shape(names=("elasticity",), columns=(), bounds=POSITIVE),),
         ),
         _plain(
             "spring",

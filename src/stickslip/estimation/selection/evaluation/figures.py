@@ -8,7 +8,7 @@ from jaxtyping import Float
 from stickslip.estimation.figures import EnergyStretch, ForceRows, VelocityLaw
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.selection.search import Model
-from stickslip.estimation.selection.terms import DELAY, SATURATION
+from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION
 from stickslip.estimation.weak_form.motion import SlipMotion
 from stickslip.friction.estimated_law import (
     SHAPES,
@@ -116,7 +116,9 @@ def _explained(
     """Return the effort of all terms but the inertia's, sample by sample [N or N m]."""
     effort = law_effort(values, motion.velocity, np.sign(motion.velocity))
     for term, shape in model.chosen:
-        if term.name in {DELAY, SATURATION} or any(is_velocity_term(n) for n in shape.names):
+        if term.name in {DELAY, ELASTIC, SATURATION} or any(
+            is_velocity_term(n) for n in shape.names
+        ):
             continue
         for name, column in zip(shape.names, shape.columns, strict=True):
             effort = effort + values.get(name, 0.0) * column(motion)

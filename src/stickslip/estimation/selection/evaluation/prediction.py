@@ -137,11 +137,11 @@ def effort_at_rest(
     Parameters
     ----------
     estimate
-        Of a rigid axis, with all parameters identified.
+        Of a rigid axis, with all parameters identified that act at rest.
     time, position, direction
         Of the start [s], [m or rad], 1 or -1 [-].
     """
-    values = {name: estimate.value(name) for name in estimate.parameters}
+    values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
     motion = SlipMotion(
         time=np.array([time]),
         effort=np.zeros(1),
@@ -185,7 +185,9 @@ def _effort(
     values: Mapping[str, float], selection: ModelSelection, motion: SlipMotion, weight: Weight
 ) -> Float[np.ndarray, " n"]:
     """Return the effort at each sample of a motion, without a drift of the gain; NaN at rest."""
-    effort = values["inertia"] * _acceleration(motion, weight)
+    effort = values["inertia"] * _derivative(motion, weight, weight.second())
+    if "elasticity" in values:
+        effort += values["elasticity"] * _derivative(motion, weight, weight.fourth())
     effort += law_effort(values, motion.velocity, np.sign(motion.velocity))
     effort += _further_effort(values, selection, motion)
     effort[motion.direction == 0] = np.nan
@@ -215,7 +217,7 @@ def _middles(
 _GAP = 3.0  # sampling times: nothing is held beyond
 
 
-_SHAPES = ("ripple_period", "presliding_distance")  # which the selection holds too
+_SHAPES = ("ripple_period", "presliding_distance", "effort_delay")  # which the selection holds too
 
 
 def _values(estimate: FrictionEstimate, log: AxisLog, inertia: float | None) -> dict[str, float]:
@@ -234,12 +236,14 @@ def _values(estimate: FrictionEstimate, log: AxisLog, inertia: float | None) -> 
     return {**values, "inertia": own}
 
 
-def _acceleration(motion: SlipMotion, weight: Weight) -> Float[np.ndarray, " n"]:
-    """Return the acceleration; NaN where the window reaches beyond the ends of the stretch."""
-    acceleration = np.full(motion.position.size, np.nan)
+def _derivative(
+    motion: SlipMotion, weight: Weight, taps: Float[np.ndarray, " k"]
+) -> Float[np.ndarray, " n"]:
+    """Return a derivative; NaN where the window reaches beyond the ends of the stretch."""
+    derivative = np.full(motion.position.size, np.nan)
     whole = slice(weight.reach, motion.position.size - weight.reach)
-    acceleration[whole] = convolved(motion.position, weight.second())[whole]
-    return acceleration
+    derivative[whole] = convolved(motion.position - motion.position[0], taps)[whole]
+    return derivative
 
 
 def _further_effort(
