@@ -184,6 +184,8 @@ def _judged(
 ) -> ComparedEstimator:
     """Return an estimate with how well it explains the log."""
     from stickslip.estimation import replay, unexplained_effort
+    from stickslip.estimation.selection.estimator import judged
+    from stickslip.estimation.selection.plausibility import unexplained
 
     estimate = found.estimate
     if estimate is None:
@@ -203,6 +205,8 @@ def _judged(
     except StickslipError:
         # Too short for the filters, or a motion that cannot be simulated
         pass
+    if left is not None and estimate.status.trusted:
+        estimate = judged(estimate, unexplained(log, left))
     return ComparedEstimator(
         name=name,
         estimate=estimate,

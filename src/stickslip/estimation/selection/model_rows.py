@@ -23,6 +23,7 @@ from stickslip.records import quantity_name
 
 __all__ = [
     "ModelRows",
+    "bend_slope",
     "column_noise",
     "model_rows",
     "motion_summary",
@@ -213,13 +214,13 @@ def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> 
                 named[f"coulomb_friction{way}"] = named[f"coulomb_friction{way}"] - sign * rise * on
             for way, on in ways.items():
                 named[f"static_friction{way}"] = sign * rise * on
-            named["stribeck_velocity"] = excess * rows.mean(_stribeck_slope(shape.value))
+            named["stribeck_velocity"] = excess * rows.mean(bend_slope(shape.value))
             target = target + shape.value * named["stribeck_velocity"]
         elif term.name == "low speed":
             if excess is None:
                 excess = float(model.coefficients("low speed")[0])
             named["low_speed_friction"] = own[:, 0]
-            named["low_speed_velocity"] = excess * rows.mean(_stribeck_slope(shape.value))
+            named["low_speed_velocity"] = excess * rows.mean(bend_slope(shape.value))
             target = target + shape.value * named["low_speed_velocity"]
         else:
             for k, name in enumerate(shape.names):
@@ -306,8 +307,14 @@ _LEAST_DEVIATIONS = 3.0  # of a shape: nearer to zero its derivative is not cons
 _LEAST_RATIO = SearchTuning.smallest_ratio  # as for a term
 
 
-def _stribeck_slope(width: float) -> Column:
-    """Return the derivative of ``sign(v) exp(-(v / width)^2)`` with respect to the width."""
+def bend_slope(width: float) -> Column:
+    """Return the derivative of ``sign(v) exp(-(v / width)^2)`` with respect to the width.
+
+    Parameters
+    ----------
+    width
+        Velocity of a Stribeck effect, or of the friction of low speeds [m/s or rad/s].
+    """
 
     def slope(motion: SlipMotion) -> Float[np.ndarray, " n"]:
         ratio = (motion.velocity / width) ** 2

@@ -22,6 +22,7 @@ __all__ = [
     "reversed_sign",
     "ripple_of_degrees",
     "too_slow_sampling",
+    "unexplained",
     "unexplained_effort",
     "unsettled_delay",
     "untested",
@@ -317,12 +318,30 @@ def unexplained_effort(
     effort *= float(np.linalg.norm(weight.held(0.0)))
     left = max(residual - position**2 - effort**2, 0.0)
     share = float(np.sqrt(left / max(float(np.mean(model.rows.effort**2)), _TINY)))
-    if share < tuning.largest_residual:
-        return ""
-    return (
-        f"{100 * share:.0f} % of the effort is explained by no term and no noise; check the "
-        "columns and their units, and whether another axis, a load or a stop acts on this one"
-    )
+    return _UNEXPLAINED.format(100 * share) if share >= tuning.largest_residual else ""
+
+
+def unexplained(log: AxisLog, share: float) -> list[str]:
+    """Return that an estimate leaves too much of the effort of a log; nothing if it does not.
+
+    Parameters
+    ----------
+    log
+        The measurement.
+    share
+        Norm of what is left over that of the effort [-]. That of the effort's white noise, which
+        filters reduce, is taken off.
+    """
+    size = max(float(np.sqrt(np.mean(log.effort**2))), _TINY)
+    left = float(np.sqrt(max(share**2 - (noise_level(log.effort) / size) ** 2, 0.0)))
+    large = left >= PlausibilityTuning.largest_residual
+    return [_UNEXPLAINED.format(100 * left)] if large else []
+
+
+_UNEXPLAINED = (
+    "{:.0f} % of the effort is explained by no term and no noise; check the columns and their "
+    "units, and whether another axis, a load or a stop acts on this one"
+)
 
 
 _TINY = np.finfo(float).tiny

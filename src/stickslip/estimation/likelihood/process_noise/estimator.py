@@ -30,12 +30,16 @@ from stickslip.estimation.likelihood.process_noise.search import Evaluation, Max
 from stickslip.estimation.likelihood.process_noise.uncertainty import Comparison, Intervals
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
-from stickslip.estimation.selection.terms import DELAY, SATURATION
+from stickslip.estimation.selection.model_rows import bend_slope
+from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION
 from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.resampling import resampled
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
+from stickslip.estimation.weak_form.rows import Column
+from stickslip.estimation.weak_form.windows import convolved
 from stickslip.friction import FrictionTerms
 from stickslip.records import (
     AxisKind,
@@ -242,25 +246,19 @@ class ProcessNoiseLikelihoodEstimator:
         model = fit.model
         if model is None or model.inertia != self.inertia:  # the given inertia is wrong
             return nothing._replace(estimate=fit.estimate)
-        left_out = {DELAY, SATURATION, "direction"}
-        shapes = [(term.name, shape) for term, shape in model.chosen if term.name not in left_out]
-        names = [
-            f"{term}_excess" if term == "stribeck" else name
-            for term, shape in shapes
-            for name in shape.names
-        ]
+        loads = _loads(model, fit.estimate)
         columns = [
             (
                 motion.usable & (motion.direction != 0),
                 np.column_stack(
                     [np.zeros((motion.time.size, 0))]
-                    + [column(motion) for _, shape in shapes for column in shape.columns]
+                    + [column(motion) for column in loads.values()]
                 ),
             )
             for motion in model.rows.motions
         ]
         per_direction = "direction" in model.names
-        return _Selected(per_direction, model.rows.delay, tuple(names), columns, fit.estimate)
+        return _Selected(per_direction, model.rows.delay, tuple(loads), columns, fit.estimate)
 
     def _candidate(self, log: AxisLog, problem: Problem, found: _Selected) -> _Candidate:
         """Return the maximum of the likelihood for a log, or for means of its samples."""
@@ -309,7 +307,7 @@ class ProcessNoiseLikelihoodEstimator:
         problem, maximum, rows, intervals, comparison, _ = candidate
         sought = problem.sought.names
         # The delay is a diagnostic, and the size of a Stribeck effect a difference of two forces
-        names = [name for name in sought if name != _DELAY and not name.endswith("_excess")]
+        names = [name for name in sought if name != _DELAY and not name.endswith(_NOT_REPORTED)]
         at = np.array([sought.index(name) for name in names])
         values = maximum.values[at]
         independent = determined(
@@ -399,6 +397,42 @@ class ProcessNoiseLikelihoodEstimator:
         return Fit(estimate=estimate, rows=rows, inertia=self.inertia)
 
 
+def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
+    """Return the columns of the terms of a selected model, by name of their coefficients.
+
+    A shape that the log determines (a Stribeck velocity, the period of a ripple) has a column too:
+    the derivative of the effort, whose coefficient is the change of the shape. Intervals without it
+    would be those of a known shape.
+    """
+    loads: dict[str, Column] = {}
+    for term, shape in model.chosen:
+        if term.name in {DELAY, SATURATION, "direction"}:
+            continue
+        if term.name == ELASTIC:
+            taps = model.rows.weight.fourth()
+            loads["elasticity"] = lambda m, t=taps: convolved(m.position - m.position[0], t)
+            continue
+        stribeck = term.name == "stribeck"
+        loads |= dict(zip(("stribeck_excess",) if stribeck else shape.names, shape.columns, strict=True))
+        sizes = model.coefficients(term.name)
+        if term.name in {"stribeck", "low speed"}:
+            velocity = "stribeck_velocity" if stribeck else "low_speed_velocity"
+            slope = bend_slope(shape.value)
+            change = velocity, lambda m, s=slope, size=float(sizes[0]): size * s(m)
+        elif shape.slope is not None:
+            change = shape.slope[0], shape.slope[1](sizes)
+        else:
+            continue
+        found = estimate.parameters.get(change[0])
+        if found is not None and found.identified:
+            loads[f"{change[0]}{_CHANGE}"] = change[1]
+    return loads
+
+
+_CHANGE = "_change"  # of a shape, from that of the selection
+_NOT_REPORTED = ("_excess", _CHANGE)
+
+
 def _status(
     candidate: _Candidate,
     parameters: Mapping[str, ParameterEstimate],
@@ -412,7 +446,8 @@ def _status(
         return Status.MODEL_MISMATCH if mismatch else status, ()
     if selected.status is Status.MODEL_MISMATCH:
         return Status.MODEL_MISMATCH, selected.diagnostics.notes[:1]
-    unsure = selected.status is Status.NOT_IDENTIFIABLE and not candidate.intervals.white
+    unsure = selected.status.usable and not candidate.intervals.white
+    unsure = unsure and not all(each.identified for each in selected.parameters.values())
     if status is Status.OK and unsure:
         status = Status.NOT_IDENTIFIABLE
     causes = () if candidate.comparison is None else candidate.comparison.causes
