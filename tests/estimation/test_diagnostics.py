@@ -261,7 +261,7 @@ def test_another_law_widens_an_interval_and_withholds_no_value() -> None:
     shift = np.array([0.5, -0.8])
     plain, law, other = (
         solve(each, estimator="least squares", provenance=source)
-        for each in (rows, replace(rows, law_shift=shift), replace(rows, shifts=shift[None]))
+        for each in (rows, replace(rows, law_shifts=shift[None]), replace(rows, shifts=shift[None]))
     )
     np.testing.assert_allclose(law.covariance, plain.covariance + 0.5 * np.outer(shift, shift))
     for name, change in zip(rows.names, shift.tolist(), strict=True):

@@ -16,9 +16,9 @@ from stickslip.estimation.selection.model_rows import model_rows
 from stickslip.estimation.selection.plausibility import PlausibilityTuning
 from stickslip.estimation.selection.rival_law import (
     RivalTuning,
-    rival_law,
+    rival_laws,
     rival_note,
-    rival_shift,
+    rival_shifts,
 )
 from stickslip.estimation.weak_form.motion import MotionTuning, slip_motions
 from stickslip.estimation.weak_form.windows import Weight, convolved, whole_windows
@@ -210,8 +210,8 @@ PLAIN_ONLY = SelectedModelEstimator(select=False)
 @pytest.mark.parametrize(("extra", "weight"), [(lambda m: 0.0 * m.time, 0.0), (two_thirds, 1.0)])
 def test_weight_of_the_other_law_is_one_where_it_holds(extra: Extra, weight: float) -> None:
     fits = [PLAIN_ONLY.details(log_of(extra, noise=0.4, seed=seed)) for seed in range(12)]
-    rivals = [rival_law(fit.model) for fit in fits if fit.model is not None]
-    errors = [(rival.weight - weight) / rival.std for rival in rivals if rival is not None]
+    rivals = [rival for fit in fits if fit.model is not None for rival in rival_laws(fit.model)]
+    errors = [(rival.weight - weight) / rival.std for rival in rivals]
     assert len(errors) == 12
     # Student's t with about ten degrees of freedom: the limits are passed in 1 of 500 such tests
     assert 0.2 < np.mean(np.square(errors)) < 3.5
@@ -222,8 +222,7 @@ def test_weight_of_the_other_law_is_that_of_a_fit_of_both() -> None:
     log = log_of(two_thirds, noise=0.4)
     model = PLAIN_ONLY.details(log).model
     assert model is not None
-    rival = rival_law(model)
-    assert rival is not None
+    (rival,) = rival_laws(model)
     acts = Motion(time=MIDDLE)
     sign, speed = np.sign(acts.velocity), np.abs(acts.velocity)
     columns = [sign * speed ** (2 / 3), acts.acceleration, sign, np.ones(TIME.size), acts.velocity]
@@ -247,17 +246,16 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
 ) -> None:
     model = PLAIN_ONLY.details(log_of(two_thirds)).model
     assert model is not None
-    other = rival_law(model)
-    assert other is not None
+    (other,) = rival_laws(model)
     rival, tuning = replace(other, weight=weight, std=std), RivalTuning()
     rows, others = model_rows(model, "mass"), model_rows(other.model, "mass")
-    shift = rival_shift(rows, others, rival)
-    assert bool(rival_note(model, rival, "N", tuning)) == noted
-    assert (shift is not None) == wider
-    if shift is not None:
+    shifts = rival_shifts(rows, [rival], [others])
+    assert bool(rival_note(model, [rival], "N", tuning)) == noted
+    assert (shifts is not None) == wider
+    if shifts is not None:
         own = dict(zip(rows.names, rows.values(), strict=True))
         # The other law has no viscous friction
-        assert shift[rows.names.index("viscous_friction")] == pytest.approx(
+        assert shifts[0, rows.names.index("viscous_friction")] == pytest.approx(
             -own["viscous_friction"]
         )
 

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass, replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -38,6 +39,7 @@ from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.estimation.signals.resampling import resampled
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.estimation.signals.velocity_delay import without_wrong_velocity
+from stickslip.estimation.weak_form.motion import SlipMotion
 from stickslip.estimation.weak_form.rows import Column
 from stickslip.estimation.weak_form.windows import convolved
 from stickslip.friction import FrictionTerms
@@ -410,15 +412,16 @@ def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
             continue
         if term.name == ELASTIC:
             taps = model.rows.weight.fourth()
-            loads["elasticity"] = lambda m, t=taps: convolved(m.position - m.position[0], t)
+            loads["elasticity"] = partial(_snap, taps=taps)
             continue
         stribeck = term.name == "stribeck"
-        loads |= dict(zip(("stribeck_excess",) if stribeck else shape.names, shape.columns, strict=True))
+        loads |= dict(
+            zip(("stribeck_excess",) if stribeck else shape.names, shape.columns, strict=True)
+        )
         sizes = model.coefficients(term.name)
         if term.name in {"stribeck", "low speed"}:
             velocity = "stribeck_velocity" if stribeck else "low_speed_velocity"
-            slope = bend_slope(shape.value)
-            change = velocity, lambda m, s=slope, size=float(sizes[0]): size * s(m)
+            change = velocity, _times(float(sizes[0]), bend_slope(shape.value))
         elif shape.slope is not None:
             change = shape.slope[0], shape.slope[1](sizes)
         else:
@@ -427,6 +430,16 @@ def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
         if found is not None and found.identified:
             loads[f"{change[0]}{_CHANGE}"] = change[1]
     return loads
+
+
+def _snap(motion: SlipMotion, *, taps: Float[np.ndarray, " k"]) -> Float[np.ndarray, " n"]:
+    """Return the fourth derivative of the position."""
+    return convolved(motion.position - motion.position[0], taps)
+
+
+def _times(size: float, column: Column) -> Column:
+    """Return a column times a number."""
+    return lambda motion: size * column(motion)
 
 
 _CHANGE = "_change"  # of a shape, from that of the selection
