@@ -189,6 +189,7 @@ def parameter_label(name: str, kind: AxisKind = "linear") -> str:
         if name.endswith(suffix):
             return parameter_label(name.removesuffix(suffix), kind) + words
     term = QUANTITIES[name].name.replace("coulomb", "Coulomb").replace("stribeck", "Stribeck")
+    term = term.replace("two thirds", "2/3-power")
     if kind == "rotary":
         term = term.replace("mass", "inertia")
     return term[0].upper() + term[1:]

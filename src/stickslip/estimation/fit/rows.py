@@ -132,7 +132,7 @@ class Regression:
         show [SI], shape (k, p); None for nothing. They widen the intervals.
     law_shifts
         Differences to the parameters of other laws of friction that explain the rows as well [SI],
-        shape (k, p); None if there are none. The intervals contain those of all laws. They withhold
+        shape (laws, p); None if there are none. The intervals contain those of all laws. They withhold
         no value: what is identifiable is judged within the selected law.
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
@@ -170,7 +170,7 @@ class Regression:
     resolution: float = RESOLUTION
     effort_delay: int | None = None
     shifts: Float[np.ndarray, "k p"] | None = None
-    law_shifts: Float[np.ndarray, "k p"] | None = None
+    law_shifts: Float[np.ndarray, "laws p"] | None = None
     slow_residual: bool = False
     overlap: Overlap | None = None
     simultaneous: bool = False

@@ -309,7 +309,8 @@ class JointEstimator:
         if not single.offset:  # which friction per direction would bring back
             left_out.add("direction")
         parts = zip(start.rows.parts, members, strict=True)
-        if any(noisy_elasticity(rows, each.motions) for rows, each in parts):
+        noisy = any(noisy_elasticity(rows, each.motions) for rows, each in parts)
+        if inertia is not None or noisy:
             left_out.add(ELASTIC)
         terms = [
             term
@@ -382,7 +383,7 @@ class JointEstimator:
         rows: ModelRows,
         notes: Sequence[str],
         shifts: Float[np.ndarray, "k p"] | None,
-        law_shifts: Float[np.ndarray, "k p"] | None = None,
+        law_shifts: Float[np.ndarray, "laws p"] | None = None,
     ) -> tuple[FrictionEstimate, Regression]:
         """Return the estimate with its rows."""
         noises = [

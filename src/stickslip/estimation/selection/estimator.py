@@ -481,7 +481,8 @@ class SelectedModelEstimator:
             left_out.add(DELAY)
         if not self.offset:  # which friction per direction would bring back
             left_out.add("direction")
-        if noisy_elasticity(model.rows, motions):
+        # A wrong inertia would look like an elastic drive
+        if self.inertia is not None or noisy_elasticity(model.rows, motions):
             left_out.add(ELASTIC)
         model = with_terms(model, terms, self.include, tuning)
         if not self.select:
@@ -497,7 +498,7 @@ class SelectedModelEstimator:
         rows: ModelRows,
         notes: Sequence[str],
         shifts: Float[np.ndarray, "k p"] | None = None,
-        law_shifts: Float[np.ndarray, "k p"] | None = None,
+        law_shifts: Float[np.ndarray, "laws p"] | None = None,
     ) -> tuple[FrictionEstimate, Regression]:
         """Return the estimate with its rows."""
         regression = rows.regression(

@@ -81,7 +81,7 @@ class ModelRows:
         model: Model,
         *,
         shifts: Float[np.ndarray, "k p"] | None,
-        law_shifts: Float[np.ndarray, "k p"] | None,
+        law_shifts: Float[np.ndarray, "laws p"] | None,
         notes: Sequence[str],
     ) -> Regression:
         """Return the rows with what is known about their noise.

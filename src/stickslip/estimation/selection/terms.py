@@ -159,7 +159,7 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
         ),
         Term(
             name=ELASTIC,
-            text="an elastic drive between motor and encoder",
+            text="the encoder is behind an elastic drive, or its position is smoothed",
             shapes=(Shape(names=("elasticity",), columns=(), bounds=POSITIVE),),
         ),
         _plain(

@@ -314,19 +314,25 @@ def _check_finite(table: Table, name: str, column: Column) -> None:
         )
 
 
+def _stated(channel: str, bound: Mapping[str, Bound]) -> str:
+    """Return a channel in words, with what it was read from unless that has its name."""
+    text = bound[channel].expression.text
+    return f"the {channel}" if text == channel else f"the {channel} ({text})"
+
+
 def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
     """Refuse a recording in which nothing happens: most often the wrong column."""
     position = log.measured_position
     if (position == position[0]).all():
         raise InputError(
-            f"the position ({bound['position'].expression.text}) is {position[0]:g} "
+            f"{_stated('position', bound)} is {position[0]:g} "
             f"{log.unit('position')} in all {len(log)} samples",
             where=label,
             remedy="name the column that moves, or record the axis in motion",
         )
     if not log.effort.any() and not _means_zero(bound["effort"].expression):
         raise InputError(
-            f"the effort ({bound['effort'].expression.text}) is zero in all {len(log)} samples",
+            f"{_stated('effort', bound)} is zero in all {len(log)} samples",
             where=label,
             remedy="name the column of the force or torque, or record it; that none acts, as in a "
             'free decay, is said by effort = "0 * position"',
