@@ -17,7 +17,7 @@ from stickslip.records import AxisLog, FrictionEstimate, Status
 MASS, COULOMB, VISCOUS, OFFSET = 2.0, 3.0, 10.0, 0.2
 TOP_SPEED = 0.4
 T, STEPS = 1e-3, 50
-EFFORT_NOISE, ENCODER_STEP = 0.03, 2e-7
+EFFORT_NOISE, ENCODER_STEP = 0.03, 5e-8
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -37,7 +37,13 @@ class Plant:
 
 
 @njit
-def _recorded(reference, gains, law, gear, bristle):
+def _recorded(
+    reference: Float[np.ndarray, " n"],
+    gains: tuple[float, float],
+    law: tuple[float, ...],
+    gear: tuple[float, float],
+    bristle: float,
+) -> tuple[Float[np.ndarray, " n"], Float[np.ndarray, " n"]]:
     """Semi-implicit Euler steps of 20 us under a PD controller; friction can hold the motor."""
     viscous, quadratic, two_thirds, static, knee, ripple, period = law
     stiffness, share = gear
@@ -60,7 +66,7 @@ def _recorded(reference, gains, law, gear, bristle):
             smooth += np.sign(v) * two_thirds * speed ** (2.0 / 3.0)
             outer = OFFSET + ripple * np.sin(2.0 * np.pi * x / period)
             if stiffness > 0.0:
-                pull = stiffness * (x - y) + 2e-3 * np.sqrt(stiffness) * (v - w)
+                pull = stiffness * (x - y) + 0.05 * np.sqrt(stiffness * MASS) * (v - w)
                 w += dt * (pull - outer) / load
                 y += dt * w
                 outer, mass = pull, motor
@@ -95,7 +101,8 @@ def log_of(
         shape = (-1) ** k * np.concatenate([ramp, flat, ramp[::-1]])
         pieces += [shape * min(speed, travel / (T * np.sum(np.abs(shape)))), np.zeros(150)]
     reference = T * np.cumsum(np.concatenate(pieces))
-    omega = 40.0 if plant.gear_stiffness == 0.0 else 20.0
+    resonance = np.sqrt(4.0 * plant.gear_stiffness / MASS)  # of two equal masses
+    omega = min(40.0, 0.08 * resonance) if resonance else 40.0
     law = (plant.viscous, plant.quadratic, plant.two_thirds, plant.static)
     bend = (plant.stribeck_velocity, plant.ripple, plant.ripple_period)
     position, effort = _recorded(
@@ -129,7 +136,7 @@ def missed(found: FrictionEstimate, truth: dict[str, float]) -> list[str]:
 BASE = {"mass": MASS, "coulomb_friction": COULOMB, "viscous_friction": VISCOUS}
 
 
-@pytest.mark.parametrize("frequency", [15.0, 30.0])
+@pytest.mark.parametrize("frequency", [20.0, 30.0])
 def test_elastic_gear_before_the_encoder_is_found(frequency: float) -> None:
     stiffness = (2.0 * np.pi * frequency) ** 2 * MASS * 0.25  # of two equal masses
     log = log_of(Plant(gear_stiffness=stiffness))
@@ -186,7 +193,7 @@ BENT: list[tuple[dict[str, Any], dict[str, float]]] = [
         {"mass": MASS, "coulomb_friction": COULOMB},
     ),
     (
-        {"static": 4.5, "stribeck_velocity": 0.12, "quadratic": 20.0},
+        {"static": 6.0, "stribeck_velocity": 0.08, "quadratic": 30.0},
         {"mass": MASS, "coulomb_friction": COULOMB},
     ),
     (
@@ -194,8 +201,8 @@ BENT: list[tuple[dict[str, Any], dict[str, float]]] = [
         {"mass": MASS, "coulomb_friction": COULOMB},
     ),
     (
-        {"static": 4.5, "stribeck_velocity": 0.28},
-        BASE | {"stribeck_velocity": 0.28},
+        {"static": 7.0, "stribeck_velocity": 0.25},
+        BASE | {"stribeck_velocity": 0.25},
     ),
 ]
 
@@ -245,11 +252,11 @@ def test_a_delay_that_is_not_determined_leaves_the_result_ok() -> None:
     assert sum(len(missed(found, BASE)) for found in every) <= 2
 
 
-def velocity_noise(log: AxisLog) -> Float[np.ndarray, " n"]:
+def disturbed_effort(log: AxisLog) -> Float[np.ndarray, " n"]:
     """Return an effort that has little to do with the motion."""
     rng = np.random.default_rng(0)
     slow = np.repeat(rng.standard_normal(len(log) // 200 + 1), 200)[: len(log)]
-    return log.effort + 0.45 * float(np.std(log.effort)) * slow
+    return log.effort + 0.4 * float(np.std(log.effort)) * slow
 
 
 def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> None:
@@ -258,15 +265,15 @@ def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> 
         name="disturbed",
         kind="linear",
         time=log.time,
-        effort=velocity_noise(log),
+        effort=disturbed_effort(log),
         measured_position=log.measured_position,
     )
-    for each in compare_log(disturbed, only=("energy", "idim-ls")).applied:
-        assert each.estimate is not None
-        assert each.unexplained_effort is not None
-        assert each.unexplained_effort > 0.25
-        assert not each.estimate.status.trusted
-    for each in compare_log(log, only=("energy", "idim-ls")).applied:
+    (doubted,) = compare_log(disturbed, only=("idim-ls",)).applied
+    assert doubted.unexplained_effort is not None
+    assert 0.25 < doubted.unexplained_effort < 0.5
+    assert doubted.estimate is not None
+    assert doubted.estimate.status is Status.MODEL_MISMATCH
+    for each in compare_log(log, only=("idim-ls",)).applied:
         assert each.estimate is not None
         assert not any("no term" in note for note in each.estimate.diagnostics.notes)
 

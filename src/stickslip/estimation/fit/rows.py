@@ -132,7 +132,7 @@ class Regression:
         show [SI], shape (k, p); None for nothing. They widen the intervals.
     law_shifts
         Differences to the parameters of other laws of friction that explain the rows as well [SI],
-        shape (laws, p); None if there are none. The intervals contain those of all laws. They withhold
+        shape (laws, p); None for none. The intervals contain those of all laws. They withhold
         no value: what is identifiable is judged within the selected law.
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
