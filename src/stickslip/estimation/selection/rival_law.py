@@ -115,7 +115,7 @@ def rival_laws(
         same = viscous == own[0] and set(names) == set(bends)
         if same or (not bends and names != ("two-thirds",)) or (not bends and viscous):
             continue
-        if not viscous and "direction" in model.names:
+        if "two-thirds" in names and "direction" in model.names:  # as in the search
             continue
         start = replace(model, viscous=viscous, chosen=kept)
         rival = _with_bends(start, [term for term in terms if term.name in names], tuning)
