@@ -195,3 +195,12 @@ def test_many_columns_take_time_in_proportion(tmp_path):
 
     seconds(100)  # the library of units loads
     assert seconds(12_000) < 10 * max(seconds(3_000), 0.1)
+
+
+def test_standard_input_of_the_command_line(columns, monkeypatch, capsys):
+    from stickslip.cli import main
+
+    content = io.BytesIO(text_of(columns).encode())
+    monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(content))
+    assert main(["inspect", "-", "--kind", "linear"]) == 0
+    assert "position is read from column 'position'" in capsys.readouterr().out

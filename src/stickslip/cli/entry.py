@@ -39,7 +39,9 @@ def main(arguments: Sequence[str] | None = None) -> int:
             # Imported here, so that an interruption while it loads ends quietly too.
             from stickslip.cli.application import run
 
-            return run(sys.argv[1:] if arguments is None else arguments)
+            given = sys.argv[1:] if arguments is None else arguments
+            # The parser takes a lone - for an option.
+            return run(["/dev/stdin" if each == "-" else each for each in given])
     except (KeyboardInterrupt, Exception) as error:  # noqa: BLE001 - no failure may look like a result
         stop = _signal_behind(error)
         if isinstance(stop, _Terminated):
