@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from stickslip.presentation import write_report
-from stickslip.records import QUANTITIES, AxisLog, InputError, unit_of
+from stickslip.records import QUANTITIES, AxisLog, InputError, LogSource, unit_of
 from stickslip.tasks import compare_log, identify
 
 
@@ -84,6 +84,14 @@ def test_no_quantity_keeps_a_newton():
     for name in QUANTITIES:
         for kind in ("linear", "rotary"):
             assert not re.search(r"\bN\b|\bkg\b|\bJ\b", unit_of(name, kind, "A")), name
+
+
+def test_the_side_of_the_gear_is_stated(torque_log, tmp_path):
+    source = LogSource(files=(), sha256="", side="joint")
+    found = identify(replace(torque_log, source=source))
+    assert found.to_dict()["provenance"]["side"] == "joint"
+    text = write_report(found, tmp_path / "r.html").read_text()
+    assert "The values refer to the joint side of the gear." in text
 
 
 def test_another_unit_of_the_effort_is_refused(torque_log):

@@ -43,7 +43,9 @@ def axes_table(found: AxesIdentification) -> Table:
         short = "\n".join(label.replace(", ", " ").replace(" [", "\n[").split(" ", 1))
         columns.append(Column(label, short=short))
     validated = any(each.validation is not None for _, each in every)
-    columns.append(Column("Unexplained effort", short="unex-\nplained"))
+    explained = any(each.residuals is not None for _, each in every)
+    if explained:
+        columns.append(Column("Unexplained effort", short="unex-\nplained"))
     if validated:
         columns.append(Column("Error of prediction", short="error on\nother log"))
     rows: list[list[str | Cell]] = []
@@ -60,7 +62,8 @@ def axes_table(found: AxesIdentification) -> Table:
                 text = f"{text} {unit_text(parameter.unit)}"
             row.append(text)
         share = None if each.residuals is None else each.residuals.share
-        row.append(or_none(share, lambda value: f"{value:.2%}"))
+        if explained:
+            row.append(or_none(share, lambda value: f"{value:.2%}"))
         if validated:
             error = None if each.validation is None else each.validation.error
             row.append(or_none(error, lambda value: f"{value:.2%}"))

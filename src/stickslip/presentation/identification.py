@@ -36,6 +36,7 @@ from stickslip.presentation.words import (
     missing_parameters,
     printed_unit,
     share_text,
+    side_text,
     value_text,
     value_texts,
 )
@@ -75,7 +76,7 @@ def identification_page(found: Identification) -> Page:
     """Return the page of an identification."""
     estimate, joint, selection = found.estimate, found.estimate.joint, found.estimate.selection
     assumed = assumed_units(found.logs)
-    below = [Text(assumed, "reason")] if assumed else []
+    below = [Text(each, "reason") for each in (assumed, side_text(estimate)) if each]
     if found.validation is not None:
         below.append(Text(validation_text(found.validation)))
     figures, missing = _figures(found)

@@ -16,6 +16,7 @@ from stickslip.presentation.words import (
     prefixed,
     printed_unit,
     share_text,
+    side_text,
 )
 from stickslip.records import (
     AxesIdentification,
@@ -47,8 +48,9 @@ def print_identification(console: "Console", identification: Identification) -> 
     console.print(parameter_table(identification).to_rich())
     console.print()
     assumed = assumed_units(identification.logs)
-    if assumed:
-        console.print(assumed)
+    for words in (assumed, side_text(estimate)):
+        if words:
+            console.print(words)
     _verdict(console, f"{status.value}: {status.text}", good=status.trusted, wrapped=False)
     if any(parameter.identified for parameter in estimate.parameters.values()):
         crossed = diagnostics.cross_validation_residual
@@ -84,6 +86,9 @@ def print_axes(console: "Console", found: AxesIdentification) -> None:
     _listed(console, "Assumed in reading it:", _once(assumed))
     console.print()
     print_table(console, axes_table(found))
+    sides = {side_text(each.estimate) for each in found.axes.values()}
+    if len(sides) == 1:
+        _listed(console, "", sides, bullet="")
     reasons: list[str] = []
     for axis, each in found.axes.items():
         estimate = each.estimate

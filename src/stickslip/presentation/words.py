@@ -69,6 +69,12 @@ def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") ->
     return [f"{', '.join(names)}: {in_words(reason)}" for reason, names in reasons.items()]
 
 
+def side_text(estimate: FrictionEstimate) -> str:
+    """Return which side of a gear the values refer to; empty if that is not known."""
+    side = estimate.provenance.side
+    return f"The values refer to the {side} side of the gear." if side else ""
+
+
 def assumed_units(logs: Iterable[AxisLog]) -> str:
     """Return which units were assumed, as the logs name none; empty if they name all."""
     units = {

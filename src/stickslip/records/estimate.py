@@ -175,9 +175,9 @@ class Provenance(Record):
     input_sha256: str  #: Hash of the input; empty for a log made in memory.
     options: Mapping[str, Any]  #: Every option of the estimator, as plain values.
     assumptions: tuple[str, ...] = ()  #: What was inferred while reading the log.
-    effort_unit: EffortUnit = (
-        ""  #: Of the log: ``"A"`` or ``"%"`` if its effort is no force or torque.
-    )
+    #: Of the log: ``"A"`` or ``"%"`` if its effort is no force or torque.
+    effort_unit: EffortUnit = ""
+    side: Literal["", "motor", "joint"] = ""  #: Of a gear that the values refer to, if known.
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -111,6 +111,7 @@ def provenance_of(log: AxisLog, options: Mapping[str, Any]) -> Provenance:
         input_sha256="" if source is None else source.sha256,
         options=options,
         assumptions=() if source is None else source.assumptions,
+        side="" if source is None else source.side,
         effort_unit=log.effort_unit,
     )
 
