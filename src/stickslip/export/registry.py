@@ -11,6 +11,7 @@ from stickslip.records import InputError
 @cache
 def exporters() -> Mapping[str, Exporter]:
     """Return every exporter by its name, in the order of the overview."""
+    from stickslip.export.c.target import CodeExporter
     from stickslip.export.drives.beckhoff import AX2000, AX8000, TWINCAT_CNC
     from stickslip.export.drives.rexroth import INDRADRIVE
     from stickslip.export.drives.table import TABLE
@@ -43,6 +44,7 @@ def exporters() -> Mapping[str, Exporter]:
         RANGES,
         ISAAC_LAB_EVENTS,
         MJLAB_EVENTS,
+        CodeExporter(),
     )
     return MappingProxyType({each.name: each for each in every})
 

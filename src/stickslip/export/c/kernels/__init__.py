@@ -1,0 +1,1 @@
+"""Kernels that exist for the exported code; all others are those that the package itself runs."""

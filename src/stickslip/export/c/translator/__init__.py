@@ -1,0 +1,1 @@
+"""Translation of compiled kernels to C99."""
