@@ -163,7 +163,9 @@ def _print_claims(console: Console, claims: Sequence[Claim]) -> None:
     for claim in claims:
         if not (claim.agrees or claim.agrees_partly):
             console.print(f"  {claim.place}: {claim.statement}")
-            measured = "; ".join(each.text for each in claim.measures if not each.agrees)
+            measured = "; ".join(
+                f"{each.quantity}: {each.value_text}" for each in claim.measures if not each.agrees
+            )
             console.print(f"    {measured}", style="dim")
 
 

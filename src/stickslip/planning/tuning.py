@@ -64,7 +64,8 @@ class SeriesTuning:
     search_work: float = 4e4
     """Work of one search that is to find some solution [matrix entries]. Work 0.98, 1.02."""
     refusal_work: float = 2e4
-    """Work of one trial for the reason of a refusal, which is guessed and not proven [entries]."""
+    """Work of one trial for the reason of a refusal, which is guessed and not proven [entries].
+    Work 1.00, 1.00."""
     clearance: float = 1e-6
     """Distance of an effort from what it must exceed [effort limit]. Work 1.00, 1.00."""
     longest: float = 10.0
@@ -85,14 +86,14 @@ class SeriesTuning:
     max_stronger: float = 128.0
     """Largest effort limit tried for the reason of a refusal [effort limit]. Work 1.00, 1.00."""
     effort_accuracy: float = 1.05
-    """Ratio within which the effort is determined that would be enough [-]."""
+    """Ratio within which the effort is determined that would be enough [-]. Work 1.00, 1.00."""
 
     creep_share: float = 0.02
-    """Velocity below which mass 1 creeps [highest velocity]."""
+    """Velocity below which mass 1 creeps [highest velocity]. Work 1.00, 1.01."""
     min_rest_pulses: int = 4
-    """Pulses of the shortest rest on the way [-]."""
+    """Pulses of the shortest rest on the way [-]. Work 1.00, 1.00."""
     rest_trials: int = 8
-    """Pulses tried as the begin of a rest at most [-]."""
+    """Pulses tried as the begin of a rest at most [-]. Work 1.00, 1.00."""
     earlier_pulses: int = 3
     """Pulses by which the second part may begin before the end of the creeping [-]."""
     held_share: float = 0.9

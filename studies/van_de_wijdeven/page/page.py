@@ -3,6 +3,7 @@
 import base64
 import html
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import NamedTuple
 
 from stickslip.presentation.page import Markup, Page, Section, rendered
@@ -114,10 +115,7 @@ def _claim_table(claims: Sequence[Claim]) -> str:
     rows: list[str] = []
     for claim in claims:
         cells = (
-            (
-                "Measured",
-                f"{_measured(claim)}<span class='meaning'>Limits: {prose(claim.criterion)}.</span>",
-            ),
+            ("Measured", _measured(claim)),
             ("Verdict", _verdict(claim)),
             ("Why", prose(claim.why)),
         )
@@ -136,19 +134,22 @@ def _claim_table(claims: Sequence[Claim]) -> str:
 
 
 def _measured(claim: Claim) -> str:
-    """Return what was measured, in each case by itself, and what belongs to the claim."""
-    lines = [
-        ("yes" if claim.verdicts[case] else "no", case, measures)
-        for case, measures in claim.cases.items()
-    ]
-    others = [each for each in claim.measures if each.case not in claim.cases]
-    lines += [("", each.case, (each,)) for each in others]
-    items = "".join(
-        f'<li class="{css}">{prose(f"{case}: " if case else "")}'
-        f"{prose('; '.join(each.text for each in measures))}</li>"
-        for css, case, measures in lines
-    )
-    return f'<ul class="readings">{items}</ul>'
+    """Return each quantity with its limits, and its values by case."""
+    blocks: list[str] = []
+    for quantity, measures in groupby(claim.measures, key=lambda each: each.quantity):
+        values = list(measures)
+        limits = values[0].limits
+        meaning = f"<span class='meaning'>{prose(limits)}</span>" if limits else ""
+        lone = len(values) == 1 and not values[0].case
+        items = "".join(
+            f'<li class="{("yes" if each.agrees else "no") if each.decides else ""}">'
+            f"{prose(f'{quantity if lone else each.case}: {each.value_text}')}"
+            f"{meaning if lone else ''}</li>"
+            for each in values
+        )
+        head = "" if lone else f"<div>{prose(quantity)}{meaning}</div>"
+        blocks.append(f'{head}<ul class="readings">{items}</ul>')
+    return "".join(blocks)
 
 
 def _verdict(claim: Claim) -> str:

@@ -167,9 +167,9 @@ class Measure:
         return f"at least {low}" if np.isinf(self.high) else f"{low} to {high}"
 
     @property
-    def text(self) -> str:
-        """Quantity and value in words."""
-        return f"{self.quantity} {self._number(self.value)}"
+    def value_text(self) -> str:
+        """The value in words."""
+        return self._number(self.value)
 
     def _number(self, value: float) -> str:
         if np.isnan(value):
@@ -226,14 +226,6 @@ class Claim:
     def agrees_partly(self) -> bool:
         """Whether the claim holds in some cases, but not in all."""
         return not self.agrees and any(self.verdicts.values())
-
-    @property
-    def criterion(self) -> str:
-        """The limits of all quantities, in words."""
-        deciding = dict.fromkeys(
-            f"{each.quantity}: {each.limits}" for each in self.measures if each.decides
-        )
-        return "; ".join(deciding)
 
     @property
     def verdict(self) -> Literal["agrees", "partly", "differs"]:

@@ -85,4 +85,4 @@ def test_limits_in_words() -> None:
     limits = {measure("", 1.0, *each).limits for each in ((0.5, 2.0), (0.5,), (-np.inf, 2.0))}
     assert limits == {"500 ms to 2.00 s", "at least 500 ms", "at most 2.00 s"}
     assert measure("", 1.0).limits == ""
-    assert measure("", np.nan).text == "width none"
+    assert measure("", np.nan).value_text == "none"
