@@ -1,13 +1,13 @@
-"""Which efforts take the arm from rest to rest, as linear programmes over blocks of pulses.
+"""Efforts that move the arm from rest to rest, by linear programmes over blocks of pulses.
 
 While x1' > 0 the final state is linear in the efforts, and so is the velocity at every instant
 (EQUATIONS, conjunction): x_N = A_d^N x_0 + sum A_d^(N-1-k) B_d (u_k - F). At full rate that is a
-programme of hundreds of dense columns, nearly all at one of their bounds in the optimum. So pulses
-are first put together in few blocks of equal effort, whose programme is solved in a millisecond or
-two. Its prices tell for every single pulse what it would rather do, and so bound what the full
-programme can gain (weak duality); blocks whose pulses disagree are divided there, and instants
-where the velocity is found to be too low, also between samples, become constraints. When the bound
-leaves nothing to gain, the plan is optimal at full rate.
+programme of hundreds of dense columns, nearly all at one of their bounds in the optimum. Pulses are
+therefore first put together in few blocks of equal effort, whose programme is solved in a
+millisecond or two. Its dual prices give the best effort of every single pulse, and so bound the
+gain of the full programme (weak duality). Blocks whose pulses have different best efforts are
+divided, and instants at which the velocity is too low, also between samples, become constraints.
+When the bound leaves no gain, the plan is optimal at full rate.
 """
 
 import math
@@ -103,7 +103,7 @@ class Programme:
 
     @property
     def accepted_velocity(self) -> float:
-        """What is not too low between the instants at which the least velocity is asked for."""
+        """Velocity accepted between the instants that are constrained [m/s or rad/s]."""
         return TUNING.accepted_share * self.least_velocity
 
     @cached_property

@@ -40,7 +40,7 @@ class SeriesLimit(Enum):
 
 
 class NoPulseSeriesError(InputError):
-    """No series of pulses does what is asked for."""
+    """No series of pulses meets the request."""
 
     @property
     def limit(self) -> SeriesLimit:

@@ -49,9 +49,9 @@ _SERIES_TEXT = (
     "those to the target of the series, and true ones."
 )
 _BOTH_FRICTIONS = (
-    "Coulomb and viscous friction without a direction are those of the estimator that runs along, "
-    "from the whole way; mass and friction of each direction are those of the pulses, which are "
-    "too short and slow to tell much of viscous friction."
+    "Coulomb and viscous friction without a direction are those of the online estimator, from the "
+    "whole motion; mass and friction of each direction are those of the pulses, which are too "
+    "short and slow to determine viscous friction well."
 )
 _LIMITS_TEXT = (
     "Static friction shows itself only to pulses near it: it is known to lie between the strongest "
@@ -189,7 +189,7 @@ def _facts(result: Positioning) -> list[Fact]:
         *facts,
         Fact("Peak effort", peak, "largest magnitude"),
         Fact("Controller", result.method, result.controller, code=True),
-        Fact("Way", shown(abs(last.target - last.start), unit), ends),
+        Fact("Travel", shown(abs(last.target - last.start), unit), ends),
     ]
 
 
