@@ -95,7 +95,8 @@ class SeriesTuning:
     rest_trials: int = 8
     """Pulses tried as the begin of a rest at most [-]. Work 1.00, 1.00."""
     earlier_pulses: int = 3
-    """Pulses by which the second part may begin before the end of the creeping [-]."""
+    """Pulses by which the second part may begin before the end of the creeping [-]. Work 1.00,
+    1.00."""
     held_share: float = 0.9
     """Share of static friction that may hold mass 1 [-]: a margin for its error."""
 
