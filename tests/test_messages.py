@@ -22,7 +22,7 @@ ERRORS = {
     "ScenarioError",
 }
 PACKAGE = Path(stickslip.__file__).parent
-ITEMS = {"names", "list", "or", "any", "all"}  # formats of several items
+ITEMS = {"names", "list", "and", "or", "any", "all"}  # formats of several items
 PURELY_INTERNAL = {"missing_extra", "option_needed"}
 
 

@@ -41,7 +41,7 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
             raise RecursionError
         return tomllib.loads(content.decode("utf-8-sig"))
     except FileNotFoundError:
-        raise InputError("no_such_file", where=printable(path), kind=what) from None
+        raise InputError("no_such_file", where=printable(path), kind=f"{what} file") from None
     except OSError as error:
         reason = error.strerror or type(error).__name__
         raise InputError("unreadable", where=printable(path), kind=what, reason=reason) from error

@@ -7,9 +7,9 @@ from functools import partial
 from http.server import SimpleHTTPRequestHandler, ThreadingHTTPServer
 
 import pytest
+from refusals import refuses
 
 from stickslip.logs import benchmarks, find_benchmark
-from stickslip.records import InputError
 
 CONTENT = {"one.mat": b"first file", "two.mat": b"second file"}
 
@@ -62,7 +62,7 @@ def test_fetched_once_and_said(registered, caplog):
 
 def test_what_is_fetched_must_be_what_was_published(registered):
     (registered / "two.mat").write_bytes(b"another file")
-    with pytest.raises(InputError, match=r"two\.mat is not the published one.*STICKSLIP_DATA"):
+    with refuses("data_not_published", file="two.mat", variable="STICKSLIP_DATA"):
         find_benchmark("stage")
 
 
@@ -76,7 +76,7 @@ def test_a_file_in_the_cache_that_was_damaged_is_fetched_anew(registered, caplog
 
 def test_no_such_page(registered):
     (registered / "one.mat").unlink()
-    with pytest.raises(InputError, match=r"one\.mat cannot be fetched from http.*put it by hand"):
+    with refuses("data_not_fetched", file="one.mat"):
         find_benchmark("stage")
 
 
@@ -85,7 +85,7 @@ def test_no_network(registered, monkeypatch, caplog):
         address="http://127.0.0.1:1/", files=benchmarks._BENCHMARKS["stage"].files
     )
     monkeypatch.setattr(benchmarks, "_BENCHMARKS", {"stage": closed})
-    with pytest.raises(InputError, match=r"cannot be fetched from http.*put it by hand into "):
+    with refuses("data_not_fetched"):
         find_benchmark("stage")
     assert caplog.records == [], "a refusal is one line"
 
@@ -98,10 +98,10 @@ def test_a_folder_of_ones_own_comes_first(registered, tmp_path, monkeypatch):
     monkeypatch.setenv("STICKSLIP_DATA", str(tmp_path / "data"))
     assert find_benchmark("stage") == own
     (own / "one.mat").write_bytes(b"damaged")
-    with pytest.raises(InputError, match=r"one\.mat: the file is not the published one"):
+    with refuses("data_file_differs"):
         find_benchmark("stage")
     (own / "one.mat").unlink()
-    with pytest.raises(InputError, match=r"one\.mat: there is no such file.*unset STICKSLIP_DATA"):
+    with refuses("data_file_missing"):
         find_benchmark("stage")
     (own / "two.mat").unlink()
     own.rmdir()
@@ -111,16 +111,16 @@ def test_a_folder_of_ones_own_comes_first(registered, tmp_path, monkeypatch):
 def test_a_folder_of_ones_own_that_is_not_there(registered, tmp_path, monkeypatch):
     for place in (tmp_path / "nowhere", tmp_path / "published" / "one.mat"):
         monkeypatch.setenv("STICKSLIP_DATA", str(place))
-        with pytest.raises(InputError, match=r"STICKSLIP_DATA names no folder; correct it"):
+        with refuses("place_of_data_missing"):
             find_benchmark("stage")
 
 
 def test_a_cache_that_cannot_be_written(registered, tmp_path):
     (tmp_path / "cache").write_text("a file where the cache's folder would be")
-    with pytest.raises(InputError, match=r"the cache of data sets cannot be made \(.*; make that"):
+    with refuses("no_cache_of_data"):
         find_benchmark("stage")
 
 
 def test_an_unknown_data_set():
-    with pytest.raises(InputError, match="there is no data set 'nemo'; choose one of: emps"):
+    with refuses("not_a_choice", name="data set", value="nemo"):
         find_benchmark("nemo")

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from refusals import refuses
 
 from stickslip.logs import LogSchema, read_log
 from stickslip.records import InputError
@@ -94,7 +95,7 @@ def test_milliseconds_only_if_the_header_says_so(read):
     ],
 )
 def test_competing_columns_are_listed(header, what, read):
-    with pytest.raises(InputError, match="say which") as caught:
+    with refuses("columns_compete") as caught:
         read(header)
     assert what in str(caught.value)
 
@@ -116,7 +117,7 @@ def test_the_kind_follows_the_units(header, kind, read):
 
 
 def test_units_that_contradict_each_other(read):
-    with pytest.raises(InputError, match="position is in mm and effort is in N m, which do not"):
+    with refuses("kinds_contradict"):
         read(["t", "x [mm]", "f [N m]"])
 
 
@@ -143,7 +144,7 @@ def test_names_said_of_one_kind_only(header, kind, reason, read):
     ],
 )
 def test_a_torque_is_not_taken_for_a_force(header, schema, what, read):
-    with pytest.raises(InputError, match="which do not go together on one axis") as caught:
+    with refuses("kinds_contradict") as caught:
         read(header, schema)
     assert what in str(caught.value)
 
@@ -160,7 +161,7 @@ def test_a_force_comes_before_a_current(read):
 
 
 def test_no_units_no_kind(read):
-    with pytest.raises(InputError, match="is not known: no units are given"):
+    with refuses("kind_unknown"):
         read(["t", "x", "f"])
 
 
@@ -229,7 +230,7 @@ def test_stated_columns_leave_the_rest_alone(read):
 
 def test_a_computed_channel_does_not_guess_its_unit(read):
     header = ["t", "motor [deg]", "drive [V]"]
-    with pytest.raises(InputError, match=r"whether it comes out in deg or rad is not known"):
+    with refuses("unit_of_expression_unknown", needed="rad"):
         read(header, LogSchema(kind="rotary", position="motor / 2", effort="2 * drive"))
     stated = {"position": "deg"}
     log = read(header, LogSchema(position="motor / 2", effort="2 * drive", units=stated))

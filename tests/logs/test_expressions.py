@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refuses
 
 from stickslip.logs.expressions import parse_expression, quoted
 from stickslip.records import InputError
@@ -129,16 +130,16 @@ def test_what_is_not_a_linear_expression(text):
 
 
 @pytest.mark.parametrize(
-    ("text", "what"),
+    ("text", "code"),
     [
-        ("a * b.c", "multiplies two columns"),
-        ("2 / a", "divides by a column"),
-        ("a / (2 - 2)", "divides by zero"),
-        ("a / 0.0", "divides by zero"),
+        ("a * b.c", "product_of_columns"),
+        ("2 / a", "quotient_by_column"),
+        ("a / (2 - 2)", "quotient_by_zero"),
+        ("a / 0.0", "quotient_by_zero"),
     ],
 )
-def test_what_is_not_linear(text, what):
-    with pytest.raises(InputError, match=what):
+def test_what_is_not_linear(text, code):
+    with refuses(code):
         parse_expression(text).evaluate(VALUES)
 
 

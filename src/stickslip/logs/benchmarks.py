@@ -62,17 +62,11 @@ def find_benchmark(name: str) -> Path:
         or kept.
     """
     if name not in _BENCHMARKS:
-        raise InputError(
-            f"there is no data set {name!r}", remedy=f"choose one of: {', '.join(_BENCHMARKS)}"
-        )
+        raise InputError("not_a_choice", name="data set", value=name, choices=tuple(_BENCHMARKS))
     benchmark = _BENCHMARKS[name]
     if place := os.environ.get(_PLACE):
         if not Path(place).is_dir():
-            raise InputError(
-                f"the environment variable {_PLACE} names no folder",
-                where=place,
-                remedy="correct it, or unset it",
-            )
+            raise InputError("place_of_data_missing", where=place, variable=_PLACE)
         folder = Path(place) / name
         if folder.exists():
             for file, digest in benchmark.files.items():
@@ -87,18 +81,15 @@ def _digest(path: Path) -> str:
 
 def _check(path: Path, digest: str) -> None:
     if not path.is_file():
-        raise InputError(
-            f"there is no such file, and the data set has one (looked in {_PLACE})",
-            where=str(path),
-            remedy=f"copy it there, or unset {_PLACE}",
-        )
+        raise InputError("data_file_missing", where=str(path), variable=_PLACE)
     found = _digest(path)
     if found != digest:
         raise InputError(
-            f"the file is not the published one: it has {path.stat().st_size} bytes with the "
-            f"sha256 {found}, not {digest}",
+            "data_file_differs",
             where=str(path),
-            remedy="remove it, or copy it again",
+            size=path.stat().st_size,
+            found=found,
+            digest=digest,
         )
 
 
@@ -116,13 +107,14 @@ def _fetched(name: str, benchmark: _Benchmark) -> Path:
         try:
             pooch.retrieve(address, known_hash=f"sha256:{digest}", fname=file, path=folder)
         except (OSError, ValueError) as error:  # no network or no such page; another file's hash
-            reason = f"cannot be fetched from {address}"
-            if isinstance(error, ValueError):
-                reason = "is not the published one"
             raise InputError(
-                f"{file} {reason} ({type(error).__name__})",
-                remedy=f"put it by hand into {folder}, or into a folder {name!r} inside the folder "
-                f"that the environment variable {_PLACE} names",
+                "data_not_fetched" if isinstance(error, OSError) else "data_not_published",
+                file=file,
+                address=address,
+                reason=type(error).__name__,
+                folder=folder,
+                name=name,
+                variable=_PLACE,
             ) from error
         _logger.warning("fetched %s", address)
     return folder
@@ -134,8 +126,9 @@ def _check_cache(folder: Path, file: str) -> None:
         folder.mkdir(parents=True, exist_ok=True)
     except OSError as error:
         raise InputError(
-            f"the cache of data sets cannot be made ({error.strerror or type(error).__name__})",
+            "no_cache_of_data",
             where=str(folder),
-            remedy=f"make that folder, or put the data set into one that {_PLACE} names",
+            reason=error.strerror or type(error).__name__,
+            variable=_PLACE,
         ) from error
     check_output(folder / file, what="the cache of data sets")

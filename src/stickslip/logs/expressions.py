@@ -27,11 +27,6 @@ _TOKEN = re.compile(
     re.VERBOSE,
 )
 
-_REMEDY = (
-    'write a column, or sums of columns times numbers such as "2.5 * current + 0.1"; names with '
-    "spaces or other characters go in single quotes"
-)
-
 
 @dataclass(frozen=True, kw_only=True)
 class Expression:
@@ -121,9 +116,7 @@ class _Parser:
     def _factor(self) -> _Node:
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise InputError(
-                f"the expression is nested more than {_DEEPEST} deep", remedy="write it simpler"
-            )
+            raise InputError("expression_nested", limit=_DEEPEST)
         node = self._signed_factor()
         self._depth -= 1
         return node
@@ -152,17 +145,15 @@ class _Parser:
         vanished = number == 0.0 and not set(text.lower().partition("e")[0]).isdisjoint("123456789")
         if math.isinf(number) or vanished:
             raise InputError(
-                f"{self._text!r} has the number {text}, which is too "
-                f"{'small' if vanished else 'large'} to compute with",
-                remedy="write the factor that belongs to the columns' units",
+                "number_too_small" if vanished else "number_too_large", text=self._text, number=text
             )
         return number
 
     def _unexpected(self) -> InputError:
-        found = "something is missing at the end"
-        if self._next < len(self._tokens):
-            found = f"unexpected {self._tokens[self._next][1]!r}"
-        return InputError(f"{self._text!r} is not a linear expression: {found}", remedy=_REMEDY)
+        if self._next == len(self._tokens):
+            return InputError("expression_ends_early", text=self._text)
+        reason = f"unexpected {self._tokens[self._next][1]!r}"
+        return InputError("not_an_expression", text=self._text, reason=reason)
 
     def _join(self, operator: str, left: _Node, right: _Node) -> _Node:
         """Return the node that applies an operator, and refuses what would not be linear."""
@@ -175,16 +166,12 @@ class _Parser:
                 return a - b
             if operator == "*":
                 if isinstance(a, np.ndarray) and isinstance(b, np.ndarray):
-                    raise InputError(
-                        f"{self._text!r} multiplies two columns, which is not linear",
-                        remedy="multiply a column by numbers only, or compute it before logging",
-                    )
+                    raise InputError("product_of_columns", text=self._text)
                 return a * b
             if isinstance(b, np.ndarray) or b == 0:
-                what = "a column" if isinstance(b, np.ndarray) else "zero"
                 raise InputError(
-                    f"{self._text!r} divides by {what}",
-                    remedy="divide by a number other than zero, or compute it before logging",
+                    "quotient_by_column" if isinstance(b, np.ndarray) else "quotient_by_zero",
+                    text=self._text,
                 )
             return a / b
 
@@ -197,8 +184,7 @@ def _tokens(text: str) -> Iterator[tuple[str, str]]:
         match = _TOKEN.match(text, position)
         if match is None:
             raise InputError(
-                f"{text!r} is not a linear expression: cannot read {text[position:end].strip()!r}",
-                remedy=_REMEDY,
+                "not_an_expression", text=text, reason=f"cannot read {text[position:end].strip()!r}"
             )
         kind = str(match.lastgroup)
         word = match[kind]

@@ -57,10 +57,7 @@ def read_log(
     try:
         Path(path)
     except TypeError:
-        raise InputError(
-            f"an object of type {type(path).__name__} is not the path of a log",
-            remedy="give a path, or turn a data frame into a log with stickslip.log_from_frame",
-        ) from None
+        raise InputError("not_a_path", found=type(path).__name__) from None
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
     return _axis_of(table, whole, axis, where, source, name)
@@ -97,11 +94,7 @@ def log_from_frame(
     """
     whole, where = schema_at(schema)
     if whole.files:
-        raise InputError(
-            "the schema names files, and a data frame has none",
-            where=where,
-            remedy="leave [files] out",
-        )
+        raise InputError("frame_with_files", where=where)
     label = "data frame"
     table = table_of_frame(frame, label)
     return _axis_of(table, whole, axis, where, None, label)

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import Any, ClassVar, Literal, get_args
 
 from stickslip.input_files import read_toml, record_from, unknown_key
-from stickslip.records import AxisKind, InputError, ReadOnlyMapping, positive
+from stickslip.records import AxisKind, InputError, ReadOnlyMapping, one_of, positive
 
 CHANNELS = ("time", "position", "velocity", "effort", "load_position", "load_velocity")
 """Channels of a log; each is also the name of a quantity (without ``load_``)."""
@@ -93,17 +93,11 @@ class AxisSchema:
         for key in self.units:
             if key not in CHANNELS:
                 raise unknown_key(key, CHANNELS).at("[units]")
-        if self.kind not in {None, *get_args(AxisKind)}:
-            raise InputError(
-                f"the kind of axis is {self.kind!r}",
-                remedy=f"state one of: {', '.join(get_args(AxisKind))}",
-            )
+        if self.kind is not None:
+            one_of("kind", self.kind, get_args(AxisKind))
         given = [key for key in _SAMPLING if getattr(self, key) is not None]
         if len(given) > 1:
-            raise InputError(
-                f"{' and '.join(given)} are both given",
-                remedy="keep the one that says how the log was sampled",
-            )
+            raise InputError("both_given", names=given)
         if self.torque_constant is not None:
             positive("torque_constant", self.torque_constant, "N m/A or N/A")
         self._check_gear()

@@ -67,11 +67,10 @@ class Table:
     def missing(self, name: str, wanted: str) -> InputError:
         """Return the error that there is no such column, with near names."""
         known = (*self.headers, *self.constants)
-        near = " or ".join(map(repr, nearest(name, known)))
+        near = nearest(name, known)
+        code = "column_misspelt" if near else "no_such_column"
         return InputError(
-            f"there is no column {name!r}" + (f" for {wanted}" if wanted else ""),
-            where=self.label,
-            remedy=f"did you mean {near}?" if near else f"the columns are: {', '.join(known)}",
+            code, where=self.label, name=name, wanted=wanted, near=near, columns=known
         )
 
 
@@ -173,7 +172,10 @@ def check_lengths(columns: Mapping[str, Column], label: str) -> None:
     for name, column in columns.items():
         if column.size != columns[first].size:
             raise InputError(
-                f"{first} has {columns[first].size} samples and {name} has {column.size}",
+                "unequal_lengths",
                 where=label,
-                remedy="record what belongs together sample by sample",
+                name=first,
+                samples=columns[first].size,
+                other=name,
+                needed=column.size,
             )

@@ -151,11 +151,7 @@ def same_unit(one: str, other: str) -> bool:
 
 
 def _wrong_unit(channel: str, unit: str, targets: list[str]) -> InputError:
-    wanted = " or ".join(targets)
-    return InputError(
-        f"{channel.replace('_', ' ')} is in {unit}, which is not a unit like {wanted}",
-        remedy=f"correct the unit (header, --unit or [units]), or scale the column to {wanted}",
-    )
+    return InputError("other_quantity", name=channel, unit=unit, targets=targets)
 
 
 @cache
@@ -190,9 +186,7 @@ def _parsed(unit: str) -> Any:
 
 
 def _unknown_unit(unit: str) -> InputError:
-    return InputError(
-        f"{unit!r} is not a unit", remedy="write units such as mm, rad/s, N m, deg or ms"
-    )
+    return InputError("unknown_unit", unit=unit)
 
 
 @cache

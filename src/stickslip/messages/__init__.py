@@ -3,10 +3,10 @@
 A template names quantities of the error in braces, with a format as in ``str.format`` or one of
 these: ``name`` and ``names`` (settings, as the front end calls them), ``words`` (a name without
 underscores), ``value`` (a number in short, else as Python writes it), ``unit`` and ``in`` (" N" and
-" in N"; nothing where there is none), ``list``, ``or``, ``any`` and ``all`` (items, as text or as
-Python writes them, the last after "or" or "and"), ``n sample`` (a count of samples), ``if TEXT``
-(text, itself a template, unless the quantity is 0, empty or None). ``{option.NAME}`` is a setting,
-as the front end calls it.
+" in N"; nothing where there is none), ``list`` (items as text), ``and`` and ``or`` (the same, with
+that word before the last), ``all`` and ``any`` (the same, with items as Python writes them), ``n
+sample`` (a count of samples), ``if TEXT`` (text, itself a template, unless the quantity is 0, empty
+or None). ``{option.NAME}`` is a setting, as the front end calls it.
 """
 
 import string
@@ -76,6 +76,7 @@ class _Template(string.Formatter):
             "unit": lambda value: "" if value in _NO_UNIT else f" {value}",
             "in": lambda value: "" if value in _NO_UNIT else f" in {value}",
             "list": lambda value: ", ".join(map(str, value)) or "none",
+            "and": lambda value: _listed(list(value), "and"),
             "or": lambda value: _listed(list(value), "or"),
             "any": lambda value: _listed([_quoted(each) for each in value], "or"),
             "all": lambda value: _listed([_quoted(each) for each in value], "and"),

@@ -11,6 +11,7 @@ import scipy.io
 from matlab_files import write_matlab_73
 from measurement_files import write_sysid
 from message_files import JOINTS, joint_columns
+from refusals import refuses
 from sample_files import OF_A_MECHANISM, OF_ALL_CHANNELS, OF_JOINTS
 
 from stickslip.logs import LogSchema, read_log, write_csv
@@ -220,5 +221,5 @@ def test_a_missing_library_names_its_extra(name, library, extra, columns, tmp_pa
     path = tmp_path / name
     EVERY_WRITER[name](path, columns)
     monkeypatch.setitem(sys.modules, library, None)
-    with pytest.raises(MissingExtraError, match=rf"stickslip\[{extra}\]"):
+    with refuses("missing_extra", MissingExtraError, extra=extra):
         format_of(path).read(path)

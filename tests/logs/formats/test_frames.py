@@ -5,9 +5,9 @@ import pandas as pd
 import polars as pl
 import pyarrow as pa
 import pytest
+from refusals import refuses
 
 from stickslip.logs import LogSchema, log_from_frame
-from stickslip.records import InputError
 
 LINEAR = LogSchema(kind="linear")
 
@@ -47,26 +47,26 @@ def test_dates_and_durations_become_seconds(library, stamps, columns):
 
 @pytest.mark.parametrize("thing", [3, None, [1.0, 2.0], np.zeros((3, 3))])
 def test_what_is_no_data_frame(thing):
-    with pytest.raises(InputError, match="is no data frame"):
+    with refuses("not_a_frame", where="data frame"):
         log_from_frame(thing)
 
 
 @pytest.mark.parametrize("library", FRAMES)
 def test_bad_columns_of_frames(library, columns):
     missing = [None, *columns["effort"][1:].tolist()]
-    with pytest.raises(InputError, match=r"row 0 .*'effort' (is empty there|is nan)"):
+    with refuses("column_with_gaps", name="effort"):
         log_from_frame(FRAMES[library]({**columns, "effort": missing}), LINEAR)
-    with pytest.raises(InputError, match="'effort' holds String, not numbers"):
+    with refuses("column_not_numeric", name="effort", found="String"):
         log_from_frame(FRAMES[library]({**columns, "effort": ["a"] * 60}), LINEAR)
 
 
 def test_a_frame_without_columns():
-    with pytest.raises(InputError, match="there are no columns"):
+    with refuses("frame_without_columns"):
         log_from_frame(pd.DataFrame())
 
 
 def test_a_frame_has_no_files(columns):
-    with pytest.raises(InputError, match=r"leave \[files\] out"):
+    with refuses("frame_with_files"):
         log_from_frame(pd.DataFrame(columns), LogSchema(kind="linear", files={"a": "a.csv"}))
 
 
@@ -74,8 +74,8 @@ def test_a_column_of_objects_that_are_numbers(columns, expected, same):
     frame = pd.DataFrame(columns).astype(object)
     same(log_from_frame(frame, LINEAR), expected, name=False)
     frame.loc[3, "effort"] = None
-    with pytest.raises(InputError, match=r"column 'effort' is nan \(1 of 60"):
+    with refuses("column_not_finite", name="effort"):
         log_from_frame(frame, LINEAR)
     frame.loc[3, "effort"] = "1.5"
-    with pytest.raises(InputError, match=r"column 'effort' holds Object, not numbers"):
+    with refuses("column_not_numeric", name="effort", found="Object"):
         log_from_frame(frame, LINEAR)

@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from refusals import refuses
 
 from stickslip.logs import LogSchema, read_log
-from stickslip.records import InputError
 
 LINEAR = LogSchema(kind="linear")
 ROWS = "0,1,2\n1,2,3\n2,4,5\n"
@@ -133,5 +133,5 @@ def test_any_dialect_gives_the_numbers_back(
 
 
 def test_a_hash_without_a_blank_before_it_belongs_to_its_cell(read):
-    with pytest.raises(InputError, match=r"row 3: column 'x' has the text '#N/A'"):
+    with refuses("cell_not_a_number", name="x", cell="#N/A"):
         read("t,x,F\n0,1,2\n1,#N/A,3\n2,4,5\n")

@@ -51,10 +51,7 @@ def stated_expression(table: Table, channel: str, text: str, where: str) -> Expr
     try:
         expression = parse_expression(text)
     except InputError as error:
-        what = f"{error.what}, nor is it a column" if " " in text or "-" in text else error.what
-        raise InputError(what, where=error.where, remedy=error.remedy).at(
-            f"{where}, {channel}"
-        ) from None
+        raise error.at(f"{where}, {channel}") from None
     columns: dict[str, str] = {}
     for name in expression.names:
         column = table.find(name)
@@ -62,11 +59,7 @@ def stated_expression(table: Table, channel: str, text: str, where: str) -> Expr
             raise table.missing(name, f"{channel} = {text!r}")
         columns[name] = column
     if table.headers.keys().isdisjoint(columns.values()):
-        raise InputError(
-            f"{text!r} has no column in it, only numbers",
-            where=f"{where}, {channel}",
-            remedy="name a column",
-        )
+        raise InputError("expression_without_column", where=f"{where}, {channel}", text=text)
 
     def evaluate(values: Mapping[str, Value]) -> Value:
         return expression.evaluate({name: values[column] for name, column in columns.items()})
@@ -129,10 +122,13 @@ def _unit_in_file(table: Table, channel: str, expression: Expression) -> tuple[s
         if unit == si:
             return unit, f"its unit {unit} is that of column {name!r}"
         raise InputError(
-            f"{channel} = {expression.text!r} uses column {name!r} in {unit}, and whether it comes "
-            f"out in {unit} or {si} is not known",
+            "unit_of_expression_unknown",
             where=table.label,
-            remedy=f"say which, as in --unit {channel}={unit} or under units in a schema",
+            channel=channel,
+            text=expression.text,
+            name=name,
+            unit=unit,
+            needed=si,
         )
     return None, ""
 
@@ -157,18 +153,8 @@ def axis_kind(bound: Iterable[Bound], stated: AxisKind | None, label: str) -> tu
         if kind is not None:
             reasons.setdefault(kind, reason)
     if len(reasons) > 1:
-        raise InputError(
-            f"{' and '.join(reasons.values())}, which do not go together on one axis",
-            where=label,
-            remedy="correct the units and the kind, or say with --unit (units in a schema) what "
-            "the unit is",
-        )
+        raise InputError("kinds_contradict", where=label, reasons=tuple(reasons.values()))
     if not reasons:
-        raise InputError(
-            "whether the axis is linear or rotary is not known: no units are given",
-            where=label,
-            remedy="say --kind linear or --kind rotary on the command line, or kind in a schema or "
-            "LogSchema, or put units in the header",
-        )
+        raise InputError("kind_unknown", where=label)
     ((kind, reason),) = reasons.items()
     return kind, "" if stated else f"the axis is taken as {kind} because {reason}"

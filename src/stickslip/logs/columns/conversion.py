@@ -291,15 +291,16 @@ def _scaled(channel: str, bound: Bound, values: Column, factor: float, kind: Axi
     if not vanished and (largest == 0.0 or _SMALLEST <= largest <= _LARGEST):
         return result
     unit = unit_of(quantity_of(channel), kind)
-    size = (
-        "too large for a number"
-        if not np.isfinite(largest)
-        else f"{'at most' if largest < 1 else 'as large as'} {largest:.3g} {unit}"
-    )
+    too_large = "values_too_large" if np.isfinite(largest) else "values_overflow"
+    code = "values_too_small" if largest < 1 else too_large
     raise InputError(
-        f"the {channel.replace('_', ' ')} ({bound.expression.text}) is {size}, outside "
-        f"{_SMALLEST:g} to {_LARGEST:g} {unit}",
-        remedy="correct its unit or the factor in front of the column",
+        code,
+        name=channel,
+        text=bound.expression.text,
+        size=largest,
+        least=_SMALLEST,
+        most=_LARGEST,
+        unit=unit,
     )
 
 
@@ -307,10 +308,12 @@ def _check_finite(table: Table, name: str, column: Column) -> None:
     bad = np.flatnonzero(~np.isfinite(column))
     if bad.size:
         raise InputError(
-            f"column {name!r} is {column[bad[0]]} ({bad.size} of {column.size} samples are not "
-            "finite)",
+            "column_not_finite",
             where=table.place(name, int(bad[0])),
-            remedy="remove or repair those samples; nothing is interpolated silently",
+            name=name,
+            value=column[bad[0]],
+            count=bad.size,
+            samples=column.size,
         )
 
 
@@ -325,17 +328,19 @@ def _check_motion(log: AxisLog, bound: Mapping[str, Bound], label: str) -> None:
     position = log.measured_position
     if (position == position[0]).all():
         raise InputError(
-            f"{_stated('position', bound)} is {position[0]:g} "
-            f"{log.unit('position')} in all {len(log)} samples",
+            "position_column_constant",
             where=label,
-            remedy="name the column that moves, or record the axis in motion",
+            channel=_stated("position", bound),
+            value=position[0],
+            unit=log.unit("position"),
+            samples=len(log),
         )
     if not log.effort.any() and not _means_zero(bound["effort"].expression):
         raise InputError(
-            f"{_stated('effort', bound)} is zero in all {len(log)} samples",
+            "effort_column_zero",
             where=label,
-            remedy="name the column of the force or torque, or record it; that none acts, as in a "
-            'free decay, is said by effort = "0 * position"',
+            channel=_stated("effort", bound),
+            samples=len(log),
         )
 
 

@@ -21,19 +21,13 @@ def table_of_frame(frame: Any, label: str) -> Table:
     try:
         data = nw.from_native(frame)
     except TypeError:
-        raise InputError(
-            f"an object of type {type(frame).__name__} is no data frame",
-            where=label,
-            remedy="pass a pandas, polars or pyarrow table, or use read_log for a file",
-        ) from None
+        raise InputError("not_a_frame", where=label, found=type(frame).__name__) from None
     if isinstance(data, nw.LazyFrame):
         data = data.collect()
     titles = [str(title) for title in data.columns]
     headers, units = name_columns(titles)
     if not headers:
-        raise InputError(
-            "there are no columns", where=label, remedy="pass time, position and effort as columns"
-        )
+        raise InputError("frame_without_columns", where=label)
     named = [k for k, title in enumerate(titles) if title.strip()]
     positions = dict(zip(headers, named, strict=True))
     timed = nw.Datetime | nw.Duration
@@ -60,17 +54,15 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
         if all(value is None or isinstance(value, Real) for value in values):
             return np.array([np.nan if value is None else value for value in values], np.float64)
     if not (series.dtype.is_numeric() or isinstance(series.dtype, nw.Boolean)):
-        raise InputError(
-            f"column {name!r} holds {series.dtype}, not numbers",
-            where=place(name, 0),
-            remedy="convert the column to numbers",
-        )
+        raise InputError("column_not_numeric", where=place(name, 0), name=name, found=series.dtype)
     empty = np.flatnonzero(series.is_null().to_numpy())
     if empty.size:
         raise InputError(
-            f"column {name!r} is empty there ({empty.size} of {len(series)} samples)",
+            "column_with_gaps",
             where=place(name, int(empty[0])),
-            remedy="remove or repair those samples; nothing is interpolated silently",
+            name=name,
+            count=empty.size,
+            samples=len(series),
         )
     return np.array(series.cast(nw.Float64).to_numpy(), dtype=np.float64)
 

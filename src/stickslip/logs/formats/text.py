@@ -14,7 +14,7 @@ import numpy as np
 from stickslip.logs.formats.twincat import is_twincat, read_twincat
 from stickslip.logs.table import Column, Table, name_columns
 from stickslip.logs.units import is_unit
-from stickslip.records import InputError, count_of
+from stickslip.records import InputError
 
 _SNIFFED_LINES = 500
 """A header must end and data must begin within this many lines."""
@@ -100,11 +100,7 @@ class _Text:
         with self.path.open(encoding=self.encoding) as file:
             lines = [file.readline(_LONGEST_LINE) for _ in range(_SNIFFED_LINES)]
         if any(len(line) == _LONGEST_LINE for line in lines):
-            raise InputError(
-                f"a line has {_LONGEST_LINE} characters or more",
-                where=self.path.name,
-                remedy="give a text log with one row of numbers a sample",
-            )
+            raise InputError("line_too_long", where=self.path.name, limit=_LONGEST_LINE)
         return [line for line in lines if line]
 
 
@@ -117,11 +113,7 @@ def _encoding(path: Path) -> str:
                 return encoding
         except UnicodeDecodeError:
             continue
-    raise InputError(
-        "the file is not text",
-        where=path.name,
-        remedy="give it the ending of its format, such as .mat or .parquet",
-    )
+    raise InputError("not_text", where=path.name)
 
 
 def _decodes(path: Path, encoding: str) -> bool:
@@ -255,11 +247,11 @@ def _named(dialect: _Dialect, lines: list[str], first: int, width: int, label: s
         pass
     elif plain and dialect.delimiter != _BLANKS and dialect.delimiter in plain[-1][1]:
         number, line = plain[-1]
-        columns = count_of(len(dialect.cells(line)), "column")
         raise InputError(
-            f"the header has {columns} and the rows have {width}",
+            "header_of_other_width",
             where=f"{label}, row {number + 1}",
-            remedy="give every column one name",
+            columns=len(dialect.cells(line)),
+            width=width,
         )
     else:
         headers = [f"column_{k + 1}" for k in range(width)]
@@ -380,11 +372,7 @@ def _by_arrow(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[s
 def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
     """Return dates or times of day as seconds since the first."""
     if len({each["offset"] for each in moments}) > 1:
-        raise InputError(
-            f"the dates of column {name!r} are of several time zones",
-            where=label,
-            remedy="write all of them in one, or the time in seconds",
-        )
+        raise InputError("several_time_zones", where=label, name=name)
     texts = [
         f"{each['date'] or '1970-01-01'}T{each['clock']}.{each['fraction'] or '0'}"
         for each in moments
@@ -392,11 +380,7 @@ def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
     try:
         stamps = np.array(texts, "datetime64[ns]")
     except ValueError as error:
-        raise InputError(
-            f"column {name!r} has a date that there is not ({error})",
-            where=label,
-            remedy="write dates as in 2024-03-01T12:00:00.001, or the time in seconds",
-        ) from None
+        raise InputError("no_such_date", where=label, name=name, reason=str(error)) from None
     return (stamps - stamps[:1]).astype(np.int64) * 1e-9
 
 
@@ -409,21 +393,17 @@ def _careful(
     for number, line in _rows(text, layout):
         cells, where = layout.dialect.cells(line), f"{text.path.name}, row {number}"
         if len(cells) != width:
-            raise InputError(
-                f"the row has {count_of(len(cells), 'column')} and the header has {width}",
-                where=where,
-                remedy="repair or remove the row",
-            )
+            raise InputError("row_of_other_width", where=where, columns=len(cells), width=width)
         for name, position in positions.items():
             cell = cells[position]
             value = layout.dialect.number(cell) if not dates else _MOMENT.fullmatch(cell)
             if value is None:
-                held = f"the text {cell!r}" if cell else "an empty cell"
-                needed = "a date" if dates else "a number"
+                code = "cell_not_a_date" if dates else "cell_not_a_number"
                 raise InputError(
-                    f"column {name!r} has {held} where {needed} is needed",
+                    code if cell else "cell_empty",
                     where=where,
-                    remedy="repair or remove the row",
+                    name=name,
+                    cell=cell,
                 )
             columns[name].append(value)
     if dates:
