@@ -59,7 +59,8 @@ class CodeExporter:
             banner=parameters.source.text,
         )
         notes = notes_on(self, axes, *(each[0].upper() + each[1:] for each in derived.notes))
-        return Rendered(files=folder(derived.content, heading(axes, notes)), notes=notes)
+        lines = heading(axes, notes)[1:]  # the origin is the first line of every file
+        return Rendered(files=folder(derived.content, lines), notes=notes)
 
 
 def folder(content: "CodeContent", notes: tuple[str, ...] = ()) -> dict[str, str]:
