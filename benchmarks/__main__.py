@@ -11,13 +11,14 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from benchmarks import fits, logs, planning, pulses, recursion, simulator
+from benchmarks import fits, logs, loop, planning, pulses, recursion, simulator
 from benchmarks.measuring import Comparison, print_comparison
 
 TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
     "simulator": simulator.compare,
     "recursion": recursion.compare,
     "pulses": pulses.compare,
+    "loop": loop.compare,
     "logs": logs.compare,
     "planning": planning.compare,
     "fits": fits.compare,
@@ -41,7 +42,7 @@ app = App(name="python -m benchmarks", help="Speed and accuracy beside other too
 
 @app.default
 def run(
-    *topics: Literal["simulator", "recursion", "pulses", "logs", "planning", "fits"],
+    *topics: Literal["simulator", "recursion", "pulses", "loop", "logs", "planning", "fits"],
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
 ) -> None:
     """Run topics, all if none is named, and print a table of each.

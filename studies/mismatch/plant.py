@@ -19,10 +19,13 @@ import numpy as np
 from jaxtyping import Float, Int
 from numba import njit
 
-__all__ = ["FINE_STEP", "Controller", "Plant", "Run", "run_plant"]
+__all__ = ["FINE_STEP", "Controller", "HeldPlant", "Plant", "Run", "run_plant"]
 
 FINE_STEP = 20e-6
 """Integration step [s]."""
+
+MOTION_SIZE = 7
+"""Numbers in the state of the motion."""
 
 _TINY = 1e-12
 
@@ -68,6 +71,8 @@ class Plant(NamedTuple):
         Change of the torque constant from first to last sample, relative to the mean [-].
     actuation_delay
         Time after which an effort acts [s]; rounded to fine steps.
+    actuation_lag
+        Time constant of the drive's first-order lag after that [s]; 0 has none.
     limit
         Largest effort of the drive [N].
     load_mass
@@ -105,6 +110,7 @@ class Plant(NamedTuple):
     ripple_phase: float = 0.0
     gain_drift: float = 0.0
     actuation_delay: float = 0.0
+    actuation_lag: float = 0.0
     limit: float = np.inf
     load_mass: float = 0.0
     coupling_stiffness: float = 0.0
@@ -340,6 +346,140 @@ def _bristle_step(
 
 
 @njit(cache=True, error_model="numpy")
+def _advance(
+    plant: Plant,
+    motion: Float[np.ndarray, " m"],
+    pending: Float[np.ndarray, " d"],
+    slot: int,
+    lagged: float,
+    effort: float,
+    disturbance: float,
+    steps: int,
+    done: int,
+    total_steps: int,
+) -> tuple[int, float]:
+    """Advance the motion by some fine steps under one effort, in place.
+
+    The motion is position and velocity of both bodies, deflection of the bristles, time at rest and
+    excess by it. Returns the place in the queue of delayed efforts, and the lagged effort.
+    """
+    h = FINE_STEP
+    delay = pending.size - 1
+    x, v, x2, v2 = motion[0], motion[1], motion[2], motion[3]
+    bristle, dwell, dwell_excess = motion[4], motion[5], motion[6]
+    bristles = plant.presliding > 0.0
+    stiffness, damping = 0.0, 0.0
+    if bristles:
+        mean_coulomb = 0.5 * (plant.coulomb_positive + plant.coulomb_negative)
+        stiffness = mean_coulomb / plant.presliding
+        damping = 2.0 * plant.presliding_damping * np.sqrt(stiffness * plant.mass)
+    two_bodies = plant.load_mass > 0.0
+    own, far = 1.0 - plant.load_friction, plant.load_friction
+    for _ in range(steps):
+        pending[slot] = effort
+        slot = slot + 1 if slot < delay else 0
+        acting = pending[slot] if delay > 0 else effort
+        # The drifts are linear in time and relative to their means.
+        progress = done / total_steps - 0.5
+        done += 1
+        if plant.actuation_lag > 0.0:
+            lagged += (1.0 - np.exp(-h / plant.actuation_lag)) * (acting - lagged)
+            acting = lagged
+        acting *= 1.0 + plant.gain_drift * progress
+        scale = 1.0 + plant.friction_drift * progress
+        x_mid = x + 0.5 * h * v
+        force = acting - plant.offset - disturbance
+        if plant.spring != 0.0:
+            force -= plant.spring * x_mid
+        if plant.gravity_sine != 0.0 or plant.gravity_cosine != 0.0:
+            force -= plant.gravity_sine * np.sin(x_mid) + plant.gravity_cosine * np.cos(x_mid)
+        if plant.ripple != 0.0:
+            force -= plant.ripple * np.sin(
+                2.0 * np.pi * x_mid / plant.ripple_period + plant.ripple_phase
+            )
+        if two_bodies:
+            stretch = x_mid - x2 - 0.5 * h * v2
+            coupling = 0.0
+            half = 0.5 * plant.backlash
+            if stretch > half:
+                coupling = plant.coupling_stiffness * (stretch - half)
+                coupling += plant.coupling_damping * (v - v2)
+                if half > 0.0:
+                    coupling = max(coupling, 0.0)  # a tooth does not pull
+            elif stretch < -half:
+                coupling = plant.coupling_stiffness * (stretch + half)
+                coupling += plant.coupling_damping * (v - v2)
+                if half > 0.0:
+                    coupling = min(coupling, 0.0)
+            force -= coupling
+            v2, displacement = _dry_step(
+                v2,
+                coupling,
+                plant.load_mass,
+                far * scale * plant.coulomb_positive,
+                far * scale * plant.coulomb_negative,
+                far * scale * plant.viscous_positive,
+                far * scale * plant.viscous_negative,
+                0.0,
+                0.0,
+                0.0,
+                1.0,
+                h,
+            )
+            x2 += displacement
+        excess = plant.static_ratio - 1.0
+        if plant.dwell_ratio > 1.0:
+            # Contacts grow at rest; the excess is lost once the body has left the Stribeck
+            # range.
+            if v == 0.0:
+                dwell += h
+                grown = dwell / (dwell + plant.dwell_time)
+                dwell_excess = (plant.dwell_ratio - 1.0) * grown
+            else:
+                dwell = 0.0
+                if abs(v) > 3.0 * plant.stribeck_velocity:
+                    dwell_excess = 0.0
+            excess += dwell_excess
+        if bristles:
+            v, displacement, bristle = _bristle_step(
+                v,
+                bristle,
+                force,
+                plant.mass,
+                scale * plant.coulomb_positive,
+                scale * plant.coulomb_negative,
+                scale * plant.viscous_positive,
+                scale * plant.viscous_negative,
+                scale * plant.quadratic,
+                scale * plant.two_thirds,
+                excess,
+                plant.stribeck_velocity,
+                stiffness,
+                damping,
+                h,
+            )
+        else:
+            v, displacement = _dry_step(
+                v,
+                force,
+                plant.mass,
+                own * scale * plant.coulomb_positive,
+                own * scale * plant.coulomb_negative,
+                own * scale * plant.viscous_positive,
+                own * scale * plant.viscous_negative,
+                scale * plant.quadratic,
+                scale * plant.two_thirds,
+                excess,
+                plant.stribeck_velocity,
+                h,
+            )
+        x += displacement
+    motion[:4] = x, v, x2, v2
+    motion[4:] = bristle, dwell, dwell_excess
+    return slot, lagged
+
+
+@njit(cache=True, error_model="numpy")
 def _run(
     plant: Plant,
     controller: Controller,
@@ -364,25 +504,17 @@ def _run(
     pending = np.zeros(delay + 1)
     slot = 0
 
-    x, v = reference_position[0], initial_velocity
-    x2, v2 = x, v
-    bristle = 0.0
-    dwell, dwell_excess = 0.0, 0.0
-    x_last, v_filtered, integral = x, v, initial_effort
+    motion = np.zeros(MOTION_SIZE)
+    motion[:4] = reference_position[0], initial_velocity, reference_position[0], initial_velocity
+    lagged = 0.0
+    x_last, v_filtered, integral = reference_position[0], initial_velocity, initial_effort
     if plant.encoder_step > 0.0:
-        x_last = np.round(x / plant.encoder_step) * plant.encoder_step
+        x_last = np.round(x_last / plant.encoder_step) * plant.encoder_step
     nominal = h * np.median(fine_steps)
-    bristles = plant.presliding > 0.0
-    stiffness, damping = 0.0, 0.0
-    if bristles:
-        mean_coulomb = 0.5 * (plant.coulomb_positive + plant.coulomb_negative)
-        stiffness = mean_coulomb / plant.presliding
-        damping = 2.0 * plant.presliding_damping * np.sqrt(stiffness * plant.mass)
-    two_bodies = plant.load_mass > 0.0
-    own, far = 1.0 - plant.load_friction, plant.load_friction
     done = 0
 
     for k in range(n):
+        x, v, x2, v2 = motion[0], motion[1], motion[2], motion[3]
         y = x
         if plant.encoder_step > 0.0:
             y = np.round(x / plant.encoder_step) * plant.encoder_step
@@ -404,100 +536,59 @@ def _run(
         load_positions[k], load_velocities[k] = x2, v2
         readings[k], commands[k], efforts[k] = y, command, effort
 
-        for _ in range(fine_steps[k]):
-            pending[slot] = effort
-            slot = slot + 1 if slot < delay else 0
-            acting = pending[slot] if delay > 0 else effort
-            # The drifts are linear in time and relative to their means.
-            progress = done / total_steps - 0.5
-            done += 1
-            acting *= 1.0 + plant.gain_drift * progress
-            scale = 1.0 + plant.friction_drift * progress
-            x_mid = x + 0.5 * h * v
-            force = acting - plant.offset - disturbance[k]
-            if plant.spring != 0.0:
-                force -= plant.spring * x_mid
-            if plant.gravity_sine != 0.0 or plant.gravity_cosine != 0.0:
-                force -= plant.gravity_sine * np.sin(x_mid) + plant.gravity_cosine * np.cos(x_mid)
-            if plant.ripple != 0.0:
-                force -= plant.ripple * np.sin(
-                    2.0 * np.pi * x_mid / plant.ripple_period + plant.ripple_phase
-                )
-            if two_bodies:
-                stretch = x_mid - x2 - 0.5 * h * v2
-                coupling = 0.0
-                half = 0.5 * plant.backlash
-                if stretch > half:
-                    coupling = plant.coupling_stiffness * (stretch - half)
-                    coupling += plant.coupling_damping * (v - v2)
-                    if half > 0.0:
-                        coupling = max(coupling, 0.0)  # a tooth does not pull
-                elif stretch < -half:
-                    coupling = plant.coupling_stiffness * (stretch + half)
-                    coupling += plant.coupling_damping * (v - v2)
-                    if half > 0.0:
-                        coupling = min(coupling, 0.0)
-                force -= coupling
-                v2, displacement = _dry_step(
-                    v2,
-                    coupling,
-                    plant.load_mass,
-                    far * scale * plant.coulomb_positive,
-                    far * scale * plant.coulomb_negative,
-                    far * scale * plant.viscous_positive,
-                    far * scale * plant.viscous_negative,
-                    0.0,
-                    0.0,
-                    0.0,
-                    1.0,
-                    h,
-                )
-                x2 += displacement
-            excess = plant.static_ratio - 1.0
-            if plant.dwell_ratio > 1.0:
-                # Contacts grow at rest; the excess is lost once the body has left the Stribeck
-                # range.
-                if v == 0.0:
-                    dwell += h
-                    grown = dwell / (dwell + plant.dwell_time)
-                    dwell_excess = (plant.dwell_ratio - 1.0) * grown
-                else:
-                    dwell = 0.0
-                    if abs(v) > 3.0 * plant.stribeck_velocity:
-                        dwell_excess = 0.0
-                excess += dwell_excess
-            if bristles:
-                v, displacement, bristle = _bristle_step(
-                    v,
-                    bristle,
-                    force,
-                    plant.mass,
-                    scale * plant.coulomb_positive,
-                    scale * plant.coulomb_negative,
-                    scale * plant.viscous_positive,
-                    scale * plant.viscous_negative,
-                    scale * plant.quadratic,
-                    scale * plant.two_thirds,
-                    excess,
-                    plant.stribeck_velocity,
-                    stiffness,
-                    damping,
-                    h,
-                )
-            else:
-                v, displacement = _dry_step(
-                    v,
-                    force,
-                    plant.mass,
-                    own * scale * plant.coulomb_positive,
-                    own * scale * plant.coulomb_negative,
-                    own * scale * plant.viscous_positive,
-                    own * scale * plant.viscous_negative,
-                    scale * plant.quadratic,
-                    scale * plant.two_thirds,
-                    excess,
-                    plant.stribeck_velocity,
-                    h,
-                )
-            x += displacement
+        slot, lagged = _advance(
+            plant,
+            motion,
+            pending,
+            slot,
+            lagged,
+            effort,
+            disturbance[k],
+            fine_steps[k],
+            done,
+            total_steps,
+        )
+        done += fine_steps[k]
     return positions, velocities, load_positions, load_velocities, readings, commands, efforts
+
+
+class HeldPlant:
+    """The axis in the loop of any controller: efforts are held from sample to sample.
+
+    Parameters
+    ----------
+    plant
+        The axis; its drifts, encoder and limit are not used.
+    start
+        Position at rest [m].
+    steps
+        Fine steps of a sample [-].
+    """
+
+    def __init__(self, plant: Plant, *, start: float, steps: int) -> None:
+        self._plant, self._steps = plant, steps
+        self._motion = np.zeros(MOTION_SIZE)
+        self._motion[0] = self._motion[2] = start
+        self._pending = np.zeros(int(np.rint(plant.actuation_delay / FINE_STEP)) + 1)
+        self._slot, self._lagged = 0, 0.0
+
+    @property
+    def motion(self) -> tuple[float, float, float, float]:
+        """Position and velocity of the first, then of the second body [m, m/s]."""
+        x, v, x2, v2 = self._motion[:4].tolist()
+        return x, v, x2, v2
+
+    def advance(self, effort: float, disturbance: float = 0.0) -> None:
+        """Move for one sample under an effort, with a force against the positive direction [N]."""
+        self._slot, self._lagged = _advance(
+            self._plant,
+            self._motion,
+            self._pending,
+            self._slot,
+            self._lagged,
+            effort,
+            disturbance,
+            self._steps,
+            0,
+            1,
+        )

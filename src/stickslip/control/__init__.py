@@ -11,12 +11,16 @@ from stickslip.control.feedback.friction_compensation import (
 from stickslip.control.feedback.linear_parts import PD, Notch, NotchCoefficients
 from stickslip.control.feedback.pid import Dither, PIDController, ResetIntegral
 from stickslip.control.feedback.reference import Move, PointToPoint, Reference
+from stickslip.control.guards import GuardedController, GuardedState, Limits
 from stickslip.control.landing import (
     AxisLandingController,
     AxisLandingState,
     Flight,
     LandingController,
     LandingState,
+    PlanAnswer,
+    PlannedBeside,
+    PlanRequest,
     Supervisor,
     SupervisorState,
     scaled_notch,
@@ -39,8 +43,11 @@ __all__ = [
     "FeedbackController",
     "Flight",
     "FrictionCompensation",
+    "GuardedController",
+    "GuardedState",
     "LandingController",
     "LandingState",
+    "Limits",
     "Move",
     "Notch",
     "NotchCoefficients",
@@ -48,6 +55,9 @@ __all__ = [
     "OnlineFriction",
     "PIDController",
     "Phase",
+    "PlanAnswer",
+    "PlanRequest",
+    "PlannedBeside",
     "PointToPoint",
     "PositionController",
     "PulseAmplitudeWidthController",

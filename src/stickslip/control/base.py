@@ -1,13 +1,15 @@
 """The interface of all controllers towards what runs them."""
 
 from dataclasses import dataclass
-from typing import Generic, TypeVar
+from math import nan
+from typing import Any, Generic, TypeVar
 
 from stickslip.records import (
     LandingPhaseName,
     LearnedPulses,
     PositioningOutcome,
     PulseRecord,
+    SensorSample,
     quantity_field,
 )
 
@@ -41,6 +43,28 @@ class PositionController(Generic[S]):
     Each answer defaults to that of a controller without pulses, phases and estimates, whose targets
     are in its reference. A state is one from ``init``, a step, or a run's ``controller_state``.
     """
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of the channels of a sample without which a step has no effort."""
+        return ("measured_position",)
+
+    def blind(self, state: S, time: float) -> tuple[S, float]:
+        """Take a sample at a time [s] of which nothing else is known.
+
+        Returns the state and the effort that continues what has begun, such as a pulse; NaN if
+        nothing has.
+        """
+        return state, nan
+
+    def warm_up(self) -> None:
+        """Compile and load all that a step uses, so that none takes longer than the others."""
+        controller: Any = self
+        state = controller.init()
+        for k in range(2):
+            sample = SensorSample(k * controller.sampling_time, 0.0, 0.0, 0.0, 0.0)
+            state, _ = controller.step(state, sample)
+            state, _ = controller.blind(state, k * controller.sampling_time)
 
     def retargeted(self, state: S, target: float) -> S:
         """Return the state with another target."""

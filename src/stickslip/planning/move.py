@@ -80,6 +80,7 @@ class Move:
     slowest: float  # least speed of mass 1 on the way, as a share of the mean
     start: tuple[float, float, float, float]  # state at the begin
     travel: float  # to the target, positive
+    longest: float = math.inf  # duration of a series
 
     @property
     def pulse_width(self) -> float:
@@ -169,7 +170,10 @@ class Move:
         """
         guess = max(self._guess(), self.fewest)
         most = max(math.ceil(TUNING.longest * guess), 2 * FEWEST_PULSES)
-        if self.hopeless:
+        if math.isfinite(self.longest):
+            most = min(most, max(FEWEST_PULSES, math.floor(self.longest / self.pulse_width)))
+            guess = min(guess, most)
+        if self.hopeless or self.fewest > most:
             return Search(most, None, most + 1)
         least, low = self.fewest, self.fewest - 1
 

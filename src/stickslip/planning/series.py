@@ -177,6 +177,9 @@ class PulseSeriesPlanner:
         Whether mass 1 shall rest where it would only creep while mass 2 swings over, as it does in
         most series of about the shortest time. Held by static friction it does not gather the
         error of a friction that differs from the plan.
+    longest
+        Duration that no series may exceed where the number of pulses is not given; None for ten
+        times a rough guess of the shortest.
 
     Raises
     ------
@@ -206,6 +209,7 @@ class PulseSeriesPlanner:
     excess: float = 0.0
     impulse_gap: float = 0.02
     rest_on_the_way: bool = False
+    longest: float | None = quantity_field("time", default=None)
 
     def __post_init__(self) -> None:
         check_affine(self.arm)
@@ -217,6 +221,8 @@ class PulseSeriesPlanner:
             if value >= 1:
                 raise InputError("not_below", name=name, value=value, limit=1.0, unit="-")
             object.__setattr__(self, name, value)
+        if self.longest is not None:
+            object.__setattr__(self, "longest", positive("longest", self.longest, "s"))
         non_negative("excess", self.excess, "-")
         whole("pulse_samples", self.pulse_samples, least=1)
         law = self.arm.friction
@@ -309,6 +315,7 @@ class PulseSeriesPlanner:
                 direction * float(state[3]),
             ),
             travel=abs(float(target) - float(state[0])),
+            longest=math.inf if self.longest is None else self.longest,
         )
 
     def _series(

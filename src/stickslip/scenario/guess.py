@@ -158,9 +158,9 @@ class FirstGuesses:
         if coulomb <= 0.0 or "viscous_friction" not in values:
             return {"initial_values": values or None}
         size = np.array([values["viscous_friction"] or coulomb / speed, coulomb])
-        P = np.zeros((2, 2)) if self.covariance is None else self.covariance[::-1, ::-1]
+        known = np.zeros((2, 2)) if self.covariance is None else self.covariance[::-1, ::-1]
         stated = self.covariance is not None or self.learned is not None
-        P = P + np.diag(((_DRIFT if stated else uncertainty) * size) ** 2)
+        P = known + np.diag(((_DRIFT if stated else uncertainty) * size) ** 2)
         return {
             "initial_values": values,
             "initial_variance": tuple(tuple(row) for row in P.tolist()),

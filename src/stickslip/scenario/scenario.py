@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from stickslip.control import PositionController
+from stickslip.control import GuardedController, PositionController
 from stickslip.records import InputError, LearnedPulses, ScenarioTables, mass_name, unit_of
 from stickslip.scenario.axis import AXES
 from stickslip.scenario.controllers import ARM_CONTROLLERS, AXIS_CONTROLLERS
@@ -21,6 +21,7 @@ class BuiltController:
     """A controller, set to the first target, with notes for the user."""
 
     controller: PositionController[Any]
+    guarded: GuardedController  # the same within the limits of the task
     sources: dict[str, str]  # of each first guess, by name
     notes: tuple[str, ...]  # one sentence each
 
@@ -105,6 +106,7 @@ class Scenario(Setup):
                 raise error.at(f"[guess], learned, {folder / file}") from None
             return BuiltController(
                 controller=controller,
+                guarded=GuardedController(controller=controller, limits=table.limits(self, first)),
                 sources=table.sources(self, first, controller),
                 notes=table.notes(self, first, controller),
             )

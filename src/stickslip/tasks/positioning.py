@@ -77,7 +77,7 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
             progress(done + k, task.runs * samples)
 
         recorder = Recorder(
-            built.controller,
+            built.guarded,
             task.all_targets,
             task.samples,
             flexible=axis.flexible,
@@ -94,9 +94,9 @@ def _positioned(read: ScenarioFile, progress: Callable[[int, int], None]) -> Pos
             name=read.name,
         )
         recorder.end_move(run.controller_state)
-        runs.append(_judged(number, run, recorder, built.controller, scenario))
+        runs.append(_judged(number, run, recorder, built.guarded, scenario))
         try:
-            found = built.controller.learned(run.controller_state)
+            found = built.guarded.learned(run.controller_state)
         except InputError as error:
             notes += (f"Run {number} has learned nothing: {error.what}.",)
             continue
@@ -258,7 +258,7 @@ def _arm_run(
     task: TaskTable,
 ) -> ArmRun:
     """Return both masses of an arm, and the series with the true motion at their ends."""
-    motion, state = run.motion, run.controller_state
+    motion, state = run.motion, run.controller_state.inner
     flights = state.flights if isinstance(state, LandingState) else ()
     samples, step, last = task.samples, task.sampling_time, motion.time.size - 1
     series: list[ArmSeries] = []

@@ -251,6 +251,11 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         online = self.online
         return _step_for(None if online is None else online.kernel)
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Position and velocity."""
+        return ("measured_position", "measured_velocity")
+
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
         online, table = self.online, self.reference.table

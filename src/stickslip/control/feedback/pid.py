@@ -429,6 +429,12 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         """
         return _step
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Position, and velocity if it is measured."""
+        velocity = ("measured_velocity",) if self.velocity == "measured" else ()
+        return ("measured_position", *velocity)
+
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""
         state = np.zeros(places(_STATE))

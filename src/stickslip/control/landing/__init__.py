@@ -1,13 +1,9 @@
 """Landings: feedback near the target while friction is learned, then pulses that end at rest."""
 
-from stickslip.control.landing.arm import (
-    Flight,
-    LandingController,
-    LandingState,
-    scaled_notch,
-    scaled_pd,
-)
+from stickslip.control.landing.arm import LandingController, scaled_notch, scaled_pd
+from stickslip.control.landing.arm_plan import Flight, LandingState, PlanAnswer, PlanRequest
 from stickslip.control.landing.axis import AxisLandingController, AxisLandingState
+from stickslip.control.landing.beside import PlannedBeside
 from stickslip.control.landing.supervisor import Supervisor, SupervisorState
 
 __all__ = [
@@ -16,6 +12,9 @@ __all__ = [
     "Flight",
     "LandingController",
     "LandingState",
+    "PlanAnswer",
+    "PlanRequest",
+    "PlannedBeside",
     "Supervisor",
     "SupervisorState",
     "scaled_notch",

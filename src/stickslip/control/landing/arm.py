@@ -1,8 +1,7 @@
 """Landing of a flexible arm: feedback moves it near its target, pulse series land it at rest."""
 
 from dataclasses import dataclass, replace
-from math import ceil, inf, isfinite, pi, sqrt
-from statistics import NormalDist
+from math import ceil, pi, sqrt
 from typing import ClassVar
 
 import numpy as np
@@ -11,37 +10,22 @@ from jaxtyping import Float
 from stickslip.control.feedback.controller import FeedbackController
 from stickslip.control.feedback.linear_parts import PD, Notch
 from stickslip.control.feedback.reference import Move
-from stickslip.control.landing.arm_belief import LEARNED, ArmBelief, FlightLog, Swing, check_learned
-from stickslip.control.landing.supervisor import (
-    FRICTION,
-    LEAST_FRICTION,
-    Supervisor,
-    SupervisorState,
-    Window,
+from stickslip.control.landing.arm_belief import (
+    ArmBelief,
+    FlightLog,
+    Swing,
+    check_learned,
 )
-from stickslip.friction import CoulombViscousFriction
-from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
+from stickslip.control.landing.arm_plan import LATE, ArmPlans, LandingState, PlanRequest
+from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import (
-    AxisKind,
-    InputError,
     LearnedPulses,
     SensorSample,
-    StickslipError,
     non_negative,
-    quantity_field,
+    positive,
     whole,
 )
-
-# Rest
-_MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
-_LATE = 80  # samples at rest before a plan: an estimator that smooths has seen all by then
-_REST = 0.4  # half swings at rest before a plan: a sine is known by then
-_FINE = 0.01  # of the travel left: a wider band of noise hides motion that matters
-_GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
-_KEPT = 2.0  # half swings kept in the window
-_WAIT_RULE = 40.0  # half swings
-_STATIC = 1.3  # static over Coulomb friction, where nothing is known
 
 # The gains of the surrogate arm of the demonstration, without units
 _STIFFNESS_SHARE = 1.5  # of the position gain
@@ -49,75 +33,9 @@ _DAMPING_SHARE = 2.5  # of the velocity gain, over the root of stiffness times m
 _NOTCH_DEPTH, _NOTCH_DAMPING = 0.5, 0.4
 _PERIODS = 1.5  # of the free arm that the reference takes at least
 
-# Learning from series
-_STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
-_BY_NOISE = (10.0, 0.05)  # deviations of a position, of the travel: noise explains no larger miss
-_UNCERTAIN = 0.02  # relative deviation of masses and spring where none was given
-
-# The next series
-_DIRECT = 0.8  # of the travel left: a swing below it can be taken up on the way
-_BEYOND = (1.5, 3.0)  # of the travel left and the swing, to a place to come back from
-_SMALLEST = 4.0  # smallest steps there at least
-_EXCESS, _GAP = 0.1, 0.3  # over the shortest time and the least impulse: found with little work
-
-
-@dataclass(frozen=True, kw_only=True)
-class Flight:
-    """A series of pulses as planned and as it went.
-
-    Attributes
-    ----------
-    start
-        When it began [s].
-    planned
-        The series; its target may lie beyond that of the landing, to come back from.
-    coulomb_friction, viscous_friction
-        With which it was planned [N or N m, N s/m or N m s/rad].
-    final_position
-        Where mass 1 came to rest; None as long as it has not, or if the series was cut short.
-    final_swing
-        Amplitude of mass 2 about that place; None likewise.
-    """
-
-    start: float = quantity_field("time")
-    planned: PulseSeries
-    coulomb_friction: float = quantity_field("coulomb_friction")
-    viscous_friction: float = quantity_field("viscous_friction")
-    final_position: float | None = quantity_field("position", default=None)
-    final_swing: float | None = quantity_field("position", default=None)
-
-
-@dataclass(frozen=True, kw_only=True)
-class LandingState(SupervisorState):
-    """State of a landing controller of an arm.
-
-    Attributes
-    ----------
-    flights
-        All series so far.
-    sent
-        Samples of the present series that have been sent.
-    track
-        The samples of the last series, the one at its begin first; none once it has been judged, or
-        if there is nothing to learn from it.
-    static_ratio
-        Static over Coulomb friction, as assumed so far [-].
-    belief
-        Masses, spring and friction as learned from the series; None if they are taken as given.
-    """
-
-    flights: tuple[Flight, ...] = ()
-    sent: int = 0
-    track: tuple[SensorSample, ...] = ()
-    static_ratio: float
-    belief: ArmBelief | None = None
-
-    @property
-    def series_since_target(self) -> int:
-        """How many series have begun since the last feedback phase."""
-        names = [phase.name for phase in self.phases]
-        since = len(names) - 1 - names[::-1].index("feedback")
-        return names[since:].count("series")
+_CERTAIN = 4.0  # standard deviations of a measured velocity
+_LEFT_PLACE = 1.5  # tolerances: farther away, an arm that had landed has not stayed there
+_BRAKING = 8.0  # time constant of braking, in samples
 
 
 def scaled_pd(arm: FlexibleArm) -> PD:
@@ -141,7 +59,7 @@ def scaled_notch(arm: FlexibleArm) -> Notch:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LandingController(Supervisor[LandingState]):
+class LandingController(ArmPlans):
     """Land a flexible arm: both masses at rest on the target, with friction learned on the way.
 
     The supervisor that the concluding remarks of van de Wijdeven (2002) sketch. Its phases, and
@@ -160,9 +78,11 @@ class LandingController(Supervisor[LandingState]):
         Pulses planned from the estimates. Ends with the last pulse, or when samples are missed, as
         then the rest of it comes too late: resting again.
     done, stopped
-        No effort. A new target begins with feedback.
+        No effort. An arm that leaves the tolerance goes on to *resting*. A new target begins with
+        feedback.
 
-    A series moves mass 1 one way only, and takes up a swing of mass 2 that is smaller than its way;
+    A series is aborted, and mass 1 braked, when it leaves the corridor around the plan. A series
+    moves mass 1 one way only, and takes up a swing of mass 2 that is smaller than its way;
     so feedback leaves some of the way to it. A larger swing is taken up on the way to a place
     beyond, from where a second series comes back. The estimator runs along through all phases, so
     that what a series did corrects what the next is planned with, and what was known before stays.
@@ -170,7 +90,10 @@ class LandingController(Supervisor[LandingState]):
     motion along each is explained anew, with masses and spring 2 % uncertain. The number of series
     is bounded: it cannot limit-cycle.
 
-    It steps in the interpreter, as it solves a linear programme when a series is due.
+    It steps in the interpreter. A plan is a linear programme and takes longer than a sample. With a
+    ``planning_time`` it is asked for in the state (``request``); `plan` answers it beside the loop,
+    `answered` puts the answer into the state, and the series begins that time after the request.
+    `PlannedBeside` does so in a thread.
 
     Attributes
     ----------
@@ -195,6 +118,15 @@ class LandingController(Supervisor[LandingState]):
     wait_limit
         How long mass 1 may take to come to rest after the reference or a series; None for 20 swings
         of mass 2.
+    longest_series
+        Longest duration of a series; None for four times that of a rigid arm with one swing.
+    travel
+        Lowest and highest position that a series may lead to; None for no limit.
+    planning_time
+        Time between the request of a plan and the begin of its series; 0 plans inside a step.
+    plans_inside
+        Whether the plan is made inside the step in which it is due, as in a simulation; otherwise
+        it is awaited from outside.
 
     Raises
     ------
@@ -218,11 +150,6 @@ class LandingController(Supervisor[LandingState]):
     'reached'
     """
 
-    arm: FlexibleArm
-    arm_uncertainty: float = 0.0
-    experience: LearnedPulses | None = None
-    notch: Notch | None = None
-    most_series: int = 6
     _driven: ClassVar[str] = "mass 1"
     _left: ClassVar[float] = 0.2  # more than mass 2 usually swings
 
@@ -230,20 +157,15 @@ class LandingController(Supervisor[LandingState]):
         super().__post_init__()
         uncertainty = non_negative("arm_uncertainty", self.arm_uncertainty, "(no unit)")
         object.__setattr__(self, "arm_uncertainty", uncertainty)
+        if self.longest_series is not None:
+            limit = positive("longest_series", self.longest_series, "s")
+            object.__setattr__(self, "longest_series", limit)
+        planning = non_negative("planning_time", self.planning_time, "s")
+        object.__setattr__(self, "planning_time", planning)
         self._check_effort(max(self.arm.friction.breakaway()) + abs(self.arm.friction.offset))
         if self.experience is not None:
             check_learned(self.experience, self.kind)
         whole("most_series", self.most_series, least=1)
-
-    @property
-    def kind(self) -> AxisKind:
-        """``"linear"`` or ``"rotary"``, as the arm."""
-        return self.arm.kind
-
-    @property
-    def half_swing(self) -> float:
-        """Half a period of mass 2 while mass 1 rests [s]."""
-        return pi * sqrt(self.arm.mass_2 / self.arm.stiffness)
 
     def resumed(self, learned: LearnedPulses) -> "LandingController":
         """Return the same controller, beginning with what an earlier run has learned of the arm.
@@ -262,26 +184,36 @@ class LandingController(Supervisor[LandingState]):
         return replace(self, arm=known.arm, experience=learned)
 
     @property
-    def longest_wait(self) -> float:
-        """The wait limit, or 20 swings of mass 2 [s]."""
-        return _WAIT_RULE * self.half_swing if self.wait_limit is None else self.wait_limit
+    def channels(self) -> tuple[str, ...]:
+        """Positions and velocities of both masses."""
+        return SensorSample._fields[1:]
 
-    def init(self) -> LandingState:
-        """Return the state before the first sample."""
-        law, learned = self.arm.friction, self.experience
-        known = law.coulomb_friction_positive + law.coulomb_friction_negative
-        static = law.static_friction_positive + law.static_friction_negative
-        return LandingState(
-            target=self.target,
-            feedback_state=np.empty(0),
-            estimator_state=self.estimator.init(sampling_time=self.sampling_time),
-            window=Window.of(self._window),
-            static_ratio=max(static / known, _STATIC) if known > 0.0 else _STATIC,
-            belief=None if learned is None else ArmBelief.resumed(self.arm, learned),
-        )
-
-    def _readable(self, sample: SensorSample) -> bool:
-        return all(isfinite(value) for value in sample)
+    def warm_up(self) -> None:
+        """Compile and load all that steps and plans use."""
+        super().warm_up()
+        ahead = self.init().target or 1.0
+        swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=pi / self.half_swing)
+        state = replace(self.init(), target=ahead)
+        series = self._next_series(state, swing, 0.0)
+        if isinstance(series, PulseSeries):
+            track = [
+                SensorSample(*each)
+                for each in zip(
+                    series.time,
+                    series.position,
+                    series.velocity,
+                    series.load_position,
+                    series.load_velocity,
+                    strict=True,
+                )
+            ]
+            flight = FlightLog.of(
+                series,
+                track,
+                position_noise=self.position_noise,
+                velocity_noise=self.velocity_noise,
+            )
+            self._belief(state).after(flight)
 
     def approach(
         self, start: float, end: float, estimator_state: Float[np.ndarray, " e"]
@@ -305,19 +237,47 @@ class LandingController(Supervisor[LandingState]):
         )
 
     def _landing(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
-        if state.track and len(state.track) <= state.flights[-1].planned.effort.size:
-            state = replace(state, track=(*state.track, sample))
+        state = self._tracked(state, sample)
         state = self._transition(state, sample)
-        if state.phase.name != "series":
+        if state.braking:
+            return self._braked(state, sample)
+        return self._planned_effort(state)
+
+    def _planned_effort(self, state: LandingState) -> tuple[LandingState, float]:
+        planned = state.flights[-1].planned if state.flights else None
+        if state.phase.name != "series" or planned is None or state.sent >= planned.effort.size:
             return state, 0.0
-        effort = float(state.flights[-1].planned.effort[state.sent])
-        return replace(state, sent=state.sent + 1), effort
+        return replace(state, sent=state.sent + 1), float(planned.effort[state.sent])
+
+    def blind(self, state: LandingState, time: float) -> tuple[LandingState, float]:
+        """Take a sample at a time [s] of which nothing else is known; a series goes on."""
+        if not state.renewed and state.feedback is None:
+            state = self._tracked(state, SensorSample(time, np.nan, np.nan, np.nan, np.nan))
+        return super().blind(state, time)
+
+    def _tracked(self, state: LandingState, sample: SensorSample) -> LandingState:
+        """Return the state with the sample among those of the last series, until it has ended."""
+        if not state.track or len(state.track) > state.flights[-1].planned.effort.size:
+            return state
+        if state.phase.name != "series" and len(state.track) > state.sent:
+            return state
+        return replace(state, track=(*state.track, sample))
+
+    def _braked(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
+        """Return the state and the effort that slows mass 1, until friction stops it at once."""
+        mass, v = self.arm.mass_1, sample.measured_velocity
+        coulomb, _ = self._friction(state)
+        if abs(v) * mass <= coulomb * self.sampling_time + mass * _CERTAIN * self.velocity_noise:
+            return replace(state, braking=False), 0.0
+        effort = -mass / (_BRAKING * self.sampling_time) * v
+        return state, min(max(effort, -self.effort_limit), self.effort_limit)
 
     def _after_approach(
         self, state: LandingState, sample: SensorSample, reason: str
     ) -> LandingState:
         # Of a series that a new target has cut short nothing is learned
-        return self._enter(replace(state, track=()), sample, "resting", reason)
+        state = replace(state, track=(), request=None, answer=None, braking=False)
+        return self._enter(state, sample, "resting", reason)
 
     def _transition(self, state: LandingState, sample: SensorSample) -> LandingState:
         """Return the state, in the phase that is due: every transition but those of feedback."""
@@ -330,226 +290,87 @@ class LandingController(Supervisor[LandingState]):
                 state, name, reason = replace(state, track=()), "resting", "samples were missed"
             elif state.sent == flight.planned.effort.size:
                 name, reason = "resting", "the last pulse was sent"
+            elif self._off(state, sample):
+                state = replace(state, braking=True)
+                name, reason = "resting", "mass 1 has left the corridor of the series"
+        elif name == "done":
+            if self._strayed(state):
+                name, reason = "resting", "the arm has left the tolerance"
+        elif name == "resting" and state.request is not None:
+            return self._awaited(state, sample)
         elif name == "resting" and not self._settled(state, sample.time - phase.start):
-            if sample.time - phase.start >= self.longest_wait + _LATE * self.sampling_time:
+            if sample.time - phase.start >= self.longest_wait + LATE * self.sampling_time:
                 name, reason = "stopped", "mass 1 does not come to rest"
         elif name == "resting":
-            swing = self._swing(state)
-            state = self._after_series(state, swing)
-            if self._miss(state, swing) <= self.tolerance:
-                name, reason = "done", "both masses are within the tolerance"
-            elif state.series_since_target >= self.most_series:
-                name, reason = "stopped", f"{self.most_series} series have not landed it"
-            elif isinstance(series := self._next_series(state, swing), str):
-                name, reason = "stopped", series
-            else:
-                state, name = self._launched(state, sample, series), "series"
-                reason = "a series leads to the target"
-                if series.target != state.target:
-                    reason = (
-                        "mass 2 swings more than the way left: a series leads beyond, to come back"
-                    )
+            return self._judged(state, sample)
         return state if name == phase.name else self._enter(state, sample, name, reason)
 
-    def _next_series(self, state: LandingState, swing: Swing) -> PulseSeries | str:
-        """Return the series to fire, or why there is none.
+    def _strayed(self, state: LandingState) -> bool:
+        """Return whether an arm that had landed is no longer within the tolerance."""
+        window, bound = state.window, _LEFT_PLACE * self.tolerance
+        off = abs(state.target - 0.5 * (window.low + window.high))
+        if window.count > 1 and bool(off > bound + 0.5 * self._band):
+            return True
+        # The swing is fitted once in a half swing
+        samples = max(ceil(self.half_swing / self.sampling_time), LATE)
+        if window.count == 0 or window.count % samples != 0:
+            return False
+        return bool(self._miss(state, self._swing(state)) > bound)
 
-        Mass 1 moves one way only, so that a series of travel d takes up a swing of amplitude A < d
-        at most: mass 2 is driven by the spring as x1 moves from 0 to d, and the component at its
-        frequency of a velocity that never turns is at most that travel. Otherwise, and where the
-        travel is too short for a pulse that frees mass 1, mass 1 is first taken to a place beyond,
-        from where another series comes back without a swing to take up.
-        """
-        arm, target = self._estimated_arm(state), state.target
-        coulomb, viscous = self._friction(state)
-        static = coulomb * state.static_ratio
-        error, amplitude = target - swing.position, swing.amplitude
-        try:
-            friction = CoulombViscousFriction.symmetric(
-                coulomb_friction=coulomb,
-                viscous_friction=viscous,
-                static_friction=static,
-                offset=arm.friction.offset,
-            )
-            planner = PulseSeriesPlanner(
-                arm=replace(arm, friction=friction),
-                sampling_time=self.sampling_time,
-                effort_limit=self.effort_limit,
-                excess=_EXCESS,
-                impulse_gap=_GAP,
-                rest_on_the_way=True,
-            )
-            alone = PulseLaw(
-                mass=arm.mass_1,
-                coulomb_friction=coulomb,
-                viscous_friction=viscous,
-                static_friction=static,
-                kind=arm.kind,
-            )
-        except InputError as refusal:  # what is estimated may be no arm that could rest
-            return str(refusal)
-        smallest = _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
-        least = max(abs(error) + amplitude, smallest)
-        ahead = 1.0 if error > 0.0 else -1.0
-        places = [target] if amplitude < _DIRECT * abs(error) else []
-        places += [
-            swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
-        ]
-        why = ""
-        for place in places:
-            try:
-                return planner.plan(swing.state(), place)
-            except StickslipError as refusal:
-                why = why or str(refusal)
-        return why
-
-    def _launched(
-        self, state: LandingState, sample: SensorSample, series: PulseSeries
-    ) -> LandingState:
-        coulomb, viscous = self._friction(state)
-        flight = Flight(
-            start=sample.time,
-            planned=series,
-            coulomb_friction=coulomb,
-            viscous_friction=viscous,
+    def _judged(self, state: LandingState, sample: SensorSample) -> LandingState:
+        """Return the state of an arm at rest: landed, stopped, or with a plan asked for."""
+        swing = self._swing(state)
+        landed = self._miss(state, swing) <= self.tolerance
+        spent = state.series_since_target >= self.most_series
+        request = PlanRequest(
+            number=state.request_count + 1,
+            state=state,
+            swing=swing,
+            made=sample.time,
+            begin=sample.time + (0.0 if landed or spent else self.planning_time),
+            samples=state.window.count,
         )
-        return replace(state, flights=(*state.flights, flight), sent=0, track=(sample,))
+        state = replace(state, request_count=request.number, answer=None)
+        if landed or spent:
+            # What the last series has taught is for the next one: there is no hurry
+            if self.planning_time == 0.0:
+                state = self._learned_of(state, self.plan(request, series=False))
+            else:
+                state = replace(state, request=request)
+            if landed:
+                return self._enter(state, sample, "done", "both masses are within the tolerance")
+            reason = f"{self.most_series} series have not landed it"
+            return self._enter(state, sample, "stopped", reason)
+        return self._awaited(replace(state, request=request), sample)
 
-    def _settled(self, state: LandingState, waited: float) -> bool:
-        """Return whether mass 1 has rested long enough for the swing to be known.
-
-        Near the target, or with much noise, it takes half a swing: the band in which noise lets a
-        rest be seen then hides slow motion. Where the spring pulls about as hard as static friction
-        holds, mass 1 gives way a little in every swing, for very long: after some of them a brief
-        rest has to do.
-        """
-        left = abs(state.target - 0.5 * (state.window.low + state.window.high))
-        share = _REST if self._band <= _FINE * left else 1.0
-        rest = max(ceil(share * self.half_swing / self.sampling_time), _LATE)
-        return state.window.count >= (rest if waited < _GIVES * self.half_swing else _BRIEF)
-
-    def _swing(self, state: LandingState) -> Swing:
-        return Swing.seen(
-            state.window.seen(),
-            arm=self._estimated_arm(state),
-            sampling_time=self.sampling_time,
-            position_noise=self.position_noise,
-            velocity_noise=self.velocity_noise,
-        )
-
-    @property
-    def _band(self) -> float:
-        farthest = NormalDist().inv_cdf(1.0 - _MISSED / (2.0 * self._window))
-        return 2.0 * farthest * self.position_noise
-
-    @property
-    def _window(self) -> int:
-        """Samples in which rest is looked for."""
-        return max(ceil(_KEPT * self.half_swing / self.sampling_time), _LATE) + 1
-
-    def _learns(self, state: LandingState) -> bool:
-        """Return whether masses and spring are learned."""
-        return self.arm_uncertainty > 0.0 or state.belief is not None
-
-    def _estimated_arm(self, state: LandingState) -> FlexibleArm:
-        """Return the arm with masses and spring as estimated now; `_friction` has its friction."""
-        return self.arm if state.belief is None else state.belief.arm
-
-    def _miss(self, state: LandingState, swing: Swing) -> float:
-        """Return the larger of what mass 1 is off the target and mass 2 swings about mass 1."""
-        return max(abs(state.target - swing.position), swing.amplitude)
-
-    def _after_series(self, state: LandingState, swing: Swing) -> LandingState:
-        """Note how the last series ended, if it is not known yet, and learn from it."""
-        if not state.track:
+    def _awaited(self, state: LandingState, sample: SensorSample) -> LandingState:
+        """Return the state while a plan is awaited, or with its series begun."""
+        request, answer = state.request, state.answer
+        if request is None:
             return state
-        last = state.flights[-1]
-        ended = replace(last, final_position=swing.position, final_swing=swing.amplitude)
-        flight = FlightLog.of(
-            last.planned,
-            state.track,
-            position_noise=self.position_noise,
-            velocity_noise=self.velocity_noise,
-        )
-        state = replace(state, flights=(*state.flights[:-1], ended), track=())
-        stayed = abs(swing.position - last.planned.position[0]) <= self._band
-        if stayed or flight.late:
-            state = replace(state, static_ratio=_STATIC_STEP * state.static_ratio)
-        missed = max(abs(swing.position - last.planned.target), swing.amplitude)
-        unexplained = missed > max(self.tolerance, self._by_noise(last.planned))
-        if stayed or not (self._learns(state) or unexplained):
+        if state.window.count < request.samples:  # mass 1 has moved
+            return replace(state, request=None, answer=None)
+        if sample.time < request.begin - 0.5 * self.sampling_time:
             return state
-        belief = self._belief(state)
-        belief = belief.later() if state.series_since_target == 1 else belief
-        return replace(state, belief=belief.after(flight))
-
-    def _by_noise(self, planned: PulseSeries) -> float:
-        """Return how far a series may miss by what noise does to its start and to friction."""
-        if self.position_noise == 0.0:
-            return 0.0
-        deviations, share = _BY_NOISE
-        travel = abs(planned.target - float(planned.position[0]))
-        return max(deviations * self.position_noise, share * travel)
-
-    def _belief(self, state: LandingState) -> ArmBelief:
-        """Return the estimate of the arm; before the first series that of the running estimator."""
-        if state.belief is not None:
-            return state.belief
-        coulomb, viscous = self._friction(state)
-        return ArmBelief.first(
-            self.arm,
-            uncertainty=self.arm_uncertainty or _UNCERTAIN,
-            coulomb_friction=coulomb,
-            viscous_friction=viscous,
-            covariance=self._covariance(state),
-        )
-
-    def _friction(self, state: LandingState) -> tuple[float, float]:
-        """Return Coulomb and viscous friction as estimated, as far as a law can hold them."""
-        coulomb, viscous = self._estimated(state)
-        if state.belief is not None:
-            law = state.belief.arm.friction
-            coulomb, viscous = law.coulomb_friction_positive, law.viscous_friction_positive
-        return max(coulomb, LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
-
-    def estimates(self, state: LandingState) -> dict[str, float]:
-        """Return friction as estimated, with masses and spring if they are learned [SI].
-
-        The static friction is only what has been enough to free mass 1.
-        """
-        coulomb, viscous = self._friction(state)
-        static = coulomb * state.static_ratio
-        found: dict[str, float] = dict(zip(FRICTION, (coulomb, viscous, static), strict=True))
-        if self._learns(state):
-            body = self._belief(state).values
-            found |= {name: body[name] for name in LEARNED[:3]}
-        return found
-
-    def deviations(self, state: LandingState) -> dict[str, float]:
-        """Return standard deviations of the estimates, but for static friction [SI]."""
-        found = super().deviations(state)
-        if not self._learns(state):
-            return found
-        own = self._belief(state).deviations
-        if state.belief is None:
-            own |= {name: inf for name, spread in found.items() if not isfinite(spread)}
-        return {name: own[name] for name in (*found, *LEARNED[:3])}
-
-    def learned(self, state: LandingState) -> LearnedPulses:
-        """Return what was learned, for the first guesses of the next run.
-
-        The covariance is that of the estimator, or, where masses and spring are learned, of the
-        logarithms of masses, spring, Coulomb and viscous friction.
-
-        Raises
-        ------
-        InputError
-            If nothing has been learned yet.
-        """
-        covariance = self._known_covariance(state) if state.belief is None else np.empty(0)
-        return LearnedPulses(
-            method="landing",
-            kind=self.kind,
-            values=self.estimates(state),
-            covariance=self._belief(state).covariance if self._learns(state) else covariance,
-        )
+        if self.plans_inside:
+            answer = self.plan(request)
+        if answer is None:
+            # The plan comes too late for its begin: it is asked for anew, with more time
+            late = max(sample.time - request.made, self.planning_time)
+            again = replace(
+                request,
+                number=request.number + 1,
+                swing=self._swing(state),
+                made=sample.time,
+                begin=sample.time + 2.0 * late,
+                samples=state.window.count,
+            )
+            return replace(state, request=again, request_count=again.number)
+        state = replace(self._learned_of(state, answer), request=None, answer=None)
+        if not isinstance(answer.series, PulseSeries):
+            return self._enter(state, sample, "stopped", answer.series or "there is no series")
+        reason = "a series leads to the target"
+        if answer.series.target != state.target:
+            reason = "mass 2 swings more than the way left: a series leads beyond, to come back"
+        state = self._launched(state, sample, answer.series)
+        return self._enter(state, sample, "series", reason)

@@ -2,7 +2,8 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from math import cos, exp, hypot, log, sin, sqrt
+from math import cos, exp, hypot, isfinite, log, sin, sqrt
+from typing import Any
 
 import numpy as np
 from jaxtyping import Bool, Float
@@ -30,11 +31,19 @@ _UNKNOWN = 1.0  # standard deviation of the logarithm of a friction that is not 
 _DRIFT = 0.05  # relative deviation of the change of friction since an earlier run or target
 _WALK = np.array([1e-6] * 3 + [1e-4] * 2)  # relative deviation of a change between series
 _LEAST_VISCOUS = 1e-3  # of m1 times the frequency of mass 2: stands for none, it has a logarithm
+_TYPICAL_VISCOUS = 0.05  # of the same, where little is known
 _LEAST_SAMPLES = 8  # of slipping: fewer tell too little
 _CERTAIN = 4.0  # standard deviations of a measured velocity
 _ROUNDING = 1e-8  # of the way: sensors without noise
 _UNLIKE = (5.0, 0.02)  # deviations, or of the way: farther on average, something else moved it too
 _CONVERGED = 1e-12
+_REFITS, _EXPLAINED = (
+    3,
+    1.5,
+)  # fits with the noise that the last one shows; rms of residuals that do
+_SURPRISE = 400.0  # squared distance from the prior, in its standard deviations: no estimate
+_AGREES = (4.0, 0.5)  # with the running estimate: deviations, share of the effort of friction
+_EVALUATIONS = 60  # of the motion and its slopes in a fit
 _TINY = 1e-12  # of the frequency: a weight for sensors without noise
 
 
@@ -113,15 +122,16 @@ class FlightLog:
         position_noise: float,
         velocity_noise: float,
     ) -> "FlightLog":
-        """Return the log of a series that was sent as planned.
+        """Return the log of a series that was sent as planned, or of the part that was sent.
 
-        Its track is the sample at its begin, and the one after each of its own.
+        Its track is the sample at its begin, and the one after each of its own; NaN where one was
+        lost.
         """
         place, load = float(planned.position[0]), float(planned.load_position[0])
         return cls(
             start=(place, 0.0, load, float(planned.load_velocity[0])),
-            effort=planned.effort,
-            expected_velocity=planned.velocity,
+            effort=planned.effort[: len(track) - 1],
+            expected_velocity=planned.velocity[: len(track)],
             seen=np.array(track)[:, 1:],
             sampling_time=planned.sampling_time,
             position_noise=position_noise,
@@ -131,12 +141,16 @@ class FlightLog:
     @property
     def direction(self) -> float:
         """1.0 or -1.0, as mass 1 has moved."""
-        return 1.0 if self.seen[-1, 0] > self.start[0] else -1.0
+        seen = self.seen[np.isfinite(self.seen[:, 0]), 0]
+        return 1.0 if seen[-1] > self.start[0] else -1.0
 
     @property
     def _fast(self) -> Bool[np.ndarray, " n"]:
-        """Whether mass 1 surely moves on, after each sample."""
-        return self.direction * self.seen[1:, 1] > _CERTAIN * self.velocity_noise
+        """Whether mass 1 surely moves on, after each sample; as after the one before if lost."""
+        fast = self.direction * self.seen[1:, 1] > _CERTAIN * self.velocity_noise
+        known = np.isfinite(self.seen[1:, 1])
+        last = np.maximum.accumulate(np.where(known, np.arange(known.size), -1))
+        return np.where(last >= 0, fast[last], False)
 
     @property
     def late(self) -> bool:
@@ -153,6 +167,27 @@ class FlightLog:
             return 0
         slow = ~fast[int(np.argmax(fast)) :]
         return fast.size - slow.size + (int(np.argmax(slow)) if slow.any() else slow.size)
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunningFriction:
+    """Friction by the estimator that runs along, for comparison with that of a series."""
+
+    coulomb_friction: float = quantity_field("coulomb_friction")
+    viscous_friction: float = quantity_field("viscous_friction")
+    covariance: Float[np.ndarray, "2 2"]
+    speed: float = quantity_field("velocity")  # at which they are compared: that of a move
+
+    def agrees(self, coulomb_friction: float, viscous_friction: float) -> bool:
+        """Return whether a friction takes about the same effort at the speed of a move."""
+        row = np.array([1.0, self.speed])
+        other = coulomb_friction + viscous_friction * self.speed
+        own = self.coulomb_friction + self.viscous_friction * self.speed
+        variance = float(row @ self.covariance @ row)
+        deviations, share = _AGREES
+        if not isfinite(variance):
+            return True
+        return bool(abs(other - own) <= deviations * sqrt(max(variance, 0.0)) + share * abs(own))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -181,8 +216,15 @@ class ArmBelief:
         of Coulomb and viscous friction, as estimated with these masses and spring.
         """
         P = np.diag([uncertainty**2] * 3 + [(_FRICTION_RATIO * uncertainty) ** 2] * 2)
-        of_one = 1.0 / np.array([coulomb_friction, max(viscous_friction, _least_viscous(arm))])
         if np.isfinite(covariance).all():
+            # A logarithm describes a value that is known to within a factor only: one that is not
+            # known so well is taken to be as large as its deviation
+            spread = np.sqrt(np.diag(covariance))
+            coulomb_friction = max(coulomb_friction, float(spread[0]))
+            typical = _TYPICAL_VISCOUS / _LEAST_VISCOUS * _least_viscous(arm)
+            viscous_friction = max(viscous_friction, min(float(spread[1]), typical))
+            of_one = 1.0 / np.array([coulomb_friction, max(viscous_friction, _least_viscous(arm))])
+            of_one *= np.minimum(1.0, _UNKNOWN / np.maximum(spread * of_one, 1e-300))
             P[_FRICTION, _FRICTION] += covariance * np.outer(of_one, of_one)
         else:
             P[_FRICTION, _FRICTION] += _UNKNOWN**2 * np.eye(2)
@@ -224,14 +266,16 @@ class ArmBelief:
         every = zip(self.values.items(), relative, strict=True)
         return {name: value * spread for (name, value), spread in every}
 
-    def after(self, flight: FlightLog) -> "ArmBelief":
+    def after(self, flight: FlightLog, running: "RunningFriction | None" = None) -> "ArmBelief":
         """Return the estimate after a series, corrected by where it has taken both masses.
 
         While mass 1 slips, the motion is that of a linear system; the parameters, and the state of
         mass 2 at the begin, are those that explain the measured motion best, beside what was
         known before (an iterated extended Kalman filter, the whole series as one observation).
         A motion that none explain, as of an arm that was pushed, and one that began late teach
-        nothing.
+        nothing. The noise is at least what the residuals show, so that errors of the model do not
+        pass for information. An estimate far from the prior, or with a friction that disagrees with
+        the running estimate, is rejected.
         """
         n = flight.slipping()
         if n < _LEAST_SAMPLES or flight.late:
@@ -249,7 +293,7 @@ class ArmBelief:
                 flight.start[3],
             ]
         )
-        way = abs(float(flight.seen[n, 0]) - flight.start[0])
+        way = float(np.nanmax(np.abs(flight.seen[: n + 1, 0] - flight.start[0])))
         of_position = max(flight.position_noise, _ROUNDING * way)
         of_velocity = max(flight.velocity_noise, _ROUNDING * way * frequency)
         weight = 1.0 / np.array([of_position, of_velocity] * 2)
@@ -261,19 +305,41 @@ class ArmBelief:
         whiten = np.linalg.inv(np.linalg.cholesky(prior))
         scale = np.array([1.0] * 5 + [way, way * frequency])
         measured = flight.seen[1 : n + 1]
+        known = np.isfinite(measured)  # samples were lost
+        measured = np.where(known, measured, 0.0)
 
-        def residual(theta: Float[np.ndarray, " 7"]) -> Float[np.ndarray, " r"]:
-            explained = ((self._motion(theta, flight, n) - measured) * weight).ravel()
-            return np.concatenate([explained, whiten @ (theta - first)])
+        def residual(theta: Float[np.ndarray, " 7"], noise: float) -> Float[np.ndarray, " r"]:
+            explained = np.where(known, self._motion(theta, flight, n) - measured, 0.0)
+            return np.concatenate([(explained * weight).ravel() / noise, whiten @ (theta - first)])
 
         from scipy.optimize import least_squares
 
-        found = least_squares(
-            residual, first, jac="3-point", x_scale=scale, ftol=_CONVERGED, xtol=_CONVERGED
-        )
-        measured_part = found.fun[: measured.size]
+        def fit(guess: Float[np.ndarray, " 7"], noise: float) -> tuple[Any, float]:
+            found = least_squares(
+                residual,
+                guess,
+                jac="3-point",
+                x_scale=scale,
+                ftol=_CONVERGED,
+                xtol=_CONVERGED,
+                max_nfev=_EVALUATIONS,
+                args=(noise,),
+            )
+            return found, float(np.sqrt(np.mean(found.fun[: measured.size] ** 2)))
+
+        noise = 1.0
+        found, rms = fit(first, noise)
+        for _ in range(_REFITS):
+            if rms <= _EXPLAINED:
+                break
+            noise *= rms
+            found, rms = fit(found.x, noise)
         deviations, share = _UNLIKE
-        if np.sqrt(np.mean(measured_part**2)) > max(deviations, share * way / of_position):
+        if noise * rms > max(deviations, share * way / of_position):
+            return self
+        if float(np.sum(found.fun[measured.size :] ** 2)) > _SURPRISE:
+            return self
+        if running is not None and not running.agrees(*np.exp(found.x[3:5]).tolist()):
             return self
         jacobian = np.asarray(found.jac)
         spread = np.linalg.inv(jacobian.T @ jacobian)[:5, :5]

@@ -1,7 +1,6 @@
 """The landing of a single mass: feedback near the target, then pulses by the exact law."""
 
 from dataclasses import dataclass, field, replace
-from math import isfinite
 from typing import ClassVar
 
 import numpy as np
@@ -49,11 +48,14 @@ class AxisLandingState(SupervisorState):
         Its state [as of the controller].
     idle_since
         When the phase of pulses began, or since when there is no effort in it [s].
+    gave_up
+        Whether the mass did not come to rest, so that there are no more pulses.
     """
 
     pulses: ExactPulseController | None = None
     pulse_state: Float[np.ndarray, " p"] = field(default_factory=lambda: np.empty(0))
     idle_since: float = quantity_field("time", default=0.0)
+    gave_up: bool = False
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -72,7 +74,8 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         and *stopped* when no pulse can help, or when the mass has not come to rest in ten times the
         wait limit.
     done, stopped
-        No effort. A new target begins with feedback.
+        No effort. Where the mass leaves its place, pulses begin again, unless it did not come to
+        rest. A new target begins with feedback.
 
     Attributes
     ----------
@@ -152,8 +155,16 @@ class AxisLandingController(Supervisor[AxisLandingState]):
             window=Window.of(self._rest.samples),
         )
 
-    def _readable(self, sample: SensorSample) -> bool:
-        return isfinite(sample.measured_position) and isfinite(sample.measured_velocity)
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Position and velocity."""
+        return ("measured_position", "measured_velocity")
+
+    def _planned_effort(self, state: AxisLandingState) -> tuple[AxisLandingState, float]:
+        if state.pulses is None:
+            return state, 0.0
+        memory, effort = state.pulses.blind(state.pulse_state, np.nan)
+        return replace(state, pulse_state=memory), effort
 
     @property
     def _band(self) -> float:
@@ -188,7 +199,13 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         else:
             learned = state.pulses.learned(state.pulse_state)
             pulses = replace(state.pulses, target=state.target).resumed(learned)
-        state = replace(state, pulses=pulses, pulse_state=pulses.init(), idle_since=sample.time)
+        state = replace(
+            state,
+            pulses=pulses,
+            pulse_state=pulses.init(),
+            idle_since=sample.time,
+            gave_up=False,
+        )
         return self._enter(state, sample, "pulses", reason)
 
     def _first_pulses(self, state: AxisLandingState) -> ExactPulseController:
@@ -234,19 +251,25 @@ class AxisLandingController(Supervisor[AxisLandingState]):
         self, state: AxisLandingState, sample: SensorSample
     ) -> tuple[AxisLandingState, float]:
         pulses = state.pulses
-        if state.phase.name != "pulses" or pulses is None:
+        if pulses is None or state.gave_up:
             return state, 0.0
+        # The pulses watch the axis in every phase: it may creep or be pushed out of the tolerance
         memory, effort = pulses.step(state.pulse_state, sample)
         idle = state.idle_since if effort == 0.0 else sample.time
         state = replace(state, pulse_state=memory, idle_since=idle)
-        outcome = pulses.outcome(memory)
-        if outcome is PositioningOutcome.REACHED:
+        outcome, phase = pulses.outcome(memory), state.phase.name
+        if outcome is PositioningOutcome.MOVING and phase != "pulses":
+            state = replace(state, idle_since=sample.time)
+            state = self._enter(state, sample, "pulses", "the mass has left its place")
+        elif outcome is PositioningOutcome.REACHED and phase != "done":
             state = self._enter(state, sample, "done", "the mass is within the tolerance")
-        elif outcome is PositioningOutcome.STOPPED:
+        elif outcome is PositioningOutcome.STOPPED and phase != "stopped":
             why = pulses.why(memory) or "the pulses have ended"
             state = self._enter(state, sample, "stopped", why)
-        elif sample.time - idle >= _COASTING * self.longest_wait:
+        elif phase == "pulses" and sample.time - idle >= _COASTING * self.longest_wait:
+            state = replace(state, gave_up=True)
             state = self._enter(state, sample, "stopped", "the mass does not come to rest")
+            effort = 0.0
         return state, effort
 
     def estimates(self, state: AxisLandingState) -> dict[str, float]:

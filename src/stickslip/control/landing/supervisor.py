@@ -237,9 +237,30 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
         """Return how long a reference takes whose acceleration needs a share of the effort."""
         return sqrt(_PEAK * abs(travel) * mass / (_EFFORT_SHARE * self.effort_limit))
 
-    @abstractmethod
     def _readable(self, sample: SensorSample) -> bool:
         """Return whether a sample has all that is needed."""
+        values = sample._asdict()
+        return isfinite(sample.time) and all(isfinite(values[name]) for name in self.channels)
+
+    def blind(self, state: S, time: float) -> tuple[S, float]:  # noqa: ARG002 - as of the base class
+        """Take a sample at a time [s] of which nothing else is known.
+
+        Outside feedback the effort goes on as planned. The estimator gets to know of the gap.
+        """
+        if state.renewed or state.feedback is not None:
+            return state, np.nan
+        state, effort = self._planned_effort(state)
+        return self._estimated_along(state, effort, (np.nan,) * 4), effort
+
+    @abstractmethod
+    def _planned_effort(self, state: S) -> tuple[S, float]:
+        """Return the state and the effort outside feedback where a sample is lost."""
+
+    def _estimated_along(self, state: S, effort: float, channels: tuple[float, ...]) -> S:
+        """Return the state after the estimator has taken a sample and the effort held from it."""
+        learned = state.estimator_state.copy()
+        self.estimator.kernel(learned, effort, *channels)
+        return replace(state, estimator_state=learned)
 
     @abstractmethod
     def _after_approach(self, state: S, sample: SensorSample, reason: str) -> S:
@@ -271,16 +292,8 @@ class Supervisor(PositionController[S], ABC, Generic[S]):
             memory, effort = state.feedback.step(state.feedback_state, since)
             return replace(state, feedback_state=memory), float(effort)
         state, effort = self._landing(state, sample)
-        learned = state.estimator_state.copy()
-        channels = (
-            sample.measured_position,
-            sample.measured_velocity,
-            sample.measured_load_position,
-            sample.measured_load_velocity,
-        )
-        x, v, x2, v2 = (value if isfinite(value) else 0.0 for value in channels)
-        self.estimator.kernel(learned, effort, x, v, x2, v2)
-        return replace(state, estimator_state=learned), effort
+        channels = tuple(value if isfinite(value) else 0.0 for value in sample[1:])
+        return self._estimated_along(state, effort, channels), effort
 
     def _towards(self, state: S, sample: SensorSample) -> S:
         """Return the state at the begin of a feedback phase."""

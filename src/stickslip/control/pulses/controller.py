@@ -98,6 +98,20 @@ class PulseController(PositionController[Float[np.ndarray, " s"]], ABC):
         """
         return type(self)._kernel
 
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Position, and velocity if rest is judged by it."""
+        velocity = () if self.rest.speed is None else ("measured_velocity",)
+        return ("measured_position", *velocity)
+
+    def blind(
+        self,
+        state: Float[np.ndarray, " s"],
+        time: float,  # noqa: ARG002
+    ) -> tuple[Float[np.ndarray, " s"], float]:
+        """Go on with a pulse; from the positions after the lost sample nothing is learned."""
+        return at.blind_step(state)
+
     @abstractmethod
     def init(self) -> Float[np.ndarray, " s"]:
         """Return the state before the first sample."""

@@ -41,6 +41,7 @@ WAITING, PULSING, RESTING = 0, 1, 2  # phases
 MOVING, REACHED, STOPPED = 0, 1, 2  # outcomes
 _MOST_LEVELS = 4  # of one pulse
 TRACE_SIZE = 64  # positions kept from a pulse's first sample on
+_NEVER = 2**40  # an age at which no position is kept
 ROUNDING = 1e-9  # samples; a width above a whole number of samples by no more has been rounded so
 
 PULSE = np.dtype(
@@ -217,6 +218,20 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
     s.rest, s.error, s.phase = rest, s.target - rest, RESTING
     s.outcome = REACHED if abs(s.error) <= s.tolerance else MOVING
     return True
+
+
+@compiled()
+def blind_step(
+    state: Float[np.ndarray, " s"],
+) -> tuple[Float[np.ndarray, " s"], float]:
+    """Go on by one sample of which nothing is known; no position is kept from there on."""
+    vector = state.copy()
+    s = head(vector)
+    if s.pending:
+        s.age = _NEVER
+    if s.phase != PULSING and s.wait > 0:
+        s.wait -= 1
+    return vector, emit(s)
 
 
 @compiled()

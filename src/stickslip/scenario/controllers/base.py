@@ -9,7 +9,7 @@ from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from stickslip.control import PD, ExactPulseController, PositionController, RestDetection
+from stickslip.control import PD, ExactPulseController, Limits, PositionController, RestDetection
 from stickslip.presentation.words import prefixed
 from stickslip.records import (
     AxisKind,
@@ -39,6 +39,9 @@ REST_SAMPLES: Any = key(
     "positions that must agree for a rest; twice as many must fit into a move",
     says="10; with ideal sensors 1, without a velocity 2",
 )
+
+_HELD_WITHIN = 100.0
+"""Travel of an axis that is only held, in tolerances."""
 
 _REST_MOTION = 0.01
 """Share of the tolerance: an axis on bristles that moves no farther rests."""
@@ -184,6 +187,28 @@ class Controller(Table):
     @abstractmethod
     def build(self, setup: Setup, first: FirstGuesses) -> PositionController[Any]:
         """Return the controller, set to the first target."""
+
+    def limits(self, setup: Setup, first: FirstGuesses) -> Limits:
+        """Return the limits within which the controller runs, by the task."""
+        task, sensors, axis, guess = setup.task, setup.sensors, setup.axis, setup.guess
+
+        def part(name: str, guessed: float | None, known: float | None) -> float:
+            return first.value(name) if name in first.values else guessed or known or 0.0
+
+        places = (task.start, *task.all_targets)
+        if len(set(places)) == 1:  # a task that only holds the axis
+            places = (*places, task.start + _HELD_WITHIN * task.tolerance)
+        return Limits.for_task(
+            mass=part("mass", guess.body, axis.body),
+            load_mass=part("load_mass", guess.load, axis.load) if axis.flexible else 0.0,
+            effort_limit=self.effort_limit,
+            sampling_time=task.sampling_time,
+            places=places,
+            duration=task.duration,
+            noise=sensors.position_noise,
+            velocity_noise=sensors.velocity_noise,
+            encoder_step=sensors.encoder_step,
+        )
 
     def used(self) -> tuple[str, ...]:
         """Return the quantities of ``[guess]`` that it uses."""

@@ -92,6 +92,7 @@ class _ArmController(GainsByRule):
             position_noise=sensors.position_deviation,
             velocity_noise=sensors.velocity_noise,
             pd=self.given_gains(),
+            travel=self.limits(setup, first).travel,
             **settings,
         )
 

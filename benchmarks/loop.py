@@ -1,0 +1,142 @@
+"""The longest step of every guarded controller along a whole move."""
+
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from rich.progress import Progress
+
+from benchmarks.measuring import Comparison, Row, Target
+from stickslip.records import SensorSample
+from stickslip.scenario import (
+    ARM_CONTROLLERS,
+    AXES,
+    AXIS_CONTROLLERS,
+    Controller,
+    GuessTable,
+    Scenario,
+    SensorsTable,
+    TaskTable,
+    Variants,
+    table_from,
+)
+from stickslip.simulation import simulate_closed_loop
+
+__all__ = ["compare"]
+
+_REPEATED = 5
+"""Times that every step is taken; the shortest counts, as the machine has other work."""
+_AXIS_LIMIT, _ARM_LIMIT = 200.0, 1000.0
+"""Goals [us]."""
+_AXIS = {
+    "mass": 150.0,
+    "coulomb_friction": 100.0,
+    "viscous_friction": 700.0,
+    "static_friction": 130.0,
+}
+_ARM = {
+    "mass": 1.0,
+    "load_mass": 1.0,
+    "stiffness": 1.0,
+    "coulomb_friction": 0.15,
+    "viscous_friction": 0.1,
+}
+_GAINS = {"position_gain": 1e4, "velocity_gain": 1e3, "integral_gain": 1e4}
+
+
+def _scenario(variants: Variants[Controller], method: str) -> Scenario:
+    arm = variants is ARM_CONTROLLERS
+    given: dict[str, Any] = {"method": method, "effort_limit": 1.0 if arm else 300.0}
+    if method == "pid":
+        given |= _GAINS
+    guesses = {"mass": 150.0, "coulomb_friction": 80.0, "viscous_friction": 500.0}
+    target, duration, T = (1.0, 40.0, 0.02) if arm else (0.05, 2.0, 0.001)
+    return Scenario(
+        axis=table_from(AXES, _ARM if arm else _AXIS, name="axis", kind="linear"),
+        task=TaskTable(target=target, tolerance=1e-4, duration=duration, sampling_time=T),
+        sensors=SensorsTable(),
+        controller=table_from(variants, given, name="controller", kind="linear"),
+        guess=GuessTable(**({} if arm or method == "pid" else guesses)),
+    )
+
+
+class _Timed:
+    """A controller that times its steps."""
+
+    def __init__(self, controller: Any) -> None:
+        self._controller = controller
+        self.times: list[tuple[float, bool]] = []  # seconds, and whether a plan was made
+
+    def init(self) -> Any:
+        return self._controller.init()
+
+    def step(self, state: Any, sample: SensorSample) -> Any:
+        shortest = float("inf")
+        for _ in range(_REPEATED):
+            begun = perf_counter()
+            after, effort = self._controller.step(state, sample)
+            shortest = min(shortest, perf_counter() - begun)
+        flights = [len(getattr(each.inner, "flights", ())) for each in (state, after)]
+        ends = getattr(after.inner, "phases", ())[-1:] != getattr(state.inner, "phases", ())[-1:]
+        self.times.append((shortest, flights[0] != flights[1] or (ends and flights[1] > 0)))
+        return after, effort
+
+
+def compare(progress: Progress) -> list[Comparison]:
+    """Time each step of a move.
+
+    Parameters
+    ----------
+    progress
+        Where progress is shown.
+    """
+    asked = [
+        (AXIS_CONTROLLERS, "exact", _AXIS_LIMIT),
+        (AXIS_CONTROLLERS, "landing", _AXIS_LIMIT),
+        (AXIS_CONTROLLERS, "pid", _AXIS_LIMIT),
+        (ARM_CONTROLLERS, "landing", _ARM_LIMIT),
+        (ARM_CONTROLLERS, "feedback", _ARM_LIMIT),
+    ]
+    task = progress.add_task("longest steps", total=len(asked))
+    rows: list[Row] = []
+    targets: list[Target] = []
+    for variants, method, limit in asked:
+        scenario = _scenario(variants, method)
+        guarded = scenario.build(Path()).guarded
+        guarded.warm_up()
+        timed = _Timed(guarded)
+        simulate_closed_loop(
+            scenario.axis.build(),
+            timed,
+            sampling_time=scenario.task.sampling_time,
+            samples=scenario.task.samples,
+        )
+        name = f"{method}, {variants.where}"
+        steps = sorted(seconds for seconds, plans in timed.times if not plans)
+        for which, seconds in (("median", steps[len(steps) // 2]), ("longest", steps[-1])):
+            rows.append(
+                Row(name=f"{name}: {which} step", nanoseconds=1e9 * seconds, error=None, ours=True)
+            )
+        plans = [seconds for seconds, planned in timed.times if planned]
+        if plans:
+            rows.append(
+                Row(
+                    name=f"{name}: longest plan",
+                    nanoseconds=1e9 * max(plans),
+                    error=None,
+                    ours=True,
+                )
+            )
+        targets.append(
+            Target(text=f"longest step, {name} [µs]", measured=1e6 * steps[-1], limit=limit)
+        )
+        progress.advance(task)
+    return [
+        Comparison(
+            title="A step of a guarded controller from Python, without those that plan",
+            item="step",
+            error_name=None,
+            rows=tuple(rows),
+            targets=tuple(targets),
+        )
+    ]

@@ -1,0 +1,249 @@
+"""Kernels of the guard: which samples are admitted, and which effort is released."""
+
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+from stickslip.numerics.named_fields import fields_at, places
+
+# Faults; 0 is none
+LOST, TRAVEL, SPEED, TIME, JUMP, FROZEN, BLOCKED, LOAD, FAILED = range(1, 10)
+HOLD, ZERO, BRAKE = range(3)  # reactions to a lost sample
+
+STATE = np.dtype(
+    [
+        # Settings
+        ("period", "f8"),  # sampling time
+        ("effort_limit", "f8"),
+        ("low", "f8"),  # travel
+        ("high", "f8"),
+        ("speed", "f8"),
+        ("acceleration", "f8"),  # largest that any force causes
+        ("braking", "f8"),  # deceleration that braking certainly reaches
+        ("gain", "f8"),  # effort of braking over speed
+        ("time_limit", "f8"),  # of a move
+        ("reaction", "i8"),
+        ("max_lost", "i8"),
+        ("resolution", "f8"),  # largest error of a position, of a velocity
+        ("velocity_resolution", "f8"),
+        ("same_limit", "i8"),  # equal positions of a frozen sensor; 0 for no limit
+        ("gravity", "i8"),  # 1 if acceleration without effort is a fault
+        ("needed", "i8", (4,)),  # channels
+        # What changes
+        ("fault", "i8"),
+        ("samples", "i8"),  # admitted so far
+        ("time", "f8"),  # of the last admitted sample
+        ("x", "f8"),
+        ("v", "f8"),
+        ("begun", "f8"),  # time of the first sample of the move
+        ("started", "i8"),  # 1 from that sample on
+        ("lost", "i8"),  # samples in a row
+        ("lost_total", "i8"),
+        ("missing", "i8", (4,)),  # channels of the last lost sample
+        ("jumped", "i8"),  # 1 if the last lost sample had a position that no force explains
+        ("mismatch", "f8"),  # of position and velocity, with a memory of some ten samples
+        ("same", "i8"),  # equal positions in a row
+        ("fast", "i8"),  # samples in a row above the speed limit
+        ("outside", "i8"),  # from which the axis cannot stop within the travel
+        ("effort", "f8"),  # last one sent
+        ("pushing", "i8"),  # samples in a row with nearly the largest effort and no motion
+        ("pushing_from", "f8"),
+        ("unanswered", "i8"),  # samples in a row to which the controller gave no effort
+        ("idle", "i8"),  # samples in a row at rest without effort
+        ("free", "i8"),  # samples in a row without effort in which the speed has not fallen
+        ("free_from", "f8"),  # speed and position at the first of them
+        ("free_x", "f8"),
+        ("anchored", "i8"),  # 1 once braking has stopped the axis
+        ("anchor", "f8"),  # where
+        ("hold", "f8"),  # effort that takes the load there
+        ("quiet", "i8"),  # samples at rest while braking
+        ("quiet_x", "f8"),  # position at the first of them
+        ("kept", "i8"),  # 1 if the axis moved after it was let go, and is held
+        ("released", "i8"),  # 1 if the effort is 0 after braking
+    ]
+)
+"""State of the guard."""
+
+fields = fields_at(STATE)
+SIZE = places(STATE)
+
+_EARLIEST, _LATEST = 0.25, 20.0  # samples: a shorter or longer step of time is wrong
+_FAST, _OUTSIDE = 3, 2  # samples above the speed limit, beyond the travel
+_MEMORY = 0.9  # of the mismatch
+_FREE_SAMPLES, _FREE_TIME = 25, 0.2  # samples and time [s] of acceleration without effort
+_IDLE = 25  # samples at rest without effort that end a move
+_BLOCKED_SAMPLES, _BLOCKED_TIME = 100, 0.5
+_NEARLY = 0.98  # of the effort limit
+_QUIET = 20  # samples at rest after which the brake is released
+_SLOW = 2.0  # samples of braking: an axis so slow has stopped
+_MOVES = 1e-3  # of the travel: an axis that was let go is moved by something
+_WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
+
+
+@compiled()
+def _lose(g: Any, jumped: bool) -> bool:
+    g.lost += 1
+    g.lost_total += 1
+    g.jumped = 1 if jumped else 0
+    if g.lost > g.max_lost and g.fault == 0:
+        g.fault = JUMP if jumped else LOST
+    return False
+
+
+@compiled()
+def _watch(g: Any, x: float, v: float) -> None:
+    """Compare an admitted sample with the limits."""
+    T, limit = g.period, g.effort_limit
+    # Speed and travel: the axis must be able to stop before the limit
+    g.fast = g.fast + 1 if abs(v) > g.speed + g.velocity_resolution + g.resolution / T else 0
+    sure = max(abs(v) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
+    stop = 0.5 * sure * sure / g.braking
+    leaves = (v > 0.0 and x + stop > g.high) or (v < 0.0 and x - stop < g.low)
+    # Blocked: nearly the largest effort and no motion
+    if abs(g.effort) < _NEARLY * limit or g.pushing == 0:
+        g.pushing_from = x
+    moves = abs(x - g.pushing_from) > g.resolution
+    pushes = abs(g.effort) >= _NEARLY * limit and not moves
+    g.pushing = g.pushing + 1 if pushes else 0
+    blocked = g.pushing > max(_BLOCKED_SAMPLES, _BLOCKED_TIME / T)
+    # Load: without effort friction can only slow the axis
+    slower = abs(v) < g.free_from - 2.0 * g.velocity_resolution - 2.0 * g.resolution / T
+    rests = abs(v) * T <= g.velocity_resolution * T + g.resolution
+    g.idle = g.idle + 1 if g.effort == 0.0 and rests else 0
+    if g.idle > _IDLE:  # what moves the axis after a rest begins a move of its own
+        g.begun = g.time
+    slower = slower or rests
+    if g.effort != 0.0 or g.free == 0 or slower or v * (x - g.free_x) < 0.0:
+        g.free, g.free_from, g.free_x = (1 if g.effort == 0.0 else 0), abs(v), x
+    else:
+        g.free += 1
+        g.free_from = max(g.free_from, abs(v))
+    far = abs(x - g.free_x) > _WIDE * g.resolution
+    falls = g.free > max(_FREE_SAMPLES, _FREE_TIME / T) and far and g.gravity == 1
+    if falls:
+        g.free, g.fault, g.kept = 0, LOAD, 1
+        g.anchored, g.released = 0, 0
+    g.outside = g.outside + 1 if leaves or x > g.high or x < g.low else 0
+    if g.fault != 0:
+        return
+    if g.fast >= _FAST:
+        g.fault = SPEED
+    elif g.outside >= _OUTSIDE:
+        g.fault = TRAVEL
+    elif blocked:
+        g.fault = BLOCKED
+    elif g.time - g.begun > g.time_limit and g.effort != 0.0:
+        g.fault = TIME
+
+
+@compiled()
+def admit(
+    guard: Float[np.ndarray, " g"], time: float, x: float, v: float, x2: float, v2: float
+) -> bool:
+    """Take a sample in; return whether the controller may see it."""
+    g = fields(guard)
+    gap = False
+    for k in range(4):
+        value = x if k == 0 else v if k == 1 else x2 if k == 2 else v2
+        g.missing[k] = 1 if g.needed[k] == 1 and not np.isfinite(value) else 0
+        gap = gap or g.missing[k] == 1
+    T = g.period
+    dt = time - g.time if g.samples > 0 else T
+    if gap or not _EARLIEST * T < dt < _LATEST * T:
+        if not gap and np.isfinite(time) and g.fault != 0:  # begin anew, to brake
+            g.time, g.samples = time, 0
+        return _lose(g, False)
+    measured = np.isfinite(v)
+    speed = v if measured else (x - g.x) / dt
+    if g.samples == 0:
+        speed = v if measured else 0.0
+    else:
+        # The speed from positions is that of the middle of the step before
+        late = dt + T
+        slack = 0.5 * g.acceleration * dt * late + _WIDE * g.resolution
+        slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
+        if abs(x - g.x - dt * g.v) > slack:
+            return _lose(g, True)
+        if measured:
+            if abs(v - g.v) > g.acceleration * late + 2.0 * g.velocity_resolution:
+                return _lose(g, True)
+            # A velocity that the position does not follow
+            step = x - g.x - 0.5 * dt * (v + g.v)
+            g.mismatch = _MEMORY * g.mismatch + step
+            wide = g.acceleration * late * late + _WIDE * g.resolution
+            if abs(g.mismatch) > wide + 10.0 * g.velocity_resolution * T and g.fault == 0:
+                g.fault = FROZEN
+        g.same = g.same + 1 if x == g.x else 0
+        if g.same_limit > 0 and g.same >= g.same_limit and g.fault == 0:
+            g.fault = FROZEN
+    g.time, g.x, g.v = time, x, speed
+    g.samples += 1
+    g.lost = 0
+    if g.started == 0:
+        g.started, g.begun = 1, time
+    _watch(g, x, speed)
+    return True
+
+
+@compiled()
+def _brake(g: Any) -> float:
+    """Return the effort that stops the axis, holds it where it has stopped, and then lets go.
+
+    A spring of K_p = gain/(16 T) about the anchor damps a mass of gain 4 T critically; an integral
+    of K_p/(16 T) takes the load. An axis that moves once it was let go is held for good.
+    """
+    x, v, T = g.x, g.v, g.period
+    if g.released == 1:
+        if abs(x - g.anchor) <= _WIDE * g.resolution + _MOVES * (g.high - g.low):
+            return 0.0
+        g.released, g.anchored, g.kept = 0, 0, 1
+    slow = abs(v) <= _SLOW * g.braking * T + g.velocity_resolution + g.resolution / T
+    if g.anchored == 0 and slow:
+        g.anchored, g.anchor, g.quiet, g.quiet_x = 1, x, 0, x
+        g.hold = -g.gain * v  # what has stopped it may be what holds it
+    u = -g.gain * v
+    if g.anchored == 0:
+        return u
+    g.quiet = g.quiet + 1 if slow and abs(x - g.quiet_x) <= g.resolution else 0
+    if g.quiet == 0:
+        g.quiet_x = x
+    if g.quiet >= _QUIET and g.kept == 0:
+        g.released, g.anchor = 1, x
+        return 0.0
+    K_p = g.gain / (16.0 * T)
+    if abs(g.hold) < g.effort_limit and g.quiet == 0:
+        g.hold -= K_p / 16.0 * (x - g.anchor)
+    return u - K_p * (x - g.anchor) + g.hold
+
+
+@compiled()
+def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> float:
+    """Return the effort for the drive: finite and within the limit."""
+    g = fields(guard)
+    if g.fault != 0:
+        u = _brake(g) if readable and g.fault not in (FROZEN, JUMP) else 0.0
+    elif np.isfinite(effort):
+        u, g.unanswered = effort, 0
+    else:
+        g.unanswered += 1 if readable else 0
+        if g.unanswered > g.max_lost:
+            g.fault = FAILED
+        u = 0.0
+        if g.reaction == HOLD:
+            u = g.effort
+        elif g.reaction == BRAKE and g.samples > 0:
+            u = -g.gain * g.v
+    u = min(max(u, -g.effort_limit), g.effort_limit)
+    g.effort = u
+    return u
+
+
+@compiled()
+def renew(guard: Float[np.ndarray, " g"]) -> None:
+    """Begin a move to another target: no fault, its time not begun."""
+    g = fields(guard)
+    g.fault, g.started, g.lost, g.fast, g.pushing, g.free = 0, 0, 0, 0, 0, 0
+    g.anchored, g.quiet, g.released, g.kept, g.outside = 0, 0, 0, 0, 0
+    g.same, g.mismatch, g.unanswered = 0, 0.0, 0

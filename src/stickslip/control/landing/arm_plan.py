@@ -1,0 +1,512 @@
+"""What a landing of a flexible arm learns from a series, and the plan of the next one."""
+
+from dataclasses import dataclass, replace
+from math import ceil, inf, isfinite, pi, sqrt
+from statistics import NormalDist
+
+import numpy as np
+
+from stickslip.control.feedback.linear_parts import Notch
+from stickslip.control.landing.arm_belief import (
+    LEARNED,
+    ArmBelief,
+    FlightLog,
+    RunningFriction,
+    Swing,
+)
+from stickslip.control.landing.supervisor import (
+    FRICTION,
+    LEAST_FRICTION,
+    Supervisor,
+    SupervisorState,
+    Window,
+)
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
+from stickslip.plants import FlexibleArm
+from stickslip.records import (
+    AxisKind,
+    InputError,
+    LearnedPulses,
+    SensorSample,
+    StickslipError,
+    quantity_field,
+)
+
+# Rest
+_MISSED = 1e-3  # of the windows of an axis at rest are not seen as such
+LATE = 80  # samples at rest before a plan: an estimator that smooths has seen all by then
+_REST = 0.4  # half swings at rest before a plan: a sine is known by then
+_FINE = 0.01  # of the travel left: a wider band of noise hides motion that matters
+_GIVES, _BRIEF = 6.0, 8  # half swings in which mass 1 may give way; samples that must do then
+_KEPT = 2.0  # half swings kept in the window
+_WAIT_RULE = 40.0  # half swings
+_STATIC = 1.3  # static over Coulomb friction, where nothing is known
+
+# The gains of the surrogate arm of the demonstration, without units
+
+# Learning from series
+_STATIC_STEP = 1.25  # by which static friction is raised when a series has not freed mass 1
+_BY_NOISE = (10.0, 0.05)  # deviations of a position, of the travel: noise explains no larger miss
+_UNCERTAIN = 0.02  # relative deviation of masses and spring where none was given
+
+# Bounds of a series
+_LONGEST = 4.0  # times the time of a rigid arm and a swing
+_OFF = (0.3, 5.0, 20.0, 4.0)  # corridor: of the travel, tolerances, deviations; samples of motion
+_MOST_STATIC = 0.95  # of the effort limit: static friction that a series may still free
+
+# The next series
+_DIRECT = 0.8  # of the travel left: a swing below it can be taken up on the way
+_BEYOND = (1.5, 3.0)  # of the travel left and the swing, to a place to come back from
+_SMALLEST = 4.0  # smallest steps there at least
+_EXCESS, _GAP = 0.1, 0.3  # over the shortest time and the least impulse: found with little work
+
+
+@dataclass(frozen=True, kw_only=True)
+class Flight:
+    """A series of pulses as planned and as it went.
+
+    Attributes
+    ----------
+    start
+        When it began [s].
+    planned
+        The series; its target may lie beyond that of the landing, to come back from.
+    coulomb_friction, viscous_friction
+        With which it was planned [N or N m, N s/m or N m s/rad].
+    final_position
+        Where mass 1 came to rest; None as long as it has not, or if the series was cut short.
+    final_swing
+        Amplitude of mass 2 about that place; None likewise.
+    """
+
+    start: float = quantity_field("time")
+    planned: PulseSeries
+    coulomb_friction: float = quantity_field("coulomb_friction")
+    viscous_friction: float = quantity_field("viscous_friction")
+    final_position: float | None = quantity_field("position", default=None)
+    final_swing: float | None = quantity_field("position", default=None)
+
+
+@dataclass(frozen=True, kw_only=True)
+class LandingState(SupervisorState):
+    """State of a landing controller of an arm.
+
+    Attributes
+    ----------
+    flights
+        All series so far.
+    sent
+        Samples of the present series that have been sent.
+    track
+        The samples of the last series, the one at its begin first; none once it has been judged, or
+        if there is nothing to learn from it.
+    static_ratio
+        Static over Coulomb friction, as assumed so far [-].
+    belief
+        Masses, spring and friction as learned from the series; None if they are taken as given.
+    braking
+        Whether mass 1 is braked, as it has left the corridor of a series.
+    request, answer, request_count
+        The plan that is asked for, and that was given; None for none. How many were asked for.
+    """
+
+    flights: tuple[Flight, ...] = ()
+    sent: int = 0
+    track: tuple[SensorSample, ...] = ()
+    static_ratio: float
+    belief: ArmBelief | None = None
+    braking: bool = False
+    request: "PlanRequest | None" = None
+    answer: "PlanAnswer | None" = None
+    request_count: int = 0
+
+    @property
+    def series_since_target(self) -> int:
+        """How many series have begun since the last feedback phase."""
+        names = [phase.name for phase in self.phases]
+        since = len(names) - 1 - names[::-1].index("feedback")
+        return names[since:].count("series")
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanRequest:
+    """What a plan is asked for: the state of the landing at rest, and when a series shall begin.
+
+    Attributes
+    ----------
+    number
+        Of the request, from 1 on.
+    state
+        Of the landing when it was made.
+    swing
+        Of mass 2 at that time.
+    made, begin
+        When it was made, and when the series begins.
+    samples
+        Samples at rest when it was made.
+    """
+
+    number: int
+    state: LandingState
+    swing: Swing
+    made: float = quantity_field("time")
+    begin: float = quantity_field("time")
+    samples: int = 0
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlanAnswer:
+    """The answer to a request: what the last series has taught, and the next one.
+
+    Attributes
+    ----------
+    number
+        Of the request.
+    flights, static_ratio, belief
+        As of the state of a landing [records, -, a record].
+    series
+        None if none was due, or why there is none.
+    """
+
+    number: int
+    flights: tuple[Flight, ...]
+    static_ratio: float
+    belief: ArmBelief | None
+    series: PulseSeries | str | None
+
+
+@dataclass(frozen=True, kw_only=True)
+class ArmPlans(Supervisor[LandingState]):
+    """Settings of a landing of a flexible arm, and what its plans depend on.
+
+    `LandingController` documents the settings.
+    """
+
+    arm: FlexibleArm
+    arm_uncertainty: float = 0.0
+    experience: LearnedPulses | None = None
+    notch: Notch | None = None
+    most_series: int = 6
+    longest_series: float | None = quantity_field("time", default=None)
+    travel: tuple[float, float] | None = quantity_field("position", default=None)
+    planning_time: float = quantity_field("time", default=0.0)
+    plans_inside: bool = True
+
+    @property
+    def kind(self) -> AxisKind:
+        """``"linear"`` or ``"rotary"``, as the arm."""
+        return self.arm.kind
+
+    @property
+    def half_swing(self) -> float:
+        """Half a period of mass 2 while mass 1 rests [s]."""
+        return pi * sqrt(self.arm.mass_2 / self.arm.stiffness)
+
+    @property
+    def longest_wait(self) -> float:
+        """The wait limit, or 20 swings of mass 2 [s]."""
+        return _WAIT_RULE * self.half_swing if self.wait_limit is None else self.wait_limit
+
+    def init(self) -> LandingState:
+        """Return the state before the first sample."""
+        law, learned = self.arm.friction, self.experience
+        known = law.coulomb_friction_positive + law.coulomb_friction_negative
+        static = law.static_friction_positive + law.static_friction_negative
+        return LandingState(
+            target=self.target,
+            feedback_state=np.empty(0),
+            estimator_state=self.estimator.init(sampling_time=self.sampling_time),
+            window=Window.of(self._window),
+            static_ratio=max(static / known, _STATIC) if known > 0.0 else _STATIC,
+            belief=None if learned is None else ArmBelief.resumed(self.arm, learned),
+        )
+
+    def _off(self, state: LandingState, sample: SensorSample) -> bool:
+        """Return whether mass 1 is outside the corridor around the present series."""
+        planned = state.flights[-1].planned
+        k = min(state.sent, planned.effort.size)
+        travel, tolerances, deviations, samples = _OFF
+        wide = max(
+            travel * abs(planned.target - float(planned.position[0])),
+            tolerances * self.tolerance,
+            deviations * self.position_noise,
+        )
+        wide += samples * self.sampling_time * float(np.abs(planned.velocity).max())
+        return bool(abs(sample.measured_position - float(planned.position[k])) > wide)
+
+    def plan(self, request: PlanRequest, *, series: bool = True) -> PlanAnswer:
+        """Answer a request: learn from the last series, and plan the next one.
+
+        Parameters
+        ----------
+        request
+            From a state.
+        series
+            Whether a series is due.
+        """
+        state, swing = request.state, request.swing
+        later = request.begin - request.made
+        try:
+            state = self._after_series(state, swing)
+            planned = self._next_series(state, swing, later) if series else None
+        except (ArithmeticError, MemoryError, np.linalg.LinAlgError, ValueError) as error:
+            planned = f"no series could be planned ({type(error).__name__})"
+        return PlanAnswer(
+            number=request.number,
+            flights=state.flights,
+            static_ratio=state.static_ratio,
+            belief=state.belief,
+            series=planned,
+        )
+
+    def answered(self, state: LandingState, answer: PlanAnswer) -> LandingState:
+        """Return the state with an answer to its request; one to an earlier request is ignored."""
+        if state.request is None or answer.number != state.request.number:
+            return state
+        if state.phase.name in ("done", "stopped"):
+            return replace(self._learned_of(state, answer), request=None, answer=None)
+        return replace(state, answer=answer)
+
+    def _learned_of(self, state: LandingState, answer: PlanAnswer) -> LandingState:
+        """Return the state with what an answer has learned."""
+        return replace(
+            state,
+            flights=answer.flights,
+            static_ratio=answer.static_ratio,
+            belief=answer.belief,
+            track=(),
+        )
+
+    def _next_series(
+        self, state: LandingState, swing: Swing, later: float = 0.0
+    ) -> PulseSeries | str:
+        """Return the series to fire some time from now, or why there is none.
+
+        Mass 1 moves one way only, so that a series of travel d takes up a swing of amplitude A < d
+        at most: mass 2 is driven by the spring as x1 moves from 0 to d, and the component at its
+        frequency of a velocity that never turns is at most that travel. Otherwise, and where the
+        travel is too short for a pulse that frees mass 1, mass 1 is first taken to a place beyond,
+        from where another series comes back without a swing to take up.
+        """
+        arm, target = self._estimated_arm(state), state.target
+        coulomb, viscous = self._friction(state)
+        static = coulomb * state.static_ratio
+        error, amplitude = target - swing.position, swing.amplitude
+        try:
+            friction = CoulombViscousFriction.symmetric(
+                coulomb_friction=coulomb,
+                viscous_friction=viscous,
+                static_friction=static,
+                offset=arm.friction.offset,
+            )
+            planner = PulseSeriesPlanner(
+                arm=replace(arm, friction=friction),
+                sampling_time=self.sampling_time,
+                effort_limit=self.effort_limit,
+                excess=_EXCESS,
+                impulse_gap=_GAP,
+                rest_on_the_way=True,
+                longest=self._longest(arm, coulomb, abs(error) + amplitude),
+            )
+            alone = PulseLaw(
+                mass=arm.mass_1,
+                coulomb_friction=coulomb,
+                viscous_friction=viscous,
+                static_friction=static,
+                kind=arm.kind,
+            )
+        except InputError as refusal:  # what is estimated may be no arm that could rest
+            return str(refusal)
+        smallest = _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
+        least = max(abs(error) + amplitude, smallest)
+        ahead = 1.0 if error > 0.0 else -1.0
+        places = [target] if amplitude < _DIRECT * abs(error) else []
+        places += [
+            swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
+        ]
+        low, high = (-inf, inf) if self.travel is None else self.travel
+        why = ""
+        for place in (each for each in places if low <= each <= high):
+            try:
+                return planner.plan(swing.state(later), place)
+            except StickslipError as refusal:
+                why = why or str(refusal)
+        return why or "every place that a series could lead to is outside the travel"
+
+    def _longest(self, arm: FlexibleArm, coulomb: float, travel: float) -> float:
+        """Return the longest duration of a series over a travel [s]."""
+        if self.longest_series is not None:
+            return self.longest_series
+        mass = arm.mass_1 + arm.mass_2
+        free = max(self.effort_limit - coulomb, (1.0 - _MOST_STATIC) * self.effort_limit)
+        rigid = 2.0 * sqrt(_BEYOND[-1] * travel * mass / free)
+        return _LONGEST * (rigid + 2.0 * pi * sqrt(arm.mass_2 / arm.stiffness))
+
+    def _launched(
+        self, state: LandingState, sample: SensorSample, series: PulseSeries
+    ) -> LandingState:
+        coulomb, viscous = self._friction(state)
+        flight = Flight(
+            start=sample.time,
+            planned=series,
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+        )
+        return replace(state, flights=(*state.flights, flight), sent=0, track=(sample,))
+
+    def _settled(self, state: LandingState, waited: float) -> bool:
+        """Return whether mass 1 has rested long enough for the swing to be known.
+
+        Near the target, or with much noise, it takes half a swing: the band in which noise lets a
+        rest be seen then hides slow motion. Where the spring pulls about as hard as static friction
+        holds, mass 1 gives way a little in every swing, for very long: after some of them a brief
+        rest has to do.
+        """
+        left = abs(state.target - 0.5 * (state.window.low + state.window.high))
+        share = _REST if self._band <= _FINE * left else 1.0
+        rest = max(ceil(share * self.half_swing / self.sampling_time), LATE)
+        return state.window.count >= (rest if waited < _GIVES * self.half_swing else _BRIEF)
+
+    def _swing(self, state: LandingState) -> Swing:
+        return Swing.seen(
+            state.window.seen(),
+            arm=self._estimated_arm(state),
+            sampling_time=self.sampling_time,
+            position_noise=self.position_noise,
+            velocity_noise=self.velocity_noise,
+        )
+
+    @property
+    def _band(self) -> float:
+        farthest = NormalDist().inv_cdf(1.0 - _MISSED / (2.0 * self._window))
+        return 2.0 * farthest * self.position_noise
+
+    @property
+    def _window(self) -> int:
+        """Samples in which rest is looked for."""
+        return max(ceil(_KEPT * self.half_swing / self.sampling_time), LATE) + 1
+
+    def _learns(self, state: LandingState) -> bool:
+        """Return whether masses and spring are learned."""
+        return self.arm_uncertainty > 0.0 or state.belief is not None
+
+    def _estimated_arm(self, state: LandingState) -> FlexibleArm:
+        """Return the arm with masses and spring as estimated now; `_friction` has its friction."""
+        return self.arm if state.belief is None else state.belief.arm
+
+    def _miss(self, state: LandingState, swing: Swing) -> float:
+        """Return the larger of what mass 1 is off the target and mass 2 swings about mass 1."""
+        return max(abs(state.target - swing.position), swing.amplitude)
+
+    def _after_series(self, state: LandingState, swing: Swing) -> LandingState:
+        """Note how the last series ended, if it is not known yet, and learn from it."""
+        if not state.track:
+            return state
+        last = state.flights[-1]
+        ended = replace(last, final_position=swing.position, final_swing=swing.amplitude)
+        flight = FlightLog.of(
+            last.planned,
+            state.track,
+            position_noise=self.position_noise,
+            velocity_noise=self.velocity_noise,
+        )
+        state = replace(state, flights=(*state.flights[:-1], ended), track=())
+        stayed = abs(swing.position - last.planned.position[0]) <= self._band
+        if stayed or flight.late:
+            coulomb, _ = self._friction(state)
+            most = max(_MOST_STATIC * self.effort_limit / coulomb, state.static_ratio)
+            state = replace(state, static_ratio=min(_STATIC_STEP * state.static_ratio, most))
+        missed = max(abs(swing.position - last.planned.target), swing.amplitude)
+        unexplained = missed > max(self.tolerance, self._by_noise(last.planned))
+        if stayed or not (self._learns(state) or unexplained):
+            return state
+        belief = self._belief(state)
+        belief = belief.later() if state.series_since_target == 1 else belief
+        return replace(state, belief=belief.after(flight, self._running(state)))
+
+    def _running(self, state: LandingState) -> RunningFriction | None:
+        """Return friction by the running estimator; None if it knows nothing yet."""
+        coulomb, viscous = self._estimated(state)
+        P = self._covariance(state)
+        (move,) = self.approach(0.0, 1.0, state.estimator_state).reference.moves
+        travel = max(abs(float(np.ptp(each.planned.position))) for each in state.flights)
+        if not (isfinite(coulomb) and isfinite(viscous) and np.isfinite(P).all()):
+            return None
+        return RunningFriction(
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+            covariance=P,
+            speed=travel / move.duration,
+        )
+
+    def _by_noise(self, planned: PulseSeries) -> float:
+        """Return how far a series may miss by what noise does to its start and to friction."""
+        if self.position_noise == 0.0:
+            return 0.0
+        deviations, share = _BY_NOISE
+        travel = abs(planned.target - float(planned.position[0]))
+        return max(deviations * self.position_noise, share * travel)
+
+    def _belief(self, state: LandingState) -> ArmBelief:
+        """Return the estimate of the arm; before the first series that of the running estimator."""
+        if state.belief is not None:
+            return state.belief
+        coulomb, viscous = self._friction(state)
+        return ArmBelief.first(
+            self.arm,
+            uncertainty=self.arm_uncertainty or _UNCERTAIN,
+            coulomb_friction=coulomb,
+            viscous_friction=viscous,
+            covariance=self._covariance(state),
+        )
+
+    def _friction(self, state: LandingState) -> tuple[float, float]:
+        """Return Coulomb and viscous friction as estimated, as far as a law can hold them."""
+        coulomb, viscous = self._estimated(state)
+        if state.belief is not None:
+            law = state.belief.arm.friction
+            coulomb, viscous = law.coulomb_friction_positive, law.viscous_friction_positive
+        return max(coulomb, LEAST_FRICTION * self.effort_limit), max(viscous, 0.0)
+
+    def estimates(self, state: LandingState) -> dict[str, float]:
+        """Return friction as estimated, with masses and spring if they are learned [SI].
+
+        The static friction is only what has been enough to free mass 1.
+        """
+        coulomb, viscous = self._friction(state)
+        static = coulomb * state.static_ratio
+        found: dict[str, float] = dict(zip(FRICTION, (coulomb, viscous, static), strict=True))
+        if self._learns(state):
+            body = self._belief(state).values
+            found |= {name: body[name] for name in LEARNED[:3]}
+        return found
+
+    def deviations(self, state: LandingState) -> dict[str, float]:
+        """Return standard deviations of the estimates, but for static friction [SI]."""
+        found = super().deviations(state)
+        if not self._learns(state):
+            return found
+        own = self._belief(state).deviations
+        if state.belief is None:
+            own |= {name: inf for name, spread in found.items() if not isfinite(spread)}
+        return {name: own[name] for name in (*found, *LEARNED[:3])}
+
+    def learned(self, state: LandingState) -> LearnedPulses:
+        """Return what was learned, for the first guesses of the next run.
+
+        The covariance is that of the estimator, or, where masses and spring are learned, of the
+        logarithms of masses, spring, Coulomb and viscous friction.
+
+        Raises
+        ------
+        InputError
+            If nothing has been learned yet.
+        """
+        covariance = self._known_covariance(state) if state.belief is None else np.empty(0)
+        return LearnedPulses(
+            method="landing",
+            kind=self.kind,
+            values=self.estimates(state),
+            covariance=self._belief(state).covariance if self._learns(state) else covariance,
+        )

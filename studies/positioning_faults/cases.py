@@ -1,0 +1,166 @@
+"""The faults of drives, sensors and mechanics under which controllers are judged."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from studies.mismatch.plant import Plant
+
+__all__ = ["ARM_CASES", "AXIS_CASES", "Case", "Channels"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Channels:
+    """Faults between controller and plant.
+
+    Attributes
+    ----------
+    delay
+        Of all sensors, whole samples [-].
+    lost
+        Probability that a sample has no channel but its time [-].
+    glitches
+        Probability that a position is off by the length of a move [-].
+    frozen_from
+        Time from which all channels keep their values [s].
+    missing_load
+        Whether the second body has no sensors.
+    gain
+        True effort over the commanded one [-].
+    effort_noise
+        Standard deviation of the effort's gain from sample to sample [-].
+    effort_step
+        Resolution of the effort over its limit [-]; 0 is exact.
+    clip
+        True effort limit over the limit of the controller [-].
+    push
+        Force against the axis over the effort limit, for 50 ms at half of the time [-].
+    """
+
+    delay: int = 0
+    lost: float = 0.0
+    glitches: float = 0.0
+    frozen_from: float = np.inf
+    missing_load: bool = False
+    gain: float = 1.0
+    effort_noise: float = 0.0
+    effort_step: float = 0.0
+    clip: float = 1.0
+    push: float = 0.0
+
+
+@dataclass(frozen=True, kw_only=True)
+class Case:
+    """A set of faults: changes of the plant, given its sampling time, and of the channels.
+
+    ``mild`` cases must position; of the others only safety is asked.
+    """
+
+    name: str
+    mild: bool = True
+    channels: Channels = Channels()
+    plant: Callable[[Plant, float], Plant] = lambda plant, _: plant
+
+
+def _all_mild_axis(plant: Plant, T: float) -> Plant:
+    return plant._replace(
+        actuation_delay=T,
+        actuation_lag=0.5 * T,
+        static_ratio=max(1.3, plant.static_ratio),
+        presliding=5e-6,
+        presliding_damping=0.3,
+        ripple=0.1 * plant.coulomb_positive,
+        ripple_period=2e-3,
+    )
+
+
+AXIS_CASES = (
+    Case(name="no fault"),
+    Case(name="delay of 1 sample", plant=lambda p, T: p._replace(actuation_delay=T)),
+    Case(name="delay of 2 samples", plant=lambda p, T: p._replace(actuation_delay=2.0 * T)),
+    Case(name="delay of 5 samples", plant=lambda p, T: p._replace(actuation_delay=5.0 * T)),
+    Case(name="lag of the drive of 1 sample", plant=lambda p, T: p._replace(actuation_lag=T)),
+    Case(
+        name="Stribeck effect of 50 %",
+        plant=lambda p, _: p._replace(static_ratio=1.5, stribeck_velocity=0.005),
+    ),
+    Case(
+        name="presliding of 5 µm",
+        plant=lambda p, _: p._replace(presliding=5e-6, presliding_damping=0.3),
+    ),
+    Case(
+        name="presliding of 50 µm",
+        plant=lambda p, _: p._replace(presliding=5e-5, presliding_damping=0.3),
+    ),
+    Case(
+        name="ripple of 20 % of friction",
+        plant=lambda p, _: p._replace(ripple=0.2 * p.coulomb_positive, ripple_period=2e-3),
+    ),
+    Case(
+        name="load of 80 % of friction",
+        plant=lambda p, _: p._replace(offset=0.8 * min(p.coulomb_positive, p.coulomb_negative)),
+    ),
+    Case(name="effort of 8 bits", channels=Channels(effort_step=1.0 / 127.0)),
+    Case(name="effort gain of 0.9", channels=Channels(gain=0.9)),
+    Case(name="effort gain of 1.1", channels=Channels(gain=1.1)),
+    Case(name="effort limit of 70 %", channels=Channels(clip=0.7)),
+    Case(name="lost samples, 2 %", channels=Channels(lost=0.02)),
+    Case(name="glitches, 1 %", channels=Channels(glitches=0.01)),
+    Case(name="push of 80 % of the limit", channels=Channels(push=0.8)),
+    Case(
+        name="all mild faults",
+        plant=_all_mild_axis,
+        channels=Channels(effort_step=1.0 / 127.0, gain=0.95, lost=0.01),
+    ),
+    Case(
+        name="load of 160 % of friction",
+        mild=False,
+        plant=lambda p, _: p._replace(offset=1.6 * max(p.coulomb_positive, p.coulomb_negative)),
+    ),
+    Case(name="frozen sensors", mild=False, channels=Channels(frozen_from=0.35)),
+    Case(name="no sensors", mild=False, channels=Channels(lost=1.0)),
+)
+
+
+def _presliding(plant: Plant, _: float) -> Plant:
+    return plant._replace(presliding=5e-5, presliding_damping=0.3)
+
+
+def _damped(plant: Plant, _: float) -> Plant:
+    damping = 2.0 * 0.02 * float(np.sqrt(plant.coupling_stiffness * plant.load_mass))
+    return plant._replace(coupling_damping=damping)
+
+
+def _all_mild_arm(plant: Plant, T: float) -> Plant:
+    return _damped(_presliding(plant, T), T)._replace(actuation_delay=T, load_friction=0.02)
+
+
+ARM_CASES = (
+    Case(name="no fault"),
+    Case(name="delay of 1/4 sample", plant=lambda p, T: p._replace(actuation_delay=0.25 * T)),
+    Case(name="delay of 1 sample", plant=lambda p, T: p._replace(actuation_delay=T)),
+    Case(name="delay of 2 samples", plant=lambda p, T: p._replace(actuation_delay=2.0 * T)),
+    Case(
+        name="Stribeck effect of 50 %",
+        plant=lambda p, _: p._replace(static_ratio=1.5, stribeck_velocity=0.01),
+    ),
+    Case(name="presliding of 5e-5 m", plant=_presliding),
+    Case(name="damping of 2 %", plant=_damped),
+    Case(name="friction of 2 % on mass 2", plant=lambda p, _: p._replace(load_friction=0.02)),
+    Case(name="effort noise of 1 %", channels=Channels(effort_noise=0.01)),
+    Case(name="effort gain of 1.03", channels=Channels(gain=1.03)),
+    Case(
+        name="offset of 10 % of friction",
+        plant=lambda p, _: p._replace(offset=0.1 * p.coulomb_positive),
+    ),
+    Case(name="effort limit of 70 %", channels=Channels(clip=0.7)),
+    Case(name="lost samples, 2 %", channels=Channels(lost=0.02)),
+    Case(
+        name="all mild faults",
+        plant=_all_mild_arm,
+        channels=Channels(effort_noise=0.01, lost=0.01),
+    ),
+    Case(name="load not measured", mild=False, channels=Channels(missing_load=True)),
+    Case(name="frozen sensors", mild=False, channels=Channels(frozen_from=6.0)),
+)

@@ -1,0 +1,82 @@
+"""The study of positioning with faults, reduced: some axes and arms, and unsafe faults."""
+
+import numpy as np
+import pytest
+
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm
+from stickslip.simulation import simulate
+from studies.mismatch.plant import FINE_STEP, HeldPlant
+from studies.positioning_faults.__main__ import row
+from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES
+from studies.positioning_faults.run import arms, axes, move_axis
+
+CASES = {case.name: case for case in AXIS_CASES}
+AGREES = 1e-5  # of the travel: two simulators of the same arm, one with fine steps
+SAFE = 1.0  # moves beyond the path
+
+
+def test_the_plant_agrees_with_the_simulator() -> None:
+    axis = arms(1, 3, known=True)[0]
+    plant, T = axis.plant, axis.sampling_time
+    held = HeldPlant(plant._replace(static_ratio=1.0), start=0.0, steps=round(T / FINE_STEP))
+    effort = np.repeat([0.8, -0.6, 0.5, -0.5], 60)
+    seen = []
+    for each in effort:
+        seen.append(held.motion[0])
+        held.advance(float(each))
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=plant.coulomb_positive, viscous_friction=plant.viscous_positive
+    )
+    arm = FlexibleArm(
+        mass_1=plant.mass,
+        mass_2=plant.load_mass,
+        stiffness=plant.coupling_stiffness,
+        friction=law,
+    )
+    motion = simulate(arm, effort, sampling_time=T)
+    travel = float(np.ptp(motion.position))
+    np.testing.assert_allclose(seen, motion.position[:-1], atol=AGREES * travel)
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["no fault", "delay of 2 samples", "lost samples, 2 %", "glitches, 1 %", "all mild faults"],
+)
+def test_axes_with_mild_faults(name: str) -> None:
+    drawn = axes(4, 5, method="exact", sampling_time=0.01, ratio=3.0)
+    outcomes = [move_axis(axis, CASES[name]) for axis in drawn]
+    for outcome in outcomes:
+        assert not outcome.raised
+        assert outcome.peak <= 1.0
+        assert outcome.false == 0
+        assert outcome.farthest < SAFE
+        assert not np.isnan(outcome.settling[0])
+    assert row(CASES[name], drawn, outcomes)[1] == "4 of 4"
+
+
+@pytest.mark.parametrize(
+    ("name", "reason"),
+    [
+        ("load of 160 % of friction", "load|travel"),
+        ("frozen sensors", "frozen"),
+        ("no sensors", "measured_position is missing"),
+    ],
+)
+def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: str) -> None:
+    for axis in axes(3, 6, method="exact", sampling_time=0.01, ratio=3.0):
+        outcome = move_axis(axis, CASES[name])
+        assert not outcome.raised
+        assert outcome.peak <= 1.0
+        assert outcome.false == 0
+        assert any(word in outcome.why[0] for word in reason.split("|"))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("case", ARM_CASES, ids=lambda case: case.name)
+def test_no_arm_runs_away(case: object) -> None:
+    for axis in arms(2, 8, known=False):
+        outcome = move_axis(axis, case)  # type: ignore[arg-type]
+        assert not outcome.raised
+        assert outcome.peak <= 1.0
+        assert outcome.farthest <= 1.5
