@@ -11,7 +11,6 @@ from jaxtyping import Float
 
 from stickslip.control import guard_kernels as at
 from stickslip.control.base import Phase, PositionController
-from stickslip.control.checks import check_choice
 from stickslip.records import (
     InputError,
     LearnedPulses,
@@ -19,6 +18,7 @@ from stickslip.records import (
     PulseRecord,
     SensorSample,
     non_negative,
+    one_of,
     positive,
     quantity_field,
 )
@@ -140,7 +140,7 @@ class Limits:
             object.__setattr__(self, name, non_negative(name, getattr(self, name), unit))
         if self.time is not None:
             object.__setattr__(self, "time", positive("time", self.time, "s"))
-        check_choice("lost", self.lost, *_REACTIONS)
+        one_of("lost", self.lost, _REACTIONS)
         low, high = self.travel
         if not (isfinite(low) and isfinite(high) and low < high):
             raise InputError("travel_range", low=low, high=high, unit="m or rad")
