@@ -193,7 +193,7 @@ class Limits:
         moves = [abs(b - a) for a, b in pairwise(places)]
         longest = max(moves, default=0.0)
         if not longest > 0.0:
-            raise InputError("no_move", places=places)
+            raise InputError("no_travel_given", places=places)
         fastest = sqrt(2.0 * effort_limit * longest / (mass + load_mass))
         return cls(
             effort=effort_limit,
