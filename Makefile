@@ -47,7 +47,7 @@ bench: .venv/dev.stamp ## speed and accuracy beside other tools, in one run
 
 lock: ## resolve the dependencies anew (needs uv)
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header \
-		--all-extras --group build pyproject.toml -o requirements/runtime.lock
+		--extra parquet --extra hdf5 --group build pyproject.toml -o requirements/runtime.lock
 	uv pip compile --universal --python-version 3.11 --generate-hashes --no-emit-index-url --no-header \
 		--all-extras --group build --group test --group check --group docs -c requirements/runtime.lock \
 		pyproject.toml -o requirements/dev.lock
