@@ -63,7 +63,7 @@ def _table(head: tuple[str, ...], rows: list[tuple[str, ...]]) -> str:
 SAMPLES = {
     "text": "written in the tests; exports of TwinCAT Scope after public ones (CagtayFabry/pytcs)",
     "Parquet": "written by pyarrow",
-    "MATLAB": "written by scipy, h5py and mat-io, none by MATLAB itself; public logs of other tests",
+    "MATLAB": "written by scipy, h5py and mat-io, none by MATLAB itself; public logs",
     "HDF5": "written by h5py",
     "ROS bag": "written by rosbags",
     "MCAP": "written by rosbags, and by mcap with protobuf and JSON",
@@ -241,11 +241,11 @@ def _write_scenario_keys() -> None:
 
 PUBLIC_NAMES = {
     "Read and write logs": """
-        inspect read_log read_axes log_from_frame find_benchmark read_schema LogSchema AxisSchema AxisLog
-        write_csv""",
+        inspect read_log read_axes log_from_frame find_benchmark read_schema LogSchema AxisSchema
+        AxisLog write_csv""",
     "Identify": """
-        identify identify_axes examine EstimationTask Identification FrictionEstimate Status predict_effort
-        compare_log compare_scenario""",
+        identify identify_axes examine EstimationTask Identification FrictionEstimate Status
+        predict_effort compare_log compare_scenario""",
     "Estimators": """
         ESTIMATORS SelectedModelEstimator JointEstimator EnergyEstimator PublishedEnergyEstimator
         MaximumLikelihoodEstimator ProcessNoiseLikelihoodEstimator IdimLeastSquares

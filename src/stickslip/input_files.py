@@ -32,14 +32,17 @@ def printable(name: str | Path) -> str:
     return os.fsencode(name).decode("utf-8", errors="replace")
 
 
+def _parsed_toml(content: bytes) -> dict[str, Any]:
+    if _DOTTED.search(content):  # the parser takes quadratic time for it
+        raise RecursionError
+    return tomllib.loads(content.decode("utf-8-sig"))
+
+
 def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
     """Read a TOML file."""
     try:
         # Some editors begin a file with a byte order mark
-        content = _content(path)
-        if _DOTTED.search(content):  # the parser takes quadratic time for it
-            raise RecursionError
-        return tomllib.loads(content.decode("utf-8-sig"))
+        return _parsed_toml(_content(path))
     except FileNotFoundError:
         raise InputError("no_such_file", where=printable(path), kind=f"{what} file") from None
     except OSError as error:
