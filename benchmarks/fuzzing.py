@@ -210,7 +210,7 @@ def written(only: str = "") -> dict[str, bytes]:
     """Return the samples of all formats whose name has a text in it."""
     # What the tests write samples with, which is no package
     sys.path.insert(0, str(Path(__file__).parents[1] / "tests" / "factories"))
-    from sample_files import EVERY_FILE, motion
+    from sample_files import EVERY_FILE, motion  # pyright: ignore[reportMissingImports]
 
     warnings.simplefilter("ignore")
     samples: dict[str, bytes] = {}

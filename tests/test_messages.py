@@ -68,8 +68,6 @@ def calls() -> Iterator[Raised]:
             if not isinstance(node, ast.Call) or getattr(node.func, "id", "") not in ERRORS:
                 continue
             names = frozenset(each.arg or "**" for each in node.keywords)
-            if "remedy" in names:
-                continue
             own = [each for each in scopes if each.lineno <= node.lineno <= (each.end_lineno or 0)]
             place = f"{path.relative_to(PACKAGE)}:{node.lineno}"
             yield Raised(place, codes_in(node.args[0], own[-1]), names - {"where"})
@@ -105,7 +103,7 @@ def test_an_error_has_a_message_and_its_quantities(raised: Raised) -> None:
 
 def test_every_message_is_of_an_error() -> None:
     raised = {code for each in CALLS for code in each.codes}
-    assert set(messages()) - raised <= PURELY_INTERNAL | {"free_text"}
+    assert set(messages()) - raised <= PURELY_INTERNAL
 
 
 @pytest.mark.parametrize("code", messages())

@@ -40,8 +40,6 @@ class StickslipError(Exception):
     keys = False
 
     def __init__(self, code: str, *, where: str = "", **quantities: Any) -> None:
-        if "remedy" in quantities:
-            code, quantities = "free_text", {"what": code, **quantities}
         self.code = code
         self.where = where
         self._quantities = quantities

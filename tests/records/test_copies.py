@@ -14,7 +14,7 @@ OBJECTS = (
     AxisSchema(kind="linear", position="encoder", units={"position": "mm"}),
     LogSchema(files={"a": "axis.csv"}, axes={"x": AxisSchema(units={"effort": "A"})}),
     LearnedPulses(method="pwc", kind="linear", values={"pulse_gain": 2.5}, covariance=np.eye(1)),
-    InputError("mass is -1 kg, it must be positive", where="a.toml", remedy="give the mass"),
+    InputError("not_positive", where="a.toml", name="mass", value=-1.0, unit="kg"),
     MissingExtraError("a.parquet is a Parquet file; reading it", extra="parquet"),
 )
 

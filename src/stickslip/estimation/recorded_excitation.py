@@ -8,7 +8,13 @@ from jaxtyping import Float
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.point_estimate import NORMAL_95
-from stickslip.estimation.selection.dwell import Breakaway, DwellTuning, breakaways
+from stickslip.estimation.selection.dwell import (
+    Breakaway,
+    DwellTuning,
+    RestedLog,
+    breakaways,
+    rests_of,
+)
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
 from stickslip.estimation.weak_form.motion import slip_motions
 from stickslip.records import (
@@ -161,7 +167,8 @@ def _static(
         prepared = estimator.prepared(log)
         motions = slip_motions(prepared, estimator.tuning.motion)
         try:
-            found = breakaways(prepared, motions, estimate, mass, DwellTuning())
+            own = RestedLog(log=prepared, motions=motions, estimate=estimate)
+            found = breakaways([*rests_of(own, DwellTuning())], mass, DwellTuning())
         except InputError:  # a parameter of the model is not identified
             found = []
     if len(found) < tuning.fewest_breakaways or coulomb is None or coulomb.value is None:
@@ -172,6 +179,5 @@ def _static(
     value = float(np.mean(levels)) + coulomb.value
     spread = float(np.std(levels, ddof=1))
     std = max(spread, float(np.sqrt(np.mean(stds**2)))) / np.sqrt(levels.size)
-    own = coulomb.std or 0.0
-    half = tuning.margin * NORMAL_95 * float(np.hypot(std, own))
+    half = tuning.margin * NORMAL_95 * float(np.hypot(std, coulomb.std or 0.0))
     return _judged(name, value, half, log, limit, tuning)

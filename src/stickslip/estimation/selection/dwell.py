@@ -173,7 +173,7 @@ def _resolution(motions: SlipMotions) -> float:
 _ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
 
 
-def _rests(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
+def rests_of(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
     """Yield every rest between two slips of a log."""
     for motion in own.motions.stretches:
         edges = np.flatnonzero(np.diff(motion.direction != 0))
@@ -339,7 +339,7 @@ def with_dwell(
     if "presliding_friction" in estimate.parameters:
         return _without_dwell(estimate, "presliding hides the breakaways", include=include), None
     moved = estimate.value(mass_name(estimate.kind)) if inertia is None else inertia
-    rests = [rest for own in logs for rest in _rests(own, tuning)]
+    rests = [rest for own in logs for rest in rests_of(own, tuning)]
     every = breakaways(rests, moved, tuning)
     dwell = sorted(each.dwell for each in every)
     if len(every) < tuning.fewest or dwell[-2] < tuning.least_spread * dwell[1]:

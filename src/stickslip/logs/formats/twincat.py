@@ -7,7 +7,7 @@ from itertools import islice
 import numpy as np
 
 from stickslip.logs.table import Column, RateGroup, Table, name_columns
-from stickslip.records import InputError, count_of
+from stickslip.records import InputError
 
 _DELIMITERS = "\t;:, "
 _START = "Starttime of export"
@@ -45,11 +45,7 @@ def read_twincat(first: Sequence[str], lines: Iterable[str], label: str) -> Tabl
         notes.append("the names cannot be separated, so the columns are called by their symbols")
     units = properties.get(_UNIT, [])
     if len(names) != len(types) or not stamps or stamps[0] != 0:
-        raise InputError(
-            f"the rows of properties have {len(names)} names and {count_of(len(types), 'type')}",
-            where=label,
-            remedy="export the log again, with a tab or a semicolon as separator",
-        )
+        raise InputError("scope_names_and_types", where=label, names=len(names), types=len(types))
     columns = _read(islice(lines, start, None), delimiter, start, len(types), label)
     units = units if len(units) == len(types) else [""] * len(types)
     return _table(names, units, stamps, columns, (start + 1, label, tuple(notes)))
@@ -110,11 +106,7 @@ def _delimiter(lines: Sequence[str], label: str) -> str:
             delimiter = line[len(_TYPE)]
             if delimiter in _DELIMITERS:
                 return delimiter
-    raise InputError(
-        f"there is no row {_TYPE!r}, so the export of TwinCAT Scope cannot be read",
-        where=label,
-        remedy="export the log with its header",
-    )
+    raise InputError("scope_without_types", where=label, row=_TYPE)
 
 
 def _properties(
@@ -135,11 +127,7 @@ def _properties(
         begun = True
         cells = _cells(line, delimiter)
         properties.setdefault(cells[0], cells)
-    raise InputError(
-        "the rows of properties of the TwinCAT Scope do not end",
-        where=label,
-        remedy="export the log again",
-    )
+    raise InputError("scope_properties_do_not_end", where=label)
 
 
 def _cells(line: str, delimiter: str) -> list[str]:
@@ -162,9 +150,10 @@ def _read(
         if max(map(len, rows)) > width:
             long = next(k for k, row in enumerate(rows) if len(row) > width)
             raise InputError(
-                f"the row has {count_of(len(rows[long]), 'column')} and the header has {width}",
+                "scope_row_too_long",
                 where=f"{label}, row {start + offset + long + 1}",
-                remedy="export the log again",
+                columns=len(rows[long]),
+                expected=width,
             )
         for column in range(width):
             cells = [row[column].strip() if len(row) > column else "" for row in rows]
@@ -174,15 +163,15 @@ def _read(
                 fault = 0
             if fault is not None:
                 raise InputError(
-                    f"column {column + 1} has a value below an empty cell",
+                    "scope_value_below_gap",
                     where=f"{label}, row {start + offset + fault + 1}",
-                    remedy="export the log again",
+                    column=column + 1,
                 )
             parts[column].append(_floats(cells[:filled], start + offset + 1, label))
             ended[column] = filled < len(cells)
     columns = [np.concatenate(each) if each else np.empty(0) for each in parts]
     if not columns[0].size:
-        raise InputError("there are no samples", where=label, remedy="export the log again")
+        raise InputError("scope_without_samples", where=label)
     return columns
 
 
@@ -200,9 +189,7 @@ def _floats(cells: list[str], first: int, label: str) -> np.ndarray:
                 float(cell)
             except ValueError:
                 raise InputError(
-                    f"the text {cell!r} stands where a number is needed",
-                    where=f"{label}, row {first + number}",
-                    remedy="repair or remove the row",
+                    "scope_text_for_number", where=f"{label}, row {first + number}", text=cell
                 ) from None
         raise
 
