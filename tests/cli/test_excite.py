@@ -114,10 +114,10 @@ def test_designed_effort_in_a_study(run: Run, tmp_path: Path) -> None:
     ("arguments", "words"),
     [
         ((*ASKED, *SENSORS), ["mass is missing", "kg"]),
-        ((*AXIS[:4], *ASKED, *SENSORS), ["viscous_friction is missing", "N s/m"]),
-        ((*AXIS, *ASKED), ["neither noise nor steps", "position_noise"]),
+        ((*AXIS[:4], *ASKED, *SENSORS), ["--viscous-friction is missing", "N s/m"]),
+        ((*AXIS, *ASKED), ["neither noise nor steps", "--position-noise"]),
         ((*AXIS, *ASKED, *SENSORS, "--velocity-noise", 0), ["velocity has no noise"]),
-        ((*AXIS, *asked("effort-limit", -1), *SENSORS), ["effort limit is -1 N,"]),
+        ((*AXIS, *asked("effort-limit", -1), *SENSORS), ["--effort-limit is -1 N,"]),
         (
             (*AXIS, *asked("effort-limit", 1), *SENSORS),
             ["does not free", "takes 1.5 N", "allow more"],

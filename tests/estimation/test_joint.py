@@ -210,7 +210,7 @@ def test_a_difference_is_a_plain_sentence(relative: float, words: str) -> None:
         p_value=1e-6,
         material=True,
     )
-    sentence = difference_text(deviation, ["morning", "noon", "evening"], "linear")
+    sentence = difference_text(deviation, ["morning", "noon", "evening"], "N")
     assert sentence.startswith(f"{words} (p = 1e-06)")
 
 
@@ -375,7 +375,7 @@ def pair(**changes: Any) -> list[AxisLog]:
         (lambda: pair(measured_load_position=np.zeros(10000)), "joint_log_of_arm", "second"),
         (list, "no_log", ""),
         (lambda: pair(effort=np.zeros(10000)), "no_effort", "second"),
-        (lambda: [log_of("first"), "missing.csv"], "no_such_file", "missing.csv"),
+        (lambda: [log_of("first"), "missing.csv"], "no_such_log", "missing.csv"),
         (resting_pair, "joint_log_without_slip", "second"),
     ],
 )

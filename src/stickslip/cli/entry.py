@@ -40,8 +40,14 @@ def main(arguments: Sequence[str] | None = None) -> int:
             from stickslip.cli.application import run
 
             given = sys.argv[1:] if arguments is None else arguments
-            # The parser takes a lone - for an option.
-            return run(["/dev/stdin" if each == "-" else each for each in given])
+            # The parser takes a lone - for an option; behind --json it is standard output.
+            before = ("", *given)
+            return run(
+                [
+                    "/dev/stdin" if each == "-" and before[k] != "--json" else each
+                    for k, each in enumerate(given)
+                ]
+            )
     except (KeyboardInterrupt, Exception) as error:  # noqa: BLE001 - no failure may look like a result
         stop = _signal_behind(error)
         if isinstance(stop, _Terminated):

@@ -5,7 +5,8 @@ these: ``name`` and ``names`` (settings, as the front end calls them), ``words``
 underscores), ``value`` (a number in short, else as Python writes it), ``unit`` and ``in`` (" N" and
 " in N"; nothing where there is none), ``list`` (items as text), ``and`` and ``or`` (the same, with
 that word before the last), ``all`` and ``any`` (the same, with items as Python writes them), ``n
-sample`` (a count of samples), ``if TEXT`` (text, itself a template, unless the quantity is 0, empty
+sample`` (a count of samples; ``n axis|axes`` for another plural), ``if TEXT`` (text, itself a
+template, unless the quantity is 0, empty
 or None). ``{option.NAME}`` is a setting, as the front end calls it.
 """
 
@@ -86,7 +87,8 @@ class _Template(string.Formatter):
         if format_spec in self._own:
             return self._own[format_spec](value)
         if format_spec.startswith("n "):
-            return f"{value}{format_spec[1:]}{'' if value == 1 else 's'}"
+            one, _, several = format_spec[2:].partition("|")
+            return f"{value} {one if value == 1 else several or f'{one}s'}"
         if format_spec.startswith("if "):
             return format_spec[3:] if value else ""
         try:

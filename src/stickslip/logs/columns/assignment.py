@@ -8,9 +8,10 @@ from typing import Any
 from stickslip.logs.columns.channels import stated_expression
 from stickslip.logs.columns.discovery import Discovery, discover
 from stickslip.logs.columns.presets import axes_by_preset, expanded, preset_for
-from stickslip.logs.columns.words import Meaning, words_in
+from stickslip.logs.columns.words import Meaning, meaning, words_in
 from stickslip.logs.schema import CHANNELS, AxisSchema, LogSchema, merged
 from stickslip.logs.table import Table
+from stickslip.logs.units import scale_to_si
 from stickslip.records import InputError
 
 _NEEDED = ("position", "effort")
@@ -275,6 +276,14 @@ def _not_found(table: Table, discovery: Discovery, channel: str) -> InputError:
             for word in words_in(name)
         )
     ]
+    bare = replace(table, units={})
+    for name, unit in table.units.items():
+        known = None if name in discovery.by_column else meaning(bare, name)
+        if known is not None and known.channel == channel:
+            try:  # the name is obvious, its unit is of another quantity
+                scale_to_si(channel, unit, "linear")
+            except InputError as error:
+                return error.at(table.label)
     remedy = f"say which it is: {_as_option(channel, 'NAME')}"
     if near:
         likely = " or ".join(map(repr, near))

@@ -54,7 +54,9 @@ def _numbers(series: Any, name: str, place: Callable[[str, int], str]) -> Column
         if all(value is None or isinstance(value, Real) for value in values):
             return np.array([np.nan if value is None else value for value in values], np.float64)
     if not (series.dtype.is_numeric() or isinstance(series.dtype, nw.Boolean)):
-        raise InputError("column_not_numeric", where=place(name, 0), name=name, found=series.dtype)
+        raise InputError(
+            "column_not_numeric", where=place(name, 0), name=name, found=str(series.dtype)
+        )
     empty = np.flatnonzero(series.is_null().to_numpy())
     if empty.size:
         raise InputError(
