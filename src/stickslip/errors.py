@@ -233,7 +233,18 @@ def non_negative(name: str, value: float, unit: str) -> float:
 
 
 def finite(name: str, value: float, unit: str) -> float:
-    """Return a finite number as a float; an InputError otherwise."""
+    """Check a finite quantity; see `non_negative`.
+
+    Parameters
+    ----------
+    value
+        Its value [``unit``].
+
+    Raises
+    ------
+    InputError
+        If it is no number, or not finite.
+    """
     number = _number(name, value, unit)
     if not np.isfinite(number):
         raise InputError("not_finite", name=name, value=number, unit=unit)
