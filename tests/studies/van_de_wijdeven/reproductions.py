@@ -328,7 +328,7 @@ def check_files(reproduced: Reproduced, figures: list[str]) -> None:
 def check_numbers(reproduced: Reproduced, figures: list[str], options: dict[str, int]) -> None:
     """Check what every document of numbers says, and that its legend is about its own keys."""
     found = json.loads(reproduced.numbers.read_text())
-    assert found["schema"] == 1
+    assert found["schema"] == 2
     assert found["provenance"]["options"] == options
     assert [each["number"] for each in found["figures"]] == figures
     claims = reproduced.reproduction.claims
