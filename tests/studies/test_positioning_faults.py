@@ -72,8 +72,20 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
         assert any(word in outcome.why[0] for word in reason.split("|"))
 
 
+RUNS_AWAY = pytest.mark.xfail(
+    strict=True, reason="with frozen sensors the series of an arm go on, up to 14 moves away"
+)
+"""A defect of the guards of arms, stated in docs/guide/position.md."""
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("case", ARM_CASES, ids=lambda case: case.name)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(each, marks=RUNS_AWAY if each.name == "frozen sensors" else (), id=each.name)
+        for each in ARM_CASES
+    ],
+)
 def test_no_arm_runs_away(case: object) -> None:
     for axis in arms(2, 8, known=False):
         outcome = move_axis(axis, case)  # type: ignore[arg-type]

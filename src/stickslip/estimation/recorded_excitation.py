@@ -35,7 +35,7 @@ class CheckTuning:
     it 6 of 82 predictions that a parameter is identified to 5 % were wrong, and 2 of 8 that it is
     not; with 1.6 these are 7 of 83 and 2 of 7, with 3 they are 4 of 78 and 4 of 12."""
     fewest_breakaways: int = 6
-    """Starts from rest below which static friction is not said to be identifiable [-]."""
+    """Fewest starts from rest for a prediction of static friction [-]."""
     longer: float = 6.0
     """Factor of the duration up to which a longer log is advised, and no other motion [-]."""
     most_lags: int = 200
