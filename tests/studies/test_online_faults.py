@@ -166,6 +166,14 @@ def test_a_step_is_accepted_after_the_stated_number_of_samples() -> None:
     assert s.motion_steps == 1
 
 
+def batches_of(p: int) -> Any:
+    """Return the cleared batches of p parameters."""
+    dtype = batches.batches_dtype(p)
+    state = fields_at(dtype)(np.zeros(dtype.itemsize // 8))
+    batches.clear_batches(state)
+    return state
+
+
 def test_batch_intervals_cover_the_error_of_a_linear_drift() -> None:
     """Friction falls by a fifth over 8 moves whose speeds come in any order; there is no noise."""
     n, moves = 4000, np.repeat([0.15, 0.35, 0.6, 1.0], 2)
@@ -175,14 +183,13 @@ def test_batch_intervals_cover_the_error_of_a_linear_drift() -> None:
         speed = np.repeat(generator.permutation(moves), n // moves.size)
         rows = np.column_stack([speed, np.ones(n)])
         targets = rows @ middle * share
-        state = np.zeros(batches.batch_size(2))
-        batches.lay_batches(state, 0)
+        state = batches_of(2)
         for k in range(n):
-            if batches.count_sample(state, 0):
+            if batches.count_sample(state):
                 past = rows[:k]
-                batches.close_batch(state, 0, 2, past.T @ past, past.T @ targets[:k])
+                batches.close_batch(state, past.T @ past, past.T @ targets[:k])
         values = np.linalg.lstsq(rows, targets)[0]
-        low, high = batches.intervals_of(state, 0, values, rows.T @ rows).T
+        low, high = batches.intervals_of(state, values, rows.T @ rows).T
         error = np.abs(values - middle)
         assert np.all(0.5 * (high - low) > BATCHED * batches.LEAST_WIDTH * error)
 
@@ -192,17 +199,16 @@ def test_batch_intervals_cover_the_mean_of_correlated_noise(correlation: float) 
     runs, n = 400, 4000
     inside = 0
     for generator in np.random.default_rng(1).spawn(runs):
-        state = np.zeros(batches.batch_size(1))
-        batches.lay_batches(state, 0)
+        state = batches_of(1)
         noise = generator.normal(size=n)
         value, total = 0.0, 0.0
         for k in range(n):
             value = correlation * value + noise[k]
-            if batches.count_sample(state, 0):
-                batches.close_batch(state, 0, 1, np.array([[float(k)]]), np.array([total]))
+            if batches.count_sample(state):
+                batches.close_batch(state, np.array([[float(k)]]), np.array([total]))
             total += value
         J = np.array([[float(n)]])
-        low, high = batches.intervals_of(state, 0, np.array([total / n]), J)[0]
+        low, high = batches.intervals_of(state, np.array([total / n]), J)[0]
         inside += low <= 0.0 <= high
     least = scipy.stats.binom.ppf(SURE, runs, LEAST_COVERAGE)
     most = scipy.stats.binom.ppf(1.0 - SURE, runs, MOST_COVERAGE)

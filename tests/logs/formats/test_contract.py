@@ -21,9 +21,6 @@ from stickslip.records import InputError, MissingExtraError
 
 LINEAR = LogSchema(kind="linear")
 
-# asammdf leaves an object half made when it refuses a file, which complains when it is collected
-pytestmark = pytest.mark.filterwarnings("ignore::pytest.PytestUnraisableExceptionWarning")
-
 
 def read_here(path):
     """Read a file as the process of the readers does, but in this one, which is quicker."""
