@@ -22,7 +22,7 @@ def read_tdms(path: Path) -> Table:
     units: dict[str, str] = {}
     places: dict[str, tuple[str, str] | None] = {}  # group and channel; None: a time column
     rates: dict[tuple[Any, ...], list[str]] = {}
-    with TdmsFile.open(path) as file:
+    with path.open("rb") as stream, TdmsFile.open(stream) as file:
         for group in file.groups():
             for channel in group.channels():
                 if channel.dtype is None or not len(channel):
@@ -59,7 +59,7 @@ def read_tdms(path: Path) -> Table:
 
     def load(wanted: Sequence[str]) -> dict[str, Column]:
         loaded: dict[str, Column] = {}
-        with TdmsFile.open(path) as file:
+        with path.open("rb") as stream, TdmsFile.open(stream) as file:
             for name in wanted:
                 place = places.get(name)
                 if place is None:
