@@ -10,7 +10,7 @@ from stickslip.control import PulseController
 from stickslip.plants import Plant
 from stickslip.records import PositioningOutcome, PulseRecord
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
-from stickslip.tasks.recorder import Recorder
+from stickslip.tasks.positioning.recorder import Recorder
 
 __all__ = ["PulseRun", "run_pulses"]
 

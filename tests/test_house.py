@@ -17,6 +17,7 @@ import stickslip
 
 ROOT = Path(__file__).parents[1]
 LARGEST_FILE = 800  # files are split by meaning; one thought may be long
+MOST_MODULES = 12
 HEAVY = ("numba", "scipy", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
 
 
@@ -112,6 +113,16 @@ def test_no_file_outgrows_its_reader() -> None:
         if (lines := len(path.read_text().splitlines())) > LARGEST_FILE
     }
     assert not long, f"split these files (over {LARGEST_FILE} lines): {long}"
+
+
+def test_no_folder_holds_too_many_modules() -> None:
+    full = {
+        str(folder.relative_to(ROOT)): len(modules)
+        for folder in (ROOT / "src").rglob("*/")
+        if len(modules := [p for p in folder.glob("*.py") if p.name != "__init__.py"])
+        > MOST_MODULES
+    }
+    assert not full, f"split these folders by meaning (over {MOST_MODULES} modules): {full}"
 
 
 def test_only_the_tests_of_studies_import_studies() -> None:

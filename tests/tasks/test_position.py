@@ -10,7 +10,7 @@ from refusals import refuses
 
 from stickslip.records import Ending, InputError, Positioning, PositioningOutcome
 from stickslip.tasks import position, read_scenario
-from stickslip.tasks.judging import ending, reversals, settling_time
+from stickslip.tasks.positioning.judging import ending, reversals, settling_time
 
 AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
 GUESS = "mass = 150.0\ncoulomb_friction = 80.0"

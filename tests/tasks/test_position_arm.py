@@ -13,7 +13,7 @@ from stickslip.plants import FlexibleArm
 from stickslip.records import Ending, Positioning, PositioningOutcome
 from stickslip.simulation import simulate
 from stickslip.tasks import position
-from stickslip.tasks.judging import arm_ending
+from stickslip.tasks.positioning.judging import arm_ending
 
 AXIS = (
     "mass = 1.0\nload_mass = 1.0\nstiffness = 1.0\ncoulomb_friction = 0.15\n"

@@ -18,7 +18,7 @@ from stickslip.friction import (
 from stickslip.plants import FlexibleArm, SingleMass
 from stickslip.records import Ending, InputError, Positioning
 from stickslip.tasks import position, read_scenario
-from stickslip.tasks.judging import ending, settling_time
+from stickslip.tasks.positioning.judging import ending, settling_time
 
 TOLERANCE = 2e-5  # m, of every task here: the report's
 

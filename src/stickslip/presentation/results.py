@@ -9,7 +9,7 @@ from stickslip.presentation.comparison import comparison_page, study_page
 from stickslip.presentation.drawing import Plot
 from stickslip.presentation.identification import identification_page
 from stickslip.presentation.page import Page, plots_on, write_page
-from stickslip.presentation.positioning import positioning_page
+from stickslip.presentation.positioning.page import positioning_page
 from stickslip.records import (
     AxesIdentification,
     EstimatorComparison,

@@ -5,9 +5,10 @@ import textwrap
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from stickslip.presentation import comparison, inspection, positioning
+from stickslip.presentation import comparison, inspection
 from stickslip.presentation.axes import axes_table
 from stickslip.presentation.identification import parameter_table, validation_text
+from stickslip.presentation.positioning import page as positioning
 from stickslip.presentation.table import Column, Table, print_table
 from stickslip.presentation.words import (
     assumed_units,

@@ -12,6 +12,6 @@ from .inspection import inspect as inspect
 from .inspection import write_schema as write_schema
 from .json_file import json_text as json_text
 from .json_file import write_json as write_json
-from .positioning import ScenarioFile as ScenarioFile
-from .positioning import position as position
-from .positioning import read_scenario as read_scenario
+from .positioning.task import ScenarioFile as ScenarioFile
+from .positioning.task import position as position
+from .positioning.task import read_scenario as read_scenario

@@ -12,7 +12,7 @@ from stickslip.records import Identification, Positioning, whole
 from stickslip.tasks import surrogate
 from stickslip.tasks.identification import identify
 from stickslip.tasks.json_file import write_json
-from stickslip.tasks.positioning import position
+from stickslip.tasks.positioning.task import position
 
 _LOG, _ESTIMATE, _REPORT = "surrogate_arm.csv", "estimate.json", "report.html"
 _SCENARIO, _LANDING = "landing.toml", "landing.html"

@@ -8,7 +8,7 @@ from jaxtyping import Float
 
 from stickslip.control import PulseController
 from stickslip.simulation import Controller, Sensors, SimulatedMotion, simulate_closed_loop
-from stickslip.tasks.judging import hunts
+from stickslip.tasks.positioning.judging import hunts
 from studies.van_de_wijdeven.part_b.random_axes import (
     ENCODER_STEP,
     POSITION_NOISE,

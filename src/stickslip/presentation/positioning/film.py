@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from stickslip.presentation import drawing as draw
 from stickslip.presentation.page import Markup, filled
-from stickslip.presentation.positioning_figures import PHASE_COLOURS, shown_until
+from stickslip.presentation.positioning.figures import PHASE_COLOURS, shown_until
 from stickslip.presentation.words import prefixed_unit, printed_unit
 from stickslip.records import Positioning, PositioningRun, unit_of
 

@@ -21,8 +21,8 @@ from stickslip.records import (
 )
 from stickslip.scenario import Axis, Scenario, ScenarioFile, TaskTable, read_scenario
 from stickslip.simulation import ClosedLoopRun, simulate_closed_loop
-from stickslip.tasks.judging import arm_ending, ending, settling_time
-from stickslip.tasks.recorder import Recorder
+from stickslip.tasks.positioning.judging import arm_ending, ending, settling_time
+from stickslip.tasks.positioning.recorder import Recorder
 
 __all__ = ["ScenarioFile", "position", "read_scenario"]
 

@@ -2,9 +2,7 @@
 
 from collections.abc import Sequence
 
-from stickslip.presentation import positioning_figures as figures
 from stickslip.presentation.drawing import symbol
-from stickslip.presentation.film import film
 from stickslip.presentation.page import (
     Block,
     Fact,
@@ -18,6 +16,8 @@ from stickslip.presentation.page import (
     Verdict,
     scenario_blocks,
 )
+from stickslip.presentation.positioning import figures
+from stickslip.presentation.positioning.film import film
 from stickslip.presentation.table import Cell, Column, Table
 from stickslip.presentation.words import (
     NONE,

@@ -1,0 +1,1 @@
+"""A positioning task as tables, figures, a film and a page."""

@@ -1,0 +1,1 @@
+"""Positioning: the run of a scenario, what is recorded along it, and how it is judged."""
