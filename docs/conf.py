@@ -263,7 +263,7 @@ PUBLIC_NAMES = {
         LearnedPulses LandingController AxisLandingController""",
     "Feedback": """
         FeedbackController PD Notch FrictionCompensation OnlineFriction PIDController ResetIntegral
-        Dither PointToPoint Move RestDetection""",
+        ProfileController Dither PointToPoint Move RestDetection""",
     "Show and save results": "write_report figures_of json_text write_json InputError",
 }
 """Every name that `stickslip` exports, by task."""

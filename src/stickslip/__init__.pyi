@@ -35,6 +35,9 @@ from .control import (
     PointToPoint as PointToPoint,
 )
 from .control import (
+    ProfileController as ProfileController,
+)
+from .control import (
     PulseAmplitudeWidthController as PulseAmplitudeWidthController,
 )
 from .control import (

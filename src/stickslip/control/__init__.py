@@ -10,6 +10,7 @@ from stickslip.control.feedback.friction_compensation import (
 )
 from stickslip.control.feedback.linear_parts import PD, Notch, NotchCoefficients
 from stickslip.control.feedback.pid import Dither, PIDController, ResetIntegral
+from stickslip.control.feedback.profile import ProfileController
 from stickslip.control.feedback.reference import Move, PointToPoint, Reference
 from stickslip.control.guards import GuardedController, GuardedState, Limits
 from stickslip.control.landing import (
@@ -60,6 +61,7 @@ __all__ = [
     "PlannedBeside",
     "PointToPoint",
     "PositionController",
+    "ProfileController",
     "PulseAmplitudeWidthController",
     "PulseController",
     "PulseWidthController",

@@ -7,7 +7,13 @@ from collections.abc import Mapping
 
 from stickslip.scenario.controllers.base import Controller
 from stickslip.scenario.controllers.flexible_arm import ArmFeedback, ArmLanding
-from stickslip.scenario.controllers.pid import PDControl, PIDControl, PIDDither, PIDReset
+from stickslip.scenario.controllers.pid import (
+    PDControl,
+    PIDControl,
+    PIDDither,
+    PIDReset,
+    Profile,
+)
 from stickslip.scenario.controllers.pulses import (
     AxisLanding,
     ExactPulses,
@@ -23,6 +29,7 @@ _AXIS: Mapping[str, type[Controller]] = {
     "exact": ExactPulses,
     "papwc": PulseAmplitudeWidth,
     "pwc": PulseWidth,
+    "profile": Profile,
     "pd": PDControl,
     "pid": PIDControl,
     "pid-dither": PIDDither,

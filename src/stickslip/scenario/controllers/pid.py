@@ -1,13 +1,13 @@
-"""``[controller]`` of PD and PID control: methods pd, pid, pid-dither and pid-reset."""
+"""``[controller]`` of servos: methods profile, pd, pid, pid-dither and pid-reset."""
 
 from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
 
-from stickslip.control import Dither, PIDController, ResetIntegral
+from stickslip.control import Dither, PIDController, ProfileController, ResetIntegral
 from stickslip.records import InputError, non_negative, positive
 from stickslip.scenario.controllers.base import Controller, Setup
-from stickslip.scenario.guess import FirstGuesses
+from stickslip.scenario.guess import AXIS_GUESSES, FirstGuesses
 from stickslip.scenario.table import ScenarioError, key, required
 
 _STIFFNESS, _INTEGRAL = ("N/m", "N m/rad"), ("N/(m s)", "N m/(rad s)")
@@ -15,9 +15,45 @@ _DAMPING = ("N s/m", "N m s/rad")
 _OTHERWISE = "required without `bandwidth`"
 _HERTZ = ("Hz", "Hz")
 
+_SURELY = 6.0  # standard deviations between two positions of an axis at rest, of each sample
+
 _FILTER_TIME: Any = key(
     "differentiates the position", "time", non_negative, says="the velocity is measured"
 )
+
+
+class Profile(Controller):
+    """A servo along a profile, with feedforward, PID, and dither where it sticks."""
+
+    title: ClassVar[str] = "servo along a profile with limited jerk, and feedforward of friction"
+    guesses: ClassVar[tuple[str, ...]] = (*AXIS_GUESSES, "estimate")
+    speed_limit: float | None = key(
+        "largest speed of the profile", "velocity", positive, says="no limit"
+    )
+    delay: float = key("known delay of drive and sensors", "time", non_negative, default=0.0)
+    dither: bool = key("whether an axis that sticks outside the tolerance is shaken", default=True)
+    reset_factor: float = key(
+        "share of the feedback's force left, reversed, after a stop beyond the target",
+        check=non_negative,
+        default=0.0,
+    )
+
+    def build(self, setup: Setup, first: FirstGuesses) -> ProfileController:
+        sensors = setup.sensors
+        return ProfileController(
+            sampling_time=setup.task.sampling_time,
+            target=setup.task.all_targets[0],
+            tolerance=setup.task.tolerance,
+            mass=first.mass(),
+            friction=first.friction(default=False),
+            effort_limit=self.effort_limit,
+            speed_limit=self.speed_limit,
+            delay=self.delay,
+            position_noise=_SURELY * sensors.position_noise + sensors.encoder_step,
+            velocity_measured=sensors.velocity == "measured",
+            dither=self.dither,
+            reset_factor=self.reset_factor,
+        )
 
 
 class _Feedback(Controller):
