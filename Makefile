@@ -5,6 +5,9 @@ OUT ?= demo-output
 STUDIES ?= build/studies
 HYPOTHESIS ?= explore
 
+# Tests and studies run in as many processes as there are processors; each does its algebra alone.
+export OPENBLAS_NUM_THREADS ?= 1
+
 .PHONY: demo test test-all check docs studies bench lock clean
 
 demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, land it, write the reports

@@ -6,6 +6,7 @@ from itertools import compress
 
 import numpy as np
 from jaxtyping import Float
+from threadpoolctl import threadpool_limits
 
 from stickslip.estimation.base import DetailedEstimator, Estimator
 from stickslip.estimation.energy.estimator import EnergyEstimator
@@ -59,6 +60,9 @@ _CLOUD_NOISE = 0.25
 """Noise of the inertia force allowed in the data cloud, as a fraction of the friction."""
 
 
+# Matrices of some ten columns: threads of the linear algebra cost more than they give, and on a
+# busy machine they take four times as long
+@threadpool_limits.wrap(limits=1, user_api="blas")
 def examine(
     log: AxisLog,
     estimator: Estimator,

@@ -5,6 +5,7 @@ from dataclasses import replace
 from typing import cast
 
 import numpy as np
+from threadpoolctl import threadpool_limits
 
 from stickslip.estimation.figures import effort_residuals, energy_balance, friction_curve
 from stickslip.estimation.joint.estimator import JointEstimator
@@ -17,6 +18,7 @@ from stickslip.estimation.selection.evaluation.figures import (
 from stickslip.records import AxisLog, Identification
 
 
+@threadpool_limits.wrap(limits=1, user_api="blas")  # as in `examine`
 def examine_jointly(
     logs: Sequence[AxisLog], estimator: JointEstimator, truth: Mapping[str, float] | None = None
 ) -> Identification:
