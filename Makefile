@@ -14,10 +14,10 @@ demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, l
 	$(BIN)/stickslip demo --out $(OUT)
 
 test: .venv/dev.stamp ## the tests without those marked slow, in five minutes on two cores
-	$(BIN)/python -m pytest -n auto -m "not slow"
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m "not slow"
 
 test-all: .venv/dev.stamp ## every test, with new examples of the property tests
-	$(BIN)/python -m pytest -n auto --hypothesis-profile=$(HYPOTHESIS)
+	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --hypothesis-profile=$(HYPOTHESIS)
 
 check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings as errors
 	$(BIN)/ruff format --check .

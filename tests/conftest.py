@@ -12,11 +12,12 @@ from hypothesis import settings
 _ROOT = Path(__file__).parents[1]
 _PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout, then the user's cache"
 
-# No deadline: a first call may compile. `make test` takes the same examples in every run, and
+# No deadline: a first call may compile. `make test` takes a few examples, the same in every run,
 # `make test-all` new ones; the blob printed with a failure reproduces it.
+settings.register_profile("brief", derandomize=True, deadline=None, max_examples=25)
 settings.register_profile("repeat", derandomize=True, deadline=None)
 settings.register_profile("explore", deadline=None, print_blob=True)
-settings.load_profile("repeat")
+settings.load_profile("brief")
 
 
 def _modules_without_kernels() -> list[str]:

@@ -113,8 +113,22 @@ def test_a_change_of_a_constant_of_another_folder_is_noticed(tmp_path: Path) -> 
     assert value(run(path)) == "10.0"
 
 
-@pytest.mark.parametrize("content", [b"", b"\0" * 4096, None])
-@pytest.mark.parametrize("suffix", ["nbi", "nbc"])
+@pytest.mark.parametrize(
+    ("suffix", "content"),
+    [
+        ("nbi", b""),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in (
+                ("nbi", b"\0" * 4096),
+                ("nbi", None),
+                ("nbc", b""),
+                ("nbc", b"\0" * 4096),
+                ("nbc", None),
+            )
+        ),
+    ],
+)
 def test_a_damaged_cache_is_compiled_anew(script: Path, suffix: str, content: bytes | None) -> None:
     """As after a power loss: emptied, blanked, or cut off in the middle."""
     run(script)

@@ -18,6 +18,7 @@ import stickslip
 ROOT = Path(__file__).parents[1]
 LARGEST_FILE = 800  # files are split by meaning; one thought may be long
 MOST_MODULES = 12
+QUICK_EXAMPLES = ("02_stop_short.py", "03_estimate_on_line.py")
 HEAVY = ("numba", "scipy", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
 
 
@@ -153,7 +154,13 @@ def test_the_readme_example_runs(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize(
-    "script", sorted((ROOT / "examples").glob("[0-9]*.py")), ids=lambda path: path.name
+    "script",
+    [
+        pytest.param(
+            path, id=path.name, marks=[] if path.name in QUICK_EXAMPLES else pytest.mark.slow
+        )
+        for path in sorted((ROOT / "examples").glob("[0-9]*.py"))
+    ],
 )
 def test_every_example_runs(script: Path, tmp_path: Path) -> None:
     subprocess.run([sys.executable, "-W", "error", str(script)], check=True, cwd=tmp_path)

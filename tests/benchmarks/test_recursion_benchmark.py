@@ -8,6 +8,8 @@ from rich.progress import Progress
 
 from benchmarks.recursion import compare_recursion, compare_rest, compare_samples
 
+pytestmark = pytest.mark.slow
+
 SAME = 1e-8
 """Relative: rounding times the condition of the rows, 1e5 at most. Found were 2e-13."""
 

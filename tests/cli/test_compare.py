@@ -67,6 +67,7 @@ def scenario(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_every_estimator_has_values_or_a_reason(run: Run, good_log: Path) -> None:
     outcome = run("compare", good_log, "--json", "-")
     assert outcome.code == 0, outcome.err
@@ -154,6 +155,7 @@ def test_runs_option_takes_precedence(run: Run, scenario: Path) -> None:
     assert json.loads(outcome.out)["runs"] == 2
 
 
+@pytest.mark.slow
 def test_effort_delay_is_found(run: Run, scenario: Path) -> None:
     scenario.write_text(SCENARIO.replace("[sensors]", "effort_delay = 1\n[sensors]"))
     page = scenario.with_suffix(".html")

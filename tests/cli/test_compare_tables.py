@@ -1,11 +1,14 @@
 """Tables of estimators side by side: nothing of them is cut, however narrow the terminal is."""
 
+import functools
 import io
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
 from rich.console import Console
+from stage_log import csv_text, table
 
 from stickslip import EstimationTask
 from stickslip.presentation.terminal import print_comparison
@@ -34,7 +37,19 @@ sampling_time = 0.004
 position_noise = 1e-6
 velocity_noise = 1e-5
 """
+SEVERAL = ("energy", "stribeck-energy", "yazdizadeh-khorasani")
 NARROW = 72  # characters; below those of an ordinary terminal
+
+
+Compare = Callable[..., EstimatorComparison]
+
+
+@pytest.fixture(scope="module")
+def compared(tmp_path_factory: pytest.TempPathFactory) -> Compare:
+    """Return a function that compares estimators on one log, each choice of them once."""
+    path = tmp_path_factory.mktemp("tables") / "stage.csv"
+    path.write_text(csv_text(table()))
+    return functools.cache(lambda *only: compare_log(path, only=only))
 
 
 def printed(found: EstimatorComparison | EstimatorStudy, width: int) -> list[str]:
@@ -45,9 +60,8 @@ def printed(found: EstimatorComparison | EstimatorStudy, width: int) -> list[str
 
 
 @pytest.mark.parametrize("width", [NARROW, 120])
-def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> None:
-    chosen = ("energy", "stribeck-energy", "yazdizadeh-khorasani")
-    found = compare_log(good_log, only=chosen)
+def test_tables_of_a_log_are_as_many_as_it_takes(width: int, compared: Compare) -> None:
+    found = compared(*SEVERAL)
     lines = printed(found, width)
     assert max(len(line) for line in lines) <= width
     assert "…" not in "".join(lines)
@@ -62,18 +76,17 @@ def test_tables_of_a_log_are_as_many_as_it_takes(width: int, good_log: Path) -> 
         assert told == sum(value.std is not None for value in each.estimate.parameters.values())
 
 
-def test_an_estimate_that_is_not_to_be_trusted_says_why(good_log: Path) -> None:
-    found = compare_log(good_log, only=("energy", "stribeck-energy"))
-    text = " ".join(" ".join(printed(found, 120)).split())
+def test_an_estimate_that_is_not_to_be_trusted_says_why(compared: Compare) -> None:
+    text = " ".join(" ".join(printed(compared(*SEVERAL), 120)).split())
     reason = "stribeck-energy: Static friction, Stribeck velocity: no step"
-    assert f"Not to be trusted: - {reason}" in text
-    trusted = compare_log(good_log, only=("energy",))
+    assert f"- {reason}" in text.split("Not to be trusted:")[1]
+    trusted = compared("energy")
     assert not any("Not to be trusted" in line for line in printed(trusted, 120))
 
 
-def test_a_method_without_intervals_is_not_ok(good_log: Path) -> None:
+def test_a_method_without_intervals_is_not_ok(compared: Compare) -> None:
     observers = ("gradient", "liao-chien")
-    found = compare_log(good_log, only=("energy", *observers))
+    found = compared("energy", *observers)
     document = found.to_dict()
     for each in document["estimators"]:
         without = all(p["ci95"] is None for p in each["estimate"]["parameters"].values())
@@ -84,8 +97,8 @@ def test_a_method_without_intervals_is_not_ok(good_log: Path) -> None:
     assert "liao-chien, gradient: The method gives no confidence intervals" in text
 
 
-def test_contradictory_results_are_named_with_their_intervals(good_log: Path) -> None:
-    found = compare_log(good_log, only=("energy", "idim-ls"))
+def test_contradictory_results_are_named_with_their_intervals(compared: Compare) -> None:
+    found = compared("energy", "idim-ls")
     assert found.contradictions == ()
     assert not any("Contradictory" in line for line in printed(found, 120))
     energy, other = found.compared
@@ -111,9 +124,9 @@ def test_contradictory_results_are_named_with_their_intervals(good_log: Path) ->
 
 @pytest.mark.parametrize(("gap", "contradicts"), [(-1e-9, False), (0.0, False), (1e-9, True)])
 def test_intervals_that_touch_do_not_contradict(
-    gap: float, contradicts: bool, good_log: Path
+    gap: float, contradicts: bool, compared: Compare
 ) -> None:
-    found = compare_log(good_log, only=("energy",))
+    found = compared("energy")
     (energy,) = found.compared
     assert energy.estimate is not None
     mass = energy.estimate.parameters["mass"]
@@ -139,15 +152,15 @@ def test_intervals_that_touch_do_not_contradict(
     ],
 )
 def test_the_method_that_stands_alone_is_named(
-    places: tuple[float, ...], alone: str, good_log: Path
+    places: tuple[float, ...], alone: str, compared: Compare
 ) -> None:
     """Intervals of half-width 1 around the places; they are estimators a, b, c and d."""
-    found = compare_log(good_log, only=("energy",))
+    found = compared("energy")
     (energy,) = found.compared
     assert energy.estimate is not None
     estimate = energy.estimate
     mass = estimate.parameters["mass"]
-    compared = tuple(
+    four = tuple(
         replace(
             energy,
             name=name,
@@ -161,7 +174,7 @@ def test_the_method_that_stands_alone_is_named(
         )
         for name, place in zip("abcd", places, strict=False)
     )
-    contradicting = replace(found, compared=compared)
+    contradicting = replace(found, compared=four)
     (one,) = contradicting.contradictions
     assert one.alone == alone
     assert contradicting.alone == ({alone} if alone else frozenset())
@@ -173,9 +186,9 @@ def test_the_method_that_stands_alone_is_named(
 
 @pytest.mark.parametrize("selected", [True, False])
 def test_a_method_with_more_terms_is_not_doubted_for_standing_alone(
-    selected: bool, good_log: Path
+    selected: bool, compared: Compare
 ) -> None:
-    found = compare_log(good_log, only=("energy",))
+    found = compared("energy")
     (energy,) = found.compared
     assert energy.estimate is not None
     mass = replace(energy.estimate.parameters["mass"], value=90.0, ci95=(89.0, 91.0))

@@ -10,6 +10,7 @@ from stage_log import Run
 TOLERANCE = 0.015  # m: three times the noise of a measured position
 
 
+@pytest.mark.slow
 def test_the_demo_writes_its_files_and_shows_truth_and_estimate(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "new" / "folder"
     outcome = run("demo", "--out", out)
@@ -38,6 +39,7 @@ def test_the_demo_writes_its_files_and_shows_truth_and_estimate(run: Run, tmp_pa
     assert landed["believed"]["coulomb_friction"] == "estimate estimate.json"
 
 
+@pytest.mark.slow
 def test_the_demo_depends_on_its_seed_only(run: Run, tmp_path: Path) -> None:
     texts: list[str] = []
     for folder, seed in (("a", 1), ("b", 1), ("c", 2)):

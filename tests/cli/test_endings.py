@@ -52,7 +52,7 @@ def test_process_refuses_in_one_line(tmp_path: Path) -> None:
     assert "no such file" in outcome.stderr
 
 
-@pytest.mark.parametrize("arguments", [["--json", "-"], []])
+@pytest.mark.parametrize("arguments", [["--json", "-"], pytest.param([], marks=pytest.mark.slow)])
 def test_closed_pipe_is_no_error(arguments: list[str], good_log: Path) -> None:
     running = subprocess.Popen(
         [*PROGRAM, "identify", str(good_log), *arguments],
@@ -174,6 +174,7 @@ def test_defect_does_not_look_like_a_result(
     assert outcome.err.splitlines()[-1].startswith("stickslip: this is a defect")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("closed", [(1,), (2,), (0, 1, 2)])
 def test_closed_streams_are_no_error(closed: tuple[int, ...], good_log: Path) -> None:
     report = good_log.with_suffix(".json")

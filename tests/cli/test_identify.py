@@ -129,7 +129,10 @@ def test_options_choose_the_parameters(
     assert set(contract(outcome.out).parameters) == names
 
 
-@pytest.mark.parametrize("estimator", ["auto", "energy", "idim-ls"])
+@pytest.mark.parametrize(
+    "estimator",
+    ["idim-ls", *(pytest.param(name, marks=pytest.mark.slow) for name in ("auto", "energy"))],
+)
 def test_stribeck_effect_is_estimated(estimator: str, run: Run, tmp_path: Path) -> None:
     law = StribeckFriction.symmetric(
         coulomb_friction=COULOMB, static_friction=2.4, viscous_friction=VISCOUS,
@@ -356,6 +359,7 @@ def test_several_logs_are_fitted_jointly(run: Run, tmp_path: Path) -> None:
         assert words in text
 
 
+@pytest.mark.slow
 def test_log_that_differs_is_named(run: Run, tmp_path: Path) -> None:
     outcome = run("identify", *several(tmp_path, 0.0, 0.0, 0.3))
     assert outcome.code == 1

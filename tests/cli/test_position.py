@@ -13,6 +13,7 @@ from stickslip.control import ExactPulseController
 from stickslip.tasks import read_scenario
 
 SCENARIOS = sorted((Path(__file__).parents[2] / "examples" / "scenarios").glob("*.toml"))
+LONG = {"arm", "arm_noisy", "exact"}
 UNREACHED = {"pid", "pwc", "pwc_short"}
 WIDER = "task.tolerance = 1e-4\n"
 ESTIMATED = "guess = {only = true, estimate = 'estimate.json'}\n"
@@ -140,7 +141,13 @@ def test_method_that_learns_nothing_saves_nothing(run: Run, tmp_path: Path) -> N
     assert not learned.exists()
 
 
-@pytest.mark.parametrize("scenario", SCENARIOS, ids=lambda path: path.stem)
+@pytest.mark.parametrize(
+    "scenario",
+    [
+        pytest.param(path, id=path.stem, marks=pytest.mark.slow if path.stem in LONG else [])
+        for path in SCENARIOS
+    ],
+)
 def test_examples(scenario: Path, run: Run, tmp_path: Path) -> None:
     files = {name: tmp_path / name for name in ("a.json", "a.html")}
     outcome = run("position", scenario, "--json", files["a.json"], "--report", files["a.html"])

@@ -233,6 +233,7 @@ def final_states(method):
     return played(controller, positions.tolist())[1][-1], run.controller_state
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("method", CONTROLLERS)
 def test_interpreted_it_does_the_same_to_the_last_bit(method):
     code = f"""

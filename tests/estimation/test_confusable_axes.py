@@ -207,6 +207,7 @@ BENT: list[tuple[dict[str, Any], dict[str, float]]] = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("law", "truth"), BENT)
 def test_intervals_hold_where_two_bends_are_one(
     law: dict[str, Any], truth: dict[str, float]
@@ -259,6 +260,7 @@ def disturbed_effort(log: AxisLog) -> Float[np.ndarray, " n"]:
     return log.effort + 0.4 * float(np.std(log.effort)) * slow
 
 
+@pytest.mark.slow
 def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> None:
     log = log_of(Plant())
     disturbed = AxisLog(
@@ -278,6 +280,7 @@ def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> 
         assert not any("no term" in note for note in each.estimate.diagnostics.notes)
 
 
+@pytest.mark.slow
 def test_joint_fit_contains_other_laws_of_friction() -> None:
     plant = Plant(viscous=0.0, two_thirds=4.0, quadratic=15.0)
     logs = [log_of(plant, seed=seed) for seed in range(2)]

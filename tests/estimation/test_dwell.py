@@ -73,6 +73,7 @@ def _log(
     )
 
 
+@pytest.mark.slow
 def test_growth_is_selected_and_inside_its_interval():
     truth = {"breakaway_friction": BREAKAWAY, "breakaway_growth": 0.15, "coulomb_friction": COULOMB}
     outside = dict.fromkeys(truth, 0)
@@ -89,6 +90,7 @@ def test_growth_is_selected_and_inside_its_interval():
     assert sum(outside.values()) <= binom.ppf(0.999, RUNS * len(truth), 0.05)
 
 
+@pytest.mark.slow
 def test_breakaway_without_growth_is_not_selected():
     for seed in range(RUNS):
         estimate = identify(_log(seed, 0.0)).estimate
@@ -116,6 +118,7 @@ def test_growth_that_a_log_does_not_show_is_noted():
     assert any("'dwell' is left out" in note for note in estimate.diagnostics.notes)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("step", [0.02, 0.1])
 def test_intervals_hold_with_a_rounded_effort(step):
     """Of steps as large as the noise, and of steps five times as large."""

@@ -409,6 +409,7 @@ def test_means_of_samples_hold_the_same_parameters_and_no_delay() -> None:
     assert abs(maximum.values[4]) < 0.25 * log.sampling_time  # without their lag it is half of one
 
 
+@pytest.mark.slow
 def test_means_are_used_where_the_model_does_not_hold_for_fast_motion() -> None:
     log, _ = closed_loop(9, effort_noise=0.3)
     ringing = 2e-5 * np.sin(2.0 * np.pi * 90.0 * log.time) * np.sin(2.0 * np.pi * log.time)

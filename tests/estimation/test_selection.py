@@ -496,6 +496,7 @@ def test_a_delay_slightly_beyond_its_bound_is_a_mismatch(delay: float) -> None:
     assert SelectedModelEstimator().fit(log_of(delay=delay)).status is Status.MODEL_MISMATCH
 
 
+@pytest.mark.slow
 def test_delay_beyond_its_bound_is_a_mismatch() -> None:
     estimate = SelectedModelEstimator().fit(log_of(delay=0.1))
     assert estimate.status is not Status.OK

@@ -47,6 +47,7 @@ def test_a_column_of_one_group_has_no_differences() -> None:
     assert np.any(found[:, 0] != 0.0)
 
 
+@pytest.mark.slow
 def test_the_jackknife_of_unequal_groups_has_the_variance_under_white_noise() -> None:
     rng = np.random.default_rng(7)
     runs = 4000

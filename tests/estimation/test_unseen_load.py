@@ -116,6 +116,7 @@ def test_wherever_the_load_began_no_bias_is_seen(study: np.ndarray, way: int) ->
     assert np.all(errors.std(0, ddof=1) < 0.01)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("way", [1, 3], ids=["offline", "on line"])
 def test_intervals_hold_as_often_as_they_say(study: np.ndarray, way: int) -> None:
     least = scipy.stats.binom.ppf(1.0 - SURE, RUNS, 0.95)
@@ -228,6 +229,7 @@ def test_identify_says_that_the_load_was_reconstructed_and_draws_everything() ->
     assert found.resimulation.fit > 0.95
 
 
+@pytest.mark.slow
 def test_maximum_likelihood_agrees_and_is_drawn() -> None:
     log = seen(moved(), surrogate.surrogate_sensors(1.0))
     likely = MaximumLikelihoodEstimator(inertia=1.0, load_inertia=1.0, stiffness=1.0, offset=False)

@@ -174,11 +174,13 @@ def test_bias_and_spread_over_whole_logs(loop: Loop, noise: float) -> None:
     assert_within(study(loop, noise).offline, OFFLINE_BIAS, OFFLINE_RMSE * max(noise, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "noise"), CELLS)
 def test_bias_and_spread_on_line(loop: Loop, noise: float) -> None:
     assert_within(study(loop, noise).online, ONLINE_BIAS, ONLINE_RMSE * max(noise, 1.0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "noise"), CELLS)
 @pytest.mark.parametrize("factor", [0.5, 2.0])
 def test_a_wrong_guess_of_the_noise_does_no_harm_on_line(
@@ -191,6 +193,7 @@ def test_a_wrong_guess_of_the_noise_does_no_harm_on_line(
     assert np.all(change.std(axis=0) < 0.3 * cell.online.std(axis=0))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("online", [False, True])
 def test_intervals_hold_the_truth(online: bool) -> None:
     cells = [study(loop, noise) for loop, noise in CELLS]
@@ -200,6 +203,7 @@ def test_intervals_hold_the_truth(online: bool) -> None:
     assert np.all(np.sum(held, axis=0) >= least)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("loop", "noise"), CELLS)
 def test_intervals_are_no_wider_than_the_spread(loop: Loop, noise: float) -> None:
     cell = study(loop, noise)

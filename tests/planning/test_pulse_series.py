@@ -156,6 +156,7 @@ def test_each_direction_has_its_own_friction() -> None:
 factors = st.floats(1 / 3, 3.0)
 
 
+@pytest.mark.slow
 @settings(max_examples=15)
 @given(
     masses=st.tuples(factors, factors),

@@ -62,6 +62,7 @@ def plan_or_none(planner: PulseSeriesPlanner, state: State, way: float) -> Pulse
         return None
 
 
+@pytest.mark.slow
 def test_a_quick_series_is_little_longer_and_lands_as_exactly(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
@@ -89,6 +90,7 @@ def test_a_quick_series_is_little_longer_and_lands_as_exactly(
     assert proven > 0.7 * found
 
 
+@pytest.mark.slow
 def test_every_search_takes_a_bounded_amount_of_work(monkeypatch: pytest.MonkeyPatch) -> None:
     hard = [(EXACTLY, REST, way) for way in (1e-5, 1e-4)]
     for planner, state, way in [*requests(4, 5), *hard]:

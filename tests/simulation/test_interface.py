@@ -83,7 +83,10 @@ def test_single_steps_equal_a_run_to_the_bit(plant, step, largest):
 
 
 @plants
-@pytest.mark.parametrize(("every", "threads"), [(None, 1), (1, 2), (50, 3)])
+@pytest.mark.parametrize(
+    ("every", "threads"),
+    [(50, 3), *(pytest.param(*case, marks=pytest.mark.slow) for case in ((None, 1), (1, 2)))],
+)
 def test_a_batch_equals_single_runs_to_the_bit(plant, step, largest, every, threads):
     many = np.stack(
         [efforts(seed, 20, largest) for seed in range(37 if plant in (MASS, ARM) else 3)]

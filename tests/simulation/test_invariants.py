@@ -65,6 +65,7 @@ def test_one_sample_of_t_equals_two_of_half_t(seed, arm):
     agree(whole, halves, 2, NEAR_GRAZE)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("arm", [False, True])
 def test_a_sample_equals_sixty_four_short_ones_in_thousands_of_cases(arm):
     worst = []

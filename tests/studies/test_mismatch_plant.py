@@ -38,6 +38,7 @@ def open_loop(plant: Plant, effort: Float[np.ndarray, " n"], **initial: float) -
     )
 
 
+@pytest.mark.slow
 def test_coulomb_and_viscous_friction_stop_a_body_where_the_closed_form_does() -> None:
     m, fc, c, v0 = 2.0, 3.0, 5.0, 0.8
     plant = Plant(

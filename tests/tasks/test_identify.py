@@ -14,7 +14,6 @@ from stickslip.estimation import (
     DetailedEstimator,
     EnergyEstimator,
     EstimationTask,
-    MaximumLikelihoodEstimator,
     PublishedEnergyEstimator,
 )
 from stickslip.records import AxisLog
@@ -164,7 +163,7 @@ def test_published_energy_rejects_what_it_does_not_estimate(
 
 
 def test_an_estimator_object_is_used_as_it_is(log: AxisLog) -> None:
-    estimator = MaximumLikelihoodEstimator(inertia=MASS, static_friction=True)
+    estimator = EnergyEstimator(inertia=MASS, offset=False)
     found = identify(log, estimator=estimator)
     assert found.estimate.to_dict() == estimator.fit(log).to_dict()
 
@@ -190,7 +189,13 @@ def test_an_unknown_estimator_is_rejected_with_the_names(log: AxisLog) -> None:
         identify(log, estimator="kalman")
 
 
-@pytest.mark.parametrize("name", list(ESTIMATORS))
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=[pytest.mark.slow] if name == "stribeck-energy" else [])
+        for name in ESTIMATORS
+    ],
+)
 def test_every_registered_estimator_identifies_by_name(name: str, log: AxisLog) -> None:
     if name == "free-decay":
         with refuses("no_swing"):

@@ -148,8 +148,16 @@ def test_nothing_is_learned_of_a_series_that_a_new_target_cut_short() -> None:
     assert np.abs(places).max() < 1.5  # with what is no series learned, it went 10 m away
 
 
-@pytest.mark.parametrize("uncertainty", [0.0, 0.02])
-@pytest.mark.parametrize("coulomb", [0.12, 0.18])
+@pytest.mark.parametrize(
+    ("coulomb", "uncertainty"),
+    [
+        (0.18, 0.02),
+        *(
+            pytest.param(*case, marks=pytest.mark.slow)
+            for case in ((0.12, 0.0), (0.12, 0.02), (0.18, 0.0))
+        ),
+    ],
+)
 def test_friction_that_changes_between_targets_is_followed(
     coulomb: float, uncertainty: float
 ) -> None:
@@ -162,6 +170,7 @@ def test_friction_that_changes_between_targets_is_followed(
     assert landing.estimates(state)["coulomb_friction"] == pytest.approx(coulomb, rel=1e-4)
 
 
+@pytest.mark.slow
 def test_an_arm_that_was_pushed_at_rest_lands_again() -> None:
     """The gate of the running estimate keeps the push from being learned as friction."""
     landing = controller()
@@ -216,6 +225,7 @@ def test_an_estimate_that_no_arm_could_have_is_a_reason_to_stop() -> None:
     assert "offset" in why
 
 
+@pytest.mark.slow
 def test_it_stops_with_a_reason_when_the_masses_are_wrong() -> None:
     wrong = replace(ARM, mass_1=1.1, mass_2=0.9, friction=UNKNOWN)
     landing = controller(arm=wrong, most_series=2)

@@ -97,6 +97,7 @@ def test_random_axes_land_there_and_on_the_next_target() -> None:
         assert reasons[2] == "the mass is within the tolerance"
 
 
+@pytest.mark.slow
 def test_random_axes_land_with_noise() -> None:
     generator = np.random.default_rng(3)
     landed = 0

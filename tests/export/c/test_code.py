@@ -123,7 +123,9 @@ class Exported:
         return done.stdout
 
 
-@pytest.fixture(scope="session", params=list(CONTENTS))
+@pytest.fixture(
+    scope="session", params=["measured", pytest.param("rotary", marks=pytest.mark.slow)]
+)
 def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Exported:
     path = tmp_path_factory.mktemp(request.param)
     content = CONTENTS[request.param]
@@ -138,13 +140,17 @@ needs_compiler = pytest.mark.skipif(not COMPILERS, reason="no C compiler is foun
 
 @needs_compiler
 @pytest.mark.parametrize("name", NAMES)
-@pytest.mark.parametrize("compiler", COMPILERS)
+@pytest.mark.parametrize(
+    "compiler",
+    [*COMPILERS[:1], *(pytest.param(name, marks=pytest.mark.slow) for name in COMPILERS[1:])],
+)
 def test_double_is_python_to_the_last_bit(exported: Exported, name: str, compiler: str) -> None:
     """Without a warning, optimised and not."""
     for optimised in ("-O0", "-O2"):
         exported.run(str(exported.built(name, compiler, optimised, "-DSTICKSLIP_DOUBLE")))
 
 
+@pytest.mark.slow
 @needs_compiler
 @pytest.mark.parametrize("name", NAMES)
 def test_sanitizers_find_nothing(exported: Exported, name: str) -> None:
@@ -191,6 +197,7 @@ def test_the_makefile_and_the_example_work(exported: Exported) -> None:
     exported.run("make", "clean")
 
 
+@pytest.mark.slow
 def test_cmake_builds_and_tests(exported: Exported) -> None:
     if shutil.which("cmake") is None:
         pytest.skip("cmake is not found")
@@ -233,6 +240,7 @@ def test_the_code_has_no_heap_globals_recursion_or_open_loops(exported: Exported
         assert len(defined) > 2
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_cortex_m4_has_no_data_but_the_state(exported: Exported, name: str) -> None:
     if shutil.which("arm-none-eabi-gcc") is None:
@@ -252,6 +260,7 @@ def test_cortex_m4_has_no_data_but_the_state(exported: Exported, name: str) -> N
             assert not re.search(r"__aeabi_d(add|mul|sub|div)", undefined)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", NAMES)
 def test_a_cortex_m4_computes_the_same(exported: Exported, name: str) -> None:
     if not (shutil.which("arm-none-eabi-gcc") and shutil.which("qemu-system-arm")):
@@ -271,6 +280,7 @@ def test_a_cortex_m4_computes_the_same(exported: Exported, name: str) -> None:
     assert f"{name}: 0 failures" in out
 
 
+@pytest.mark.slow
 def test_misra_deviations_are_those_that_are_listed(exported: Exported) -> None:
     if shutil.which("cppcheck") is None:
         pytest.skip("cppcheck is not found")
@@ -425,6 +435,7 @@ def positions(exported: Exported, precision: str, axes: int, samples: int) -> li
     return errors
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_the_controller_positions_in_float_as_in_double(exported: Exported) -> None:
     """Not the efforts but the outcomes are the same: within the tolerance on every axis."""

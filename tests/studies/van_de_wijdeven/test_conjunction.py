@@ -97,7 +97,7 @@ def test_the_page_shows_all_of_it(reproduced: Reproduced) -> None:
     for words in (
         "van de Wijdeven (2002), concluding remarks",
         "92 pulses of 0.05 s",
-        "Series after series",
+        "Successive series",
         "−5 %, learns",
         "landing, 2",
         'id="figure-C.5"',
