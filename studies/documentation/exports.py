@@ -85,7 +85,7 @@ def main() -> None:
             print(f"{name}, {share:g}: {abs(position[-1]):.2g} rad in 10 s")
     left.set(title="Coasting", xlabel="time [s]", ylabel="velocity [rad/s]")
     left.legend()
-    right.set(title="Held by friction", xlabel="time [s]", ylabel="position [rad]", ylim=(1e-9, 1))
+    right.set(title="Drift at rest", xlabel="time [s]", ylabel="position [rad]", ylim=(1e-9, 1))
     right.legend(fontsize=7, loc="lower right")
     save(figure, "export-mujoco.png")
 

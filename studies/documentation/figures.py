@@ -59,7 +59,7 @@ def overview() -> None:
     shade_rests(left, motion)
     left.plot(motion.time, motion.position, color=BLUE, label="driven mass, with friction")
     left.plot(motion.time, motion.load_position, color=ORANGE, lw=1, label="load, on a spring")
-    left.set(title="Simulate exactly", xlabel="time [s]", ylabel="position [m]")
+    left.set(title="Simulated motion", xlabel="time [s]", ylabel="position [m]")
     left.legend(loc="lower right")
 
     shown = energy.time <= motion.time[-1]
@@ -67,11 +67,13 @@ def overview() -> None:
     middle.plot(time, energy.input[shown], color=GREY, lw=1, label="input")
     stored = energy.kinetic + energy.potential
     middle.plot(time, stored[shown], color=GREEN, lw=0.5, label="stored (noisy)")
-    middle.plot(time, energy.measured_dissipation[shown], color=ORANGE, lw=0.5, label="the rest …")
     middle.plot(
-        time, energy.explained_dissipation[shown], color=BLUE, label="… explained by friction"
+        time, energy.measured_dissipation[shown], color=ORANGE, lw=0.5, label="dissipated, measured"
     )
-    middle.set(title="Balance the energy", xlabel="time [s]", ylabel="energy [J]")
+    middle.plot(
+        time, energy.explained_dissipation[shown], color=BLUE, label="dissipated, fitted friction"
+    )
+    middle.set(title="Energy balance", xlabel="time [s]", ylabel="energy [J]")
     middle.set_ylim(-0.2, 5.4)
     middle.legend(loc="center right", bbox_to_anchor=(1.0, 0.3))
 
@@ -94,7 +96,7 @@ def overview() -> None:
         estimate.parameters[name] for name in ("coulomb_friction", "viscous_friction")
     )
     right.set(
-        title=f"Identify: {coulomb.value:.4f} N and {viscous.value:.4f} N s/m",
+        title=f"Identified: {coulomb.value:.4f} N, {viscous.value:.4f} N s/m",
         xlabel="velocity [m/s]",
         ylabel="friction [N]",
         ylim=(-0.6, 0.6),
@@ -104,15 +106,15 @@ def overview() -> None:
 
 
 def sampling_bias() -> None:
-    """Draw how far the printed and the exact sums miss the truth, without any noise."""
+    """Draw the error of the published and of the exact sums, without noise."""
     law = CoulombViscousFriction.symmetric(coulomb_friction=0.1, viscous_friction=0.1)
     arm = FlexibleArm(mass_1=1.0, mass_2=1.0, stiffness=1.0, friction=law)
     intervals = np.array([0.001, 0.002, 0.005, 0.01, 0.02, 0.05, 0.1])
     figure, axes = plt.subplots(1, 2, figsize=(8, 3), sharey=True, layout="constrained")
     known = {"inertia": 1.0, "load_inertia": 1.0, "stiffness": 1.0}
     variants = (
-        (PublishedEnergyEstimator(**known), ORANGE, "printed sums"),
-        (PublishedEnergyEstimator(**known, sums="settled"), GREEN, "sums exact under a held input"),
+        (PublishedEnergyEstimator(**known), ORANGE, "published sums"),
+        (PublishedEnergyEstimator(**known, sums="settled"), GREEN, "sums for a held input"),
         (EnergyEstimator(**known, offset=False), BLUE, "balance of work"),
     )
     for estimator, color, label in variants:
@@ -138,7 +140,7 @@ def sampling_bias() -> None:
 
 
 def balance_of_work() -> None:
-    """Draw what the noise-robust estimator sees of the surrogate arm, and how it settles."""
+    """Draw the signals of the estimator on the surrogate arm, and its convergence."""
     motion = surrogate_motion()
     generator = np.random.default_rng(1)
     log = surrogate_sensors().measure(motion, generator)
@@ -154,17 +156,17 @@ def balance_of_work() -> None:
 
     left.plot(log.time, v, ".", ms=2, color="#d1d5db", label="measured")
     left.plot(log.time, motion.velocity, "--", color=ORANGE, lw=1.2, label="true")
-    left.plot(log.time, seen.velocity, color=BLUE, lw=1, label="smoothed, friction free")
-    left.set(title="Where does friction act which way?", xlabel="time [s]", xlim=(4, 12))
+    left.plot(log.time, seen.velocity, color=BLUE, lw=1, label="smoothed, no friction model")
+    left.set(title="Velocity", xlabel="time [s]", xlim=(4, 12))
     left.set_ylabel("velocity [m/s]")
     left.legend(loc="lower left")
 
     law = surrogate_arm().friction
     sliding = ~motion.stuck
     true = np.where(sliding, law.friction(motion.velocity), np.nan)
-    middle.plot(log.time, seen.friction, color=BLUE, lw=1, label="free")
+    middle.plot(log.time, seen.friction, color=BLUE, lw=1, label="estimated, no friction model")
     middle.plot(motion.time, true, "--", color=ORANGE, lw=1.2, label="true, sliding")
-    middle.set(title="The friction that the motion leaves", xlabel="time [s]", xlim=(4, 12))
+    middle.set(title="Friction", xlabel="time [s]", xlim=(4, 12))
     middle.set_ylabel("friction [N]")
     middle.legend(loc="lower left")
 
@@ -184,7 +186,7 @@ def balance_of_work() -> None:
         error, spread = np.array(errors)[:, k], np.array(spreads)[:, k]
         right.plot(times, error, color=color, lw=1.2, label=label)
         right.fill_between(times, error - spread, error + spread, color=color, alpha=0.2, lw=0)
-    right.set(title="On line: error and 95 % band", xlabel="time [s]", ylim=(-4, 4))
+    right.set(title="Online estimates, 95 % band", xlabel="time [s]", ylim=(-4, 4))
     right.set_ylabel("error [% of the truth]")
     right.legend(loc="upper right")
     save(figure, "balance-of-work.png")

@@ -61,7 +61,7 @@ def steady() -> None:
     for name, law, color in (("Stribeck", STRIBECK, GREY), *BRISTLES[1:]):
         force = [breakaway_force(law, float(rate)) for rate in rates]
         right.semilogx(rates, force, "o-", ms=3, color=color, label=name)
-    right.set(title="Breakaway", xlabel="rise of the effort [N/s]", ylabel="largest friction [N]")
+    right.set(title="Breakaway", xlabel="rate of the effort [N/s]", ylabel="largest friction [N]")
     right.set_ylim(0.9, 1.6)
     right.legend(loc="lower left")
     save(figure, "friction-steady.png")
@@ -78,7 +78,7 @@ def breakaway_force(law: FrictionLaw, rate: float) -> float:
 
 
 def presliding() -> None:
-    """Draw friction against way below breakaway: loops, and a small cycle within a large one."""
+    """Draw friction against displacement below breakaway: single and nested loops."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.3), layout="constrained")
     time = np.arange(8000) * T
     swing = 0.8 * np.sin(np.pi * time)
@@ -89,21 +89,21 @@ def presliding() -> None:
         left.plot(1e6 * motion.position[2000:-1], swing[2000:], color=color, label=name)
         motion = moved(law, nested)
         right.plot(1e6 * motion.position[:-1], nested, color=color, label=name)
-    left.set(title="A slow, even swing", xlabel="position [µm]", ylabel="effort [N]")
-    right.set(title="Small cycles on the way up", xlabel="position [µm]", ylabel="effort [N]")
+    left.set(title="Hysteresis, one amplitude", xlabel="position [µm]", ylabel="effort [N]")
+    right.set(title="Hysteresis, nested loops", xlabel="position [µm]", ylabel="effort [N]")
     left.legend()
     save(figure, "friction-presliding.png")
 
 
 def drift() -> None:
-    """Draw how an axis creeps under an effort that vibrates below breakaway."""
+    """Draw the creep of an axis under an oscillating effort below breakaway."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.3), layout="constrained")
     time = np.arange(3000) * T
     effort = 0.4 + 0.25 * np.sin(20 * np.pi * time)
     for name, law, color in (("Stribeck", STRIBECK, GREY), *BRISTLES):
         motion = moved(law, effort)
         left.plot(motion.time, 1e6 * motion.position, color=color, label=name, lw=1)
-    left.set(title="0.4 N and 0.25 N at 10 Hz", xlabel="time [s]", ylabel="position [µm]")
+    left.set(title="Effort 0.4 N + 0.25 N sin at 10 Hz", xlabel="time [s]", ylabel="position [µm]")
     left.legend()
     means = np.linspace(0.05, 1.0, 39)
     for name, law, color in BRISTLES:
@@ -115,7 +115,7 @@ def drift() -> None:
         right.semilogy(means + 0.25, np.maximum(way, 1e-6), color=color, label=name)
     right.axvline(0.7, color="black", lw=0.6)
     right.text(0.71, 1e-5, "elastic limit, 0.7 N")
-    right.set(title="Creep", xlabel="largest effort [N]", ylabel="way in a second [µm]")
+    right.set(title="Creep", xlabel="largest effort [N]", ylabel="displacement per second [µm/s]")
     save(figure, "friction-drift.png")
 
 
@@ -133,7 +133,7 @@ def measured() -> tuple[AxisLog, StribeckFriction]:
 
 
 def estimated() -> None:
-    """Draw what an assumed Stribeck velocity does to the other estimates."""
+    """Draw the estimates and the residual against the assumed Stribeck velocity."""
     log, law = measured()
     known = EnergyEstimator(inertia=1.0, offset=True)
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.3), layout="constrained")
@@ -149,7 +149,11 @@ def estimated() -> None:
         label = name.replace("_", " ").replace("coulomb", "Coulomb")
         error = [100 * ((fit.parameters[name].value or np.nan) / truth - 1) for fit in fits]
         left.semilogx(ratios, error, "o-", ms=3, color=color, label=label)
-    left.set(title="A Stribeck velocity assumed", xlabel="assumed over true", ylabel="error [%]")
+    left.set(
+        title="Fixed Stribeck velocity",
+        xlabel="Stribeck velocity / true value [-]",
+        ylabel="error [%]",
+    )
     left.legend()
     residual = [fit.diagnostics.relative_residual for fit in fits]
     right.loglog(ratios, residual, "o-", ms=3, color=GREY)
@@ -158,7 +162,7 @@ def estimated() -> None:
     if interval is None:
         raise RuntimeError("the Stribeck velocity was not found")
     right.axvspan(*(end / 0.05 for end in interval), color=BLUE, alpha=0.5)
-    right.set(title="… and sought", xlabel="Stribeck velocity over the true one",
+    right.set(title="Fitted Stribeck velocity", xlabel="Stribeck velocity / true value [-]",
               ylabel="relative residual [-]")  # fmt: skip
     right.text(0.95, min(residual), "95 % interval of\nStribeckEstimator", va="bottom",
                ha="right", color=BLUE)  # fmt: skip

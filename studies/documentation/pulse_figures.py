@@ -57,7 +57,7 @@ def law() -> None:
                   alpha=alpha, label=label)  # fmt: skip
     left.plot(1e3 * width, 1e3 * plain.displacement(300.0, width), "--", color=ORANGE,
               label="300 N, viscous friction ignored")  # fmt: skip
-    left.set(title="How far a pulse goes", xlabel="width [ms]", ylabel="displacement [mm]")
+    left.set(title="Displacement of a pulse", xlabel="width [ms]", ylabel="displacement [mm]")
     left.set_ylim(0, 15)
     left.legend(title="effort")
     effort = np.linspace(131.0, 300.0, 200)
@@ -74,7 +74,7 @@ def law() -> None:
     right.annotate("smallest step when\nonly the width varies", (300.0, largest), (285.0, 30.0),
                    ha="right", color=ORANGE, arrowprops=line)  # fmt: skip
     right.set_ylim(7, 5000)
-    right.set(title="The smallest steps", xlabel="effort [N]", ylabel="displacement [µm]")
+    right.set(title="Displacement of short pulses", xlabel="effort [N]", ylabel="displacement [µm]")
     right.legend(title="width", loc="upper left", ncols=3)
     save(figure, "pulse-law.png")
 
@@ -121,7 +121,7 @@ def run(controller: PulseController) -> PulseRun:
 
 
 def three_controllers() -> None:
-    """Draw what the three do on the same axis."""
+    """Draw the three controllers on the same axis."""
     figure, axes = plt.subplots(
         2, 3, figsize=(11, 4.4), sharex=True, sharey="row", height_ratios=(3, 1.3),
         layout="constrained",
@@ -147,7 +147,7 @@ def three_controllers() -> None:
 
 
 def learning() -> None:
-    """Draw what the first pulse teaches: its motion as expected, as measured and as understood."""
+    """Draw the first pulse, measured and predicted, and the estimates after each pulse."""
     controller = controllers()["exact law"]
     done = run(controller)
     names = {
@@ -175,11 +175,13 @@ def learning() -> None:
     log = done.run.log
     since = log.time - first.time
     shown = (since >= 0) & (since <= time[-1])
-    left.plot(1e3 * time, expected(0), color=GREY, ls="--", label="expected before it")
+    left.plot(1e3 * time, expected(0), color=GREY, ls="--", label="predicted, initial estimate")
     left.plot(1e3 * since[shown], 1e3 * log.measured_position[shown], "o", ms=3.5,
               color=ORANGE, label="measured")  # fmt: skip
-    left.plot(1e3 * time, expected(1), color=BLUE, label="by what it taught")
-    left.set(title="The first pulse", xlabel="time since its start [ms]", ylabel="position [mm]")
+    left.plot(1e3 * time, expected(1), color=BLUE, label="predicted, updated estimate")
+    left.set(
+        title="First pulse", xlabel="time since start of the pulse [ms]", ylabel="position [mm]"
+    )
     left.legend()
     for (name, (truth, label)), color in zip(
         names.items(), (GREY, BLUE, GREEN, ORANGE), strict=True
@@ -187,16 +189,16 @@ def learning() -> None:
         values = done.estimates[name]
         right.plot(range(values.size), values / truth, "o-", ms=4, color=color, label=label)
     right.axhline(1.0, color="black", lw=0.6)
-    right.set(title="What is known", xlabel="after pulse", ylabel="estimate over truth")
+    right.set(title="Estimates", xlabel="number of pulses", ylabel="estimate / true value [-]")
     right.set_xticks(range(len(done.pulses) + 1))
     right.legend(fontsize=8)
     save(figure, "pulse-learning.png")
 
 
 def resolution() -> None:
-    """Draw how near alternating pulses come, and what bounds them."""
+    """Draw the error that alternating pulses reach, and its bounds."""
     with Progress() as bar:
-        task = bar.add_task("how near pulses come", total=resolution_pieces())
+        task = bar.add_task("resolution of pulses", total=resolution_pieces())
         scores = resolution_scores(RESOLUTION_RUNS, 1, workers=2, advance=lambda: bar.advance(task))
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.3), layout="constrained")
 

@@ -62,12 +62,11 @@ def _landing(landing: Landing) -> ReproducedFigure:
     effort = np.append(motion.commanded_effort, 0.0)
     return ReproducedFigure(
         number="C.1",
-        title="The arm lands, there and back",
-        caption="The surrogate arm, no friction believed in at first, with noise of "
-        f"{landing.case.position_noise:g} m and {landing.case.velocity_noise:g} m/s. Phases: 0 "
-        "feedback, 1 resting (the swing of mass 2 is fitted), 2 a series of pulses, 3 done. Below, "
-        f"the running estimates within a band of {_SIGMAS:g} standard deviations, drawn over "
-        f"±{100 * _ZOOM:g} % of the truth.",
+        title="Two landings of the arm",
+        caption="The surrogate arm, initial friction estimate zero, with noise of "
+        f"{landing.case.position_noise:g} m and {landing.case.velocity_noise:g} m/s. While "
+        "resting, the swing of mass 2 is fitted. Below, the estimates within a band of "
+        f"{_SIGMAS:g} standard deviations, drawn over ±{100 * _ZOOM:g} % of the truth.",
         columns=1,
         panels=(
             Panel(
@@ -95,6 +94,7 @@ def _landing(landing: Landing) -> ReproducedFigure:
                 x_label=_TIME,
                 y_label="phase",
                 y_range=(-0.3, 3.3),
+                y_ticks=_ORDER[:4],
                 curves=(
                     _curve("phase", "first", starts, np.append(number, number[-1]), staircase=True),
                 ),
@@ -150,10 +150,10 @@ def _flights(landing: Landing) -> ReproducedFigure:
         )
     return ReproducedFigure(
         number="C.2",
-        title="Series planned and achieved",
-        caption="The same landings; what differs is less than the lines are wide. Where mass 2 "
-        "swings more than the way left, a first series takes it up on the way to a place beyond; "
-        "a second comes back from there.",
+        title="Planned and achieved series",
+        caption="The same landings; the differences are smaller than the line width. Where the "
+        "swing of mass 2 exceeds the remaining distance, a first series ends beyond it, and a "
+        "second one returns.",
         columns=2,
         panels=tuple(panels),
     )
@@ -218,7 +218,7 @@ def _effects(series: SeriesEvidence) -> ReproducedFigure:
         return Panel(
             title=title,
             x_label="error of f_c [%]",
-            y_label="left [% of the move]",
+            y_label="final error [% of the move]",
             curves=(
                 _curve("this series", "first", x, 100.0 * np.array(ours) / MOVE),
                 _curve("another one of 4.6 s", "second", x, 100.0 * np.array(known) / MOVE),
@@ -227,9 +227,9 @@ def _effects(series: SeriesEvidence) -> ReproducedFigure:
 
     return ReproducedFigure(
         number="C.4",
-        title="What a friction that is not as believed leaves",
+        title="Final error against the error of the assumed Coulomb friction",
         caption="The series at full rate of Figure C.3, on an arm whose Coulomb friction is less "
-        "(left) or more (right) than believed. With less, mass 1 sticks nowhere on the way, and "
+        "(left) or more (right) than assumed. With less, mass 1 sticks nowhere on the way, and "
         "what is left depends on the duration alone; with more, it sticks where the series "
         "would let it creep, and series of one duration differ.",
         columns=2,
@@ -265,19 +265,20 @@ def _successive(series: SeriesEvidence) -> ReproducedFigure:
             )
         panels.append(
             Panel(
-                title="learning from each" if learning else "the belief stays",
-                x_label="after series",
-                y_label="log10(left / move)",
+                title="estimates updated" if learning else "estimates constant",
+                x_label="number of series",
+                y_label="log10(final error / move)",
                 y_range=(_FLOOR, 0.0),
                 curves=tuple(curves),
             )
         )
     return ReproducedFigure(
         number="C.5",
-        title="Series after series, the Coulomb friction first believed wrong",
+        title="Successive series with a wrong initial Coulomb friction",
         caption="The larger of the error of mass 1 and the swing of mass 2, as a power of ten of "
-        "the move, by how wrong the first belief is. Left it stays, and where it is too large "
-        "every series leaves the same again; right the estimator runs along.",
+        "the move, by the error of the initial Coulomb friction. Left, the estimate is constant: "
+        "one that is too large gives the same error after every series. Right, the estimator "
+        "updates it.",
         columns=2,
         panels=tuple(panels),
     )

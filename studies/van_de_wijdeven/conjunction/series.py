@@ -75,7 +75,7 @@ class SeriesEvidence:
     effects
         Of friction that is not as believed.
     successive
-        Series after series, with a belief that stays and with one that learns.
+        Successive series, with constant and with updated estimates.
     """
 
     planned: tuple[Planned, ...]

@@ -117,7 +117,7 @@ def _successive_series(every: Sequence[SuccessiveSeries]) -> str:
         for each in every
     )
     return (
-        "<h3>Series after series</h3>\n<p>What is left of 1 m, the larger of mass 1's error and "
+        "<h3>Successive series</h3>\n<p>What is left of 1 m, the larger of mass 1's error and "
         "mass 2's swing, by how wrong the first belief is and whether it learns.</p>\n"
         + _table(("belief", *(f"after series {k + 1}" for k in range(count))), rows)
     )

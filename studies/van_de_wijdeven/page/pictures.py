@@ -117,6 +117,8 @@ def _draw(
     axes.margins(x=0.01)
     if panel.y_range is not None:
         axes.set_ylim(*panel.y_range)
+    if panel.y_ticks:
+        axes.set_yticks(range(len(panel.y_ticks)), panel.y_ticks)
     if len({curve.label for curve in panel.curves}) > 1:
         if legend == "above":  # above the panel, beside its title, where there is room for it
             axes.legend(

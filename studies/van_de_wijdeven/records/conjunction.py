@@ -29,8 +29,8 @@ _LEGEND = {
     "friction_errors.expected_swing": "the same of the amplitude of mass 2 about mass 1 [m]",
     "successive_series": "series after series to the same target, the first Coulomb friction "
     "believed wrong",
-    "successive_series.friction_error": "first believed Coulomb friction over the true one, less 1",
-    "successive_series.learning": "whether the estimator runs along; otherwise the belief stays",
+    "successive_series.friction_error": "initial Coulomb friction over the true one, less 1",
+    "successive_series.learning": "whether the estimates are updated after each series",
     "successive_series.error": "of mass 1 after each series [m]",
     "successive_series.swing": "of mass 2 about mass 1 after each series [m]",
     "landing_scores": "controllers on random arms",
@@ -94,15 +94,14 @@ class FrictionErrorEffect:
 
 @dataclass(frozen=True, kw_only=True)
 class SuccessiveSeries:
-    """Series after series to one target, the Coulomb friction first believed wrong.
+    """Successive series to one target with a wrong initial Coulomb friction.
 
     Attributes
     ----------
     friction_error
-        First believed Coulomb friction over the true one, less 1 [-].
+        Initial Coulomb friction over the true one, less 1 [-].
     learning
-        Whether the estimator runs along, so that each series is planned with what the ones before
-        have taught; otherwise the belief stays.
+        Whether the estimates are updated after each series; otherwise they are constant.
     error, swing
         Of mass 1, and of mass 2 about it, after each series, shape (k,).
     """
@@ -124,7 +123,7 @@ class ConjunctionReproduction(Reproduction):
     friction_errors
         What the fastest of them leaves if the Coulomb friction is not as believed.
     successive_series
-        Series after series, with a belief that stays and with one that learns.
+        Successive series, with constant and with updated estimates.
     landing_scores
         Controllers on random arms.
     how_compared

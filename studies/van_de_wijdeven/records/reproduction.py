@@ -79,6 +79,8 @@ class Panel:
         Of the axes, with units.
     y_range
         Ends of the vertical axis [its unit]; None for as much as the curves need.
+    y_ticks
+        Names of the values 0, 1, ... of the vertical axis; empty for numbers.
     curves
         What is drawn, in this order.
     """
@@ -87,6 +89,7 @@ class Panel:
     x_label: str
     y_label: str
     y_range: tuple[float, float] | None = None
+    y_ticks: tuple[str, ...] = ()
     curves: tuple[Curve, ...]
 
 
