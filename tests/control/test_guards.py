@@ -272,7 +272,7 @@ def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixtur
 
 def test_a_move_has_a_time_limit_where_it_ends() -> None:
     stuck = SingleMass(mass=MASS, friction=replace(LAW, static_friction_positive=299.9))
-    guard = guarded(pulses(max_idle_pulses=10**6), time=0.5)
+    guard = guarded(pulses(max_idle_pulses=10**6), time=0.5, stall=inf)
     run = moved(guard, 2.0, stuck)
     assert "time limit" in str(guard.why(run.controller_state))
     held = guarded(pid(effort_limit=LIMIT, integral_gain=100.0), time=0.5)

@@ -8,7 +8,7 @@ from stickslip.plants import FlexibleArm
 from stickslip.simulation import simulate
 from studies.mismatch.plant import FINE_STEP, HeldPlant
 from studies.positioning_faults.__main__ import row
-from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES
+from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case
 from studies.positioning_faults.run import arms, axes, move_axis
 
 CASES = {case.name: case for case in AXIS_CASES}
@@ -72,23 +72,11 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
         assert any(word in outcome.why[0] for word in reason.split("|"))
 
 
-RUNS_AWAY = pytest.mark.xfail(
-    strict=True, reason="with frozen sensors the series of an arm go on, up to 14 moves away"
-)
-"""A defect of the guards of arms, stated in docs/guide/position.md."""
-
-
 @pytest.mark.slow
-@pytest.mark.parametrize(
-    "case",
-    [
-        pytest.param(each, marks=RUNS_AWAY if each.name == "frozen sensors" else (), id=each.name)
-        for each in ARM_CASES
-    ],
-)
-def test_no_arm_runs_away(case: object) -> None:
+@pytest.mark.parametrize("case", ARM_CASES, ids=lambda each: each.name)
+def test_no_arm_runs_away(case: Case) -> None:
     for axis in arms(2, 8, known=False):
-        outcome = move_axis(axis, case)  # type: ignore[arg-type]
+        outcome = move_axis(axis, case)
         assert not outcome.raised
         assert outcome.peak <= 1.0
         assert outcome.farthest <= 1.5

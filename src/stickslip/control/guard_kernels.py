@@ -31,6 +31,8 @@ STATE = np.dtype(
         ("same_limit", "i8"),  # equal positions of a frozen sensor; 0 for no limit
         ("gravity", "i8"),  # 1 if acceleration without effort is a fault
         ("needed", "i8", (4,)),  # channels
+        ("mass", "f8", (2,)),  # driven, and behind a spring
+        ("stall", "f8"),  # distance that a free axis would have moved, of one that stands still
         # What changes
         ("fault", "i8"),
         ("samples", "i8"),  # admitted so far
@@ -42,9 +44,12 @@ STATE = np.dtype(
         ("lost", "i8"),  # samples in a row
         ("lost_total", "i8"),
         ("missing", "i8", (4,)),  # channels of the last lost sample
-        ("jumped", "i8"),  # 1 if the last lost sample had a position that no force explains
         ("mismatch", "f8"),  # of position and velocity, with a memory of some ten samples
         ("same", "i8"),  # equal positions in a row
+        ("seen", "f8", (2, 2)),  # last position and velocity of each mass
+        ("alike", "i8", (2,)),  # samples in a row in which both have not changed in the last bit
+        ("momentum", "f8"),  # of both masses, reckoned from the last sample that was new
+        ("missed", "f8"),  # distance that an axis with it would have moved since
         ("fast", "i8"),  # samples in a row above the speed limit
         ("outside", "i8"),  # from which the axis cannot stop within the travel
         ("effort", "f8"),  # last one sent
@@ -80,15 +85,18 @@ _QUIET = 20  # samples at rest after which the brake is released
 _SLOW = 2.0  # samples of braking: an axis so slow has stopped
 _MOVES = 1e-3  # of the travel: an axis that was let go is moved by something
 _WIDE = 4.0  # resolutions: errors of two positions, and of the speed from them
+_ALIKE = 8  # samples: a slow sensor may repeat some
+_CREEPS = 0.005  # of the speed limit: a velocity sensor may have such an offset at rest
+_STANDS = 20  # samples without motion under an effort
+_HELD = 0.75  # of the effort limit: friction certainly holds no more
 
 
 @compiled()
-def _lose(g: Any, jumped: bool) -> bool:
+def _lose(g: Any, fault: int) -> bool:
     g.lost += 1
     g.lost_total += 1
-    g.jumped = 1 if jumped else 0
     if g.lost > g.max_lost and g.fault == 0:
-        g.fault = JUMP if jumped else LOST
+        g.fault = fault
     return False
 
 
@@ -139,6 +147,45 @@ def _watch(g: Any, x: float, v: float) -> None:
 
 
 @compiled()
+def _repeats(g: Any, k: int, x: float, v: float) -> bool:
+    """Return whether a moving mass keeps its position and velocity in the last bit, as none does.
+
+    One whose velocity v is measured moves by v n T in n samples, more than a few encoder steps.
+    """
+    T, last = g.period, g.seen[k, 1]
+    same = x == g.seen[k, 0] and (v == last or (np.isnan(v) and np.isnan(last)))
+    g.alike[k] = g.alike[k] + 1 if same else 0
+    g.seen[k, 0], g.seen[k, 1] = x, v
+    moves = abs(v) - g.velocity_resolution
+    far = moves * T * g.alike[k]
+    return moves > _CREEPS * g.speed and g.alike[k] >= _ALIKE and far > _WIDE * g.resolution
+
+
+@compiled(inline=True)
+def _stands(g: Any) -> bool:
+    """Return whether the sensors of the driven mass show no motion, in the last bit."""
+    slow = _CREEPS * g.speed + g.velocity_resolution
+    return g.alike[0] > 0 and abs(g.v) <= slow
+
+
+@compiled()
+def _reckon(g: Any, v: float, v2: float) -> None:
+    """Take the momentum m v + m_2 v_2 from a sample that is new; watch an axis that stands still.
+
+    The effort above what friction holds would have moved it by the integral of momentum over mass.
+    """
+    whole = g.mass[0] + g.mass[1]
+    if g.alike[0] == 0:
+        g.momentum = g.mass[0] * v + g.mass[1] * (v2 if np.isfinite(v2) else v)
+        g.missed = 0.0
+    elif _stands(g) and whole > 0.0:
+        g.missed += g.momentum / whole * g.period
+        still = g.alike[0] >= _STANDS and abs(g.missed) > g.stall
+        if still and g.fault == 0:
+            g.fault = BLOCKED
+
+
+@compiled()
 def admit(
     guard: Float[np.ndarray, " g"], time: float, x: float, v: float, x2: float, v2: float
 ) -> bool:
@@ -154,7 +201,11 @@ def admit(
     if gap or not _EARLIEST * T < dt < _LATEST * T:
         if not gap and np.isfinite(time) and g.fault != 0:  # begin anew, to brake
             g.time, g.samples = time, 0
-        return _lose(g, False)
+        return _lose(g, LOST)
+    repeats = _repeats(g, 0, x, v)
+    repeats = _repeats(g, 1, x2, v2) or repeats
+    if repeats and g.fault == 0:
+        g.fault = FROZEN
     measured = np.isfinite(v)
     speed = v if measured else (x - g.x) / dt
     if g.samples == 0:
@@ -165,10 +216,10 @@ def admit(
         slack = 0.5 * g.acceleration * dt * late + _WIDE * g.resolution
         slack += (g.velocity_resolution if measured else _WIDE * g.resolution / T) * late
         if abs(x - g.x - dt * g.v) > slack:
-            return _lose(g, True)
+            return _lose(g, FROZEN if x == g.x else JUMP)
         if measured:
             if abs(v - g.v) > g.acceleration * late + 2.0 * g.velocity_resolution:
-                return _lose(g, True)
+                return _lose(g, JUMP)
             # A velocity that the position does not follow
             step = x - g.x - 0.5 * dt * (v + g.v)
             g.mismatch = _MEMORY * g.mismatch + step
@@ -181,6 +232,7 @@ def admit(
     g.time, g.x, g.v = time, x, speed
     g.samples += 1
     g.lost = 0
+    _reckon(g, speed, v2)
     if g.started == 0:
         g.started, g.begun = 1, time
     _watch(g, x, speed)
@@ -219,11 +271,21 @@ def _brake(g: Any) -> float:
 
 
 @compiled()
+def _coast(g: Any) -> float:
+    """Return the effort that takes the reckoned momentum out of an axis that is not seen."""
+    T = g.period
+    unsure = g.mass[0] * (2.0 * g.velocity_resolution + 2.0 * g.resolution / T)
+    return -g.momentum / T if abs(g.momentum) > unsure else 0.0
+
+
+@compiled()
 def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> float:
     """Return the effort for the drive: finite and within the limit."""
     g = fields(guard)
     if g.fault != 0:
-        u = _brake(g) if readable and g.fault not in (FROZEN, JUMP) else 0.0
+        unseen = not readable or g.fault in (FROZEN, JUMP)
+        unseen = unseen or (g.fault == BLOCKED and g.alike[0] > 0)
+        u = _coast(g) if unseen else _brake(g)
     elif np.isfinite(effort):
         u, g.unanswered = effort, 0
     else:
@@ -237,6 +299,12 @@ def release(guard: Float[np.ndarray, " g"], readable: bool, effort: float) -> fl
             u = -g.gain * g.v
     u = min(max(u, -g.effort_limit), g.effort_limit)
     g.effort = u
+    if g.fault == 0 and _stands(g):
+        excess = max(abs(u) - _HELD * g.effort_limit, 0.0)
+        # Friction takes out what a lower effort does not keep up
+        g.momentum = g.momentum + np.copysign(excess, u) * g.period if excess > 0.0 else 0.0
+    else:
+        g.momentum += u * g.period
     return u
 
 

@@ -39,7 +39,8 @@ _WHY = {
     at.TIME: "the move takes longer than its time limit",
     at.JUMP: "the position jumps farther than the axis can move; check the encoder",
     at.FROZEN: (
-        "the sensors are frozen: the position does not follow the velocity, or shows no noise"
+        "the sensors are frozen: the position does not follow the velocity, a moving mass has "
+        "the same position and velocity in every sample, or the position shows no noise"
     ),
     at.BLOCKED: (
         "the axis does not move under the effort limit: it is blocked, or a sensor is frozen"
@@ -60,6 +61,8 @@ _TIMES = 2.0  # time limit over the duration of a move
 _BRAKING = 4.0  # time constant of braking, in samples: stable with a delay of five samples
 _RARELY = 1e-9  # probability of a window of equal positions of a sensor with noise
 _LEAST_SAME = 5  # samples
+_STALL = 0.25  # of the longest move that a blocked axis would have made
+_STALL_STEPS = 10.0  # largest errors of a position, at least
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -99,6 +102,13 @@ class Limits:
         normal, as without noise.
     gravity
         Whether acceleration without effort is a fault; a spring with a second mass causes it too.
+    mass, load_mass
+        Driven by the effort, and behind a spring. An axis whose sensors have failed is braked by
+        the momentum that they last showed and the efforts since; with a mass of 0 it gets no
+        effort.
+    stall
+        An axis that stands still under more than 0.75 of the effort limit, and would have moved so
+        far without friction, is blocked.
 
     Raises
     ------
@@ -126,6 +136,9 @@ class Limits:
     velocity_resolution: float = quantity_field("velocity", default=0.0)
     same: int | None = None
     gravity: bool = True
+    mass: float = 0.0
+    load_mass: float = 0.0
+    stall: float = quantity_field("position", default=inf)
 
     def __post_init__(self) -> None:
         for name, unit in (
@@ -136,7 +149,12 @@ class Limits:
             ("braking", "m/s^2 or rad/s^2"),
         ):
             object.__setattr__(self, name, positive(name, getattr(self, name), unit))
-        for name, unit in (("resolution", "m or rad"), ("velocity_resolution", "m/s or rad/s")):
+        for name, unit in (
+            ("resolution", "m or rad"),
+            ("velocity_resolution", "m/s or rad/s"),
+            ("mass", "kg or kg m^2"),
+            ("load_mass", "kg or kg m^2"),
+        ):
             object.__setattr__(self, name, non_negative(name, getattr(self, name), unit))
         if self.time is not None:
             object.__setattr__(self, "time", positive("time", self.time, "s"))
@@ -208,6 +226,9 @@ class Limits:
             velocity_resolution=_CERTAIN * velocity_noise,
             same=_same(noise, encoder_step),
             gravity=load_mass == 0.0,
+            mass=mass,
+            load_mass=load_mass,
+            stall=max(_STALL * longest, _STALL_STEPS * (_CERTAIN * noise + encoder_step)),
         )
 
 
@@ -292,6 +313,9 @@ class GuardedController(PositionController[GuardedState]):
         g.resolution, g.velocity_resolution = limits.resolution, limits.velocity_resolution
         g.same_limit = 0 if limits.same is None else limits.same
         g.gravity = limits.gravity
+        g.mass[:] = limits.mass, limits.load_mass
+        g.stall = limits.stall
+        g.seen[:] = nan
         for name in self.controller.channels:
             g.needed[_CHANNELS.index(name)] = 1
         return GuardedState(guard, inner)

@@ -1,0 +1,138 @@
+"""Frozen sensors: detected in motion, and no false alarm of an axis that stands still."""
+
+from dataclasses import replace
+from math import nan
+from typing import Any
+
+import pytest
+
+from stickslip.control import GuardedController, Limits, PIDController, PositionController
+from stickslip.records import SensorSample
+
+T, MASS, LIMIT, FRICTION = 0.01, 2.0, 10.0, 1.0
+FINE = 200  # steps of the plant in a sample
+LIMITS = Limits.for_task(mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 1.0))
+
+
+class Push(PositionController[None]):
+    """One effort for ever."""
+
+    sampling_time = T
+
+    def __init__(self, effort: float) -> None:
+        self.effort = effort
+
+    def init(self) -> None:
+        return None
+
+    def step(self, state: None, sample: SensorSample) -> tuple[None, float]:
+        del sample
+        return state, self.effort
+
+
+def advanced(x: float, v: float, effort: float) -> tuple[float, float]:
+    """Return position and speed of a mass on Coulomb friction after a sample, in fine steps."""
+    h = T / FINE
+    for _ in range(FINE):
+        if v == 0.0 and abs(effort) <= FRICTION:
+            break
+        sign = 1.0 if v > 0.0 or (v == 0.0 and effort > 0.0) else -1.0
+        new = v + h * (effort - sign * FRICTION) / MASS
+        v = 0.0 if new * v < 0.0 else new
+        x += h * v
+    return x, v
+
+
+def run(guard: GuardedController, samples: int, **sensors: Any) -> tuple[list[float], Any]:
+    """Return the true positions, and the state at the end."""
+    frozen, step = sensors.get("frozen_from", samples), sensors.get("step", 0.0)
+    every, measured = sensors.get("every", 1), sensors.get("velocity", True)
+    x, v, state, path = 0.0, 0.0, guard.init(), []
+    seen = (x, v)
+    for k in range(samples):
+        if k < frozen and k % every == 0:
+            seen = (step * round(x / step) if step > 0.0 else x, v)
+        velocity = seen[1] if measured else nan
+        state, effort = guard.step(state, SensorSample(k * T, seen[0], velocity, nan, nan))
+        x, v = advanced(x, v, effort)
+        path.append(x)
+    return path, state
+
+
+def pid(**changes: Any) -> PIDController:
+    settings: dict[str, Any] = {
+        "sampling_time": T,
+        "target": 1.0,
+        "position_gain": 40.0,
+        "integral_gain": 20.0,
+        "velocity_gain": 18.0,
+        "effort_limit": LIMIT,
+        "velocity": "measured",
+        **changes,
+    }
+    return PIDController(**settings)
+
+
+@pytest.mark.parametrize("frozen_from", [20, 40, 60])
+def test_an_axis_whose_sensors_freeze_in_motion_is_braked(frozen_from: int) -> None:
+    guard = GuardedController(controller=pid(), limits=LIMITS)
+    before, _ = run(guard, frozen_from)
+    speed = (before[-1] - before[-2]) / T
+    path, state = run(guard, 1000, frozen_from=frozen_from)
+    assert "frozen" in str(guard.why(state))
+    # Ten samples until it is noticed, then the largest effort; friction helps
+    unseen = 10.0 * T
+    fastest = abs(speed) + unseen * LIMIT / MASS
+    bound = unseen * fastest + 0.5 * MASS * fastest**2 / LIMIT
+    assert abs(path[-1] - before[-1]) < bound
+    assert path[-1] == path[-100]  # it rests
+
+
+def test_without_masses_the_effort_is_zero() -> None:
+    guard = GuardedController(controller=pid(), limits=replace(LIMITS, mass=0.0))
+    path, state = run(guard, 200, frozen_from=40)
+    assert "frozen" in str(guard.why(state))
+    assert guard.step(state, SensorSample(2.0, path[39], 0.1, nan, nan))[1] == 0.0
+
+
+@pytest.mark.parametrize("velocity", [True, False])
+@pytest.mark.parametrize("step", [0.0, 1e-3, 0.02])
+def test_no_false_alarm_with_a_coarse_encoder(step: float, velocity: bool) -> None:
+    limits = Limits.for_task(
+        mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 1.0), encoder_step=step
+    )
+    control = pid() if velocity else pid(velocity="differentiated", filter_time=0.05)
+    guard = GuardedController(controller=control, limits=limits)
+    path, state = run(guard, 3000, step=step, velocity=velocity)
+    assert guard.why(state) is None
+    assert path[-1] == pytest.approx(1.0, abs=0.1)
+
+
+def test_no_false_alarm_with_a_sensor_at_a_fifth_of_the_rate() -> None:
+    slow = pid(position_gain=4.0, integral_gain=2.0, velocity_gain=6.0)
+    guard = GuardedController(controller=slow, limits=LIMITS)
+    path, state = run(guard, 2000, every=5)
+    assert guard.why(state) is None
+    assert path[-1] == pytest.approx(1.0, abs=0.05)
+
+
+def test_an_axis_that_friction_holds_is_not_stopped() -> None:
+    held = SensorSample(0.0, 0.5, 0.0, nan, nan)
+    for share, blocked in ((0.7, False), (0.8, True)):
+        guard = GuardedController(controller=Push(share * LIMIT), limits=LIMITS)
+        state = guard.init()
+        for k in range(5000):
+            state, _ = guard.step(state, held._replace(time=k * T))
+        assert ("blocked" in str(guard.why(state))) is blocked
+
+
+def test_the_load_of_an_arm_that_repeats_its_samples_is_noticed() -> None:
+    limits = Limits.for_task(
+        mass=MASS, load_mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 1.0)
+    )
+    for speed, frozen in ((0.2, True), (0.0, False)):
+        guard = GuardedController(controller=Push(0.0), limits=limits)
+        state = guard.init()
+        for k in range(50):
+            state, _ = guard.step(state, SensorSample(k * T, 0.0, 0.0, 0.01, speed))
+        assert ("frozen" in str(guard.why(state))) is frozen
