@@ -103,9 +103,9 @@ class Limits:
     gravity
         Whether acceleration without effort is a fault; a spring with a second mass causes it too.
     mass, load_mass
-        Driven by the effort, and behind a spring [kg or kg m^2]. An axis whose sensors have failed is braked by
-        the momentum that they last showed and the efforts since; with a mass of 0 it gets no
-        effort.
+        Driven by the effort, and behind a spring [kg or kg m^2]. An axis whose sensors have failed
+        is braked by the momentum that they last showed and the efforts since; with a mass of 0 it
+        gets no effort.
     stall
         An axis that stands still under more than 0.75 of the effort limit, and would have moved so
         far against a friction of that size, is blocked.
