@@ -106,6 +106,11 @@ def test_rendering_is_repeatable(target):
     assert rendered(target).rendered == rendered(target).rendered
 
 
+def test_an_axis_without_a_name_is_the_axis(target):
+    if exporters()[target].edits == "never":
+        assert "axis axis" not in text_of(rendered(target, joint=None)).lower()
+
+
 def test_what_is_not_represented_is_stated_in_the_file_and_in_the_notes(target):
     estimate = document(offset=0.123, static_friction=0.777, stribeck_velocity=0.05)
     result = rendered(target, estimate)

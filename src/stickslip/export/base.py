@@ -12,6 +12,9 @@ from stickslip.records import InputError
 
 Group = Literal["simulator", "drive", "code", "randomisation"]
 
+DEFAULT_AXIS = "axis"
+"""Name of an axis whose estimate has none."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class ExportSettings:
@@ -159,6 +162,11 @@ class Exporter(Protocol):
             If the target cannot hold the parameters, or the file to edit is unsuitable.
         """
         ...
+
+
+def axis_in_words(name: str) -> str:
+    """Return an axis as it is named in a sentence."""
+    return "the axis" if name == DEFAULT_AXIS else f"axis {name}"
 
 
 def only_axis(axes: Mapping[str, ExportParameters], title: str) -> tuple[str, ExportParameters]:

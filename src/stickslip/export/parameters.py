@@ -18,6 +18,9 @@ from stickslip.records import (
     unit_of,
 )
 
+SLIDING = ("coulomb_friction", "viscous_friction", "static_friction", "stribeck_velocity")
+"""Quantities of friction at any speed."""
+
 _SIDES = ("_positive", "_negative")
 
 
@@ -168,6 +171,17 @@ class ExportParameters:
         reason = next((r for n, r in self.withheld.items() if quantity_name(n) == quantity), None)
         code = "parameter_absent" if reason is None else "parameter_withheld"
         raise InputError(code, where=self.source.file, title=title, name=quantity, reason=reason)
+
+    def sliding_law(self, title: str) -> tuple[float, float, float, float | None]:
+        """Return Coulomb, viscous and static friction and Stribeck velocity, means [SI].
+
+        Without viscous or static friction they are zero and the Coulomb friction, which the target
+        of this title needs.
+        """
+        coulomb = self.required("coulomb_friction", title)
+        static = max(coulomb, self.mean("static_friction") or coulomb)
+        viscous = self.mean("viscous_friction") or 0.0
+        return coulomb, viscous, static, self.mean("stribeck_velocity")
 
     def on(self, side: Side | None) -> "ExportParameters":
         """Return the parameters on a side of the transmission.

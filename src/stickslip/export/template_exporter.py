@@ -5,7 +5,14 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
-from stickslip.export.base import ExportSettings, FileToEdit, Group, Rendered, only_axis
+from stickslip.export.base import (
+    ExportSettings,
+    FileToEdit,
+    Group,
+    Rendered,
+    axis_in_words,
+    only_axis,
+)
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import filled_in, heading, notes_on
 from stickslip.export.transmission import Side
@@ -54,7 +61,9 @@ class TemplateExporter:
         notes: list[str] = list(notes_on(self, axes))
         for name, parameters in axes.items():
             values, own = self.values(name, parameters, settings)
-            filled.append({"name": name, "kind": parameters.kind, **values})
+            filled.append(
+                {"name": name, "words": axis_in_words(name), "kind": parameters.kind, **values}
+            )
             notes += [f"{name}: {each}" if len(axes) > 1 else each for each in own]
         package = type(self).__module__.rpartition(".")[0]
         text = filled_in(package, self.template, lines=heading(axes, tuple(notes)), axes=filled)

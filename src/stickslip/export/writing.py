@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path, PurePosixPath
 
-from stickslip.export.base import Exporter, ExportSettings, FileToEdit, Rendered
+from stickslip.export.base import DEFAULT_AXIS, Exporter, ExportSettings, FileToEdit, Rendered
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.reading import (
     Estimate,
@@ -16,8 +16,6 @@ from stickslip.export.reading import (
 from stickslip.export.registry import exporter as exporter_named
 from stickslip.outputs import files_at_once, write_whole
 from stickslip.records import InputError, Status
-
-_DEFAULT_AXIS = "axis"
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -128,21 +126,12 @@ def write(
 
     Parameters
     ----------
-    estimate
-        An estimate or a result of `stickslip.identify`, the JSON document of one axis or of a
-        whole robot, or the path of its file.
-    target
-        One of `targets`.
+    estimate, target, joint, reading, settings
+        See `render`.
     out
         The file to write, or the folder of a target of several files.
     into
         The file to edit, which may be ``out`` itself.
-    joint
-        Name of the joint that the axis is; None for the name of the axis.
-    reading
-        Side, ratio and units of the estimate, which axis, and whether to write by force.
-    settings
-        Of the target.
 
     Raises
     ------
@@ -174,7 +163,7 @@ def _named(
     axes: Mapping[str, ExportParameters], joint: str | None
 ) -> Mapping[str, ExportParameters]:
     if joint is None:
-        return {name or _DEFAULT_AXIS: each for name, each in axes.items()}
+        return {name or DEFAULT_AXIS: each for name, each in axes.items()}
     if len(axes) != 1:
         raise InputError("joint_of_several_axes", joint=joint, count=len(axes), axes=tuple(axes))
     return dict.fromkeys([joint], next(iter(axes.values())))

@@ -14,6 +14,7 @@ from stickslip.control.pulses import exact, exact_kernels, kernel
 from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.online.kalman import kernels as kalman
 from stickslip.estimation.online.kalman.extended_kalman import ExtendedKalmanFilter
+from stickslip.export.base import axis_in_words
 from stickslip.export.c import memory, modules
 from stickslip.export.c.content import CodeContent
 from stickslip.export.c.modules import Module
@@ -170,7 +171,7 @@ def context(part: Part, content: CodeContent) -> dict[str, Any]:
     made: dict[str, Any] = {
         "name": module.name,
         "banner": content.banner,
-        "axis": f"the axis {content.axis}",
+        "axis": axis_in_words(content.axis),
         "real": real,
         "structures": _public(module.unit.structures(), real),
         "tuples": module.unit.tuples(),

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, Literal
 
-from stickslip.export.base import ExportSettings, FileToEdit, Rendered, only_axis
+from stickslip.export.base import ExportSettings, FileToEdit, Rendered, axis_in_words, only_axis
 from stickslip.export.c.quantities import QUANTITIES
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import heading, notes_on, number
@@ -110,7 +110,7 @@ def _common(content: "CodeContent", parts: Any, notes: tuple[str, ...]) -> dict[
     law = content.law
     names = {part.module.name for part in parts}
     return {
-        "axis": f"axis {content.axis}",
+        "axis": axis_in_words(content.axis),
         "label": re.sub(r"\W", "_", content.axis),
         "banner": content.banner,
         "notes": notes,

@@ -7,7 +7,7 @@ import numpy as np
 
 from stickslip.export.base import ExportSettings
 from stickslip.export.law_table import falling_table
-from stickslip.export.parameters import ExportParameters
+from stickslip.export.parameters import SLIDING, ExportParameters
 from stickslip.export.template_exporter import TemplateExporter, identifier
 from stickslip.records import mass_name
 
@@ -32,12 +32,7 @@ class ModelicaExporter(TemplateExporter):
     group: Literal["simulator"] = "simulator"
     template: str = "friction.mo.jinja"
     side: None = None
-    represents: tuple[str, ...] = (
-        "coulomb_friction",
-        "viscous_friction",
-        "static_friction",
-        "stribeck_velocity",
-    )
+    represents: tuple[str, ...] = SLIDING
     ending: str = ".mo"
     several: bool = False
     options: tuple[str, ...] = ("points", "top_speed")
@@ -46,10 +41,7 @@ class ModelicaExporter(TemplateExporter):
         self, name: str, parameters: ExportParameters, settings: ExportSettings
     ) -> tuple[dict[str, Any], list[str]]:
         """Return what the template needs of an axis, and what to say of it."""
-        coulomb = parameters.required("coulomb_friction", self.title)
-        viscous = parameters.mean("viscous_friction") or 0.0
-        static = max(coulomb, parameters.mean("static_friction") or coulomb)
-        stribeck = parameters.mean("stribeck_velocity")
+        coulomb, viscous, static, stribeck = parameters.sliding_law(self.title)
         common = {
             "identifier": identifier(name),
             "inertia": parameters.required(mass_name(parameters.kind), self.title),

@@ -8,7 +8,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.export.base import ExportSettings
-from stickslip.export.parameters import ExportParameters
+from stickslip.export.parameters import SLIDING, ExportParameters
 from stickslip.export.template_exporter import TemplateExporter, identifier
 from stickslip.records import positive
 
@@ -31,12 +31,7 @@ class SimscapeExporter(TemplateExporter):
     group: Literal["simulator"] = "simulator"
     template: str = "simscape.m.jinja"
     side: None = None
-    represents: tuple[str, ...] = (
-        "coulomb_friction",
-        "viscous_friction",
-        "static_friction",
-        "stribeck_velocity",
-    )
+    represents: tuple[str, ...] = SLIDING
     ending: str = ".m"
     several: bool = False
     options: tuple[str, ...] = ("top_speed",)
@@ -45,10 +40,7 @@ class SimscapeExporter(TemplateExporter):
         self, name: str, parameters: ExportParameters, settings: ExportSettings
     ) -> tuple[dict[str, Any], list[str]]:
         """Return what the template needs of an axis, and what to say of it."""
-        coulomb = parameters.required("coulomb_friction", self.title)
-        viscous = parameters.mean("viscous_friction") or 0.0
-        static = max(coulomb, parameters.mean("static_friction") or coulomb)
-        stribeck = parameters.mean("stribeck_velocity")
+        coulomb, viscous, static, stribeck = parameters.sliding_law(self.title)
         top = 10.0 if settings.top_speed is None else settings.top_speed
         top = positive("top_speed", top, parameters.unit("velocity"))
         if stribeck is None or static == coulomb:

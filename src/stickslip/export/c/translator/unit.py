@@ -157,10 +157,6 @@ class Unit:
         (name,) = (made.name for key, made in self._functions.items() if key[0] is python)
         return name
 
-    def all_functions(self) -> tuple[Function, ...]:
-        """Return the translated kernels, callees first."""
-        return tuple(self._functions.values())
-
     # --- code ---
 
     def type_name(self, kind: Type) -> str:

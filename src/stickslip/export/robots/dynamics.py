@@ -1,0 +1,84 @@
+"""Robot descriptions whose joints have an XML element ``<dynamics>``: URDF and SDFormat."""
+
+from abc import abstractmethod
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Literal
+
+from stickslip.export.base import ExportSettings, FileToEdit, Rendered
+from stickslip.export.parameters import ExportParameters
+from stickslip.export.robots.joints import check_kind, edited_file
+from stickslip.export.robots.xml_text import Edit, Element, XmlText
+from stickslip.export.templates import heading, notes_on, number
+
+_KINDS = {"revolute": "rotary", "continuous": "rotary", "prismatic": "linear"}
+_NAMES = {"damping": "viscous_friction", "friction": "coulomb_friction"}
+
+
+@dataclass(frozen=True, kw_only=True)
+class DynamicsExporter:
+    """``damping`` and ``friction`` in the ``<dynamics>`` of a joint.
+
+    Attributes
+    ----------
+    language
+        Of the file, as messages name it.
+    name, title, group, side, represents, cannot, ending, edits, several, options
+        See `Exporter`.
+    """
+
+    name: str
+    title: str
+    language: str
+    ending: str
+    group: Literal["simulator"] = "simulator"
+    side: Literal["joint"] = "joint"
+    represents: tuple[str, ...] = ("viscous_friction", "coulomb_friction")
+    edits: Literal["always"] = "always"
+    several: bool = True
+    options: tuple[str, ...] = ()
+
+    @property
+    def cannot(self) -> Mapping[str, str]:
+        """Effects that the language does not represent."""
+        return {
+            "direction": "is replaced by the mean of both directions",
+            "offset": f"is left out: {self.language} has no constant joint effort",
+            "static_friction": f"is left out: {self.language} has one friction value, and it gets "
+            "the Coulomb friction",
+        }
+
+    def render(
+        self,
+        axes: Mapping[str, ExportParameters],
+        settings: ExportSettings,
+        into: FileToEdit | None = None,
+    ) -> Rendered:
+        """Return the edited file; see `Exporter.render`."""
+        text = XmlText(edited_file(into, self.title).content, self.language)
+        # A joint of a transmission or of ros2_control has a name, and no type
+        joints = [each for each in text.elements("joint") if "type" in each.attributes]
+        edits: list[Edit] = []
+        for name, parameters in axes.items():
+            joint = text.joint(name, joints)
+            check_kind(name, joint.attributes["type"], _KINDS, parameters)
+            values = {
+                key: number(value)
+                for key, quantity in _NAMES.items()
+                if (value := parameters.mean(quantity)) is not None
+            }
+            one = {name: parameters}
+            remark = heading(one, notes_on(self, one))
+            edits += self.joint_edits(text, joint, values, remark, settings)
+        return Rendered(files={"": text.edited(edits)}, notes=notes_on(self, axes))
+
+    @abstractmethod
+    def joint_edits(
+        self,
+        text: XmlText,
+        joint: Element,
+        values: Mapping[str, str],
+        remark: tuple[str, ...],
+        settings: ExportSettings,
+    ) -> list[Edit]:
+        """Return the edits that write the values of a joint, with a remark before them."""
