@@ -645,6 +645,28 @@ def test_a_ripple_that_a_window_averages_in_part_is_found() -> None:
     assert estimate.value("ripple_sine") == pytest.approx(0.2, rel=0.1)
 
 
+def test_a_stroke_shorter_than_a_window_has_no_ripple() -> None:
+    # A sine that grows to its amplitude: between its ends the windows are wider than the travel
+    time = np.arange(0.0, 10.0, 0.005)
+    rates = np.array([2j * np.pi * 1.6, 2j * np.pi * 1.6 - 2.0])
+    terms = np.exp(np.outer(time, rates)) * [1.0, -1.0]
+    velocity = 0.0125 * np.imag(terms @ rates)
+    noise = np.random.default_rng(0).normal(scale=1e-5, size=time.size)
+    log = AxisLog(
+        name="sine",
+        kind="linear",
+        time=time,
+        effort=47.0 * 0.0125 * np.imag(terms @ rates**2)
+        + 30.0 * velocity
+        + 70.0 * np.sign(velocity),
+        measured_position=0.0125 * np.imag(terms.sum(axis=1)) + noise,
+    )
+    estimate = SelectedModelEstimator().fit(log)
+    assert estimate.selection is not None
+    assert "ripple" not in estimate.selection.selected
+    assert estimate.value("coulomb_friction") == pytest.approx(70.0, rel=0.02)
+
+
 def uneven(kind: str, seed: int = 5) -> AxisLog:
     """Return a log with time steps of 4 or 10 ms, as of a bus, whose effort is of one kind."""
     rng = np.random.default_rng(seed)

@@ -758,6 +758,8 @@ def _ripples(model: Model, basis: Basis, tuning: SearchTuning) -> list[Term]:
     slow = float(np.quantile(np.abs(model.rows.velocity), tuning.ripple_share))
     width = 2.0 * model.rows.weight.duration * slow
     most = min(tuning.most_periods, int(extent / max(width, extent / tuning.most_periods)))
+    if most <= tuning.fewest_periods:
+        return []
     # Quarters of a wave along the travel, from residuals summed over bins of an eighth of a wave
     bins = 8 * most
     at = np.minimum((place * (bins / extent)).astype(int), bins - 1)
