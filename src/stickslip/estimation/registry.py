@@ -5,6 +5,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
+from functools import partial
 from types import MappingProxyType
 from typing import TYPE_CHECKING
 
@@ -301,54 +302,31 @@ def _recursive_least_squares(task: EstimationTask) -> Estimator:
     )
 
 
-def _friedland_park(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.adaptive_observers import FriedlandParkObserver
+def _adaptive(name: str, **settings: bool) -> Callable[[EstimationTask], Estimator]:
+    """Return the factory of an adaptive observer."""
 
-    return FriedlandParkObserver(
-        inertia=_known_inertia(task),
-        stiffness=task.stiffness,
-        offset=task.has_offset,
-        cutoff=task.cutoff,
-        viscous=True,
-    )
+    def build(task: EstimationTask) -> Estimator:
+        from stickslip.estimation.online.observers import adaptive_observers
 
+        return getattr(adaptive_observers, name)(
+            inertia=_known_inertia(task),
+            stiffness=task.stiffness,
+            offset=task.has_offset,
+            cutoff=task.cutoff,
+            **settings,
+        )
 
-def _yazdizadeh_khorasani(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.adaptive_observers import (
-        YazdizadehKhorasaniObserver,
-    )
-
-    return YazdizadehKhorasaniObserver(
-        inertia=_known_inertia(task),
-        stiffness=task.stiffness,
-        offset=task.has_offset,
-        cutoff=task.cutoff,
-        viscous=True,
-    )
+    return build
 
 
-def _liao_chien(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.adaptive_observers import LiaoChienObserver
-
-    return LiaoChienObserver(
-        inertia=_known_inertia(task),
-        stiffness=task.stiffness,
-        offset=task.has_offset,
-        cutoff=task.cutoff,
-        viscous=True,
-    )
-
-
-def _gradient(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.adaptive_observers import GradientEstimator
-
-    return GradientEstimator(
-        inertia=_known_inertia(task),
-        stiffness=task.stiffness,
-        offset=task.has_offset,
-        cutoff=task.cutoff,
-    )
-
+_observer_entry = partial(
+    EstimatorEntry,
+    settings=frozenset({"offset", "cutoff"}),
+    needs_inertia=True,
+    symmetric_only=True,
+    gives_intervals=False,
+    online=True,
+)
 
 _ENTRIES = (
     EstimatorEntry(
@@ -429,45 +407,25 @@ _ENTRIES = (
         symmetric_only=True,
         online=True,
     ),
-    EstimatorEntry(
+    _observer_entry(
         name="friedland-park",
         summary="reduced-order observer of Friedland and Park",
-        build=_friedland_park,
-        settings=frozenset({"offset", "cutoff"}),
-        needs_inertia=True,
-        symmetric_only=True,
-        gives_intervals=False,
-        online=True,
+        build=_adaptive("FriedlandParkObserver", viscous=True),
     ),
-    EstimatorEntry(
+    _observer_entry(
         name="yazdizadeh-khorasani",
         summary="adaptive observer of Yazdizadeh and Khorasani",
-        build=_yazdizadeh_khorasani,
-        settings=frozenset({"offset", "cutoff"}),
-        needs_inertia=True,
-        symmetric_only=True,
-        gives_intervals=False,
-        online=True,
+        build=_adaptive("YazdizadehKhorasaniObserver", viscous=True),
     ),
-    EstimatorEntry(
+    _observer_entry(
         name="liao-chien",
         summary="adaptive observer of Liao and Chien",
-        build=_liao_chien,
-        settings=frozenset({"offset", "cutoff"}),
-        needs_inertia=True,
-        symmetric_only=True,
-        gives_intervals=False,
-        online=True,
+        build=_adaptive("LiaoChienObserver", viscous=True),
     ),
-    EstimatorEntry(
+    _observer_entry(
         name="gradient",
         summary="gradient descent on the prediction error (Slotine and Li)",
-        build=_gradient,
-        settings=frozenset({"offset", "cutoff"}),
-        needs_inertia=True,
-        symmetric_only=True,
-        gives_intervals=False,
-        online=True,
+        build=_adaptive("GradientEstimator"),
     ),
     EstimatorEntry(
         name="published-energy",
