@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pydantic
 import pytest
+from slow_cases import quick_where
 from stage_log import COULOMB, MASS, OFFSET, VISCOUS, Run, csv_text, table
 
 from stickslip.friction import StribeckFriction
@@ -131,7 +132,7 @@ def test_options_choose_the_parameters(
 
 @pytest.mark.parametrize(
     "estimator",
-    ["idim-ls", *(pytest.param(name, marks=pytest.mark.slow) for name in ("auto", "energy"))],
+    quick_where(lambda name: name == "idim-ls", ["auto", "energy", "idim-ls"]),
 )
 def test_stribeck_effect_is_estimated(estimator: str, run: Run, tmp_path: Path) -> None:
     law = StribeckFriction.symmetric(

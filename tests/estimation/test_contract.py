@@ -4,9 +4,11 @@ import pickle
 import subprocess
 import sys
 from dataclasses import fields, replace
+from itertools import product
 
 import numpy as np
 import pytest
+from slow_cases import quick_where
 
 from stickslip.estimation import (
     ESTIMATORS,
@@ -125,10 +127,7 @@ def test_a_fit_has_known_parameters_units_and_intervals(
 
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow) if name == "stribeck-energy" else name
-        for name in NAMES
-    ],
+    quick_where(lambda name: name != "stribeck-energy", NAMES),
 )
 def test_a_fit_has_the_parameters_of_its_task(name: str) -> None:
     """The inertia is known, and friction is per direction where the estimator has that."""
@@ -145,10 +144,17 @@ def test_a_fit_has_the_parameters_of_its_task(name: str) -> None:
         assert "coulomb_friction" in found
 
 
-@pytest.mark.parametrize("kind", KINDS)
-@pytest.mark.parametrize("name", NAMES)
-def test_the_names_of_a_fit_are_those_of_the_kind(name: str, kind: AxisKind) -> None:
-    estimate = made(name, kind).fit(log_for(name, kind))
+@pytest.mark.parametrize(
+    ("name", "kind"),
+    quick_where(
+        lambda name, kind: (name, kind) != ("stribeck-energy", "rotary"), product(NAMES, KINDS)
+    ),
+)
+def test_the_names_of_a_fit_are_those_of_the_kind(
+    name: str, kind: AxisKind, fitted: dict[str, FrictionEstimate]
+) -> None:
+    rotary = kind == "rotary"
+    estimate = made(name, kind).fit(log_for(name, kind)) if rotary else fitted[name]
     assert estimate.kind == kind
     wrong = "inertia" if kind == "linear" else "mass"
     assert wrong not in estimate.parameters
@@ -250,10 +256,7 @@ LARGEST_ERROR = 0.05
 @pytest.mark.parametrize("defect", DEFECTS)
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=pytest.mark.slow) if name == "stribeck-energy" else name
-        for name in NAMES
-    ],
+    quick_where(lambda name: "likelihood" not in name and name != "stribeck-energy", NAMES),
 )
 def test_a_defect_of_the_log_leads_to_no_wrong_value_that_is_trusted(
     name: str, defect: str, velocity: bool
@@ -449,8 +452,13 @@ def online_one(name: str) -> OnlineEstimator:
     return online(name)
 
 
-@pytest.mark.parametrize("fault", FAULTS)
-@pytest.mark.parametrize("name", ONLINE_ONES)
+@pytest.mark.parametrize(
+    ("name", "fault"),
+    quick_where(
+        lambda name, fault: name in {"energy", "ekf", "rls"} or fault in FAULTS[::5],
+        product(ONLINE_ONES, FAULTS),
+    ),
+)
 def test_an_online_estimator_recovers_from_a_fault(name: str, fault: str) -> None:
     """The fault is in mid-move; two moves later the estimate is back where it would have been."""
     estimator, log = online_one(name), moved_log("linear")

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from refusals import refuses
 from scipy import integrate
+from slow_cases import quick_where
 
 from stickslip.control import (
     PD,
@@ -216,7 +217,7 @@ def test_the_lyapunov_function_of_the_parameters_never_grows(
     assert lyapunov[-1] < 0.5 * lyapunov[0]
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", quick_where(lambda seed: seed == 0, range(3)))
 def test_liao_and_chiens_function_decays_exponentially(seed: int) -> None:
     rng = np.random.default_rng(seed)
     parts = rng.uniform(-4.0, 4.0, 20)
@@ -436,6 +437,7 @@ def test_the_rows_of_a_log_are_free_of_a_known_delay(
     assert np.max(np.abs(right)) < DELAY_LEFT * np.max(np.abs(wrong))
 
 
+@pytest.mark.slow
 def test_liao_and_chiens_observer_compensates_in_the_loop() -> None:
     plant = SingleMass(mass=MASS, friction=law(0.0))
     learning = OnlineFriction.of(

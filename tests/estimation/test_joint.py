@@ -141,6 +141,7 @@ def test_intervals_shrink_with_the_number_of_logs() -> None:
         assert std_of(joint, name) == pytest.approx(1.0 / np.sqrt(np.sum(stds**-2.0)), rel=0.5)
 
 
+@pytest.mark.slow
 def test_a_log_that_differs_is_named_with_parameter_and_size() -> None:
     logs = [
         log_of("morning", offset=0.2, seed=1),

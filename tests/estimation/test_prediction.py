@@ -76,6 +76,7 @@ def test_the_prediction_has_every_selected_term(name: str) -> None:
     )
 
 
+@pytest.mark.slow
 def test_the_prediction_has_gravity_and_the_two_thirds_law() -> None:
     def effort(time: Float[np.ndarray, " n"]) -> Float[np.ndarray, " n"]:
         angle, speed = 20.0 * position(time), 20.0 * velocity(time)

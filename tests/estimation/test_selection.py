@@ -9,6 +9,7 @@ import pytest
 from jaxtyping import Float
 from numpy.polynomial import Polynomial
 from refusals import refuses
+from slow_cases import quick_where
 
 from stickslip.estimation import SelectedModelEstimator, predict_effort
 from stickslip.estimation.prepare import prepare
@@ -120,7 +121,9 @@ EXTRAS: dict[str, tuple[Extra, dict[str, float]]] = {
 }
 
 
-@pytest.mark.parametrize("name", EXTRAS)
+@pytest.mark.parametrize(
+    "name", quick_where(lambda name: name not in {"stribeck", "low speed", "quadratic"}, EXTRAS)
+)
 def test_a_term_of_the_axis_is_selected_and_estimated(name: str) -> None:
     extra, truth = EXTRAS[name]
     estimate = SelectedModelEstimator().fit(log_of(extra))
@@ -561,7 +564,10 @@ def test_contradicting_settings_are_rejected(settings: dict[str, Any]) -> None:
 
 
 @pytest.mark.parametrize(
-    ("mass", "status"), [(3.0, Status.MODEL_MISMATCH), (None, Status.UNPHYSICAL)]
+    ("mass", "status"),
+    quick_where(
+        lambda mass, _: mass is None, [(3.0, Status.MODEL_MISMATCH), (None, Status.UNPHYSICAL)]
+    ),
 )
 def test_reversed_sign_is_named(mass: float | None, status: Status) -> None:
     log = log_of()
