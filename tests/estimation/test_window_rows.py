@@ -25,6 +25,7 @@ def _motion(position, direction) -> SlipMotion:
         velocity=np.gradient(position, T),
         direction=np.asarray(direction, dtype=np.int64),
         travelled=np.zeros(count),
+        model_effort=np.zeros(count),
         usable=np.ones(count, dtype=bool),
     )
 

@@ -145,6 +145,21 @@ class KnownAxis:
         float | None,
         _known(help="Stiffness of a flexible arm's spring in N/m or N m/rad, with --load-inertia."),
     ] = None
+    urdf: Annotated[
+        Path | None,
+        _known(
+            help="URDF file of the robot whose joints the log holds: gravity, the other joints and "
+            "the changes of inertia act as its links have them. Needs the extra robot."
+        ),
+    ] = None
+    joint: Annotated[
+        list[str] | None,
+        _known(
+            negative="",
+            help="Joint of the URDF to identify, or AXIS=JOINT for the joint that an axis of the "
+            "log is; repeat the option for several. [default: all, by their names]",
+        ),
+    ] = None
 
 
 @Parameter(name="*")

@@ -23,6 +23,7 @@ EXAMPLES = """Examples:
   stickslip identify log.csv --position "motor / 32" --effort "0.35 * amps"
   stickslip identify morning.csv noon.csv evening.csv --report joint.html
   stickslip identify robot.csv --kind rotary --report robot.html
+  stickslip identify robot.mcap --urdf robot.urdf --torque-constant 0.11 --gear-ratio 101
   stickslip identify arm.csv --mass 1.2 --load-mass 0.8 --stiffness 450"""
 
 
@@ -128,18 +129,22 @@ def identify(
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
     logs = [log, *others]
     read = logs if validate is None else [*logs, validate]
-    files.check(inputs=[path for each in read for path in reading.inputs(each)])
+    models = [] if known.urdf is None else [known.urdf]
+    files.check(inputs=[*models, *(path for each in read for path in reading.inputs(each))])
+    if others and known.urdf is not None:
+        raise InputError("robot_of_several_logs")
+    if known.joint and known.urdf is None:
+        raise InputError("joint_without_urdf")
     reading.units()  # refused before anything is loaded
     delay = _effort_delay(effort_delay or [])
     what = log.name if not others else f"{len(logs)} logs"
     given: list[Path | AxisLog] = list(logs)
     columns = reading.columns()
-    if not others and reading.axis is None:
+    if not others and (reading.axis is None or known.urdf is not None):
         with working(f"reading {what}"):
             from stickslip import EstimationTask
-            from stickslip.tasks.axes import axes_at
 
-            axes = axes_at(log, reading.schema, columns)
+            axes = _axes(log, reading, known)
         if len(axes) > 1:
             if isinstance(delay, dict):
                 raise InputError("effort_delays_of_axes")
@@ -159,7 +164,7 @@ def identify(
                 effort_delay=delay,
                 effort_kind=effort_kind,
             )
-            return _all_axes(log, axes, reading, estimator, task, validate, files)
+            return _all_axes(log, axes, reading, known, estimator, task, validate, files)
         (only,) = axes.values()
         if isinstance(only, InputError):
             raise only
@@ -190,9 +195,7 @@ def identify(
             effort_kind=effort_kind,
         )
         if validate is not None:
-            from stickslip.tasks.reading import log_at
-
-            other = log_at(validate, reading.schema, reading.axis, columns)
+            other = _other(validate, reading, known)
             found = validated(found, other, validate.name, known.inertia)
         files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_identification
@@ -205,6 +208,7 @@ def _all_axes(
     log: Path,
     axes: "Mapping[str, AxisLog | InputError]",
     reading: LogReading,
+    known: KnownAxis,
     estimator: str,
     task: "EstimationTask",
     validate: Path | None,
@@ -212,20 +216,49 @@ def _all_axes(
 ) -> int:
     """Identify every axis of a log, print and write the results, and return the exit code."""
     from stickslip import write_report
-    from stickslip.tasks.axes import axes_at, axes_validated, identify_axes
+    from stickslip.tasks.axes import axes_validated, identify_axes
 
     with axis_progress(list(axes)) as progress:
         found = identify_axes(
             axes, name=log.stem, estimator=estimator, task=task, progress=progress
         )
         if validate is not None:
-            others = axes_at(validate, reading.schema, reading.columns())
+            others = _axes(validate, reading, known)
             found = axes_validated(found, others, validate.name, task.inertia)
         files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_axes
 
     files.print(found.to_dict, partial(print_axes, found=found))
     return 0 if found.trusted else 1
+
+
+def _axes(log: Path, reading: LogReading, known: KnownAxis) -> "Mapping[str, AxisLog | InputError]":
+    """Return the axes of a log, with the efforts of a robot's links if there is a model of it."""
+    from stickslip.tasks.axes import axes_at, axes_of_robot
+
+    axes = axes_at(log, reading.schema, reading.columns())
+    if known.urdf is not None:
+        axes = axes_of_robot(axes, known.urdf, known.joint or ())
+        if reading.axis is not None:
+            if reading.axis not in axes:
+                raise InputError(
+                    "axis_not_found", where=log.name, axis=reading.axis, axes=list(axes)
+                )
+            axes = {reading.axis: axes[reading.axis]}
+    return axes
+
+
+def _other(log: Path, reading: LogReading, known: KnownAxis) -> "AxisLog | InputError":
+    """Return another log of the axis that is identified."""
+    if known.urdf is not None:
+        axes = _axes(log, reading, known)
+        if len(axes) == 1:
+            return next(iter(axes.values()))
+        raise InputError("axis_not_chosen", where=log.name, count=len(axes), axes=list(axes),
+                         first=next(iter(axes)))  # fmt: skip
+    from stickslip.tasks.reading import log_at
+
+    return log_at(log, reading.schema, reading.axis, reading.columns())
 
 
 def _effort_delay(words: list[str]) -> float | dict[str, float] | None:

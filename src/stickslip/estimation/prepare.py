@@ -69,6 +69,8 @@ class PreparedPart:
     ----------
     time, effort, position
         [s, N or N m, m or rad], shape (n,).
+    model_effort
+        At each time stamp [N or N m], shape (n,); zero without a model.
     usable
         Whether a sample was recorded as it was, shape (n,): clipped and repaired ones are not.
     """
@@ -76,6 +78,7 @@ class PreparedPart:
     time: Float[np.ndarray, " n"]
     effort: Float[np.ndarray, " n"]
     position: Float[np.ndarray, " n"]
+    model_effort: Float[np.ndarray, " n"]
     usable: Bool[np.ndarray, " n"]
 
 
@@ -201,6 +204,7 @@ def prepare(
     even, fused, correlation, found = _with_velocity(even, tuning)
     notes += found
     parts: list[PreparedPart] = []
+    model = np.zeros(len(even)) if even.model_effort is None else even.model_effort
     starts = [*even.segment_starts.tolist(), len(even)]
     for start, stop in pairwise(starts):
         if stop - start >= tuning.shortest_part:
@@ -209,6 +213,7 @@ def prepare(
                     time=even.time[start:stop],
                     effort=even.effort[start:stop],
                     position=even.measured_position[start:stop],
+                    model_effort=model[start:stop],
                     usable=~spoiled[start:stop],
                 )
             )

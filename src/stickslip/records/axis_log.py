@@ -24,6 +24,7 @@ _CHANNELS = (
     "measured_velocity",
     "measured_load_position",
     "measured_load_velocity",
+    "model_effort",
 )
 
 
@@ -61,6 +62,10 @@ class AxisLog(Record):
         Its velocity, shape (n,), or None if it was not measured.
     measured_load_position, measured_load_velocity
         Position and velocity of the second mass of a flexible arm, shape (n,), or None.
+    model_effort
+        Effort at each time stamp, shape (n,), by which a model of the machine explains ``effort``
+        beyond inertia and friction of the axis, as gravity and other joints cause it; or None. It
+        does not contain the torque of a constant inertia.
     effort_unit
         ``"A"`` or ``"%"`` for an effort that is not converted to a force or torque: all
         results then have units made of it, such as A s/rad. Empty for SI.
@@ -95,6 +100,7 @@ class AxisLog(Record):
     measured_load_velocity: Float[np.ndarray, " n"] | None = quantity_field(
         "velocity", default=None
     )
+    model_effort: Float[np.ndarray, " n"] | None = quantity_field("effort", default=None)
     effort_unit: EffortUnit = ""
     source: LogSource | None = None
 

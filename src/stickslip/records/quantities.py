@@ -80,6 +80,7 @@ QUANTITIES: dict[str, Quantity] = dict(
         _quantity("ripple cosine", "r_c", "N", "N m", "any"),
         _quantity("ripple period", "λ", "m", "rad", "positive"),
         _quantity("presliding distance", "d", "m", "rad", "positive"),
+        _quantity("model error", "e_m", "-", "-", "any"),
         _quantity("offset drift", "d_0", "N/s", "N m/s", "any"),
         _quantity("friction drift", "d_f", "1/s", "1/s", "any"),
         _quantity("viscous drift", "d_v", "N/m", "N m/rad", "any"),

@@ -1,4 +1,5 @@
 from .axes import axes_validated as axes_validated
+from .axes import axes_of_robot as axes_of_robot
 from .axes import identify_axes as identify_axes
 from .axes import validated as validated
 from .comparison import compare_log as compare_log

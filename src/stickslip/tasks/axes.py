@@ -48,6 +48,67 @@ def axes_at(
     return read_axes(path, schema.overridden(None, columns))
 
 
+def axes_of_robot(
+    logs: Mapping[str, AxisLog | InputError], urdf: Path | str, joints: Sequence[str] = ()
+) -> dict[str, AxisLog | InputError]:
+    """Return the logs of a robot's joints with the efforts that a model of its links states.
+
+    Gravity, the other joints and the changes of inertia act on a joint then as the model has them
+    (`stickslip.records.AxisLog.model_effort`). An axis is the joint of the same name, or the only
+    one whose name holds its own; numbered axes are the joints in their order, if there are as many.
+
+    Parameters
+    ----------
+    logs
+        By the name of the axis, as `stickslip.logs.read_axes` returns them; all joints that move.
+    urdf
+        Path of the URDF file, with masses and inertias [kg, kg m^2]. The base is upright.
+    joints
+        Names of the joints that are wanted, or ``"AXIS=JOINT"`` for those that an axis is; of a
+        log of one axis, the joint that it is. None of the former returns every axis.
+
+    Returns
+    -------
+    By the name of each axis, its log with the effort of the model, or why it has none.
+
+    Raises
+    ------
+    InputError
+        If the file is no URDF with masses, a joint is not in it or not in the log, or no axis is a
+        joint of it.
+    MissingExtraError
+        If MuJoCo is not installed.
+    """
+    from stickslip.estimation.robot.efforts import joint_of_each, with_model_effort
+    from stickslip.estimation.robot.model import read_urdf
+
+    robot = read_urdf(urdf)
+    readable = {axis: each for axis, each in logs.items() if isinstance(each, AxisLog)}
+    pairs = [word.rpartition("=") for word in joints]
+    stated = {axis: joint for axis, sign, joint in pairs if sign}
+    wanted = [joint for _, sign, joint in pairs if not sign]
+    if len(logs) == len(readable) == 1 and len(wanted) == 1 and not stated:
+        stated = {next(iter(readable)): wanted[0]}
+    names = list(robot.joints)
+    for joint in wanted:
+        if joint not in names:
+            raise InputError("joint_not_in_model", joint=joint, joints=names)
+    joint_of = joint_of_each(list(readable), names, stated)
+    missing = [joint for joint in wanted if joint not in joint_of.values()]
+    if missing or not joint_of:
+        raise InputError(
+            "joint_not_in_log", where=robot.name, joints=missing or names, axes=list(logs)
+        )
+    found = with_model_effort({axis: readable[axis] for axis in joint_of}, robot, joint_of)
+    every: dict[str, AxisLog | InputError] = {}
+    for axis, log in logs.items():
+        if wanted and joint_of.get(axis) not in wanted:
+            continue
+        other = InputError("joint_not_in_log", where=robot.name, joints=names, axes=[axis])
+        every[axis] = found.get(axis) or (log if isinstance(log, InputError) else other)
+    return every
+
+
 def identify_axes(
     log: Path | str | Mapping[str, AxisLog | InputError],
     *,

@@ -156,6 +156,8 @@ def identify(
         chosen = _named(estimator, task).make(task, logs[0].kind)
     else:
         chosen = _checked(estimator, task)
+    if any(each.model_effort is not None for each in logs) and chosen.name != "auto":
+        raise InputError("estimator_without_model_effort", estimator=chosen.name)
     if len(logs) > 1 or delays:
         return _jointly(logs, chosen, delays, truth)
     from stickslip.estimation import examine

@@ -176,6 +176,7 @@ _ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
 def rests_of(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
     """Yield every rest between two slips of a log."""
     for motion in own.motions.stretches:
+        motion = replace(motion, effort=motion.effort - motion.model_effort)  # noqa: PLW2901
         edges = np.flatnonzero(np.diff(motion.direction != 0))
         for before, after in pairwise(edges.tolist()):
             if motion.direction[before] == 0:

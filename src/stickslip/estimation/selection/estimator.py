@@ -33,6 +33,7 @@ from stickslip.estimation.selection.plausibility import (
     within_presliding,
     wrong_delay,
     wrong_inertia,
+    wrong_model,
 )
 from stickslip.estimation.selection.rival_law import (
     RivalTuning,
@@ -398,6 +399,7 @@ class SelectedModelEstimator:
         causes.append(within_presliding(model, estimate, self.include, motions))
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
+        causes.append(wrong_model(model, self.tuning.plausibility))
         select = partial(selection_of, model, motions, self.effort_delay, log.effort_kind)
         estimate = replace(estimate, selection=select())
         if DWELL in self.include or (self.select and DWELL not in self.exclude):

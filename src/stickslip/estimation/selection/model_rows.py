@@ -116,7 +116,7 @@ class ModelRows:
             slow_residual=True,
             overlap=model.rows.weight.overlap(),
             simultaneous=any(score.selected for score in model.scores),
-            effort=model.rows.effort,
+            effort=model.rows.own_effort,
         )
 
 

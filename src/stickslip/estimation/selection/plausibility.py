@@ -11,6 +11,7 @@ from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows
 from stickslip.estimation.selection.search import DELAY_TERM, Model, SearchTuning, testable
 from stickslip.estimation.selection.significance import significance
+from stickslip.estimation.selection.terms import MODEL_SCALE
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import AxisKind, AxisLog, FrictionEstimate, count_of, quantity_name
@@ -29,6 +30,7 @@ __all__ = [
     "within_presliding",
     "wrong_delay",
     "wrong_inertia",
+    "wrong_model",
 ]
 
 
@@ -61,6 +63,9 @@ class PlausibilityTuning:
     """Sampling time from which moves of a positioning axis fit between two samples [s]."""
     least_deviations: float = 5.0
     """Standard deviations by which an inertia must be negative to be called so [-]."""
+    largest_model_error: float = 0.3
+    """Relative error of the effort of a model [-], beyond which it is that of another machine, if
+    the error is also `largest_residual` of the other effort: masses are known to 10 %."""
     largest_residual: float = 0.25
     """Share of the effort that no term and no noise explains [-], beyond which the model is not
     what moves the axis."""
@@ -317,8 +322,32 @@ def unexplained_effort(
     effort = noise_level(np.concatenate([m.effort for m in motions.stretches]))
     effort *= float(np.linalg.norm(weight.held(0.0)))
     left = max(residual - position**2 - effort**2, 0.0)
-    share = float(np.sqrt(left / max(float(np.mean(model.rows.effort**2)), _TINY)))
+    share = float(np.sqrt(left / max(float(np.mean(model.rows.own_effort**2)), _TINY)))
     return _UNEXPLAINED.format(100 * share) if share >= tuning.largest_residual else ""
+
+
+def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
+    """Return that the effort of a model of the machine is far off; empty if it is not.
+
+    Parameters
+    ----------
+    model
+        As selected.
+    tuning
+        What is plausible.
+    """
+    if MODEL_SCALE not in model.names:
+        return ""
+    error = float(model.coefficients(MODEL_SCALE)[0])
+    wrong = abs(error) * float(np.linalg.norm(model.rows.model_effort))
+    least = tuning.largest_residual * float(np.linalg.norm(model.rows.own_effort))
+    if abs(error) <= tuning.largest_model_error or wrong <= least:
+        return ""
+    return (
+        f"gravity and the other joints act with {1.0 + error:.3g} times the effort that the model "
+        "of the robot states; check its masses, the unit of the effort, the gear ratio, and zero "
+        "and sign of every joint"
+    )
 
 
 def unexplained(log: AxisLog, share: float) -> list[str]:

@@ -152,8 +152,8 @@ class Model:
         return values
 
     def target(self) -> Float[np.ndarray, " n"]:
-        """Return the effort, without the known inertia's [N or N m]."""
-        effort = self.rows.effort
+        """Return the effort, without those of a model and of a known inertia [N or N m]."""
+        effort = self.rows.own_effort
         if self.inertia is not None:
             effort = effort - self.inertia * self.rows.acceleration
         return self.scaled(effort)
@@ -194,6 +194,7 @@ class Model:
         values = least_squares(plain.columns(), plain.target())
         later, earlier = (replace(plain, rows=self.rows.moved(k)) for k in (1, -1))
         slope = 0.5 * (later.columns() - earlier.columns()) @ values
+        slope += 0.5 * self.scaled(later.rows.model_effort - earlier.rows.model_effort)
         if self.inertia is not None:
             change = later.rows.acceleration - earlier.rows.acceleration
             slope += 0.5 * self.inertia * self.scaled(change)

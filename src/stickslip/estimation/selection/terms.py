@@ -11,13 +11,14 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
-from stickslip.estimation.weak_form.rows import ANY, Column, Shape
+from stickslip.estimation.weak_form.rows import ANY, Column, Shape, model_effort
 from stickslip.records import AxisKind
 
 __all__ = [
     "DELAY",
     "DWELL",
     "ELASTIC",
+    "MODEL_SCALE",
     "SATURATION",
     "TERM_NAMES",
     "Term",
@@ -39,6 +40,9 @@ ELASTIC = "elastic"
 SATURATION = "saturation"
 """Name of the term that is the excess of the logged effort over a limit."""
 
+MODEL_SCALE = "model scale"
+"""Name of the term that is the relative error of the effort that a model states."""
+
 POSITIVE = (0.0, np.inf)
 NEGATIVE = (-np.inf, 0.0)
 _ALL_OF_IT = (0.7, 1.3)  # an effort that does not reach the axis at all has the coefficient 1
@@ -54,6 +58,7 @@ TERM_NAMES = (
     "elastic",
     "spring",
     "gravity",
+    MODEL_SCALE,
     "ripple",
     "offset drift",
     "friction drift",
@@ -211,6 +216,15 @@ def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
                 "gravity acts on a swinging load",
                 gravity_sine=lambda m: np.sin(m.position),
                 gravity_cosine=lambda m: np.cos(m.position),
+            )
+        )
+    if any(np.any(motion.model_effort) for motion in motions.stretches):
+        terms.append(
+            _plain(
+                MODEL_SCALE,
+                "the effort that the model of the machine states is too large or too small",
+                bounds=(-1.0, np.inf),
+                model_error=model_effort,
             )
         )
     return tuple(terms)

@@ -38,7 +38,7 @@ def resampled(log: AxisLog, *, held: bool = True) -> tuple[AxisLog, tuple[str, .
         return None if values[0] is None else np.concatenate(values)
 
     names = ("time", "effort", "measured_position", "measured_velocity")
-    loads = ("measured_load_position", "measured_load_velocity")
+    loads = ("measured_load_position", "measured_load_velocity", "model_effort")
     uniform = replace(log, **{name: joined(name) for name in (*names, *loads)})
     return uniform, (
         f"time steps deviate by up to {100 * log.timing_jitter:.0f} %, so the log was resampled "
@@ -55,7 +55,7 @@ def _resampled(part: AxisLog, sampling_time: float, held: bool) -> AxisLog:
     def position(values: Float[np.ndarray, " n"]) -> Float[np.ndarray, " m"]:
         return np.asarray(CubicSpline(part.time, values)(time))
 
-    def velocity(values: Float[np.ndarray, " n"] | None) -> Float[np.ndarray, " m"] | None:
+    def linear(values: Float[np.ndarray, " n"] | None) -> Float[np.ndarray, " m"] | None:
         return None if values is None else np.interp(time, part.time, values)
 
     impulse = np.concatenate(([0.0], np.cumsum(part.effort[:-1] * np.diff(part.time))))
@@ -67,7 +67,8 @@ def _resampled(part: AxisLog, sampling_time: float, held: bool) -> AxisLog:
         time=time,
         effort=effort,
         measured_position=position(part.measured_position),
-        measured_velocity=velocity(part.measured_velocity),
+        measured_velocity=linear(part.measured_velocity),
         measured_load_position=None if load is None else position(load),
-        measured_load_velocity=velocity(part.measured_load_velocity),
+        measured_load_velocity=linear(part.measured_load_velocity),
+        model_effort=linear(part.model_effort),
     )

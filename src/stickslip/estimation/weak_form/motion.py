@@ -38,6 +38,7 @@ class SlipMotion:
     velocity: Float[np.ndarray, " n"]  # smoothed [m/s or rad/s]
     direction: Int[np.ndarray, " n"]  # of travel: 1, -1, or 0 where the axis may be at rest
     travelled: Float[np.ndarray, " n"]  # since the direction last changed [m or rad]
+    model_effort: Float[np.ndarray, " n"]  # at each time stamp [N or N m]
     usable: Bool[np.ndarray, " n"]  # effort and position were recorded as they were
 
 
@@ -122,6 +123,7 @@ def slip_motions(log: PreparedLog, tuning: MotionTuning) -> SlipMotions:
                 velocity=velocity,
                 direction=direction,
                 travelled=_travelled(direction, velocity, T),
+                model_effort=part.model_effort,
                 usable=part.usable,
             )
         )

@@ -127,6 +127,16 @@ class WindowRows:
         """Mean of the effort that acts [N or N m]."""
         return self._filtered(lambda m: m.effort, lambda own: own.weight.held(own.delay))
 
+    @cached_property
+    def model_effort(self) -> Float[np.ndarray, " n"]:
+        """Mean of the effort that a model of the machine states [N or N m]."""
+        return self.mean(model_effort)
+
+    @property
+    def own_effort(self) -> Float[np.ndarray, " n"]:
+        """Mean of the effort that acts beyond that of a model [N or N m]."""
+        return self.effort - self.model_effort
+
     def mean(self, column: Column) -> Float[np.ndarray, " n"]:
         """Return the weighted mean of a function of the motion."""
         return self._filtered(column, lambda own: own.weight.mean())
@@ -167,6 +177,11 @@ class WindowRows:
         """Return a column in the middle of each window."""
         parts = [column(m)[at] for m, at in zip(self.motions, self.middles, strict=True)]
         return np.concatenate(parts)
+
+
+def model_effort(motion: SlipMotion) -> Float[np.ndarray, " n"]:
+    """Return the effort that a model of the machine states [N or N m]."""
+    return motion.model_effort
 
 
 def _from_start(motion: SlipMotion) -> Float[np.ndarray, " n"]:

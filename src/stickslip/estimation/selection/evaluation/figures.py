@@ -49,7 +49,7 @@ def force_rows(estimate: FrictionEstimate, model: Model, regression: Regression)
         velocity=model.rows.velocity,
         friction=friction,
         residual=residual,
-        effort=model.rows.effort,
+        effort=model.rows.own_effort,
     )
 
 
@@ -88,6 +88,7 @@ def energy_stretches(estimate: FrictionEstimate, model: Model) -> list[EnergyStr
         at = motion.time - (model.rows.delay - model.rows.weight.lead) * T
         steps = np.diff(motion.position)
         held = motion.effort[np.clip(np.searchsorted(motion.time, at, "right") - 1, 0, None)]
+        stated = 0.5 * (motion.model_effort[1:] + motion.model_effort[:-1])
         kinetic = 0.5 * inertia * motion.velocity**2
         effort = _explained(values, model, motion)
         stretches.append(
@@ -95,7 +96,7 @@ def energy_stretches(estimate: FrictionEstimate, model: Model) -> list[EnergyStr
                 time=motion.time,
                 kinetic=kinetic,
                 potential=0.0 * kinetic,
-                dissipated=_summed(held[:-1] * steps) - kinetic,
+                dissipated=_summed((held[:-1] - stated) * steps) - kinetic,
                 explained=_summed(0.5 * (effort[1:] + effort[:-1]) * steps),
             )
         )

@@ -149,6 +149,7 @@ def effort_at_rest(
         velocity=np.zeros(1),
         direction=np.array([int(direction)]),
         travelled=np.zeros(1),
+        model_effort=np.zeros(1),
         usable=np.ones(1, dtype=bool),
     )
     selection = estimate.selection or _NOTHING_SELECTED
@@ -264,13 +265,14 @@ def _further_effort(
         "ripple_sine": lambda: np.sin(wave),
         "ripple_cosine": lambda: np.cos(wave),
         "presliding_friction": lambda: motion.direction * np.exp(-reached),
+        "model_error": lambda: motion.model_effort,
         "offset_drift": lambda: elapsed,
         "friction_drift": lambda: (
             elapsed * (coulomb * motion.direction + viscous * motion.velocity)
         ),
         "viscous_drift": lambda: motion.velocity * elapsed,
     }
-    effort = np.zeros(motion.time.size)
+    effort = motion.model_effort.copy()
     for name, column in columns.items():
         if name in values:
             effort += values[name] * column()

@@ -1,0 +1,240 @@
+"""Logs of the joints of a robot, with the effort that a model of its links states for each."""
+
+import re
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.prepare import prepare
+from stickslip.estimation.robot.model import RobotModel
+from stickslip.estimation.signals.kinematics import (
+    LowPass,
+    central_difference,
+    default_cutoff,
+)
+from stickslip.records import AxisLog, InputError, unit_of
+
+__all__ = ["joint_of_each", "with_model_effort"]
+
+_ORDER = 4  # of the low-pass of positions, which passes what moves the links unchanged
+_LOWER = 0.7  # cutoff over the one before
+_MORE = 1.15  # acceleration over that with the lower cutoff: beyond it, a fourth of it was noise
+_LOWEST = 8.0  # Hz: links are moved at lower frequencies
+
+
+def joint_of_each(
+    axes: Sequence[str], joints: Iterable[str], stated: Mapping[str, str]
+) -> dict[str, str]:
+    """Return the joint of the model that each axis of a log is.
+
+    An axis is the joint of the same name, or the only joint whose name holds its own. Numbered axes
+    are the joints in their order, if there are as many.
+
+    Parameters
+    ----------
+    axes
+        Names in the log.
+    joints
+        Names in the model, in its order.
+    stated
+        Joint by axis, where it is known.
+
+    Returns
+    -------
+    Joint by axis; axes without one are left out.
+
+    Raises
+    ------
+    InputError
+        If a stated axis or joint does not exist, or a joint is stated twice.
+    """
+    joints = list(joints)
+    for axis, joint in stated.items():
+        if axis not in axes:
+            raise InputError("axis_not_found", where="the log", axis=axis, axes=list(axes))
+        if joint not in joints:
+            raise InputError("joint_not_in_model", joint=joint, joints=joints)
+    if len(set(stated.values())) < len(stated):
+        raise InputError("joint_stated_twice", joints=list(stated.values()))
+    found = dict(stated)
+    for alike in (_same, _holds):
+        free = [joint for joint in joints if joint not in found.values()]
+        for axis in [each for each in axes if each not in found]:
+            own = [joint for joint in free if alike(axis, joint)]
+            rivals = [each for each in axes if each not in found and own and alike(each, own[0])]
+            if len(own) == 1 and len(rivals) == 1:
+                found[axis] = own[0]
+    numbers = [re.findall(r"\d+", axis)[-1:] for axis in axes]
+    if not found and len(axes) == len(joints) and all(numbers):
+        order = sorted(axes, key=lambda axis: int(re.findall(r"\d+", axis)[-1]))
+        if len({each[0] for each in numbers}) == len(axes):
+            found = dict(zip(order, joints, strict=True))
+    return {axis: found[axis] for axis in axes if axis in found}
+
+
+def _letters(name: str) -> str:
+    return re.sub(r"[^a-z0-9]", "", name.lower())
+
+
+def _same(axis: str, joint: str) -> bool:
+    return _letters(axis) == _letters(joint)
+
+
+def _holds(axis: str, joint: str) -> bool:
+    own, other = _letters(axis), _letters(joint)
+    numbered = own.isdigit() or other.isdigit()  # "1" is in "joint_11"
+    return not numbered and bool(own) and (own in other or other in own)
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Motion:
+    """Smoothed motion of a joint at the samples of its log."""
+
+    time: Float[np.ndarray, " n"]
+    position: Float[np.ndarray, " n"]
+    velocity: Float[np.ndarray, " n"]
+    acceleration: Float[np.ndarray, " n"]
+
+    @classmethod
+    def of(cls, log: AxisLog) -> "_Motion":
+        """Return the motion of a log, each stretch between its gaps by itself."""
+        prepared = prepare(log)
+        parts = [
+            np.vstack([part.time, _smoothed(part.position, prepared.sampling_time)])
+            for part in prepared.parts
+        ]
+        if not parts:
+            raise InputError(
+                "no_stretch", where=log.name, samples=len(log), sampling_time=log.sampling_time
+            )
+        time, position, velocity, acceleration = np.hstack(parts)
+        return cls(time=time, position=position, velocity=velocity, acceleration=acceleration)
+
+    def at(self, time: Float[np.ndarray, " n"]) -> Float[np.ndarray, "3 n"]:
+        """Return position, velocity and acceleration at other times."""
+        columns = (self.position, self.velocity, self.acceleration)
+        return np.vstack([np.interp(time, self.time, column) for column in columns])
+
+
+def _smoothed(values: Float[np.ndarray, " n"], sampling_time: float) -> Float[np.ndarray, "3 n"]:
+    """Return position, velocity and acceleration below the frequencies at which noise prevails.
+
+    The links move at low frequencies. Where a lower cutoff takes away much of the acceleration,
+    that was noise of the encoder or of the clock.
+    """
+    T = sampling_time
+    cutoff = default_cutoff(T)
+    found = _derivatives(values, T, cutoff)
+    while (cutoff := _LOWER * cutoff) > _LOWEST:
+        calmer = _derivatives(values, T, cutoff)
+        if np.std(found[2]) < _MORE * np.std(calmer[2]):
+            break
+        found = calmer
+    return found
+
+
+def _derivatives(
+    values: Float[np.ndarray, " n"], T: float, cutoff: float
+) -> Float[np.ndarray, "3 n"]:
+    position = LowPass(order=_ORDER, cutoff=cutoff).apply(values, T)
+    velocity = central_difference(position, T)
+    # Not the difference of the difference, which passes less of what is fast
+    second = np.gradient(velocity, T)
+    second[1:-1] = np.diff(position, 2) / T**2
+    return np.vstack([position, velocity, second])
+
+
+def with_model_effort(
+    logs: Mapping[str, AxisLog], robot: RobotModel, joint_of: Mapping[str, str]
+) -> dict[str, AxisLog]:
+    """Return logs of joints with the effort that a model of the links states for each.
+
+    Of the rigid-body effort ``M(q) a + C(q, v) v + g(q)``, a constant inertia times the
+    acceleration is left to the axis: the mean of its own element of M. Its estimated inertia is
+    then this mean with that of the rotor, and errors of the mean do not matter.
+
+    Parameters
+    ----------
+    logs
+        By the name of the axis, on the joint's side of the gear.
+    robot
+        Of the model.
+    joint_of
+        Joint of each axis. Joints without an axis are taken at rest at zero.
+
+    Returns
+    -------
+    The logs by the name of the axis, with ``model_effort``.
+
+    Raises
+    ------
+    InputError
+        If an effort is not a force or torque, or an axis is linear and its joint turns.
+    """
+    names = list(robot.joints)
+    for axis, log in logs.items():
+        own = robot.joints[joint_of[axis]]
+        if log.kind != own:
+            raise InputError(
+                "robot_joint_of_other_kind",
+                where=axis,
+                joint=joint_of[axis],
+                kind=log.kind,
+                own=own,
+            )
+        if log.effort_unit:
+            raise InputError("model_needs_torque", where=axis, unit=log.effort_unit)
+    place = {axis: names.index(joint_of[axis]) for axis in logs}
+    motions = {axis: _Motion.of(log) for axis, log in logs.items()}
+    still = [name for name in names if name not in {joint_of[axis] for axis in logs}]
+    found: dict[str, AxisLog] = {}
+    known: list[tuple[Float[np.ndarray, " n"], Float[np.ndarray, "3 n joints"], _Efforts]] = []
+    for axis, log in logs.items():
+        same = [entry for entry in known if np.array_equal(entry[0], log.time)]
+        if not same:
+            moved = np.zeros((3, len(log), len(names)))
+            for other, motion in motions.items():
+                moved[:, :, place[other]] = motion.at(log.time)
+            known.append((log.time, moved, _Efforts.of(robot, moved)))
+            same = known[-1:]
+        _, moved, efforts = same[0]
+        k = place[axis]
+        inertia = float(efforts.inertia[k])
+        model = efforts.effort[:, k] - inertia * moved[2, :, k]
+        note = _note(log, robot, joint_of[axis], inertia, still)
+        source = log.source
+        if source is not None:
+            source = replace(source, assumptions=(*source.assumptions, *note))
+        found[axis] = replace(log, model_effort=model, source=source)
+    return found
+
+
+@dataclass(frozen=True, kw_only=True)
+class _Efforts:
+    """Efforts of the links, and the mean inertia of each joint."""
+
+    effort: Float[np.ndarray, "n joints"]
+    inertia: Float[np.ndarray, " joints"]
+
+    @classmethod
+    def of(cls, robot: RobotModel, moved: Float[np.ndarray, "3 n joints"]) -> "_Efforts":
+        position, velocity, acceleration = moved
+        effort = robot.effort(position, velocity, acceleration)
+        return cls(effort=effort, inertia=robot.mean_inertia(position))
+
+
+def _note(
+    log: AxisLog, robot: RobotModel, joint: str, inertia: float, still: Sequence[str]
+) -> list[str]:
+    """Return what the effort of the model is, and what the estimated inertia then holds."""
+    unit = unit_of("inertia", log.kind)
+    notes = [
+        f"joint {joint} of {robot.name}: gravity, the other joints and the changes of inertia act "
+        f"as that model has them, with an upright base; the estimated inertia is that of the mean "
+        f"posture, {inertia:.4g} {unit} of it in the model and the rest of the rotor"
+    ]
+    if still:
+        notes.append(f"joints that the log does not hold are taken at zero: {', '.join(still)}")
+    return notes
