@@ -6,11 +6,10 @@ import pytest
 import robot_arm
 import seven_joints
 
-pytestmark = pytest.mark.slow
-
 CLOSE = 0.03  # of friction, as in tests/tasks/test_robot.py
 
 
+@pytest.mark.slow
 def test_command_line(run, tmp_path):
     log = seven_joints.write_csv(tmp_path / "arm.csv", robot_arm.record(10.0))
     model = tmp_path / "arm.urdf"
@@ -29,3 +28,10 @@ def test_command_line(run, tmp_path):
                   "--estimator", "energy")  # fmt: skip
     assert outcome.code == 2
     assert "use estimator auto" in outcome.line()
+
+
+@pytest.mark.parametrize("word", ["2.5", "a@b", "2@", "@3"])
+def test_known_load_that_is_not_understood(run, tmp_path, word):
+    outcome = run("identify", tmp_path / "none.csv", "--known-load", word)
+    assert outcome.code == 2
+    assert "--known-load 2.5@0.3" in outcome.line()

@@ -160,6 +160,26 @@ class KnownAxis:
             "log is; repeat the option for several. [default: all, by their names]",
         ),
     ] = None
+    known_load: Annotated[
+        str | None,
+        _known(
+            help="Weight on a lever that turns about a horizontal axis, as MASS@RADIUS in kg and m "
+            "(2.5@0.3): its gravity gives the torque constant of an effort in ampere. All else "
+            "must be balanced."
+        ),
+    ] = None
+
+    def load(self) -> tuple[float, float] | None:
+        """Return mass [kg] and radius [m] of a known load."""
+        from stickslip.records import InputError
+
+        if self.known_load is None:
+            return None
+        mass, _, radius = self.known_load.partition("@")
+        try:
+            return float(mass), float(radius)
+        except ValueError:
+            raise InputError("known_load_not_understood", word=self.known_load) from None
 
 
 @Parameter(name="*")

@@ -24,6 +24,7 @@ EXAMPLES = """Examples:
   stickslip identify morning.csv noon.csv evening.csv --report joint.html
   stickslip identify robot.csv --kind rotary --report robot.html
   stickslip identify robot.mcap --urdf robot.urdf --torque-constant 0.11 --gear-ratio 101
+  stickslip identify lever.csv --unit effort=A --known-load 2.5@0.3
   stickslip identify arm.csv --mass 1.2 --load-mass 0.8 --stiffness 450"""
 
 
@@ -136,6 +137,7 @@ def identify(
     if known.joint and known.urdf is None:
         raise InputError("joint_without_urdf")
     reading.units()  # refused before anything is loaded
+    load = known.load()
     delay = _effort_delay(effort_delay or [])
     what = log.name if not others else f"{len(logs)} logs"
     given: list[Path | AxisLog] = list(logs)
@@ -146,6 +148,8 @@ def identify(
 
             axes = _axes(log, reading, known)
         if len(axes) > 1:
+            if load is not None:
+                raise InputError("known_load_of_several_axes", where=log.name, axes=list(axes))
             if isinstance(delay, dict):
                 raise InputError("effort_delays_of_axes")
             task = EstimationTask(
@@ -193,6 +197,7 @@ def identify(
             select=select,
             effort_delay=delay,
             effort_kind=effort_kind,
+            known_load=load,
         )
         if validate is not None:
             other = _other(validate, reading, known)

@@ -1,7 +1,7 @@
 """From a log to identified friction parameters: reading, fitting and examining in one call."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 
 from stickslip.estimation.base import EstimationTask, Estimator
@@ -34,6 +34,7 @@ def identify(
     select: bool = True,
     effort_delay: float | Mapping[str, float] | None = None,
     effort_kind: EffortKind | None = None,
+    known_load: tuple[float, float] | None = None,
     truth: Mapping[str, float] | None = None,
 ) -> Identification:
     """Identify the friction of an axis from a log, or from several logs jointly.
@@ -88,6 +89,10 @@ def identify(
         Of ``"auto"``: ``"held"``, ``"sampled"`` or ``"mean"`` for an effort that is held from its
         time stamp to the next, the value at its time stamp, or the mean since the time stamp
         before; None takes it for held, or for what explains most if the time stamps are uneven.
+    known_load
+        Of ``"auto"``: mass [kg] and radius [m] of a weight on a lever that turns about a horizontal
+        axis, where all else is balanced. Its gravity gives the torque constant of an effort in
+        ampere; results are in N m and have the uncertainty of the constant in them.
     truth
         True values by parameter name [SI], for a log that was simulated; they are shown beside the
         estimates and used for nothing else.
@@ -100,7 +105,8 @@ def identify(
     ------
     InputError
         If the log cannot be read or used, a known value is impossible, there is no such estimator,
-        or the estimator does not apply to the axis or does not use a setting; of several logs
+        or the estimator does not apply to the axis or does not use a setting, or the log does not
+        determine the torque constant from a known load to 10 %; of several logs
         also if they are not of one rigid axis, or two of them are the same.
 
     Examples
@@ -144,7 +150,7 @@ def identify(
         cutoff=cutoff,
         forgetting_factor=forgetting_factor,
         initial_variance=initial_variance,
-        include=(include,) if isinstance(include, str) else tuple(include),
+        include=_included(include, known_load),
         exclude=(exclude,) if isinstance(exclude, str) else tuple(exclude),
         select=select,
         effort_delay=None if isinstance(effort_delay, Mapping) else effort_delay,
@@ -158,11 +164,39 @@ def identify(
         chosen = _checked(estimator, task)
     if any(each.model_effort is not None for each in logs) and chosen.name != "auto":
         raise InputError("estimator_without_model_effort", estimator=chosen.name)
+    if known_load is not None:
+        return _with_load(logs, chosen, known_load, truth)
     if len(logs) > 1 or delays:
         return _jointly(logs, chosen, delays, truth)
     from stickslip.estimation import examine
 
     return examine(logs[0], chosen, truth=truth)
+
+
+def _included(include: Sequence[str], known_load: tuple[float, float] | None) -> tuple[str, ...]:
+    """Return the terms that the model has: gravity too, if that of a load is known."""
+    terms = (include,) if isinstance(include, str) else tuple(include)
+    return terms if known_load is None or "gravity" in terms else (*terms, "gravity")
+
+
+def _with_load(
+    logs: Sequence[AxisLog],
+    estimator: Estimator,
+    known_load: tuple[float, float],
+    truth: Mapping[str, float] | None,
+) -> Identification:
+    """Return the identification of a log in ampere, in N m by the gravity of a known load."""
+    from stickslip.estimation import examine
+    from stickslip.estimation.known_load import KnownLoad
+
+    load = KnownLoad(mass=known_load[0], radius=known_load[1])
+    if len(logs) > 1:
+        raise InputError("known_load_of_several_logs")
+    (log,) = logs
+    if log.kind != "rotary" or not log.effort_unit:
+        raise InputError("known_load_needs_current", where=log.name)
+    found = examine(load.converted(log, estimator.fit(log)), estimator, truth=truth)
+    return replace(found, estimate=load.widened(found.estimate))
 
 
 def _logs_of(
