@@ -4,6 +4,8 @@ BIN := .venv/bin
 OUT ?= demo-output
 STUDIES ?= build/studies
 HYPOTHESIS ?= explore
+# The tests of a file run in one process; their bytecode is kept, as rewriting it takes a third of the collection.
+PYTEST := PYTHONDONTWRITEBYTECODE= $(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder
 
 # Tests and studies run in as many processes as there are processors; each does its algebra alone.
 export OPENBLAS_NUM_THREADS ?= 1
@@ -13,11 +15,11 @@ export OPENBLAS_NUM_THREADS ?= 1
 demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, land it, write the reports
 	$(BIN)/stickslip demo --out $(OUT)
 
-test: .venv/dev.stamp ## the tests without those marked slow, in five minutes on two cores
-	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder -m "not slow"
+test: .venv/dev.stamp ## the tests of the package without those marked slow, in five minutes on two cores
+	$(PYTEST) -m "not slow" --ignore=tests/studies
 
 test-all: .venv/dev.stamp ## every test, with new examples of the property tests
-	$(BIN)/python -m pytest -n auto --dist loadfile --no-loadscope-reorder --hypothesis-profile=$(HYPOTHESIS)
+	$(PYTEST) --hypothesis-profile=$(HYPOTHESIS)
 
 check: .venv/dev.stamp ## linters, types, import contracts, docs with warnings as errors
 	$(BIN)/ruff format --check .

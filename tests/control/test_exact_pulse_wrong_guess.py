@@ -62,18 +62,25 @@ def moved(to_try):
     return max(x.max() - MOVE, -x.min()) / MOVE, done
 
 
+FACTORS = [
+    (1000.0, 1.0, 1.0),
+    (100.0, 1.0, 1.0),
+    (10.0, 1.0, 1.0),
+    (1.0, 1e-3, 1.0),
+    (1.0, 1.0 / 80.0, 1.0),
+    (1.0, 1.0, 2000.0),
+    (1.0, 1.0, 14.0),
+    *product((1e-3, 1e3), (1e-3, 1.0, 3.5), (1e-3, 1.0, 1e3)),
+]
+"""Guessed mass, Coulomb friction and viscous friction over the true ones."""
+
+
 @pytest.mark.parametrize("rest", [IDEAL, ENCODER], ids=["ideal", "encoder"])
 @pytest.mark.parametrize(
     "factors",
     [
-        (1000.0, 1.0, 1.0),
-        (100.0, 1.0, 1.0),
-        (10.0, 1.0, 1.0),
-        (1.0, 1e-3, 1.0),
-        (1.0, 1.0 / 80.0, 1.0),
-        (1.0, 1.0, 2000.0),
-        (1.0, 1.0, 14.0),
-        *product((1e-3, 1e3), (1e-3, 1.0, 3.5), (1e-3, 1.0, 1e3)),
+        pytest.param(each, marks=[] if each in FACTORS[::5] else pytest.mark.slow)
+        for each in FACTORS
     ],
 )
 def test_a_guess_wrong_by_orders_of_magnitude_is_overcome(factors, rest):

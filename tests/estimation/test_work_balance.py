@@ -13,6 +13,7 @@ from arm_logs import Loop, arm_log, energy_estimator
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from refusals import refuses
+from slow_cases import quick_where
 
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
@@ -226,7 +227,9 @@ def test_a_rigid_axis_whatever_its_sensors(sensors: str) -> None:
     np.testing.assert_allclose(history[-1], [VISCOUS, COULOMB], rtol=0.002)
 
 
-@pytest.mark.parametrize("sampling_time", [1e-4, 1e-3, 1e-2, 0.03, 0.1])
+@pytest.mark.parametrize(
+    "sampling_time", quick_where(lambda T: T in {1e-3, 0.1}, [1e-4, 1e-3, 1e-2, 0.03, 0.1])
+)
 @pytest.mark.parametrize("sensors", ["ideal", "ideal position", "noise on position", "encoder"])
 def test_sampling_from_slow_to_fast(sampling_time: float, sensors: str) -> None:
     samples = min(max(round(10.0 / sampling_time), 1000), 30_000)
