@@ -93,6 +93,7 @@ def test_a_change_of_a_kernel_that_is_called_is_noticed(script: Path) -> None:
     assert value(run(script)) == "11.0"
 
 
+@pytest.mark.slow
 def test_a_change_of_a_constant_of_another_folder_is_noticed(tmp_path: Path) -> None:
     """Machine code contains the constants that its module imports."""
     package = tmp_path / "callee" / "axis"

@@ -260,7 +260,6 @@ def disturbed_effort(log: AxisLog) -> Float[np.ndarray, " n"]:
     return log.effort + 0.4 * float(np.std(log.effort)) * slow
 
 
-@pytest.mark.slow
 def test_comparison_doubts_an_estimate_that_leaves_a_quarter_of_the_effort() -> None:
     log = log_of(Plant())
     disturbed = AxisLog(

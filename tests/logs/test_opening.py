@@ -181,6 +181,7 @@ def test_a_schema_that_is_nested_deeply(text, tmp_path):
     assert caught.value.where == str(path)
 
 
+@pytest.mark.slow
 def test_many_columns_take_time_in_proportion(tmp_path):
     import time
 

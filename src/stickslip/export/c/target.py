@@ -74,14 +74,14 @@ def folder(content: "CodeContent", notes: tuple[str, ...] = ()) -> dict[str, str
         Sentences for the README.
     """
     from stickslip import __version__
-    from stickslip.export.c.folder import parts_of, sources, template
+    from stickslip.export.c.folder import context, parts_of, sources, template
     from stickslip.export.c.vectors import vectors_of
 
     parts = parts_of(content)
     names = [part.module.name for part in parts]
     files = {f"src/{name}": text for name, text in sources(content).items()}
     for part in parts:
-        filled = _context(part, content)
+        filled = context(part, content)
         vectors = vectors_of(part, content).hexadecimal
         name = part.module.name
         files[f"test/vectors_{name}.h"] = template("vectors.h", m=filled, v=vectors)
@@ -94,12 +94,6 @@ def folder(content: "CodeContent", notes: tuple[str, ...] = ()) -> dict[str, str
         files[name] = template(name, **common)
     files["stickslip_law.st"] = template("law.st", **common)
     return files
-
-
-def _context(part: Any, content: "CodeContent") -> dict[str, Any]:
-    from stickslip.export.c.folder import context
-
-    return context(part, content)
 
 
 def _common(content: "CodeContent", parts: Any, notes: tuple[str, ...]) -> dict[str, Any]:
