@@ -11,7 +11,7 @@ from cyclopts import App, Parameter
 from rich.console import Console
 from rich.progress import BarColumn, Progress, TextColumn, TimeElapsedColumn
 
-from benchmarks import fits, logs, loop, planning, pulses, recursion, simulator
+from benchmarks import exported, fits, logs, loop, planning, pulses, recursion, simulator
 from benchmarks.measuring import Comparison, print_comparison
 
 TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
@@ -22,6 +22,7 @@ TOPICS: dict[str, Callable[[Progress], list[Comparison]]] = {
     "logs": logs.compare,
     "planning": planning.compare,
     "fits": fits.compare,
+    "exported": exported.compare,
 }
 """To add one: a file with ``compare(progress) -> list[Comparison]``, and its name here."""
 
@@ -42,7 +43,9 @@ app = App(name="python -m benchmarks", help="Speed and accuracy beside other too
 
 @app.default
 def run(
-    *topics: Literal["simulator", "recursion", "pulses", "loop", "logs", "planning", "fits"],
+    *topics: Literal[
+        "simulator", "recursion", "pulses", "loop", "logs", "planning", "fits", "exported"
+    ],
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
 ) -> None:
     """Run topics, all if none is named, and print a table of each.

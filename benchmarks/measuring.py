@@ -50,12 +50,15 @@ class Row:
         what came out is not finite.
     ours
         Whether it is this package.
+    size
+        Memory [B]; None where it does not matter.
     """
 
     name: str
     nanoseconds: float
     error: float | None
     ours: bool = False
+    size: int | None = None
 
 
 class Rows:
@@ -85,6 +88,7 @@ class Rows:
         error: Callable[[Any], float] | None = None,
         repetitions: int,
         ours: bool = False,
+        size: int | None = None,
     ) -> Row:
         """Time a function that works through so many items."""
         self._progress.update(self._task, description=name)
@@ -94,6 +98,7 @@ class Rows:
             nanoseconds=seconds / items * 1e9,
             error=None if error is None else error(function()),
             ours=ours,
+            size=size,
         )
         self.rows.append(row)
         self._progress.advance(self._task)
@@ -169,6 +174,9 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
     table.add_column("times ours", justify="right")
     if comparison.error_name is not None:
         table.add_column(comparison.error_name, justify="right")
+    sizes = any(row.size is not None for row in comparison.rows)
+    if sizes:
+        table.add_column("bytes", justify="right")
     unit = comparison.rows[0].nanoseconds
     for row in comparison.rows:
         ratio = row.nanoseconds / unit
@@ -176,6 +184,8 @@ def print_comparison(comparison: Comparison, console: Console) -> None:
         cells = [row.name, f"{row.nanoseconds / 1e3:.3g}", f"{ratio:,.{digits}f}"]
         if comparison.error_name is not None:
             cells.append("" if row.error is None else f"{row.error:.1e}")
+        if sizes:
+            cells.append("" if row.size is None else f"{row.size:,}")
         table.add_row(*cells, style="bold" if row.ours else None)
     console.print(table)
     for target in comparison.targets:

@@ -18,8 +18,16 @@ NEEDED = {
     "ax2000": {"torque_constant": 0.3},
     "indradrive": {"rated_current": 2.0, "torque_constant": 0.3},
     "python-control": {"sampling_time": 0.01},
+    "fmu-arm": {"load_inertia": 0.02, "stiffness": 5.0},
 }
 """Settings that a target requires."""
+
+NO_BINARIES = {"binaries": "none"}
+"""Not to compile; test_fmu.py does."""
+
+SETTINGS = {name: NEEDED.get(name, {}) for name in exporters()}
+for _name in ("fmu", "fmu-arm", "fmu-observer"):
+    SETTINGS[_name] = SETTINGS[_name] | NO_BINARIES
 
 VALUES = {
     "top_speed": 7.0,
@@ -30,6 +38,9 @@ VALUES = {
     "sampling_time": 0.001,
     "precision": "single",
     "fmi_version": "3.0",
+    "binaries": "none",
+    "load_inertia": 0.01,
+    "stiffness": 7.0,
 }
 """A value of every option."""
 
@@ -54,7 +65,7 @@ def rendered(target, estimate=None, joint="elbow", *, force=False, **settings):
         into=ROBOTS[target] if exporter.edits == "always" else None,
         joint=joint,
         reading=reading,
-        settings=ExportSettings(**NEEDED.get(target, {}) | settings),
+        settings=ExportSettings(**SETTINGS[target] | settings),
     )
 
 
@@ -198,7 +209,7 @@ def test_a_robot_has_all_joints_or_one_is_asked_for(target):
 
 def test_an_edited_file_is_required_or_refused(target):
     exporter = exporters()[target]
-    settings = ExportSettings(**NEEDED.get(target, {}))
+    settings = ExportSettings(**SETTINGS[target])
     if exporter.edits == "always":
         with refuses("file_to_edit_missing"):
             render(document(), target, joint="elbow", settings=settings)
@@ -227,7 +238,7 @@ def test_an_effort_in_ampere_needs_the_torque_constant(target):
         into=ROBOTS[target] if exporter.edits == "always" else None,
         joint="elbow",
         reading=reading,
-        settings=ExportSettings(**NEEDED.get(target, {})),
+        settings=ExportSettings(**SETTINGS[target]),
     )
     twice = rendered(
         target, document(inertia=0.1, viscous_friction=2 * VISCOUS, coulomb_friction=2 * COULOMB)
@@ -243,7 +254,7 @@ def test_a_file_is_written_whole_or_not_at_all(target, tmp_path):
         robot = robot.rename(tmp_path / "robot.usda")
     out = tmp_path / "out"
     arguments = {"into": robot if exporter.edits == "always" else None, "joint": "elbow"}
-    settings = ExportSettings(**NEEDED.get(target, {}))
+    settings = ExportSettings(**SETTINGS[target])
     with pytest.raises(ValueError, match=r"."):
         write(document(status="poor_fit"), target, out, settings=settings, **arguments)
     assert not out.exists()

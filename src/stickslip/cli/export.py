@@ -93,6 +93,17 @@ def export(
     fmi_version: Annotated[
         Literal["2.0", "3.0"] | None, _target(help="Version of a functional mock-up unit.")
     ] = None,
+    binaries: Annotated[
+        Literal["all", "host", "none"] | None,
+        _target(help="Platforms that a functional mock-up unit has binaries for."),
+    ] = None,
+    load_inertia: Annotated[
+        float | None,
+        _target(help="Part of the identified inertia that moves behind a spring, in kg m² or kg."),
+    ] = None,
+    stiffness: Annotated[
+        float | None, _target(help="Stiffness of that spring, in N m/rad or N/m.")
+    ] = None,
 ) -> int:
     """Export the friction of an estimate to a simulator, a drive, or a compiler.
 
@@ -140,6 +151,9 @@ def export(
             sampling_time=sampling_time,
             precision=precision,
             fmi_version=fmi_version,
+            binaries=binaries,
+            load_inertia=load_inertia,
+            stiffness=stiffness,
         ),
     )
     for sentence in result.warnings:

@@ -37,6 +37,12 @@ class ExportSettings:
         Arithmetic of generated code: ``"single"`` or ``"double"``.
     fmi_version
         ``"2.0"`` or ``"3.0"``.
+    binaries
+        Of a functional mock-up unit: for ``"all"`` platforms, the ``"host"``'s, or ``"none"``.
+    load_inertia
+        Part of the identified inertia that moves behind a spring [kg m^2 or kg].
+    stiffness
+        Of that spring [N m/rad or N/m].
     sampling_time
         Of a sampled model or generated code [s].
     """
@@ -49,6 +55,9 @@ class ExportSettings:
     torque_constant: float | None = None
     precision: Literal["single", "double"] | None = None
     fmi_version: Literal["2.0", "3.0"] | None = None
+    binaries: Literal["all", "host", "none"] | None = None
+    load_inertia: float | None = None
+    stiffness: float | None = None
     sampling_time: float | None = None
 
 

@@ -15,6 +15,7 @@ def exporters() -> Mapping[str, Exporter]:
     from stickslip.export.drives.beckhoff import AX2000, AX8000, TWINCAT_CNC
     from stickslip.export.drives.rexroth import INDRADRIVE
     from stickslip.export.drives.table import TABLE
+    from stickslip.export.fmu.target import ARM, AXIS, OBSERVER
     from stickslip.export.randomisation.ranges import ISAAC_LAB_EVENTS, MJLAB_EVENTS, RANGES
     from stickslip.export.robots.mjcf import MjcfExporter
     from stickslip.export.robots.sdf import SdfExporter
@@ -45,6 +46,9 @@ def exporters() -> Mapping[str, Exporter]:
         ISAAC_LAB_EVENTS,
         MJLAB_EVENTS,
         CodeExporter(),
+        AXIS,
+        ARM,
+        OBSERVER,
     )
     return MappingProxyType({each.name: each for each in every})
 

@@ -36,8 +36,9 @@ def compiled_in_c(unit: Unit, kernel: Callable[..., Any], folder: Path, inputs: 
     """Return the translated kernel of real arguments as a Python function."""
     for name in ("types", "math"):
         text = template(
-            f"{name}.h", banner="", arithmetic="DOUBLE", functions=("sqrt", "exp", "ceil", "abs"),
-            library={"abs": "fabs"},
+            f"{name}.h", banner="", arithmetic="DOUBLE", library={"abs": "fabs"},
+            functions=("sqrt", "exp", "ceil", "abs", "floor", "sin"),
+            pairs=("pow", "fmod", "atan2", "hypot"),
         )  # fmt: skip
         (folder / f"stickslip_{name}.h").write_text(text)
     names = [f"x{k}" for k in range(inputs)]

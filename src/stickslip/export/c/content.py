@@ -120,15 +120,20 @@ def derived_content(
         f"sensor; the controller for efforts up to {limit:.4g} {unit_of('effort', kind)} and a "
         f"tolerance of {_TOLERANCE * step:g} {unit}: set the axis' own in the configuration"
     )
-    directional = parameters.directional("coulomb_friction")
     names = tuple(f.name for f in CodeContent.__dataclass_fields__.values())
     chosen = {name: getattr(base, name) for name in names}
     chosen |= {
         "controller": controller,
-        "energy": EnergyEstimator(inertia=inertia, per_direction=directional),
+        "energy": online_estimator(parameters, inertia),
         "kalman": _filter(affine, inertia, T, limit, kind),
     }
     return Derived(content=CodeContent(**chosen), notes=tuple(notes))
+
+
+def online_estimator(parameters: ExportParameters, inertia: float) -> EnergyEstimator:
+    """Return the online estimator of the friction of an axis with a known inertia."""
+    directional = parameters.directional("coulomb_friction")
+    return EnergyEstimator(inertia=inertia, per_direction=directional)
 
 
 def _controller(

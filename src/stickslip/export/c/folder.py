@@ -23,8 +23,11 @@ from stickslip.export.templates import filled_in
 from stickslip.records import AxisKind, PositioningOutcome, mass_name, unit_of
 
 REAL_FUNCTIONS = ("sqrt", "exp", "expm1", "log", "log1p", "ceil", "abs")
+PAIR_FUNCTIONS = ("pow",)
 LIBRARY = {"abs": "fabs"}
-LIBRARY_FUNCTIONS = tuple(sorted({*(LIBRARY.get(name, name) for name in REAL_FUNCTIONS), "pow"}))
+LIBRARY_FUNCTIONS = tuple(
+    sorted({*(LIBRARY.get(name, name) for name in REAL_FUNCTIONS), *PAIR_FUNCTIONS})
+)
 """Functions of the mathematical library that the code calls."""
 
 
@@ -254,6 +257,7 @@ def sources(content: CodeContent) -> dict[str, str]:
         "banner": content.banner,
         "arithmetic": "FLOAT" if content.precision == "single" else "DOUBLE",
         "functions": REAL_FUNCTIONS,
+        "pairs": PAIR_FUNCTIONS,
         "library": LIBRARY,
     }
     files = {f"stickslip_{name}.h": template(f"{name}.h", **common) for name in ("types", "math")}

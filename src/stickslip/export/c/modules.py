@@ -24,6 +24,7 @@ from stickslip.export.c.translator.types import (
     Record,
     Struct,
     Structs,
+    Tuple,
     Vector,
     field_comments,
     given_struct,
@@ -32,6 +33,7 @@ from stickslip.export.c.translator.unit import Unit
 from stickslip.export.c.translator.values import Value
 from stickslip.numerics.named_fields import places
 from stickslip.records import SensorSample
+from stickslip.simulation.kernels import arm, single_mass
 
 _SAMPLE_UNITS = {
     "time": "[s]; only copied to records of pulses",
@@ -72,7 +74,7 @@ class Module:
     copied: str = ""
     copies: tuple[str, ...] = ()
     sample: Struct | None = None
-    record: Struct | None = None  # of the law
+    record: Struct | None = None  # of the law or a plant
 
 
 def _structs(prefix: str, names: Mapping[str, tuple[Any, Any, str]]) -> Structs:
@@ -285,3 +287,26 @@ def energy_module(parameters: int) -> Module:
         copied="own.guard.kept",
         copies=tuple(kept.first_copy()),
     )
+
+
+def _plant(name: str, kernels: Any, variable: str, step: Any, numbers: int) -> Module:
+    """Return the exact motion of a plant over a sample; its state is a tuple of numbers."""
+    structs = _structs(f"stickslip_{name}", {"model": _variable(kernels, variable)})
+    struct = structs.of(getattr(kernels, variable))
+    model = Value(Record(struct), "model", config="model")
+    state = Value(Tuple((REAL,) * numbers), "state")
+    unit = Unit(structs, prefix=name)
+    entries = _translated(unit, {"step": (step, [model, state, *_reals("u")])})
+    return Module(name=name, unit=unit, entries=entries, record=struct)
+
+
+@functools.cache
+def axis_module() -> Module:
+    """Return the exact motion of a single mass with affine friction."""
+    return _plant("axis", single_mass, "MASS_MODEL", single_mass.mass_step, 5)
+
+
+@functools.cache
+def arm_module() -> Module:
+    """Return the exact motion of a flexible arm with affine friction."""
+    return _plant("arm", arm, "ARM_MODEL", arm.arm_step, 11)

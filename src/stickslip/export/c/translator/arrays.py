@@ -39,6 +39,11 @@ def has_slice(node: ast.expr) -> bool:
     return any(isinstance(part, ast.Slice) for part in parts)
 
 
+def _item_of(node: ast.Call) -> Scalar:
+    """Return the type of the items of a new array: the only dtype that kernels give is of flags."""
+    return INT if node.keywords or len(node.args) > 1 else REAL
+
+
 class Arrays(Expressions):
     """Translation of the arrays of one function."""
 
@@ -69,8 +74,11 @@ class Arrays(Expressions):
 
     def _new_array(self, name: str, source: ast.expr) -> bool:  # noqa: PLR0911
         """Translate ``name = np.empty(...)``, a copy or a tuple; return whether it is one."""
+        before = self.names.get(name)
+        if isinstance(source, ast.Tuple) and before and isinstance(before.type, Tuple):
+            return False  # a tuple that changes as a whole
         if isinstance(source, ast.Tuple):
-            values = [self.value(each) for each in source.elts]
+            values = self.items_of(source)
             if all(isinstance(value.type, Tuple) for value in values):
                 self._rows_of_tuples(name, values)
                 return True
@@ -87,8 +95,7 @@ class Arrays(Expressions):
         function = self.known(source.func)
         if function in (np.empty, np.zeros, np.ones):
             dims = self._dims(source.args[0])
-            item = INT if source.keywords else REAL  # the dtype of flags
-            self._store(name, Array(dims, item))
+            self._store(name, Array(dims, _item_of(source)))
             if function is not np.empty:
                 first = 0.0 if function is np.zeros else 1.0
                 self._fill(self.names[name], (), constant(first))
@@ -118,7 +125,31 @@ class Arrays(Expressions):
             for j in range(len(first.items)):
                 self.emit(f"{c_name(name)}[{k}][{j}] = {held.code}.{first.member(str(j))};")
 
+    def scratch_array(self, node: ast.Call) -> Value:
+        """Return a new array that has no name in Python."""
+        kind = Array(self._dims(node.args[0]), _item_of(node))
+        if kind.dims == (0,):
+            return Value(kind, "")
+        self.scratch += 1
+        self.emit(f"{self.unit.declared(kind, f't{self.scratch}')};")
+        return Value(kind, f"t{self.scratch}")
+
+    def _Subscript(self, node: ast.Subscript) -> Value:  # noqa: N802
+        """Return an element, or a part of a tuple."""
+        if not isinstance(node.slice, ast.Slice):
+            return super()._Subscript(node)
+        values = self.unpacked(self._held(self.value(node.value)))
+        ends = (node.slice.lower, node.slice.upper)
+        bounds = [None if end is None else self.value(end).const for end in ends]
+        if node.slice.step or any(b is None and e for b, e in zip(bounds, ends, strict=True)):
+            raise UntranslatableError(f"the slice {ast.unparse(node)}")
+        low, high = (None if bound is None else int(bound) for bound in bounds)
+        return self.gathered(values[low:high])
+
     def _dims(self, node: ast.expr) -> tuple[int, ...]:
+        known = self.known(node)
+        if isinstance(known, tuple):
+            return known
         parts = node.elts if isinstance(node, ast.Tuple) else [node]
         sizes = [self.value(part).const for part in parts]
         if any(size is None for size in sizes):

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from stickslip.export.c.translator.types import (
     BOOL,
@@ -25,6 +26,7 @@ from stickslip.export.c.translator.types import (
 from stickslip.export.c.translator.values import (
     AND,
     BAND,
+    BOR,
     COND,
     OR,
     SHIFT,
@@ -43,7 +45,7 @@ from stickslip.export.c.translator.values import (
 )
 
 if TYPE_CHECKING:
-    from stickslip.export.c.translator.unit import Unit
+    from stickslip.export.c.translator.unit import Function, Unit
 
 _COMPARISONS: dict[type[ast.cmpop], str] = {
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!="
@@ -55,6 +57,7 @@ _REAL_FUNCTIONS: dict[Any, str] = {
     math.log: "real_log", np.log: "real_log",
     math.log1p: "real_log1p", np.log1p: "real_log1p",
     np.ceil: "real_ceil",
+    math.sin: "real_sin", math.atan2: "real_atan2", math.hypot: "real_hypot",
     np.sign: "real_sign",
 }  # fmt: skip
 _TESTS: dict[Any, str] = {
@@ -95,6 +98,10 @@ class Expressions:
         known = self.known(node)
         if isinstance(known, bool | int | float | np.integer | np.floating):
             return constant(known.item() if isinstance(known, np.generic) else known)
+        if isinstance(known, np.ndarray):
+            return self.unit.table(ast.unparse(node), known)
+        if isinstance(known, tuple):
+            return self.gathered([constant(each) for each in known])
         method: Callable[[Any], Value] | None = getattr(self, f"_{type(node).__name__}", None)
         if method is None:
             raise UntranslatableError(f"{ast.unparse(node)} ({type(node).__name__})")
@@ -187,8 +194,32 @@ class Expressions:
 
     def _Tuple(self, node: ast.Tuple) -> Value:  # noqa: N802
         """Return a tuple inside an expression, as a value of its own."""
-        values = [self.value(each) for each in node.elts]
+        values = self.items_of(node)
         self._one_effect(node, values)
+        return self.gathered(values)
+
+    def items_of(self, node: ast.Tuple) -> list[Value]:
+        """Return the values of a tuple, of which a starred one is a tuple itself."""
+        found: list[Value] = []
+        for each in node.elts:
+            if isinstance(each, ast.Starred):
+                found += self.unpacked(self.value(each.value))
+            else:
+                found.append(self.value(each))
+        return found
+
+    def unpacked(self, value: Value) -> list[Value]:
+        """Return the values of a tuple that a name or field holds."""
+        if not isinstance(value.type, Tuple) or value.impure:
+            raise UntranslatableError(f"the values of {value.code}")
+        code = value.within(UNARY + 1)
+        return [
+            Value(item, f"{code}.{value.type.member(str(k))}")
+            for k, item in enumerate(value.type.items)
+        ]
+
+    def gathered(self, values: list[Value]) -> Value:
+        """Return values as a tuple."""
         kind = Tuple(tuple(value.type for value in values))
         inner = ", ".join(value.code for value in values)
         braced = f"{{{{{inner}}}}}" if kind.alike else f"{{{inner}}}"
@@ -224,8 +255,16 @@ class Expressions:
             return quotient(left, right)
         if isinstance(operator, ast.Pow):
             return _power(left, right)
-        if left.type != INT or right.type != INT:
+        if left.type == INT and right.type == INT:
+            return self._whole(operator, left, right)
+        if not isinstance(operator, ast.Mod):
             raise UntranslatableError(f"{type(operator).__name__} of numbers that are not whole")
+        left, right = cast(left, REAL), cast(right, REAL)
+        impure = left.impure or right.impure
+        return Value(REAL, f"real_mod({left.code}, {right.code})", impure=impure)
+
+    def _whole(self, operator: ast.operator, left: Value, right: Value) -> Value:
+        """Return the value of an operator that only whole numbers have."""
         a, b = left.const, right.const
         impure = left.impure or right.impure
         for kind, name in ((ast.Mod, "floor_mod"), (ast.FloorDiv, "floor_div")):
@@ -234,7 +273,8 @@ class Expressions:
                     return constant(int(a % b if kind is ast.Mod else a // b))
                 return Value(INT, f"{name}({left.code}, {right.code})", impure=impure)
         for kind, symbol, rank in (
-            (ast.LShift, "<<", SHIFT), (ast.RShift, ">>", SHIFT), (ast.BitAnd, "&", BAND)
+            (ast.LShift, "<<", SHIFT), (ast.RShift, ">>", SHIFT), (ast.BitAnd, "&", BAND),
+            (ast.BitOr, "|", BOR),
         ):  # fmt: skip
             if isinstance(operator, kind):
                 if symbol == "<<":
@@ -244,6 +284,11 @@ class Expressions:
         raise UntranslatableError(f"the operator {type(operator).__name__}")
 
     def _Compare(self, node: ast.Compare) -> Value:  # noqa: N802
+        if isinstance(node.ops[0], ast.In) and isinstance(node.comparators[0], ast.Tuple):
+            left = self.value(node.left)
+            choices = self.items_of(node.comparators[0])
+            self._one_effect(node, [left, left, *choices])
+            return _joined("||", [comparison("==", left, each) for each in choices])
         values = [self.value(each) for each in (node.left, *node.comparators)]
         if len(values) > 2 and any(value.impure for value in values):
             raise UntranslatableError(f"{ast.unparse(node)} evaluates a call twice")
@@ -290,8 +335,12 @@ class Expressions:
         function = self.known(node.func)
         if function is None:
             raise UntranslatableError(f"{ast.unparse(node.func)} is not known")
-        if function is np.empty and self.value(node.args[0]).const == 0:
-            return Value(Array((0,), INT if node.keywords else REAL), "")
+        if function is np.empty:
+            return self.scratch_array(node)
+        if function is to_fixed_tuple:
+            array, size = self.value(node.args[0]), self.value(node.args[1])
+            places = range(int(size.const or 0))
+            return self.gathered([element(array, [constant(k)]) for k in places])
         if getattr(function, "__qualname__", "") == "fields_at.<locals>.fields":
             return self._fields(function, self.value(node.args[0]))
         if isinstance(getattr(function, "py_func", function), types.FunctionType):
@@ -309,8 +358,9 @@ class Expressions:
             return Value(REAL, f"{_REAL_FUNCTIONS[function]}({arguments})", impure=impure)
         if function in _TESTS:
             return Value(BOOL, f"{_TESTS[function]}({arguments})", impure=impure)
-        if function is math.ceil:
-            return Value(INT, f"(int64_t)real_ceil({arguments})", UNARY, impure=impure)
+        if function in (math.ceil, math.floor):
+            code = f"(int64_t)real_{function.__name__}({arguments})"
+            return Value(INT, code, UNARY, impure=impure)
         if function in (max, min) and len(values) > 1:
             return _extreme(function.__name__, values)
         if function is abs:
@@ -342,6 +392,7 @@ class Expressions:
         arguments = [self.value(each) for each in node.args]
         self._one_effect(node, arguments)
         called = self.unit.function(function, arguments)
+        self.calls(called)
         codes: list[str] = []
         for name, argument in zip(called.parameters, arguments, strict=False):
             if name in called.specialised:
@@ -368,6 +419,14 @@ class Expressions:
 
     def write(self, origin: tuple[str, Any, str]) -> None:
         """Note that memory is written."""
+        raise NotImplementedError
+
+    def calls(self, called: "Function") -> None:
+        """Note that a kernel is called."""
+        raise NotImplementedError
+
+    def scratch_array(self, node: ast.Call) -> Value:
+        """Return a new array that has no name in Python."""
         raise NotImplementedError
 
     def _one_effect(self, node: ast.expr, values: list[Value]) -> None:

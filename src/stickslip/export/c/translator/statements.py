@@ -258,6 +258,19 @@ class Statements(Arrays):
             raise UntranslatableError(f"the range {ast.unparse(call)}")
         self._loop(node, bounds[0], bounds[1], step)
 
+    def _While(self, node: ast.While) -> None:  # noqa: N802
+        if node.orelse:
+            raise UntranslatableError("a loop with else")
+        before = len(self.lines)
+        test = self.condition(node.test)
+        if len(self.lines) != before:
+            raise UntranslatableError(f"the condition {ast.unparse(node.test)} takes statements")
+        self.emit(f"while ({test.code}) {{")
+        outer, self.unrolled = self.unrolled, 0
+        self._nested(node.body)
+        self.unrolled = outer
+        self.emit("}")
+
     def _loop(self, node: ast.For, start: Value, stop: Value, step: int) -> None:
         assert isinstance(node.target, ast.Name)  # noqa: S101 - as the caller has found
         name = node.target.id
@@ -359,7 +372,7 @@ class Statements(Arrays):
             self.emit("return;")
             return
         if isinstance(node.value, ast.Tuple):
-            values = [self.value(each) for each in node.value.elts]
+            values = self.items_of(node.value)
             # The state is changed in place
             values = [value for value in values if not isinstance(value.type, Vector)]
             self._one_effect(node.value, values)

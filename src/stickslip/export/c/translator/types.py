@@ -140,6 +140,8 @@ def suffix(kind: Type) -> str:
         return "a" + "x".join(map(str, kind.dims))
     if isinstance(kind, Record):
         return kind.struct.name
+    if isinstance(kind, Tuple) and kind.alike:
+        return f"t{len(kind.items)}{suffix(kind.items[0])}"
     if isinstance(kind, Tuple):
         return "t" + "".join(map(suffix, kind.items))
     return kind.layout.name

@@ -21,10 +21,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
+import numpy as np
+
 from stickslip.export.c.translator.statements import Statements
 from stickslip.export.c.translator.types import (
     INT,
     NOTHING,
+    REAL,
     Array,
     Layout,
     Record,
@@ -98,6 +101,7 @@ class Unit:
         self._open: list[Any] = []
         self._tuples: dict[Tuple, str] = {}
         self._taken: dict[str, Any] = {}
+        self._tables: dict[str, str] = {}
 
     def translate(self, entry: Callable[["Unit"], None]) -> None:
         """Translate what ``entry`` asks for by `function`."""
@@ -157,6 +161,19 @@ class Unit:
         (name,) = (made.name for key, made in self._functions.items() if key[0] is python)
         return name
 
+    def all_functions(self) -> tuple[Function, ...]:
+        """Return the translated kernels, callees first."""
+        return tuple(self._functions.values())
+
+    def table(self, name: str, numbers: np.ndarray) -> Value:
+        """Return the numbers of an array outside all kernels, as a constant of the file."""
+        code = f"{self.prefix}_{name}".lower()
+        kind = Array(numbers.shape, REAL, const=True)
+        made = f"static const {self.declared(kind, code)} = {_braced(numbers.tolist())};"
+        if self._tables.setdefault(code, made) != made:
+            raise UntranslatableError(f"there are two arrays named {name}")
+        return Value(kind, code)
+
     # --- code ---
 
     def type_name(self, kind: Type) -> str:
@@ -195,10 +212,9 @@ class Unit:
         return "\n".join(lines)
 
     def functions(self) -> str:
-        """Return all functions, callees first."""
-        return "\n\n".join(
-            f"{made.prototype}\n{{\n{made.body}}}" for made in self._functions.values()
-        )
+        """Return all tables and functions, callees first."""
+        made = (f"{each.prototype}\n{{\n{each.body}}}" for each in self._functions.values())
+        return "\n\n".join([*self._tables.values(), *made])
 
     def structures(self) -> str:
         """Return the structures of both halves of all records that are used."""
@@ -267,13 +283,11 @@ class _Translation(Statements):
         elif kind == "flat":
             self.made.impure = True
 
-    def _kernel_call(self, function: types.FunctionType, node: ast.Call) -> Value:
-        value = super()._kernel_call(function, node)
-        self.made.impure = self.made.impure or value.impure
-        called = self.unit.function(function, [self.value(each) for each in node.args])
+    def calls(self, called: Function) -> None:
+        """Note that a kernel is called."""
+        self.made.impure = self.made.impure or called.impure
         memory = any(not isinstance(kind, Scalar | Tuple) for kind in called.parameters.values())
         self.borrows = self.borrows or (memory and not called.readonly)
-        return value
 
     def run(self) -> Function:
         """Translate until no type changes any more; then write the function."""
@@ -386,6 +400,17 @@ class _Translation(Statements):
             return f"{const}{kind.item.name} *{code} = NULL;"
         rest = "".join(f"[{size}]" for size in kind.dims[1:])
         return f"{const}{kind.item.name} (*{code}){rest} = NULL;"
+
+
+def _braced(numbers: Any) -> str:
+    """Return nested numbers as an initialiser; zeros at the end of a row are left to C."""
+    if not isinstance(numbers, list):
+        return f"REAL({float(numbers)!r})"
+    parts = [_braced(each) for each in numbers]
+    while len(parts) > 1 and parts[-1] in ("REAL(0.0)", "{REAL(0.0)}"):
+        del parts[-1]
+    nested = isinstance(numbers[0], list)
+    return f"{{{(',' + chr(10) if nested else ', ').join(parts)}}}"
 
 
 def _reads(name: str, body: str) -> bool:

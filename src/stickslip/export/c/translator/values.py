@@ -15,7 +15,9 @@ from stickslip.export.c.translator.types import (
     c_name,
 )
 
-ATOM, UNARY, MUL, ADD, SHIFT, REL, EQ, BAND, AND, OR, COND = 16, 15, 13, 12, 11, 10, 9, 8, 5, 4, 3
+ATOM, UNARY, MUL, ADD, SHIFT, REL, EQ, BAND, BOR, AND, OR, COND = (
+    16, 15, 13, 12, 11, 10, 9, 8, 6, 5, 4, 3
+)  # fmt: skip
 """Precedence of operators in C, the strongest first."""
 
 Origin = tuple[str, object, str]

@@ -1,0 +1,299 @@
+"""The models of functional mock-up units: their variables, and their C sources."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Any, Literal
+
+from stickslip.export.c.content import CodeContent
+from stickslip.export.c.folder import LIBRARY, PAIR_FUNCTIONS, REAL_FUNCTIONS, sources, template
+from stickslip.export.c.memory import members
+from stickslip.export.c.modules import Module, arm_module, axis_module
+from stickslip.export.c.translator.types import REAL, Tuple
+from stickslip.export.c.translator.unit import struct_name
+from stickslip.export.template_exporter import identifier
+from stickslip.export.templates import filled_in
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm, SingleMass
+from stickslip.records import AxisKind, mass_name, parameter_label, unit_of
+from stickslip.simulation.plant_kernels import kernel_model
+
+_ANY = 1_000_000_000  # samples of a communication step
+_COUNTS = ("missing_samples", "position_glitches", "effort_glitches", "resets")
+_Causality = Literal["independent", "input", "output", "parameter", "local"]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Variable:
+    """A variable of a unit; its place in the list is its value reference.
+
+    Attributes
+    ----------
+    name, causality, description, unit
+        As in the model description; a local variable is a constant.
+    start
+        Value before the first step; None for what is calculated.
+    """
+
+    name: str
+    causality: _Causality
+    description: str
+    unit: str
+    start: float | None = None
+
+    @property
+    def variability(self) -> str:
+        """How it changes, in the words of the standard."""
+        of = {"independent": "continuous", "parameter": "fixed", "local": "constant"}
+        return of.get(self.causality, "discrete")
+
+    @property
+    def initial(self) -> str:
+        """How its first value is made, in the words of the standard; empty for the default."""
+        return {"output": "calculated", "parameter": "exact", "local": "exact"}.get(
+            self.causality, ""
+        )
+
+
+@dataclass(frozen=True, kw_only=True)
+class FmuModel:
+    """A model of a unit.
+
+    Attributes
+    ----------
+    title
+        Its name.
+    identifier
+        Its name in C and of its binaries.
+    sampling_time
+        Of the model [s].
+    variables
+        The time first.
+    sources
+        Files in C by name; the unit's own file includes ``model.c``.
+    most_samples
+        Samples that a communication step may have.
+    """
+
+    title: str
+    identifier: str
+    sampling_time: float
+    variables: tuple[Variable, ...]
+    sources: Mapping[str, str] = field(repr=False)
+    most_samples: int = _ANY
+
+
+def _variables(
+    T: float, kind: AxisKind, constants: Mapping[str, tuple[str, float]], *rows: Variable
+) -> tuple[Variable, ...]:
+    """Return the time, the rows, and constants by name: their quantity and value."""
+    return (
+        Variable(name="time", causality="independent", description="Time", unit="s"),
+        *rows,
+        Variable(
+            name="sampling_time",
+            causality="local",
+            description="Sampling time",
+            unit="s",
+            start=T,
+        ),
+        *(
+            Variable(
+                name=name,
+                causality="local",
+                description=parameter_label(quantity, kind),
+                unit=unit_of(quantity, kind),
+                start=value,
+            )
+            for name, (quantity, value) in constants.items()
+        ),
+    )
+
+
+def plant_model(
+    axis: str,
+    plant: SingleMass[CoulombViscousFriction] | FlexibleArm[CoulombViscousFriction],
+    sampling_time: float,
+    banner: str,
+) -> FmuModel:
+    """Return the exact motion of a plant with affine friction.
+
+    Parameters
+    ----------
+    axis
+        Name of the axis.
+    plant
+        The plant.
+    sampling_time
+        For which an effort is held [s].
+    banner
+        The first line of every file.
+
+    Raises
+    ------
+    InputError
+        If the sampling time is too long for the plant.
+    """
+    kind, flexible = plant.kind, plant.flexible
+    what = "arm" if flexible else "axis"
+    law = plant.friction
+    friction = {
+        name: (name, getattr(law, name))
+        for quantity in ("coulomb_friction", "static_friction", "viscous_friction")
+        for name in (f"{quantity}_positive", f"{quantity}_negative")
+    } | {"offset": ("offset", law.offset)}
+    inertia = mass_name(kind)
+    if isinstance(plant, FlexibleArm):
+        body = {
+            inertia: (inertia, plant.mass_1),
+            f"load_{inertia}": (f"load_{inertia}", plant.mass_2),
+            "stiffness": ("stiffness", plant.stiffness),
+        }
+    else:
+        body = {inertia: (inertia, plant.mass)}
+    names = plant.state_names
+    states = {name: name.removeprefix("load_") for name in names}
+    words = {name: name.replace("_", " ") for name in names}
+    rows = [
+        Variable(
+            name="effort",
+            causality="input",
+            description="Effort, held over a communication step",
+            unit=unit_of("effort", kind),
+            start=0.0,
+        ),
+        *(
+            Variable(
+                name=name,
+                causality="output",
+                description=words[name].capitalize(),
+                unit=unit_of(states[name], kind),
+            )
+            for name in names
+        ),
+        *(
+            Variable(
+                name=f"initial_{name}",
+                causality="parameter",
+                description=f"Initial {words[name]}",
+                unit=unit_of(states[name], kind),
+                start=0.0,
+            )
+            for name in names
+        ),
+    ]
+    title = f"{axis}: " + ("flexible arm" if flexible else "rigid axis") + " with friction"
+    module = arm_module() if flexible else axis_module()
+    model = kernel_model(plant, sampling_time).copy()
+    return FmuModel(
+        title=title,
+        identifier=f"{identifier(axis)}_{what}",
+        sampling_time=sampling_time,
+        variables=_variables(sampling_time, kind, body | friction, *rows),
+        sources={
+            "model.c": _plant_source(module, model, len(names), title, banner),
+            "stickslip_types.h": template("types.h", banner=banner, arithmetic="DOUBLE"),
+            "stickslip_math.h": template(
+                "math.h",
+                banner=banner,
+                functions=(*REAL_FUNCTIONS, "floor", "sin"),
+                pairs=(*PAIR_FUNCTIONS, "fmod", "atan2", "hypot"),
+                library=LIBRARY,
+            ),
+        },
+    )
+
+
+def _plant_source(module: Module, model: Any, outputs: int, title: str, banner: str) -> str:
+    unit, record = module.unit, module.record
+    (step,) = (each for each in unit.all_functions() if each.name == module.entries["step"])
+    assert record is not None  # noqa: S101 - a plant has a record
+    assert isinstance(step.result, Tuple)  # noqa: S101 - state and output
+    state = step.result.items[0]
+    assert isinstance(state, Tuple)  # noqa: S101 - numbers
+    assert step.result.items[1] == Tuple((REAL,) * outputs)  # noqa: S101 - as the template has it
+    return filled_in(
+        "stickslip.export.fmu",
+        "plant.c.j2",
+        banner=banner,
+        title=title,
+        structures=unit.structures(),
+        tuples=unit.tuples(),
+        functions=unit.functions(),
+        config_type=struct_name(record, "config"),
+        config=members(record, model),
+        state_type=unit.type_name(state),
+        result_type=unit.type_name(step.result),
+        step=step.name,
+        mode=len(state.items) - 1,
+        outputs=outputs,
+        effort=1,
+        first_output=2,
+        first_parameter=2 + outputs,
+    )
+
+
+def observer_model(content: CodeContent, banner: str) -> FmuModel:
+    """Return the online energy estimator of a content that holds one.
+
+    Parameters
+    ----------
+    content
+        What the code holds.
+    banner
+        The first line of every file.
+    """
+    estimator, kind = content.energy, content.kind
+    assert estimator is not None  # noqa: S101 - see above
+    names = estimator.parameter_names(kind)
+    rows = [
+        Variable(
+            name=name,
+            causality="input",
+            description=f"Measured {name} at the start of the communication step; NaN if missing",
+            unit=unit_of(name, kind),
+            start=0.0,
+        )
+        for name in ("effort", "position")
+    ]
+    first_output = 1 + len(rows)
+    for name in names:
+        label, unit = parameter_label(name, kind), unit_of(name, kind)
+        rows += [
+            Variable(name=name, causality="output", description=label, unit=unit),
+            Variable(
+                name=f"{name}_deviation",
+                causality="output",
+                description=f"{label}: standard deviation by the model",
+                unit=unit,
+            ),
+        ]
+    rows += [
+        Variable(name=name, causality="output", description=words.capitalize(), unit="1")
+        for name in _COUNTS
+        for words in [name.replace("_", " ")]
+    ]
+    title = f"{content.axis}: online estimator of friction"
+    own = f"{identifier(content.axis)}_observer"
+    needed = replace(content, controller=None, kalman=None, banner=banner)
+    files = {name: text for name, text in sources(needed).items() if "law" not in name}
+    files["model.c"] = filled_in(
+        "stickslip.export.fmu",
+        "observer.c.j2",
+        banner=banner,
+        title=title,
+        identifier=own,
+        names=names,
+        counts=_COUNTS,
+        effort=1,
+        first_output=first_output,
+    )
+    inertia = mass_name(kind)
+    constants = {inertia: (inertia, content.inertia)}
+    return FmuModel(
+        title=title,
+        identifier=own,
+        sampling_time=content.sampling_time,
+        variables=_variables(content.sampling_time, kind, constants, *rows),
+        sources=files,
+        most_samples=1,
+    )
