@@ -5,8 +5,9 @@ import shutil
 import subprocess
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,7 @@ _OPTIONS = ("-std=c99", "-O2", "-ffp-contract=off", "-shared", "-fPIC")
 _ROUNDS = 40  # through the samples of the test vectors, from the first state
 _EFFORTS = 4000  # samples of a plant
 _T = 0.001
+_TARGET = 1e-3  # of the pulse controller, which begins at 0 [m]
 _PARAMETERS = ExportParameters(
     kind="linear",
     values={"mass": 150.0, "coulomb_friction": 100.0, "viscous_friction": 700.0, "offset": 4.0},
@@ -60,6 +62,7 @@ int64_t size(void);
 int64_t size(void) {{ return (int64_t)({size}); }}
 double run(int64_t rounds, int64_t n, const double *in) {{
     double out = 0.0;
+    {declare}
     for (int64_t r = 0; r < rounds; r += 1) {{
         {init}
         for (int64_t k = 0; k < n; k += 1) {{ const double *z = in + {columns} * k; {step} }}
@@ -83,8 +86,11 @@ double run(int64_t rounds, int64_t n, const double *in) {
     return values[2];
 }
 """
-_STATE = "static stickslip_{name}_state_t state; stickslip_{name}_init(&stickslip_{name}, &state);"
-_SIZE = "sizeof(stickslip_{name}_config_t) + sizeof(stickslip_{name}_state_t)"
+_STATE = {
+    "size": "sizeof(stickslip_{name}_config_t) + sizeof(stickslip_{name}_state_t)",
+    "declare": "static stickslip_{name}_state_t state;",
+    "init": "stickslip_{name}_init(&stickslip_{name}, &state);",
+}
 _STEP = "(void)stickslip_{name}_step_missing(&stickslip_{name}, &state, z[0], z[1], z[2]);"
 _RESULT = (
     "stickslip_{name}_result_t result; "
@@ -93,26 +99,26 @@ _RESULT = (
 _CALLS = {
     "law": {
         "size": "sizeof(stickslip_law_config_t)",
+        "declare": "",
         "init": "",
         "step": "(void)stickslip_law_feedforward(&stickslip_law, z[0], z[1], &out);",
         "end": "",
     },
     "pulses": {
-        "size": _SIZE,
-        "init": _STATE,
+        **_STATE,
         "step": "const stickslip_sample_t sample = {z[0], z[1], z[2], NAN, NAN}; "
         "(void)stickslip_pulses_step(&stickslip_pulses, &state, &sample, &out);",
         "end": "out = state.motion.error;",
     },
-    "kalman": {"size": _SIZE, "init": _STATE, "step": _STEP, "end": _RESULT},
-    "energy": {"size": _SIZE, "init": _STATE, "step": _STEP, "end": _RESULT},
+    "kalman": {**_STATE, "step": _STEP, "end": _RESULT},
+    "energy": {**_STATE, "step": _STEP, "end": _RESULT},
 }
 
 Vector = Float[np.ndarray, " s"]
 
 
 @contextmanager
-def _in_c(files: dict[str, str], units: list[str]) -> Iterator[tuple[Callable[..., float], int]]:
+def _in_c(files: dict[str, str], units: list[str]) -> Generator[tuple[Callable[..., float], int]]:
     """Yield the compiled run over samples, and the bytes of configuration and state."""
     found = shutil.which("gcc") or shutil.which("clang")
     compiler = [found] if found else [sys.executable, "-m", "ziglang", "cc"]
@@ -138,7 +144,7 @@ def _run_law(law: Any, rounds: int, samples: Any) -> float:
     for _ in range(rounds):
         for k in range(samples.shape[0]):
             effort = friction.feedforward(law, samples[k, 0], samples[k, 1])
-            if np.isfinite(effort):
+            if np.isfinite(samples[k, 0]):
                 out = effort
     return out
 
@@ -215,6 +221,8 @@ def compare(progress: Progress) -> list[Comparison]:
         Where progress is shown.
     """
     content = derived_content("axis", _PARAMETERS, sampling_time=_T).content
+    assert content.controller is not None
+    content = replace(content, controller=replace(content.controller, target=_TARGET))
     parts, files = parts_of(content), sources(content)
     rows = Rows(progress, "exported code", total=2 * (len(parts) + len(_PLANTS)))
 
@@ -235,7 +243,7 @@ def compare(progress: Progress) -> list[Comparison]:
     for part in parts:
         name = part.module.name
         samples = vectors_of(part, content).inputs
-        calls = {each: text.format(name=name) for each, text in _CALLS[name].items()}
+        calls = {each: text.replace("{name}", name) for each, text in _CALLS[name].items()}
         shim = _SHIM.format(name=name, columns=samples.shape[1], **calls)
         units = ["shim.c", f"stickslip_{name}.c", f"stickslip_{name}_config.c"]
         with _in_c({**files, "shim.c": shim}, units) as code:

@@ -21,8 +21,9 @@ COMPILER = shutil.which("gcc") or shutil.which("cc")
 needs_compiler = pytest.mark.skipif(COMPILER is None, reason="no C compiler is found")
 
 
-def translated(kernel: Callable[..., Any], *arguments: Value) -> Unit:
-    unit = Unit(Structs({}, {}), prefix="test")
+def translated(kernel: Callable[..., Any], *arguments: Value, open_loops: bool = False) -> Unit:
+    unit = Unit(Structs({}, {}), prefix="test", open_loops=open_loops)
+    three.py_func.__module__ = "stickslip.test"
     kernel.__module__ = "stickslip.test"  # only kernels of the package are translated
     unit.translate(lambda each: each.function(kernel, list(arguments)))  # type: ignore[arg-type]
     return unit
@@ -98,7 +99,47 @@ def powers(a: float, b: float) -> float:
     return y if y > -1e300 else -math.inf
 
 
-KERNELS = [whole_numbers, extremes, arrays, powers]
+TABLE = np.array([[0.25, 0.0, 0.0], [1.0, -3.0, 0.5]])
+PAIR = (1.5, -2.0)
+
+
+@numba.njit(error_model="numpy")
+def three(a: float, pair: tuple[float, float]) -> tuple[float, ...]:
+    return (a, *pair)
+
+
+def tuples(a: float, b: float) -> float:
+    first, flags = three(a, PAIR)[:2], 0
+    if a > 0.0:
+        flags |= 1
+    if b > 0.0:
+        flags |= 2
+    first = (*first[1:], b * TABLE[1, flags % 3])
+    return (first[0] - 2.0 * first[1] + TABLE[0, 2]) * (1.0 if a in (b, 7.0) else 3.0)
+
+
+def functions(a: float, b: float) -> float:
+    angle = math.atan2(a, b) - math.floor(a / 3.0)
+    return angle + math.sin(a) * math.hypot(a, b) + a % 2.5 + a % -0.75
+
+
+def loop(a: float, b: float) -> float:
+    steps, x = 0, abs(a) + 1.0
+    while x > 1.0:
+        x *= 0.5
+        steps += 1
+    while True:
+        x += 0.125
+        if x > b:
+            break
+        if steps > 3:
+            steps -= 1
+            continue
+        x += 0.5
+    return x + 10.0 * steps
+
+
+KERNELS = [whole_numbers, extremes, arrays, powers, tuples, functions, loop]
 
 
 @needs_compiler
@@ -107,7 +148,7 @@ def test_c_computes_what_the_compiled_kernel_does(
     kernel: Callable[..., Any], tmp_path: Path
 ) -> None:
     compiled: Any = numba.njit(error_model="numpy")(kernel)
-    unit = translated(kernel, real("a"), real("b"))
+    unit = translated(kernel, real("a"), real("b"), open_loops=kernel is loop)
     function = compiled_in_c(unit, kernel, tmp_path, 2)
     rng = np.random.default_rng(3)
     pairs = [*rng.uniform(-9.0, 9.0, (200, 2)).tolist(), (0.0, -0.0), (-3.0, 4.0), (7.0, -7.0)]

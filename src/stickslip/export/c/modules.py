@@ -295,7 +295,7 @@ def _plant(name: str, kernels: Any, variable: str, step: Any, numbers: int) -> M
     struct = structs.of(getattr(kernels, variable))
     model = Value(Record(struct), "model", config="model")
     state = Value(Tuple((REAL,) * numbers), "state")
-    unit = Unit(structs, prefix=name)
+    unit = Unit(structs, prefix=name, open_loops=True)
     entries = _translated(unit, {"step": (step, [model, state, *_reals("u")])})
     return Module(name=name, unit=unit, entries=entries, record=struct)
 

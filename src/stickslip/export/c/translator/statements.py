@@ -259,8 +259,9 @@ class Statements(Arrays):
         self._loop(node, bounds[0], bounds[1], step)
 
     def _While(self, node: ast.While) -> None:  # noqa: N802
-        if node.orelse:
-            raise UntranslatableError("a loop with else")
+        if node.orelse or not self.unit.open_loops:
+            what = "a loop with else" if node.orelse else "a loop without a bound"
+            raise UntranslatableError(what)
         before = len(self.lines)
         test = self.condition(node.test)
         if len(self.lines) != before:

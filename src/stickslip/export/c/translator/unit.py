@@ -79,6 +79,8 @@ class Unit:
         Kernels that raise an error for a state of another kind, which C's types exclude.
     overrides
         Functions that are written in place of the translation of a kernel.
+    open_loops
+        Whether kernels may have loops without a bound.
     """
 
     def __init__(
@@ -90,6 +92,7 @@ class Unit:
         in_place: tuple[str, ...] = (),
         preconditions: tuple[str, ...] = (),
         overrides: "Mapping[Any, Callable[[Unit], Function]] | None" = None,
+        open_loops: bool = False,
     ) -> None:
         self.structs = structs
         self.layout = layout
@@ -97,6 +100,7 @@ class Unit:
         self.in_place = in_place
         self.preconditions = preconditions
         self.overrides = dict(overrides or {})
+        self.open_loops = open_loops
         self._functions: dict[Any, Function] = {}
         self._open: list[Any] = []
         self._tuples: dict[Tuple, str] = {}
