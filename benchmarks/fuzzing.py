@@ -138,7 +138,8 @@ def _child(pipe: int, numbers: range, samples: Mapping[str, bytes], seed: int) -
             path = Path(folder, name)
             path.write_bytes(damaged(samples[name], contents, generator))
             signal.setitimer(signal.ITIMER_PROF, _SECONDS)
-            signal.setitimer(signal.ITIMER_REAL, 6 * _SECONDS)  # one that waits for ever
+            # One that waits for ever; on a busy machine others take 60 s for a second of their own
+            signal.setitimer(signal.ITIMER_REAL, 30 * _SECONDS)
             begin = time.process_time()
             outcome = _read(path)
             signal.setitimer(signal.ITIMER_PROF, 0.0)
@@ -249,8 +250,11 @@ def run(
         print(f"wrote {name}")
         return
     begin = time.perf_counter()
-    outcome = Outcome()
+    outcome, known = Outcome(), 0
     for number, outcome in enumerate(fuzz(samples, mutations, seed), 1):
+        for fault in outcome.faults[known:]:
+            print(f"fault: {fault}", file=sys.stderr)
+        known = len(outcome.faults)
         if number % 200 == 0:
             print(f"{sum(outcome.counts.values())}: {dict(outcome.counts)}", file=sys.stderr)
     print(f"{sum(outcome.counts.values())} files of {len(samples)} samples, seed {seed}")

@@ -1,5 +1,7 @@
-"""Reading a CSV log of a million rows."""
+"""Reading CSV logs of a million and of ten million rows, and an MCAP file of seven joints."""
 
+import subprocess
+import sys
 import tempfile
 from collections.abc import Callable
 from functools import partial
@@ -21,15 +23,40 @@ _SAMPLING_TIME = 0.001
 _SECONDS = 2.0
 """A million rows are to be read in this time [s]."""
 
+_MANY_ROWS = 10_000_000
+_SECONDS_OF_MANY, _GIGABYTES_OF_MANY = 5.0, 1.5
+"""Processor time [s] and memory [GB] in which ten million rows are to be read."""
+
+_MESSAGES = 100_000
+_SHARE_OF_ROSBAGS = 0.5
+"""Speed of reading a bag, over that of decoding its messages alone [-]."""
+
+_READING = """
+import resource, sys, time
+from stickslip.logs import LogSchema, read_axes
+logs = read_axes(sys.argv[1], LogSchema(kind=sys.argv[2]))
+own, of = resource.getrusage(resource.RUSAGE_SELF), resource.getrusage(resource.RUSAGE_CHILDREN)
+print(own.ru_utime + own.ru_stime + of.ru_utime + of.ru_stime, own.ru_maxrss * 1024)
+"""
+_DECODING = """
+import sys, time
+from pathlib import Path
+from rosbags.highlevel import AnyReader
+with AnyReader([Path(sys.argv[1])]) as reader:
+    for connection, _, raw in reader.messages():
+        reader.deserialize(raw, connection.msgtype)
+print(time.process_time())
+"""
+
 _DECIMALS = 9
 _ROUNDING = 0.5 * 10.0**-_DECIMALS
 
 pandas = cast("Any", _pandas)
 
 
-def _write(path: Path) -> np.ndarray:
-    """Write four columns of numbers with nine decimals; return the positions."""
-    time = np.arange(_ROWS) * _SAMPLING_TIME
+def _write(path: Path, first: int = 0) -> np.ndarray:
+    """Append four columns of numbers with nine decimals; return the positions."""
+    time = np.arange(first, first + _ROWS) * _SAMPLING_TIME
     position = 0.5 * np.sin(0.7 * time) + 0.1 * np.sin(31.0 * time)
     columns = {
         "time [s]": time,
@@ -37,8 +64,99 @@ def _write(path: Path) -> np.ndarray:
         "position [m]": position,
         "velocity [m/s]": 0.35 * np.cos(0.7 * time) + 3.1 * np.cos(31.0 * time),
     }
-    polars.DataFrame(columns).write_csv(path, float_precision=_DECIMALS)
+    with path.open("ab") as file:
+        polars.DataFrame(columns).write_csv(
+            file, float_precision=_DECIMALS, include_header=first == 0
+        )
     return position
+
+
+def _write_bag(path: Path) -> None:
+    """Write joint states of seven joints at 1 kHz."""
+    from rosbags.rosbag2 import StoragePlugin, Writer
+    from rosbags.typesys import Stores, get_typestore
+
+    kind = "sensor_msgs/msg/JointState"
+    store = get_typestore(Stores.ROS2_HUMBLE)
+    types: Any = store.types
+    names = [f"joint_{k}" for k in range(7)]
+    phases = np.arange(7.0)
+    with Writer(path, version=9, storage_plugin=StoragePlugin.MCAP) as writer:
+        topic = writer.add_connection("/joint_states", kind, typestore=store)
+        for k in range(_MESSAGES):
+            stamp = types["builtin_interfaces/msg/Time"](sec=k // 1000, nanosec=k % 1000 * 10**6)
+            header = types["std_msgs/msg/Header"](stamp=stamp, frame_id="")
+            angle = 0.003 * k + phases
+            message = types[kind](
+                header=header,
+                name=names,
+                position=np.sin(angle),
+                velocity=np.cos(angle),
+                effort=np.cos(1.7 * angle),
+            )
+            writer.write(topic, k * 10**6, store.serialize_cdr(message, kind))
+
+
+def _apart(code: str, *arguments: str) -> list[float]:
+    """Return the numbers that code prints in a process of its own."""
+    command = [sys.executable, "-c", code, *arguments]
+    done = subprocess.run(command, check=True, capture_output=True, text=True)
+    return [float(word) for word in done.stdout.split()]
+
+
+def _many_rows(folder: Path) -> Comparison:
+    """Return processor time and memory of reading ten million rows, with all imports."""
+    path = folder / "many.csv"
+    for first in range(0, _MANY_ROWS, _ROWS):
+        _write(path, first)
+    seconds, memory = _apart(_READING, str(path), "linear")
+    return Comparison(
+        title="A CSV log of ten million rows, four columns, processor time with imports",
+        item="row",
+        error_name="",
+        rows=(
+            Row(
+                name=f"stickslip, checked ({memory / 1e9:.2f} GB)",
+                nanoseconds=seconds / _MANY_ROWS * 1e9,
+                error=None,
+                ours=True,
+            ),
+        ),
+        targets=(
+            Target(text="seconds for ten million rows", measured=seconds, limit=_SECONDS_OF_MANY),
+            Target(text="GB of memory", measured=memory / 1e9, limit=_GIGABYTES_OF_MANY),
+        ),
+    )
+
+
+def _bag(folder: Path) -> Comparison:
+    """Return processor times of reading a bag, with all imports."""
+    path = folder / "robot"
+    _write_bag(path)
+    (theirs,) = _apart(_DECODING, str(path))
+    ours, _ = _apart(_READING, str(path), "rotary")
+    return Comparison(
+        title=f"An MCAP file of seven joints, {_MESSAGES} messages, processor time with imports",
+        item="message",
+        error_name="",
+        rows=(
+            Row(
+                name="stickslip, logs of seven joints",
+                nanoseconds=ours / _MESSAGES * 1e9,
+                error=None,
+                ours=True,
+            ),
+            Row(
+                name="rosbags, decoded messages",
+                nanoseconds=theirs / _MESSAGES * 1e9,
+                error=None,
+            ),
+        ),
+        targets=(
+            Target(text="times as long as rosbags", measured=ours / theirs,
+                   limit=1.0 / _SHARE_OF_ROSBAGS),
+        ),
+    )  # fmt: skip
 
 
 def _by_stickslip(path: Path) -> Any:
@@ -79,6 +197,12 @@ def compare(progress: Progress) -> list[Comparison]:
                 Row(name=name, nanoseconds=seconds / _ROWS * 1e9, error=error, ours=not rows)
             )
             progress.advance(task)
+        path.unlink()
+        further: list[Comparison] = []
+        for title, measured in (("ten million rows", _many_rows), ("a bag", _bag)):
+            task = progress.add_task(f"reading {title}", total=1)
+            further.append(measured(Path(folder)))
+            progress.advance(task)
     return [
         Comparison(
             title=f"A CSV log of a million rows, four columns, rounded to {_ROUNDING:.0e}",
@@ -92,5 +216,6 @@ def compare(progress: Progress) -> list[Comparison]:
                     limit=_SECONDS,
                 ),
             ),
-        )
+        ),
+        *further,
     ]

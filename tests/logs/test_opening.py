@@ -8,6 +8,7 @@ import sys
 import tempfile
 import threading
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -205,3 +206,42 @@ def test_standard_input_of_the_command_line(columns, monkeypatch, capsys):
     monkeypatch.setattr(sys, "stdin", io.TextIOWrapper(content))
     assert main(["inspect", "-", "--kind", "linear"]) == 0
     assert "position is read from column 'position'" in capsys.readouterr().out
+
+
+def test_each_column_is_loaded_once(tmp_path, monkeypatch):
+    """Most formats read the whole file for any column."""
+    from stickslip.logs import LogSchema, read_axes, reading
+
+    path = tmp_path / "robot.csv"
+    rows = "\n".join(f"{k},{k * k},{k % 3},{-k * k},{k % 5}" for k in range(50))
+    path.write_text(
+        f"time [s],a_position [rad],a_torque [N m],b_position [rad],b_torque [N m]\n{rows}"
+    )
+    asked = []
+
+    def counted(*arguments):
+        table, *others = open_log(*arguments)
+        load = table.load
+        table = replace(table, load=lambda names: (asked.append(list(names)), load(names))[1])
+        return (table, *others)
+
+    open_log = reading.open_log
+    monkeypatch.setattr(reading, "open_log", counted)
+    logs = read_axes(path, LogSchema(kind="rotary"))
+    assert list(logs) == ["a", "b"]
+    assert [len(names) for names in asked] == [5]
+    assert logs["b"].measured_position[-1] == -(49**2)
+
+
+def test_a_fault_in_one_axis_leaves_the_other(tmp_path):
+    from stickslip.logs import LogSchema, read_axes
+
+    path = tmp_path / "robot.csv"
+    rows = "\n".join(f"{k},{k * k},{k % 3},{-k * k},{k % 5}" for k in range(50))
+    rows = rows.replace("7,49,1,-49,2", "7,49,1,-49,?")
+    path.write_text(
+        f"time [s],a_position [rad],a_torque [N m],b_position [rad],b_torque [N m]\n{rows}"
+    )
+    logs = read_axes(path, LogSchema(kind="rotary"))
+    assert logs["a"].samples == 50
+    assert logs["b"].code == "cell_not_a_number"

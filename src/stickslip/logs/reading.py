@@ -1,14 +1,16 @@
 """From a file or a data frame to an `AxisLog` in SI units, checked for plausibility."""
 
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from stickslip.logs.columns.assignment import assign, chosen
+from stickslip.logs.columns.assignment import Assignment, assign, chosen
+from stickslip.logs.columns.channels import bind
 from stickslip.logs.columns.conversion import axis_log
 from stickslip.logs.formats.frames import table_of_frame
 from stickslip.logs.opening import open_log
 from stickslip.logs.schema import LogSchema, read_schema
-from stickslip.logs.table import Table
+from stickslip.logs.table import Table, remembered
 from stickslip.records import AxisLog, InputError, LogSource
 
 
@@ -60,7 +62,7 @@ def read_log(
         raise InputError("not_a_path", found=type(path).__name__) from None
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
-    return _axis_of(table, whole, axis, where, source, name)
+    return _axis_of(remembered(table), whole, axis, where, source, name)
 
 
 def log_from_frame(
@@ -122,8 +124,11 @@ def read_axes(
     """
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
+    table = remembered(table)
     logs: dict[str, AxisLog | InputError] = {}
     every = assign(table, whole)
+    if len(every) > 1:
+        _load_at_once(table, every.values())
     for axis, assigned in every.items():
         try:
             logs[axis or name] = axis_log(
@@ -139,6 +144,19 @@ def read_axes(
     if errors and len(errors) == len(logs):
         raise errors[0]
     return logs
+
+
+def _load_at_once(table: Table, every: Iterable[Assignment]) -> None:
+    """Load the columns of all axes, which are in one pass then; faults are found axis by axis."""
+    names: list[str] = []
+    try:
+        for assigned in every:
+            if assigned.problem is None:
+                bound = bind(table, assigned.schema, assigned.found, "schema")
+                names += [name for each in bound.values() for name in each.expression.names]
+        table.load([name for name in dict.fromkeys(names) if name in table.headers])
+    except InputError:
+        return
 
 
 def schema_at(schema: str | Path | LogSchema | None) -> tuple[LogSchema, str]:

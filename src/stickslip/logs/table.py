@@ -2,7 +2,7 @@
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -124,6 +124,19 @@ def groups_by_length(sizes: Mapping[str, int]) -> tuple[RateGroup, ...]:
         RateGroup(columns=tuple(names), name=f"{size} samples" if len(lengths) > 1 else "")
         for size, names in lengths.items()
     )
+
+
+def remembered(table: Table) -> Table:
+    """Return a table that loads each column once: most formats read the whole file for any."""
+    known: dict[str, Column] = {}
+
+    def load(names: Sequence[str]) -> dict[str, Column]:
+        missing = [name for name in dict.fromkeys(names) if name not in known]
+        if missing:
+            known.update(table.load(missing))
+        return {name: known[name] for name in names}
+
+    return replace(table, load=load)
 
 
 def combined(tables: Mapping[str, Table], label: str) -> Table:

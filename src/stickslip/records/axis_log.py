@@ -1,6 +1,7 @@
 """A log of one motion axis: what was sent to it and what was measured."""
 
 from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
 from functools import cached_property
 from itertools import pairwise
@@ -110,7 +111,7 @@ class AxisLog(Record):
         time = self._store("time", self.time)
         if time.size < _MINIMUM_SAMPLES:
             raise InputError("too_few_samples", samples=time.size, least=_MINIMUM_SAMPLES)
-        backward = np.flatnonzero(np.diff(time) <= 0)
+        backward = np.flatnonzero(time[1:] <= time[:-1])
         if backward.size:
             k = int(backward[0])
             raise InputError("time_not_increasing", sample=k + 1, time=time[k], next=time[k + 1])
@@ -126,6 +127,12 @@ class AxisLog(Record):
         array = finite_vector(name, values, self.unit(quantity.name.replace(" ", "_")))
         object.__setattr__(self, name, array)
         return array
+
+    def with_source(self, source: LogSource | None) -> "AxisLog":
+        """Return the log with another source, and the same samples, which are read-only."""
+        other = copy(self)
+        object.__setattr__(other, "source", source)
+        return other
 
     def __len__(self) -> int:
         """Return the number of samples."""
@@ -148,14 +155,17 @@ class AxisLog(Record):
         A step of about two or three typical ones is one with samples missing, and counts as such.
         """
         steps = np.diff(self.time)
-        periods = np.maximum(np.rint(steps / np.median(steps)), 1.0)
+        periods = np.maximum(np.rint(steps / self._typical_step), 1.0)
         inside = ~self._gaps
         return float(np.sum(steps[inside]) / np.sum(periods[inside]))
 
     @cached_property
     def _gaps(self) -> Bool[np.ndarray, " steps"]:
-        steps = np.diff(self.time)
-        return steps > GAP_RATIO * np.median(steps)
+        return np.diff(self.time) > GAP_RATIO * self._typical_step
+
+    @cached_property
+    def _typical_step(self) -> float:
+        return float(np.median(np.diff(self.time), overwrite_input=True))
 
     @cached_property
     def timing_jitter(self) -> float:

@@ -92,9 +92,8 @@ def axis_log(
         *([note] if note else []),
         *_timing(log, table, bound),
     )
-    return replace(
-        log,
-        source=replace(source, assumptions=assumptions, assumed_units=assumed, side=side),
+    return log.with_source(
+        replace(source, assumptions=assumptions, assumed_units=assumed, side=side)
     )
 
 

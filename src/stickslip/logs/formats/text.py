@@ -363,10 +363,11 @@ def _by_arrow(text: _Text, layout: _Layout, positions: dict[str, int]) -> dict[s
         )
     except (pa.ArrowException, OSError, ValueError):
         return None
-    columns: dict[str, Column] = {}
-    for name, k in positions.items():
-        columns[name] = table.column(names[k]).to_numpy()
-    return columns
+    columns: dict[int, Column] = {}
+    for k in dict.fromkeys(positions.values()):
+        columns[k] = table.column(names[k]).to_numpy()
+        table = table.drop_columns(names[k])  # one copy of all columns at a time
+    return {name: columns[k] for name, k in positions.items()}
 
 
 def _seconds(moments: Sequence[re.Match[str]], name: str, label: str) -> Column:
