@@ -17,6 +17,7 @@ from stickslip.simulation.kernels.law_step import (
     ORDER,
     STAGES,
     STATES,
+    TUNING,
     acceleration,
     law_fields,
     rosenbrock_step,
@@ -27,12 +28,6 @@ Vector = NDArray[np.float64]
 Memory = tuple[NDArray[np.float64], Vector, Vector]  # stages of a step, and two states
 State = tuple[float, ...]  # (x1, v1, z, v2, x2, length of the next step, mode)
 
-SMALLEST, LARGEST, SAFETY = 0.2, 6.0, 0.9  # change of a step's length, and caution in it
-SIGNIFICANT = 1e-9  # of the typical speed: a reversal of a slower motion is none
-ITERATIONS = 60  # to find a zero, at most
-HALVINGS = 40
-LEAST_ERROR = 1e-10  # that a step's length is grown by
-LEFT = 1e-13  # of the sample: what rounding leaves of it
 TWO_PI = 2.0 * math.pi
 
 
@@ -98,7 +93,7 @@ def _until_zero(
     """
     h = high
     speed = _speed_after(m, s, U, y, h, work, new)
-    for _ in range(ITERATIONS):
+    for _ in range(TUNING.iterations):
         rate = s * acceleration(m, s, U, new[0], new[1], new[2], new[4])
         after = h - speed / rate
         if not low < after < high:
@@ -153,7 +148,7 @@ def _crossing(
         return _until_zero(m, s, U, y, 0.0, end, work, new)
     # From rest: find where it moves forward, if it does
     low = end
-    for _ in range(HALVINGS):
+    for _ in range(TUNING.halvings):
         low *= 0.5
         if _speed_after(m, s, U, y, low, work, spare) > 0.0:
             return _until_zero(m, s, U, y, low, 2.0 * low, work, new)
@@ -196,13 +191,18 @@ def _attempt(
     step = min(h, rem)
     error = rosenbrock_step(m, s, U, y, step, work, new)
     if math.isnan(error):
-        return 0.0, SMALLEST * step if step > LEFT * m.sampling_time else math.nan
+        return (
+            0.0,
+            TUNING.smallest_change * step if step > TUNING.left * m.sampling_time else math.nan,
+        )
     if error > 1.0:
-        return 0.0, step * max(SMALLEST, SAFETY * error ** (-1.0 / ORDER))
+        return 0.0, step * max(TUNING.smallest_change, TUNING.caution * error ** (-1.0 / ORDER))
     jump = _jump(m, y, new)
     if jump > 1.0:
-        return 0.0, step * max(SMALLEST, SAFETY / jump)
-    grown = step * min(LARGEST, SAFETY * max(error, LEAST_ERROR) ** (-1.0 / ORDER))
+        return 0.0, step * max(TUNING.smallest_change, TUNING.caution / jump)
+    grown = step * min(
+        TUNING.largest_change, TUNING.caution * max(error, TUNING.least_error) ** (-1.0 / ORDER)
+    )
     return step, (grown if step < rem else max(h, grown))
 
 
@@ -216,7 +216,7 @@ def _with_stiction(
     t = 0.0
     for _ in range(int(m.budget)):
         rem = m.sampling_time - t
-        if rem <= LEFT * m.sampling_time:
+        if rem <= TUNING.left * m.sampling_time:
             return h, mode, count, True
         if mode == 0:
             w = U - m.ks * (y[0] - y[4])
@@ -256,12 +256,12 @@ def _with_bristles(
 ) -> tuple[float, int, int, bool]:  # fmt: skip
     """Propagate over one sample with a law that has bristles, see `_law_sample`."""
     work, new, spare = memory
-    significant = SIGNIFICANT * m.typical_v
+    significant = TUNING.significant * m.typical_v
     t = 0.0
     turned = False
     for _ in range(int(m.budget)):
         rem = m.sampling_time - t
-        if rem <= LEFT * m.sampling_time:
+        if rem <= TUNING.left * m.sampling_time:
             return h, mode, count, True
         s = _direction(m, U, y, mode)
         if turned:
