@@ -7,6 +7,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from refusals import refuses
 
+from stickslip.logs import LogSchema, read_log
 from stickslip.logs.expressions import parse_expression, quoted
 from stickslip.records import InputError
 
@@ -146,3 +147,13 @@ def test_what_is_not_linear(text, code):
 @pytest.mark.parametrize(("text", "expected"), [("a", True), ("'a b'", True), ("-a", False)])
 def test_a_column_as_it_stands(text, expected):
     assert parse_expression(text).is_column is expected
+
+
+def test_pi_is_a_number_unless_it_is_a_column(tmp_path):
+    path = tmp_path / "log.csv"
+    schema = LogSchema(position="angle * pi / 180", kind="rotary")
+    path.write_text("t [s],angle,torque [N m]\n0,0,1\n1,90,1\n2,180,2\n")
+    assert read_log(path, schema).measured_position[-1] == pytest.approx(np.pi)
+    path.write_text("t [s],angle,torque [N m],pi\n0,0,1,1\n1,90,1,2\n2,180,2,3\n")
+    with refuses("product_of_columns"):
+        read_log(path, schema)

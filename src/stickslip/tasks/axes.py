@@ -84,6 +84,8 @@ def axes_of_robot(
 
     robot = read_urdf(urdf)
     readable = {axis: each for axis, each in logs.items() if isinstance(each, AxisLog)}
+    if not readable:
+        raise next(each for each in logs.values() if isinstance(each, InputError))
     pairs = [word.rpartition("=") for word in joints]
     stated = {axis: joint for axis, sign, joint in pairs if sign}
     wanted = [joint for _, sign, joint in pairs if not sign]
@@ -93,13 +95,14 @@ def axes_of_robot(
     for joint in wanted:
         if joint not in names:
             raise InputError("joint_not_in_model", joint=joint, joints=names)
-    joint_of = joint_of_each(list(readable), names, stated)
+    joint_of = joint_of_each(list(logs), names, stated)
     missing = [joint for joint in wanted if joint not in joint_of.values()]
     if missing or not joint_of:
         raise InputError(
             "joint_not_in_log", where=robot.name, joints=missing or names, axes=list(logs)
         )
-    found = with_model_effort({axis: readable[axis] for axis in joint_of}, robot, joint_of)
+    joints_read = {axis: readable[axis] for axis in joint_of if axis in readable}
+    found = with_model_effort(joints_read, robot, joint_of)
     every: dict[str, AxisLog | InputError] = {}
     for axis, log in logs.items():
         if wanted and joint_of.get(axis) not in wanted:

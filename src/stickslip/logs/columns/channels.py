@@ -1,5 +1,6 @@
 """The channels of an axis: the column or expression of each, stated or found by its name."""
 
+import math
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 
@@ -41,6 +42,10 @@ def bind(
     return bound
 
 
+_NUMBERS = {"pi": math.pi}
+"""Names that mean a number where the log has no column of the name."""
+
+
 def stated_expression(table: Table, channel: str, text: str, where: str) -> Expression:
     """Return the expression of a channel, over names as the table has them."""
     name = table.find(text)
@@ -53,8 +58,12 @@ def stated_expression(table: Table, channel: str, text: str, where: str) -> Expr
     except InputError as error:
         raise error.at(f"{where}, {channel}") from None
     columns: dict[str, str] = {}
+    numbers: dict[str, float] = {}
     for name in expression.names:
         column = table.find(name)
+        if column is None and name in _NUMBERS:
+            numbers[name] = _NUMBERS[name]
+            continue
         if column is None:
             raise table.missing(name, f"{channel} = {text!r}")
         columns[name] = column
@@ -62,7 +71,8 @@ def stated_expression(table: Table, channel: str, text: str, where: str) -> Expr
         raise InputError("expression_without_column", where=f"{where}, {channel}", text=text)
 
     def evaluate(values: Mapping[str, Value]) -> Value:
-        return expression.evaluate({name: values[column] for name, column in columns.items()})
+        own = {name: values[column] for name, column in columns.items()}
+        return expression.evaluate({**numbers, **own})
 
     return replace(expression, names=tuple(dict.fromkeys(columns.values())), evaluate=evaluate)
 
