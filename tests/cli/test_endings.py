@@ -38,6 +38,7 @@ def terminate(*_: object, **__: object) -> None:
     os.kill(os.getpid(), signal.SIGTERM)
 
 
+@pytest.mark.slow
 def test_process_identifies_a_log(good_log: Path) -> None:
     outcome = process("identify", good_log, "--json", "-")
     assert outcome.returncode == 0, outcome.stderr

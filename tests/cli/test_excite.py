@@ -76,6 +76,7 @@ def test_small_offset_is_identifiable(run: Run, tmp_path: Path) -> None:
     assert offset["ci95"][0] < 0.0 < offset["ci95"][1]
 
 
+@pytest.mark.slow
 def test_axis_from_an_estimate(run: Run, good_log: Path) -> None:
     estimate, out = good_log.with_suffix(".json"), good_log.with_name("input.csv")
     assert run("identify", good_log, "--json", estimate).code == 0
@@ -91,6 +92,7 @@ def test_axis_from_an_estimate(run: Run, good_log: Path) -> None:
         assert expected[name]["believed"] == held[name]["value"]
 
 
+@pytest.mark.slow
 def test_designed_effort_in_a_study(run: Run, tmp_path: Path) -> None:
     out = tmp_path / "input.csv"
     assert run("excite", *AXIS, *ASKED, *SENSORS, "--out", out).code == 0

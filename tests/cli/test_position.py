@@ -13,7 +13,7 @@ from stickslip.control import ExactPulseController
 from stickslip.tasks import read_scenario
 
 SCENARIOS = sorted((Path(__file__).parents[2] / "examples" / "scenarios").glob("*.toml"))
-LONG = {"arm", "arm_noisy", "exact"}
+LONG = {"arm", "arm_noisy", "exact", "landing"}
 UNREACHED = {"pid", "pwc", "pwc_short"}
 WIDER = "task.tolerance = 1e-4\n"
 ESTIMATED = "guess = {only = true, estimate = 'estimate.json'}\n"

@@ -164,6 +164,7 @@ def test_landing_with_noise(run: Run) -> None:
         assert off <= 4.0 * float(result.runs[0].deviations[name][-1])
 
 
+@pytest.mark.slow
 def test_wrong_guess_of_masses_and_spring(run: Run) -> None:
     guess = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1"
     result = run(guess=guess, task=TASK.replace("1e-5", "1e-1"))

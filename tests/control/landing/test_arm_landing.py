@@ -137,6 +137,7 @@ def legs(
     return state, np.array(places), left_by
 
 
+@pytest.mark.slow
 def test_nothing_is_learned_of_a_series_that_a_new_target_cut_short() -> None:
     wrong = replace(ARM, mass_1=1.02, mass_2=0.98, stiffness=1.02, friction=UNKNOWN)
     landing = controller(arm=wrong, arm_uncertainty=0.02)
