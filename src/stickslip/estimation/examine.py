@@ -60,8 +60,8 @@ _CLOUD_NOISE = 0.25
 """Noise of the inertia force allowed in the data cloud, as a fraction of the friction."""
 
 
-# Matrices of some ten columns: threads of the linear algebra cost more than they give, and on a
-# busy machine they take four times as long
+# Matrices of some ten columns: threads of the linear algebra take longer than one thread, four
+# times as long on a busy machine
 @threadpool_limits.wrap(limits=1, user_api="blas")
 def examine(
     log: AxisLog,

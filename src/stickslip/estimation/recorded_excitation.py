@@ -1,4 +1,4 @@
-"""The precision to expect of friction parameters from a recorded motion, before a full fit."""
+"""Expected precision of friction parameters from a recorded motion, before a full fit."""
 
 from dataclasses import dataclass
 
@@ -37,9 +37,11 @@ class CheckTuning:
     fewest_breakaways: int = 6
     """Fewest starts from rest for a prediction of static friction [-]."""
     longer: float = 6.0
-    """Factor of the duration up to which a longer log is advised, and no other motion [-]."""
+    """Largest factor of the duration with which a longer log is advised [-]."""
     most_lags: int = 200
-    """Lags of the residual that its correlation time is taken from [rows]."""
+    """Lags of the residual for its correlation time [rows]."""
+    smallest_ratio: float = 1e-9
+    """Smallest over largest singular value of the regressors [-]: below it nothing is predicted."""
 
 
 _DEFAULT = CheckTuning()
@@ -55,7 +57,7 @@ def expected_precision(
     spectral density that a first fit leaves: ``(X' X)^-1 s^2 tau``, where ``tau`` is the
     correlation time of the residual in rows. Its half width is multiplied by the ratio of the
     intervals of the default estimator to it. Static friction is bounded by the efforts at which the
-    axis starts from rest, each known as well as the start can be timed.
+    axis starts from rest, with the uncertainty of the time of each start.
 
     Parameters
     ----------
@@ -66,10 +68,14 @@ def expected_precision(
     tuning
         Of the prediction.
 
+    Returns
+    -------
+    Values and half widths [SI], in the order of the first line.
+
     Raises
     ------
     InputError
-        If nothing moves in the log, or it is too short for any window.
+        If the log has no motion, or is too short for any window.
     """
     estimator = SelectedModelEstimator(select=False)
     found = estimator.details(log)
@@ -109,7 +115,7 @@ def _bound(
     norms = np.linalg.norm(columns, axis=0)
     norms[norms == 0.0] = 1.0
     left, singular, right = np.linalg.svd(columns / norms, full_matrices=False)
-    if singular[-1] < 1e-9 * singular[0]:
+    if singular[-1] < tuning.smallest_ratio * singular[0]:
         return np.zeros(p), np.full(p, np.inf)
     values = (right.T / singular) @ (left.T @ target) / norms
     residual = target - columns @ values
@@ -160,20 +166,13 @@ def _static(
     tuning: CheckTuning,
 ) -> ExpectedPrecision:
     """Return the precision of static friction from the starts of the axis from rest."""
-    name, found = "static_friction", list[Breakaway]()
-    mass = estimate.parameters[mass_name(log.kind)].value
+    name = "static_friction"
     coulomb = estimate.parameters.get("coulomb_friction")
-    if mass is not None and coulomb is not None and coulomb.value is not None:
-        prepared = estimator.prepared(log)
-        motions = slip_motions(prepared, estimator.tuning.motion)
-        try:
-            own = RestedLog(log=prepared, motions=motions, estimate=estimate)
-            found = breakaways([*rests_of(own, DwellTuning())], mass, DwellTuning())
-        except InputError:  # a parameter of the model is not identified
-            found = []
-    if len(found) < tuning.fewest_breakaways or coulomb is None or coulomb.value is None:
-        seen = f"resolved starts from rest: {len(found)}; "
-        return _unknown(name, seen + _ADVICE[name])
+    if coulomb is None or coulomb.value is None:
+        return _unknown(name, f"resolved starts from rest: 0; {_ADVICE[name]}")
+    found = _starts(log, estimator, estimate)
+    if len(found) < tuning.fewest_breakaways:
+        return _unknown(name, f"resolved starts from rest: {len(found)}; {_ADVICE[name]}")
     levels = np.array([each.level for each in found])
     stds = np.array([each.std for each in found])
     value = float(np.mean(levels)) + coulomb.value
@@ -181,3 +180,19 @@ def _static(
     std = max(spread, float(np.sqrt(np.mean(stds**2)))) / np.sqrt(levels.size)
     half = tuning.margin * NORMAL_95 * float(np.hypot(std, coulomb.std or 0.0))
     return _judged(name, value, half, log, limit, tuning)
+
+
+def _starts(
+    log: AxisLog, estimator: SelectedModelEstimator, estimate: FrictionEstimate
+) -> list[Breakaway]:
+    """Return the resolved starts from rest; none if a parameter of the model is not identified."""
+    mass = estimate.parameters[mass_name(log.kind)].value
+    if mass is None:
+        return []
+    prepared, tuning = estimator.prepared(log), DwellTuning()
+    motions = slip_motions(prepared, estimator.tuning.motion)
+    own = RestedLog(log=prepared, motions=motions, estimate=estimate)
+    try:
+        return breakaways([*rests_of(own, tuning)], mass, tuning)
+    except InputError:
+        return []

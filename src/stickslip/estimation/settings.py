@@ -1,4 +1,4 @@
-"""What several estimators do with their settings: check them, and tell them."""
+"""Checks of the settings of estimators, and their form as options."""
 
 from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import fields
@@ -92,7 +92,14 @@ def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Va
     """
     if isinstance(value, int | float | np.number):
         return positive("initial_variance", float(value), "(unit of the parameter)^2")
-    matrix = np.array([[float(each) for each in row] for row in value])
+    try:
+        matrix = np.array([[float(each) for each in row] for row in value])
+    except (TypeError, ValueError) as error:  # no rows of numbers, or rows of different length
+        needed = ("a number", "rows of numbers of the same length")
+        found = type(value).__name__
+        raise InputError(
+            "wrong_type", name="initial_variance", found=found, needed=needed
+        ) from error
     square = matrix.shape == (count, count) and bool(np.isfinite(matrix).all())
     if not (square and np.allclose(matrix, matrix.T) and np.linalg.eigvalsh(matrix)[0] > 0.0):
         raise InputError("initial_variance_wrong", shape=matrix.shape, count=count)

@@ -82,7 +82,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
         P(0) of the recursion [product of the units of two parameters; over the squared level noise
         with an unknown inertia]: its diagonal value, or the whole covariance of the first guesses
         as rows of numbers, in the order of `parameter_names`. None for one that follows the size of
-        the regressors and weighs nothing against them, whatever the units.
+        the regressors and has a negligible weight against them, whatever the units.
     force_noise
         For the recursion only: standard deviation of a disturbance force [N or N m]. None
         estimates it from the innovations if nothing is forgotten, and takes none otherwise.
@@ -97,7 +97,7 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
     Raises
     ------
     InputError
-        If a setting is out of range, offset and per_direction are both asked for, only one of load
+        If a setting is out of range, offset and per_direction are both requested, only one of load
         inertia and stiffness is given, or a first guess for what is not estimated.
 
     Examples

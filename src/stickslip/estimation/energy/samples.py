@@ -20,7 +20,7 @@ def check_fits(
 ) -> None:
     """Reject a log with a gap, or with another sampling time than the state was made for [s].
 
-    ``resumes`` is whether a state can go on after a gap.
+    ``resumes`` is whether a state can be resumed after a gap.
     """
     if log.segment_starts.size > 1:
         k = int(log.segment_starts[1])

@@ -132,8 +132,8 @@ class Regression:
         show [SI], shape (k, p); None for nothing. They widen the intervals.
     law_shifts
         Differences to the parameters of other laws of friction that explain the rows as well [SI],
-        shape (laws, p); None for none. The intervals contain those of all laws. They withhold
-        no value: what is identifiable is judged within the selected law.
+        shape (laws, p); None for none. The intervals contain those of all laws.
+        Identifiability is judged within the selected law alone.
     slow_residual
         Whether the intervals allow for a residual that is strongest where it is slowest, as under
         a drifting force (`robust_uncertainty`).
@@ -150,8 +150,7 @@ class Regression:
     log
         Number of the log that each row is from [-], shape (n,); None for one log.
     nuisance
-        Parameters without which the others are a result: the status does not depend on whether the
-        rows determine them.
+        Parameters that may be unidentified without an effect on the status.
     """
 
     kind: AxisKind

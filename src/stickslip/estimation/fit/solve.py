@@ -208,7 +208,7 @@ def _largest_effect(regression: Regression, k: int) -> float:
 
 
 _POSITIVE = frozenset({"mass", "inertia", "stribeck_velocity"})
-"""Parameters whose interval, as it is reported, must exclude zero."""
+"""Parameters whose reported interval must exclude zero."""
 
 _NEVER_SMALL = frozenset({"static_friction", "stribeck_velocity"})
 """Parameters of which next to nothing is no result, as the effort shows them in few rows."""
@@ -303,7 +303,7 @@ def _fit(regression: Regression, found: Determined) -> _Fit:
     if regression.shifts is not None:
         covariance += regression.shifts.T @ regression.shifts
     within_law = np.diag(covariance).copy()
-    if regression.law_shifts is not None:  # the variance of laws of equal weight, about one
+    if regression.law_shifts is not None:  # variance of laws of equal weight about the selected one
         laws = regression.law_shifts
         covariance += laws.T @ laws / (laws.shape[0] + 1)
     spread = float(np.var(residual, ddof=1))

@@ -166,7 +166,7 @@ class JointEstimator:
         Raises
         ------
         InputError
-            If nothing moves or pushes in a log, or it has no window of slip.
+            If a log has no motion or no effort, or it has no window of slip.
         """
         return self.details(logs).estimate
 
@@ -192,7 +192,7 @@ class JointEstimator:
             for name in self.single.include
             if name not in {*model.names, DWELL}
         ]
-        rivals = rival_laws(model, terms, tuning.rival) if terms else rival_laws(model)
+        rivals = rival_laws(model, terms, tuning.rival)
         note = rival_note(model, rivals, logs[0].unit("effort"), tuning.rival)
         notes += [note] if note else []
         estimate, regression = self._solved(members, model, rows, notes, None)
@@ -224,15 +224,14 @@ class JointEstimator:
         notes += differences[False]
         law_shifts = None
         if terms:
-            others = [joint_rows(_joint(rival.model), kind, rows.names) for rival in rivals]
-            law_shifts = rival_shifts(rows, rivals, others)
+            law_shifts = rival_shifts(rows, rivals, [rows_of(rival.model) for rival in rivals])
         if shifts or law_shifts is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(
                 members, model, consistency.rows, notes, widened, law_shifts
             )
         causes = [wrong, unsettled_delay(model, tuning.search)]
-        every_motion = _together(each.motions for each in members)
+        every_motion = _joint_motions(each.motions for each in members)
         causes.append(within_presliding(model, estimate, self.single.include, every_motion))
         for k, each in enumerate(members):
             alone, plausibility = model.of_log(k), tuning.plausibility
@@ -269,7 +268,7 @@ class JointEstimator:
         rested = [
             RestedLog(
                 log=each.log,
-                motions=_moved(each.motions, each.middle),
+                motions=_with_time_shift(each.motions, each.middle),
                 estimate=estimate.of_log(each.name),
             )
             for each in members
@@ -288,7 +287,7 @@ class JointEstimator:
         middle = motions.reference_time
         return _Member(
             log=found,
-            motions=_moved(motions, -middle),
+            motions=_with_time_shift(motions, -middle),
             notes=(*found.notes, *notes),
             middle=middle,
         )
@@ -302,7 +301,7 @@ class JointEstimator:
         """Return the model that the logs support together, and the terms that were tried."""
         single, smallest = self.single, self.tuning.smallest_level
         start = self._start(members, inertia)
-        motions = _together(each.motions for each in members)
+        motions = _joint_motions(each.motions for each in members)
         left_out = {*single.exclude, SATURATION}
         if all(start.delay_known):
             left_out.add(DELAY)
@@ -467,16 +466,17 @@ _OWN_WORDS = {
 
 
 def _joint(model: Model) -> JointModel:
+    """Narrow the type of a model that was made from a joint one."""
     return cast("JointModel", model)
 
 
-def _moved(motions: SlipMotions, later: float) -> SlipMotions:
-    """Return the motion with its time counted from another instant."""
-    stretches = tuple(replace(m, time=m.time + later) for m in motions.stretches)
+def _with_time_shift(motions: SlipMotions, shift: float) -> SlipMotions:
+    """Return the motion with its time shifted [s]."""
+    stretches = tuple(replace(m, time=m.time + shift) for m in motions.stretches)
     return replace(motions, stretches=stretches)
 
 
-def _together(every: Iterable[SlipMotions]) -> JointMotions:
+def _joint_motions(every: Iterable[SlipMotions]) -> JointMotions:
     """Return the motion of several logs."""
     motions = list(every)
     return JointMotions(

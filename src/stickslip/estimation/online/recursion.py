@@ -20,21 +20,21 @@ from stickslip.records import InputError
 MOST_PARAMETERS = 5
 
 Variance = float | tuple[tuple[float, ...], ...]
-"""P(0): its diagonal value, or all of it row by row."""
+"""P(0): its diagonal value, or the whole matrix row by row."""
 
 RECURSION = np.dtype(
     [
         # Settings
         ("sampling_time", "f8"),
         ("forgetting", "f8"),
-        ("parameters", "i8"),
+        ("parameters", "i8"),  # number of parameters
         ("load_inertia", "f8"),
         ("stiffness", "f8"),
         ("per_direction", "i8"),
         ("has_offset", "i8"),
         ("differentiates", "i8"),  # velocities are not measured but differentiated
         ("has_relative_prior", "i8"),  # P(0) follows the largest regressors so far
-        ("exponential", "i8"),  # everything is forgotten, in `rls_step`
+        ("exponential", "i8"),  # 1 for exponential forgetting, in `rls_step`
         ("stribeck_velocity", "f8"),  # 0 without a Stribeck effect
         ("stribeck_exponent", "i8"),  # 1 or 2
         # What changes
@@ -113,7 +113,7 @@ def _widen_prior(s: Any, p: int) -> None:
 
 @compiled(inline=True)
 def _update(s: Any, y: float, forgetting: float, printed: bool, p: int) -> float:
-    """Take the row W at its place and its target y into the estimates (Eqs. 4.6-4.10, K before P).
+    """Update the estimates with the row W and its target y (Eqs. 4.6-4.10, K before P).
 
     Printed: everything is forgotten exponentially. Otherwise restricted forgetting (Kulhavy 1987):
     the information P^-1 grows by eps W W' with eps = lambda - (1 - lambda) / g and g = W' P W, so
@@ -169,9 +169,10 @@ def _update(s: Any, y: float, forgetting: float, printed: bool, p: int) -> float
 
 @compiled(inline=True)
 def update(s: Any, y: float, forgetting: float, printed: bool) -> float:
-    """Take the row at its place and its target y into the estimates, as `_update` does.
+    """Update the estimates with the row and its target y, as `_update` does.
 
-    The loops run over a number that the compiler knows where it is a frequent one.
+    For a frequent number of parameters the loops have a constant length, which compiles to faster
+    code.
     """
     p = s.parameters
     if p == 2:
@@ -230,7 +231,7 @@ def covariance_in(state: State) -> Float[np.ndarray, "p p"]:
 
 
 def set_friction(s: Any, terms: FrictionTerms) -> None:
-    """Write the estimated friction terms into the fields; an InputError if they do not fit."""
+    """Write the estimated friction terms into the fields; an InputError if one has none."""
     if len(terms.stribeck) > 1 or (terms.stribeck and terms.per_direction):
         raise InputError("stribeck_effects_on_line", frictions=len(terms.names))
     s.per_direction = terms.per_direction

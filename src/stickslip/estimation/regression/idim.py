@@ -97,7 +97,7 @@ class IdimLeastSquares:
     Raises
     ------
     InputError
-        If a setting is out of range, or offset and per_direction are both asked for.
+        If a setting is out of range, or offset and per_direction are both requested.
 
     Examples
     --------

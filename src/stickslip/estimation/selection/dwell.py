@@ -10,6 +10,7 @@ in rocks", J. Geophys. Res. 77(20)):
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from itertools import pairwise
 
 import numpy as np
@@ -32,7 +33,7 @@ from stickslip.records import (
     quantity_name,
 )
 
-__all__ = ["Breakaway", "DwellTuning", "Rest", "RestedLog", "breakaways", "with_dwell"]
+__all__ = ["Breakaway", "DwellTuning", "Rest", "RestedLog", "breakaways", "rests_of", "with_dwell"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -89,7 +90,7 @@ class Breakaway:
 
 @dataclass(frozen=True, kw_only=True)
 class RestedLog:
-    """A log with what was fitted to it.
+    """A prepared log with its motion and its estimate.
 
     Attributes
     ----------
@@ -103,21 +104,38 @@ class RestedLog:
     motions: SlipMotions
     estimate: FrictionEstimate
 
+    @cached_property
+    def resolution(self) -> float:
+        """Smallest step of the effort [N or N m]; noise makes it close to zero."""
+        steps = np.concatenate([np.abs(np.diff(m.effort)) for m in self.motions.stretches])
+        steps = steps[steps > _ROUNDING * np.max(steps, initial=0.0)]
+        return float(np.min(steps, initial=np.inf)) if steps.size else 0.0
+
 
 @dataclass(frozen=True, kw_only=True)
 class Rest:
-    """A rest between two slips."""
+    """A rest between two slips.
+
+    Attributes
+    ----------
+    of
+        The log.
+    motion, samples
+        Stretch of the log, and the samples of the rest in it.
+    direction
+        Sign of the velocity of the slip after it [-].
+    """
 
     of: RestedLog
     motion: SlipMotion
     samples: slice
-    direction: float  # of the slip after it
+    direction: float
 
 
 def breakaways(
     rests: Sequence[Rest], inertia: float, tuning: DwellTuning, power: float = 2.0
 ) -> list[Breakaway]:
-    """Return the breakaways that logs resolve, in their order.
+    """Return the breakaways that the sampling resolves, in the order of the rests.
 
     Parameters
     ----------
@@ -132,16 +150,15 @@ def breakaways(
 
     Returns
     -------
-    None of them with a standard deviation of zero.
+    Breakaways with a standard deviation above zero.
     """
     every: list[Breakaway] = []
-    resolutions = {id(rest.of): _resolution(rest.of.motions) for rest in rests}
     for rest in rests:
         log, motion, direction = rest.of.log, rest.motion, rest.direction
         instant = _instant(motion, rest.samples, direction, log, inertia, tuning, power)
         if instant is None:
             continue
-        resolution, selection = resolutions[id(rest.of)], rest.of.estimate.selection
+        resolution, selection = rest.of.resolution, rest.of.estimate.selection
         delay = (0.5 - log.effort_lead) * log.sampling_time
         delay += 0.0 if selection is None else selection.effort_delay
         time, time_std = instant
@@ -163,18 +180,19 @@ def breakaways(
     return every
 
 
-def _resolution(motions: SlipMotions) -> float:
-    """Return the smallest step of the effort [N or N m], which noise makes next to nothing."""
-    steps = np.concatenate([np.abs(np.diff(m.effort)) for m in motions.stretches])
-    steps = steps[steps > _ROUNDING * np.max(steps, initial=0.0)]
-    return float(np.min(steps, initial=np.inf)) if steps.size else 0.0
-
-
 _ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
 
 
 def rests_of(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
-    """Yield every rest between two slips of a log."""
+    """Yield every rest between two slips of a log.
+
+    Parameters
+    ----------
+    own
+        The log.
+    tuning
+        Criteria of a rest.
+    """
     for motion in own.motions.stretches:
         motion = replace(motion, effort=motion.effort - motion.model_effort)  # noqa: PLW2901
         edges = np.flatnonzero(np.diff(motion.direction != 0))
@@ -315,12 +333,12 @@ def with_dwell(
     inertia: float | None,
     include: bool,
 ) -> tuple[FrictionEstimate, TermScore | None]:
-    """Add the breakaway friction and its growth to an estimate, if its logs show that it grows.
+    """Add the breakaway friction and its growth to an estimate, if the growth is significant.
 
     Parameters
     ----------
     estimate, logs
-        Of one log or of several, and these.
+        Estimate of one log or of several, and these logs.
     search
         When a term is selected.
     tuning

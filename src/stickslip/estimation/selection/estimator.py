@@ -353,7 +353,7 @@ class SelectedModelEstimator:
             causes.append(wrong)
             model, terms, motions, found = replace(self, inertia=None).followed(log, driven)
         notes += found
-        rivals = rival_laws(model, terms, self.tuning.rival) if terms else rival_laws(model)
+        rivals = rival_laws(model, terms, self.tuning.rival)
         note = rival_note(model, rivals, log.log.unit("effort"), self.tuning.rival)
         notes += [note] if note else []
         causes.append(unsettled_delay(model, self.tuning.search))
@@ -361,6 +361,10 @@ class SelectedModelEstimator:
         causes.append(ripple_of_degrees(model, log.log.kind))
         causes.append("" if self.select else self._left_out(log, motions))
         rows = with_shapes(model_rows(model, kind), model)
+
+        def rows_of(other: Model) -> ModelRows:
+            return with_shapes(model_rows(other, kind), other, rows.names)
+
         estimate, regression = self._solved(log, motions, model, rows, notes)
         unknown_delay = None
         if self.effort_delay is None:
@@ -369,28 +373,16 @@ class SelectedModelEstimator:
             stds = np.array([estimate.parameters[name].std or np.inf for name in rows.names])
             if np.any(np.abs(unknown_delay) > stds):
                 notes.append(_UNKNOWN_DELAY)
-        shifts = [
-            shift
-            for shift in (
-                self.between_windows(
-                    model,
-                    rows,
-                    estimate,
-                    lambda wide: with_shapes(model_rows(wide, kind), wide, rows.names),
-                ),
-                self.of_other_terms(model, rows, terms),
-                unknown_delay,
-            )
-            if shift is not None
-        ]
-        shifts += self.between_moves(model, rows, estimate)
+        every = (
+            self.between_windows(model, rows, estimate, rows_of),
+            self.of_other_terms(model, rows, terms),
+            unknown_delay,
+            *self.between_moves(model, rows, estimate),
+        )
+        shifts = [shift for shift in every if shift is not None]
         law_shifts = None
         if terms:
-            others = [
-                with_shapes(model_rows(rival.model, kind), rival.model, rows.names)
-                for rival in rivals
-            ]
-            law_shifts = rival_shifts(rows, rivals, others)
+            law_shifts = rival_shifts(rows, rivals, [rows_of(rival.model) for rival in rivals])
         if shifts or law_shifts is not None:
             widened = np.array(shifts) if shifts else None
             estimate, regression = self._solved(
@@ -400,18 +392,7 @@ class SelectedModelEstimator:
         causes.append(too_slow_sampling(log, motions, self.tuning.plausibility))
         causes.append(unexplained_effort(motions, model, rows, self.tuning.plausibility))
         causes.append(wrong_model(model, self.tuning.plausibility))
-        select = partial(selection_of, model, motions, self.effort_delay, log.effort_kind)
-        estimate = replace(estimate, selection=select())
-        if DWELL in self.include or (self.select and DWELL not in self.exclude):
-            estimate, score = with_dwell(
-                estimate,
-                [RestedLog(log=log, motions=motions, estimate=estimate)],
-                self.tuning.search,
-                self.tuning.dwell,
-                inertia=model.inertia,
-                include=DWELL in self.include,
-            )
-            estimate = replace(estimate, selection=select(further=score))
+        estimate = self._with_selection(log, motions, model, estimate)
         if estimate.status is Status.UNPHYSICAL:
             reverse = reversed_sign(model, kind, self.tuning.plausibility)
             estimate = judged(estimate, [reverse] if reverse else [], Status.UNPHYSICAL)
@@ -425,6 +406,24 @@ class SelectedModelEstimator:
             inertia=model.inertia,
             model=model,
         )
+
+    def _with_selection(
+        self, log: PreparedLog, motions: SlipMotions, model: Model, estimate: FrictionEstimate
+    ) -> FrictionEstimate:
+        """Return the estimate with its selection, and with the growth of the breakaway friction."""
+        select = partial(selection_of, model, motions, self.effort_delay, log.effort_kind)
+        estimate = replace(estimate, selection=select())
+        if DWELL not in self.include and (not self.select or DWELL in self.exclude):
+            return estimate
+        estimate, score = with_dwell(
+            estimate,
+            [RestedLog(log=log, motions=motions, estimate=estimate)],
+            self.tuning.search,
+            self.tuning.dwell,
+            inertia=model.inertia,
+            include=DWELL in self.include,
+        )
+        return replace(estimate, selection=select(further=score))
 
     def _left_out(self, log: PreparedLog, motions: SlipMotions) -> str:
         """Return which terms a selection would add; empty if none."""

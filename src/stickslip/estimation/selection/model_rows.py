@@ -23,11 +23,11 @@ from stickslip.records import quantity_name
 
 __all__ = [
     "ModelRows",
-    "bend_slope",
     "column_noise",
     "model_rows",
     "motion_summary",
     "nuisance",
+    "width_slope",
     "with_shapes",
 ]
 
@@ -214,13 +214,13 @@ def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> 
                 named[f"coulomb_friction{way}"] = named[f"coulomb_friction{way}"] - sign * rise * on
             for way, on in ways.items():
                 named[f"static_friction{way}"] = sign * rise * on
-            named["stribeck_velocity"] = excess * rows.mean(bend_slope(shape.value))
+            named["stribeck_velocity"] = excess * rows.mean(width_slope(shape.value))
             target = target + shape.value * named["stribeck_velocity"]
         elif term.name == "low speed":
             if excess is None:
                 excess = float(model.coefficients("low speed")[0])
             named["low_speed_friction"] = own[:, 0]
-            named["low_speed_velocity"] = excess * rows.mean(bend_slope(shape.value))
+            named["low_speed_velocity"] = excess * rows.mean(width_slope(shape.value))
             target = target + shape.value * named["low_speed_velocity"]
         else:
             for k, name in enumerate(shape.names):
@@ -263,6 +263,7 @@ def with_shapes(found: ModelRows, model: Model, names: Sequence[str] | None = No
     return found
 
 
+# Parameters that the status of an estimate depends on
 _BASE = frozenset(
     {
         "mass",
@@ -273,14 +274,14 @@ _BASE = frozenset(
         "two_thirds_friction",  # instead of viscous friction
     }
 )
-_BEND_PARAMETERS = {
+_LOW_SPEED_PARAMETERS = {
     "stribeck": ("static_friction", "stribeck_velocity"),
     "low speed": ("low_speed_friction", "low_speed_velocity"),
 }
 
 
 def nuisance(names: Sequence[str], model: Model, include: Sequence[str]) -> frozenset[str]:
-    """Return the parameters of selected terms, without which inertia and friction are a result.
+    """Return the parameters of selected terms that may be unidentified in a usable result.
 
     Parameters
     ----------
@@ -289,25 +290,25 @@ def nuisance(names: Sequence[str], model: Model, include: Sequence[str]) -> froz
     model
         As selected.
     include
-        Terms whose parameters were asked for.
+        Terms whose parameters are requested.
     """
-    asked = {
+    requested = {
         name
         for term, shape in model.chosen
         if term.name in include
         for name in (
-            *_BEND_PARAMETERS.get(term.name, shape.names),
+            *_LOW_SPEED_PARAMETERS.get(term.name, shape.names),
             *(() if shape.slope is None else shape.slope[:1]),
         )
     }
-    return frozenset(n for n in names if quantity_name(n) not in _BASE | asked)
+    return frozenset(n for n in names if quantity_name(n) not in _BASE | requested)
 
 
 _LEAST_DEVIATIONS = 3.0  # of a shape: nearer to zero its derivative is not constant
 _LEAST_RATIO = SearchTuning.smallest_ratio  # as for a term
 
 
-def bend_slope(width: float) -> Column:
+def width_slope(width: float) -> Column:
     """Return the derivative of ``sign(v) exp(-(v / width)^2)`` with respect to the width.
 
     Parameters

@@ -351,15 +351,15 @@ def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
 
 
 def unexplained(log: AxisLog, share: float) -> list[str]:
-    """Return that an estimate leaves too much of the effort of a log; nothing if it does not.
+    """Return the cause of doubt if an estimate leaves too much of the effort of a log unexplained.
 
     Parameters
     ----------
     log
         The measurement.
     share
-        Norm of what is left over that of the effort [-]. That of the effort's white noise, which
-        filters reduce, is taken off.
+        Norm of the residual over that of the effort [-]. The white noise of the effort, which
+        filters reduce, is subtracted.
     """
     size = max(float(np.sqrt(np.mean(log.effort**2))), _TINY)
     left = float(np.sqrt(max(share**2 - (noise_level(log.effort) / size) ** 2, 0.0)))
@@ -379,7 +379,7 @@ _TINY = np.finfo(float).tiny
 def within_presliding(
     model: Model, estimate: FrictionEstimate, include: Sequence[str], motions: SlipMotions
 ) -> str:
-    """Return that the motion may stay within presliding; empty if it does not.
+    """Return a sentence if the motion may stay within presliding; empty if it does not.
 
     Friction acts like a spring there: the log shows a spring and no Coulomb friction, or friction
     that still builds up at the ends of the travel.
@@ -389,7 +389,7 @@ def within_presliding(
     model, estimate
         As fitted.
     include
-        Terms that were asked for: a spring is then known to be there.
+        Terms that are included: an included spring is one of the axis.
     motions
         Of the log.
     """
@@ -400,8 +400,8 @@ def within_presliding(
         for name, parameter in estimate.parameters.items()
         if quantity_name(name) == "coulomb_friction"
     ]
-    shows_none = any(interval is None or interval[0] <= 0.0 for interval in coulomb)
-    if "spring" in model.names and "spring" not in include and shows_none:
+    no_coulomb = any(interval is None or interval[0] <= 0.0 for interval in coulomb)
+    if "spring" in model.names and "spring" not in include and no_coulomb:
         stiffness = abs(float(model.coefficients("spring")[0]))
         if all(c is None or 0.5 * stiffness * travel > c[1] for c in coulomb):
             return (
@@ -410,12 +410,12 @@ def within_presliding(
                 "friction acts like a spring; record longer moves, or include the spring if the "
                 "axis has one (--include spring)"
             )
-    slowest = [
+    incomplete = [
         shape.value >= _LONGEST_SHAPE * term.shapes[-1].value
         for term, shape in model.chosen
         if term.name == "presliding" and term.name not in include
     ]
-    if any(slowest):
+    if any(incomplete):
         return (
             f"friction builds up along the whole travel of {travel:.3g} {unit}, so that the log "
             "does not show its final value; record longer moves"

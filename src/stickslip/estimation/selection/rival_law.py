@@ -20,7 +20,7 @@ class RivalTuning:
     """Tuning of what a rival law changes."""
 
     smallest_difference: float = 0.05
-    """Of Coulomb friction [-]: a smaller one is not worth a note."""
+    """Relative difference of Coulomb friction [-]: a smaller one makes no note."""
     smallest_ratio: float = 3e-3
     """Smallest over largest singular value of the columns of a rival [-]: below it they do not
     determine its parameters."""
@@ -36,7 +36,8 @@ _LAWS: dict[tuple[bool, tuple[str, ...]], str] = {
     (True, ("low speed",)): "lower friction at low speed",
     (True, ("stribeck", "quadratic")): "a Stribeck effect with quadratic friction",
 }
-"""Laws of the speed, by whether they have viscous friction, and their bends."""
+"""Laws of friction over speed in words, by whether they have viscous friction and by the terms that
+make them nonlinear (`BENDS`)."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -78,12 +79,9 @@ class Rival:
 _LARGER = 2.0  # standard errors
 
 
-_VISCOUS_OR_TWO_THIRDS = (two_thirds_term(),)
-
-
 def rival_laws(
     model: Model,
-    terms: Sequence[Term] = _VISCOUS_OR_TWO_THIRDS,
+    terms: Sequence[Term] = (),
     tuning: RivalTuning | None = None,
 ) -> list[Rival]:
     """Return the model with other laws of friction that have the right signs.
@@ -93,29 +91,23 @@ def rival_laws(
     and one half where both leave the same residual (J test: R. Davidson and J. G. MacKinnon 1981,
     "Several tests for model specification in the presence of alternative hypotheses", Econometrica
     49(3), 781-793). Its standard error is that of correlated residuals. The weight of a law that
-    contains the selected one is 1, and its inverse standard error the t value of what it adds.
+    contains the selected one is 1, and its inverse standard error the t value of the added terms.
 
     Parameters
     ----------
     model
-        As selected. Without a bend, it has one rival, the 2/3 power of the speed: the search has
-        tested the terms that would bend it.
+        As selected.
     terms
-        That the log could show.
+        Candidates of the log; empty for the 2/3 power of the speed alone.
     tuning
         Of the rivals; None for the default one.
     """
+    terms = terms or (two_thirds_term(),)
     tuning = RivalTuning() if tuning is None else tuning
-    bends = tuple(name for name in model.names if name in BENDS)
-    own = (model.viscous, tuple(sorted(bends, key=BENDS.index)))
     kept = tuple(pair for pair in model.chosen if pair[0].name not in BENDS)
     found: list[Rival] = []
-    for law, words in _LAWS.items():
-        viscous, names = law
-        same = viscous == own[0] and set(names) == set(bends)
-        if same or (not bends and names != ("two-thirds",)) or (not bends and viscous):
-            continue
-        if "two-thirds" in names and "direction" in model.names:  # as in the search
+    for (viscous, names), words in _LAWS.items():
+        if not _is_rival(model, viscous, names):
             continue
         start = replace(model, viscous=viscous, chosen=kept)
         rival = _with_bends(start, [term for term in terms if term.name in names], tuning)
@@ -129,8 +121,18 @@ def rival_laws(
     return found
 
 
+def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
+    """Return whether a law is to be compared with that of a model."""
+    bends = {name for name in model.names if name in BENDS}
+    if "two-thirds" in names and "direction" in model.names:  # not combined in the search either
+        return False
+    if not bends:  # the search has tested the terms that would make viscous friction nonlinear
+        return not viscous and names == ("two-thirds",)
+    return viscous != model.viscous or set(names) != bends
+
+
 def _with_bends(model: Model, bends: Sequence[Term], tuning: RivalTuning) -> Model | None:
-    """Return the model with terms in their best shapes; None if a sign or the columns are wrong."""
+    """Return the model with terms in their best shapes; None if one has a wrong sign or no fit."""
     for term in bends:
         fits = best_shape(model, term, model.basis())
         if fits is None:
@@ -204,8 +206,8 @@ def rival_shifts(
     The mean of their squares, that of the selected law counted as zero, is the variance between the
     models about the selected one (S. T. Buckland, K. P. Burnham and N. H. Augustin 1997, "Model
     selection: an integral part of inference", Biometrics 53(2), 603-618). A parameter that another
-    law lacks is zero there; static friction is then its Coulomb friction, and the velocity of a
-    bend is the selected law's.
+    law lacks is zero there; static friction is then its Coulomb friction, and a velocity
+    is that of the selected law.
 
     Parameters
     ----------
@@ -216,7 +218,7 @@ def rival_shifts(
 
     Returns
     -------
-    None if the log distinguishes the laws, or does not speak for another one at all.
+    None if the log distinguishes the laws, or no other law decreases the residual.
     """
     own = dict(zip(rows.names, rows.values().tolist(), strict=True))
     shifts: list[list[float]] = []

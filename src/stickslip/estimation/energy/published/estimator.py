@@ -102,7 +102,7 @@ class PublishedEnergyEstimator(OnlineMethod):
     ------
     InputError
         If a setting is out of range, only one of load inertia and stiffness is given, the printed
-        compensation is asked for with settled sums, or error terms without compensation.
+        compensation is requested with settled sums, or error terms without compensation.
 
     Examples
     --------

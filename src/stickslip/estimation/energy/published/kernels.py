@@ -38,7 +38,7 @@ SUMS = np.dtype(
         ("last_velocity", "f8"),
     ]
 )
-"""What begins at zero in a new run."""
+"""Sums, which begin at zero in a new run."""
 
 _LEARNED: list[Any] = [
     ("recursion", RECURSION),

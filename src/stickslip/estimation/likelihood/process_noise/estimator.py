@@ -31,7 +31,7 @@ from stickslip.estimation.likelihood.process_noise.search import Evaluation, Max
 from stickslip.estimation.likelihood.process_noise.uncertainty import Comparison, Intervals
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
-from stickslip.estimation.selection.model_rows import bend_slope
+from stickslip.estimation.selection.model_rows import width_slope
 from stickslip.estimation.selection.search import Model
 from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION
 from stickslip.estimation.settings import check_given, options_of
@@ -127,7 +127,7 @@ class ProcessNoiseLikelihoodEstimator:
     Raises
     ------
     InputError
-        If a setting is out of range, or offset and per_direction are both asked for.
+        If a setting is out of range, or offset and per_direction are both requested.
 
     Examples
     --------
@@ -412,7 +412,7 @@ def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
             continue
         if term.name == ELASTIC:
             taps = model.rows.weight.fourth()
-            loads["elasticity"] = partial(_snap, taps=taps)
+            loads["elasticity"] = partial(_fourth_derivative, taps=taps)
             continue
         stribeck = term.name == "stribeck"
         loads |= dict(
@@ -421,7 +421,7 @@ def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
         sizes = model.coefficients(term.name)
         if term.name in {"stribeck", "low speed"}:
             velocity = "stribeck_velocity" if stribeck else "low_speed_velocity"
-            change = velocity, _times(float(sizes[0]), bend_slope(shape.value))
+            change = velocity, _scaled(float(sizes[0]), width_slope(shape.value))
         elif shape.slope is not None:
             change = shape.slope[0], shape.slope[1](sizes)
         else:
@@ -432,18 +432,22 @@ def _loads(model: Model, estimate: FrictionEstimate) -> dict[str, Column]:
     return loads
 
 
-def _snap(motion: SlipMotion, *, taps: Float[np.ndarray, " k"]) -> Float[np.ndarray, " n"]:
-    """Return the fourth derivative of the position."""
+def _fourth_derivative(
+    motion: SlipMotion, *, taps: Float[np.ndarray, " k"]
+) -> Float[np.ndarray, " n"]:
+    """Return the fourth derivative of the position [m/s^4 or rad/s^4]."""
     return convolved(motion.position - motion.position[0], taps)
 
 
-def _times(size: float, column: Column) -> Column:
+def _scaled(size: float, column: Column) -> Column:
     """Return a column times a number."""
     return lambda motion: size * column(motion)
 
 
-_CHANGE = "_change"  # of a shape, from that of the selection
+_CHANGE = "_change"
+"""End of the name of the change of a shape from its value in the selection."""
 _NOT_REPORTED = ("_excess", _CHANGE)
+"""Ends of the names of coefficients that are no parameters of the axis."""
 
 
 def _status(
@@ -459,9 +463,9 @@ def _status(
         return Status.MODEL_MISMATCH if mismatch else status, ()
     if selected.status is Status.MODEL_MISMATCH:
         return Status.MODEL_MISMATCH, selected.diagnostics.notes[:1]
-    unsure = selected.status.usable and not candidate.intervals.white
-    unsure = unsure and not all(each.identified for each in selected.parameters.values())
-    if status is Status.OK and unsure:
+    uncertain = selected.status.usable and not candidate.intervals.white
+    uncertain = uncertain and not all(each.identified for each in selected.parameters.values())
+    if status is Status.OK and uncertain:
         status = Status.NOT_IDENTIFIABLE
     causes = () if candidate.comparison is None else candidate.comparison.causes
     return (Status.MODEL_MISMATCH, causes) if status.usable and causes else (status, ())

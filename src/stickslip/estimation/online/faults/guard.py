@@ -26,13 +26,13 @@ def guard_dtype(own: int) -> np.dtype[Any]:
         [
             ("resets", "i8"),
             ("since", "i8"),  # samples since the last copy
-            ("kept", "f8", (own,)),  # the copy
+            ("kept", "f8", (own,)),  # last valid numbers
         ]
     )
 
 
 def set_guard(state: State, guard: Any) -> None:
-    """Take the numbers of a first state as the valid ones."""
+    """Store the numbers of a first state as valid."""
     guard.kept[:] = state[: guard.kept.size]
 
 
@@ -52,7 +52,7 @@ def keep_state(state: State, guard: Any) -> bool:
 
 @compiled(inline=True)
 def restore_state(state: State, guard: Any) -> None:
-    """Return to the copy, and count that."""
+    """Restore the copy and count the reset."""
     for i in range(guard.kept.size):
         state[i] = guard.kept[i]
     guard.resets += 1

@@ -64,7 +64,7 @@ def batches_dtype(p: int) -> np.dtype[Any]:
             ("samples", "i8"),  # in the current batch
             ("length", "i8"),  # samples of a batch
             ("closed", "i8"),  # number of snapshots
-            ("snapshots", snapshot, (_MOST + 1,)),  # of J, what is not below the diagonal
+            ("snapshots", snapshot, (_MOST + 1,)),  # of J, the upper triangle
         ]
     )
 
@@ -88,7 +88,7 @@ def count_sample(batches: Any) -> bool:
 def close_batch(
     batches: Any, information: Float[np.ndarray, "p p"], vector: Float[np.ndarray, " p"]
 ) -> None:
-    """Keep J and eta as they are now."""
+    """Store the current J and eta."""
     n = batches.closed
     if n == _MOST + 1:
         for k in range(1, _MOST // 2 + 1):
@@ -128,8 +128,8 @@ def jackknife(
 ) -> Float[np.ndarray, " p"] | None:
     """Return the half widths of 95 % intervals of theta by leaving out one batch at a time.
 
-    Theta are the first p parameters of the batches. ``information`` and ``vector`` are J and eta as
-    they are now; the incomplete batch counts to the last complete one. None with fewer than
+    Theta are the first p parameters of the batches. ``information`` and ``vector`` are the
+    current J and eta; the incomplete batch counts to the last complete one. None with fewer than
     `FEWEST_BATCHES`, or where the parameters are not identifiable without one.
     """
     count = int(batches.closed) - 1
@@ -159,7 +159,7 @@ def jackknife(
 
 
 def symmetric(upper: Float[np.ndarray, "*n p p"]) -> Float[np.ndarray, "*n p p"]:
-    """Return the symmetric matrices of which the part not below the diagonal is given."""
+    """Return the symmetric matrices with these upper triangles."""
     return np.triu(upper) + np.swapaxes(np.triu(upper, 1), -2, -1)
 
 

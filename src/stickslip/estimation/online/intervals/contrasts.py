@@ -43,10 +43,10 @@ def contrasts_dtype(p: int) -> np.dtype[Any]:
     return np.dtype(
         [
             ("velocity", "f8"),  # smoothed
-            ("started", "i8"),
-            ("top_speed", "f8"),
-            ("top_change", "f8"),  # of the smoothed velocity in a sample
-            ("groups", group, (_GROUPS,)),  # of J, what is not below the diagonal
+            ("started", "i8"),  # 1 after the first sample
+            ("top_speed", "f8"),  # largest smoothed speed, decaying
+            ("top_change", "f8"),  # largest change of it in a sample, decaying
+            ("groups", group, (_GROUPS,)),  # of J, the upper triangle
         ]
     )
 

@@ -104,7 +104,7 @@ STATE = np.dtype(
         ("adapted", "i8"),  # adaptations of the force variance, from 1 on; 0 if it is given
         ("mismatch", "f8"),  # sum of squared innovations over their variances since the last one
         ("mismatched", "i8"),  # number of measurements in it
-        ("force_events", "i8"),  # samples whose innovation asked for an unknown force
+        ("force_events", "i8"),  # samples whose innovation only an unknown force explains
         ("resets", "i8"),  # times that a state was replaced by the last valid one
         ("largest_speed", "f8"),
         ("anchor", "f8"),  # position at which the axis seems to rest

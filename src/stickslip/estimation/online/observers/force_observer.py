@@ -136,7 +136,7 @@ class ForceObserver(OnlineMethod):
 
     @abstractmethod
     def _initialise(self, s: Any) -> None:
-        """Write what is the method's own into the fields of a first state."""
+        """Write the settings of the method into the fields of a first state."""
 
     @property
     def _guesses(self) -> Mapping[str, float]:

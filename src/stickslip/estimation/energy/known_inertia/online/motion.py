@@ -74,7 +74,7 @@ def compare(own: Any, before: Any, now: Any) -> None:
 
 @compiled(inline=True)
 def _estimate_noise(own: Any) -> None:
-    """Estimate the noise of the sensors so far: never more than signals disagree by."""
+    """Estimate the noise of the sensors so far, bounded by the disagreement of the signals."""
     n, T = own.recursion.samples, own.recursion.sampling_time
     for c in range(CHANNELS):
         seen = own.roughness[c] / _THIRD_DIFFERENCE + own.guess_samples[c] * own.guess[c]
@@ -89,7 +89,7 @@ def _estimate_noise(own: Any) -> None:
 
 @compiled(inline=True)
 def _steady(own: Any, rate: float, net: float, P: Float[np.ndarray, "3 3"]) -> tuple[float, float]:
-    """Iterate the first filter's covariance until it is steady; lay its gains in the state.
+    """Iterate the first filter's covariance until it is steady; write its gains to the state.
 
     P becomes the covariance of the prediction. Returns the variances of the two innovations.
     """

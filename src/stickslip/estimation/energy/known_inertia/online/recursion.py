@@ -316,7 +316,7 @@ def _balance(s: State, sample: Any, velocity: float) -> None:
         crossing = spread * m / (np.sqrt(own.friction_square) * T)
         own.uncertain_run += 1.0
         if _load_hidden(own):
-            # What holds a mass that sticks is as large as the spring's force, one sample as another
+            # The force that holds a sticking mass equals that of the spring, in successive samples
             crossing = max(crossing, own.uncertain_run)
         unknown += own.friction_square * max(crossing, 1.0)
     else:
@@ -339,7 +339,7 @@ def _balance(s: State, sample: Any, velocity: float) -> None:
 def _begin(own: Any, oldest: Any, newest: Any, velocity: float) -> None:
     """Begin the second filter with the oldest sample in the ring.
 
-    A load that is not measured begins anywhere, as fast as it likes.
+    The variances of the position and velocity of an unmeasured load are wide.
     """
     P, z = own.covariance, own.responses[0]
     T = own.recursion.sampling_time

@@ -69,7 +69,7 @@ _FIELDS = np.dtype(
         ("mismatch", "f8"),  # sum of squared innovations over their variances since an adaptation
         ("mismatch_rows", "f8"),  # number of them
         ("gate_scale", "f8"),  # running mean of squared innovations over their variances
-        ("force_events", "f8"),  # samples whose innovation asked for an unknown force
+        ("force_events", "f8"),  # samples whose innovation only an unknown force explains
         # Of the sample that has just left the ring
         ("kept_effort", "f8"),
         ("kept_stretch", "f8"),  # of its spring
