@@ -205,7 +205,7 @@ def test_a_method_with_more_terms_is_not_doubted_for_standing_alone(
     found = replace(found, compared=pair)
     text = " ".join(" ".join(printed(found, 120)).split())
     assert "auto stands alone, the others agree" in text
-    assert ("which may lack its terms (spring)" in text) == selected
+    assert ("and may lack its terms (spring)" in text) == selected
     assert ("ok, alone" in text) != selected
 
 
@@ -216,7 +216,7 @@ def test_tables_of_a_scenario_fit_and_mark_what_takes_an_inertia(tmp_path: Path)
     lines = printed(found, NARROW + 6)
     assert "…" not in "".join(lines)
     assert any(line.startswith(" ekf * ") for line in lines)
-    assert "  * with the inertia that the energy estimator found in each run" in lines
+    assert "  * with the inertia that the energy estimator returned in each run" in lines
     task = EstimationTask(inertia=1.5)
     known = compare_scenario(scenario, task=task, only=("energy", "ekf"))
     assert not any("*" in line for line in printed(known, NARROW + 6))

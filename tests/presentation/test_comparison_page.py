@@ -67,7 +67,7 @@ def test_a_page_of_a_scenario_holds_its_scores(tmp_path: Path) -> None:
         "0.5, 1 Hz",
         ">yes</span>",
         "ekf *",
-        "* with the mass that the energy estimator found in each run",
+        "* with the mass that the energy estimator returned in each run",
     ):
         assert words in text
 

@@ -27,10 +27,10 @@ _NO_UNIT = ("", "-")
 
 @dataclass(frozen=True)
 class Message:
-    """Template of a sentence."""
+    """Template of a sentence, or the sentence."""
 
-    what: str
-    remedy: str
+    what: str  #: What is wrong.
+    remedy: str  #: What to do about it.
 
 
 @cache

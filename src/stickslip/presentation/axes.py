@@ -21,11 +21,11 @@ from stickslip.presentation.words import NONE, missing_parameters, or_none, valu
 from stickslip.records import AxesIdentification, Identification, parameter_label, unit_text
 
 _IN_TABLE = ("mass", "inertia", "coulomb_friction", "viscous_friction", "static_friction", "offset")
-"""Quantities that have a column in the table of all axes, with their directions."""
+"""Quantities with a column in the table of all axes, for both directions or each."""
 
 
 def axes_table(found: AxesIdentification) -> Table:
-    """Return one row for each axis: friction, mass, what is left unexplained, and the status."""
+    """Return one row for each axis: status, mass, friction and unexplained effort."""
     every = list(found.axes.items())
     names = [
         name
@@ -112,7 +112,7 @@ def axes_page(found: AxesIdentification) -> Page:
 
 
 def _blocks(found: Identification, anchor: str) -> list[Block]:
-    """Return the sections of an axis' own page below each other, each under a heading."""
+    """Return the sections of the page of one axis, each under a heading."""
     status, page = found.estimate.status, identification_page(found)
     blocks: list[Block] = [Text(status.text, "lead", f"{status.word}.")]
     reasons = missing_parameters(found.estimate)
@@ -124,7 +124,7 @@ def _blocks(found: Identification, anchor: str) -> list[Block]:
 
 
 def _renamed(blocks: Iterable[Block], anchor: str) -> list[Block]:
-    """Return blocks whose figures have names of their own on the page."""
+    """Return blocks with figure anchors that are unique on the page."""
 
     def renamed(plot: Plot) -> Plot:
         return replace(plot, anchor=f"{anchor}-{plot.anchor}")

@@ -154,10 +154,7 @@ def estimate_table(found: EstimatorComparison) -> Table:
     applied = [(each, each.estimate) for each in found.applied if each.estimate is not None]
     columns = [Column("Estimator", "left"), Column("Status", "left")]
     for name in found.parameters:
-        label, unit = (
-            parameter_label(name, kind),
-            f"[{printed_unit(name, kind, found.log.effort_unit)}]",
-        )
+        label, unit = parameter_label(name, kind), f"[{unit_text(found.log.unit(name))}]"
         stacked = "\n".join([*label.split(), unit])
         columns.append(Column(f"{label} {unit.replace(' ', _NO_BREAK)}", short=stacked))
     left = any(each.unexplained_effort is not None for each, _ in applied)
@@ -208,7 +205,7 @@ def _estimates(found: EstimatorComparison) -> list[Block]:
 def assumed_inertia(found: EstimatorComparison | EstimatorStudy) -> str:
     """Return the meaning of a star: an inertia that was given to an estimator."""
     if isinstance(found, EstimatorStudy):
-        return f"* with the {mass_name(found.kind)} that the energy estimator found in each run"
+        return f"* with the {mass_name(found.kind)} that the energy estimator returned in each run"
     given = [each.assumed_inertia for each in found.applied if each.assumed_inertia is not None]
     if not given:
         return ""
@@ -226,11 +223,9 @@ def contradictions(found: EstimatorComparison) -> list[str]:
         stands = f"; {each.alone} stands alone, the others agree" if each.alone else ""
         terms = found.selected_terms(each.alone) if each.alone else ()
         if terms:
-            stands += f", which may lack its terms ({', '.join(terms)})"
-        label, unit = (
-            parameter_label(each.parameter, kind),
-            printed_unit(each.parameter, kind, found.log.effort_unit),
-        )
+            stands += f" and may lack its terms ({', '.join(terms)})"
+        label = parameter_label(each.parameter, kind)
+        unit = unit_text(found.log.unit(each.parameter))
         sentences.append(f"{label} [{unit}]: {', '.join(values)}{stands}")
     return sentences
 
@@ -247,7 +242,7 @@ def _known(found: EstimatorComparison) -> str:
             if isinstance(value, int | float):
                 given[name.replace("inertia", mass_name(kind))] = value
     parts = [
-        f"{name.replace('_', ' ')} {value:.6g} {printed_unit(name, kind, found.log.effort_unit)}"
+        f"{name.replace('_', ' ')} {value:.6g} {unit_text(found.log.unit(name))}"
         for name, value in given.items()
     ]
     return f"Given: {', '.join(parts)}." if parts else ""
@@ -361,7 +356,7 @@ def estimate_plots(found: EstimatorComparison) -> list[Plot]:
             and (parameter := each.estimate.parameters.get(name)) is not None
             and parameter.value is not None
         ]
-        title = f"{draw.symbol(name)} [{printed_unit(name, kind, found.log.effort_unit)}]"
+        title = f"{draw.symbol(name)} [{unit_text(found.log.unit(name))}]"
         plots.append(_bars(name, kind, bars, names=("trusted", "not to be trusted"), title=title))
     return plots
 

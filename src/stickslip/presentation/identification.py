@@ -189,7 +189,7 @@ def _facts(found: Identification) -> list[Fact]:
 
 
 def _logs(joint: JointLogs, found: Identification) -> list[Block]:
-    """Return the contribution of each log to a joint fit, and where they differ."""
+    """Return the contribution of each log to a joint fit, and the differences between them."""
     log = found.log
     differences = [
         f"{each.log}: {in_words(each.parameter)} differs by {each.difference:.3g} "
@@ -203,7 +203,7 @@ def _logs(joint: JointLogs, found: Identification) -> list[Block]:
             str(each.samples),
             f"{each.duration:.4g} s",
             f"{1e3 * each.sampling_time:.4g} ms",
-            f"{each.residual:.3g} {unit_text(found.log.unit('effort'))}",
+            f"{each.residual:.3g} {unit_text(log.unit('effort'))}",
         ]
         for each in joint.logs
     ]
@@ -380,7 +380,7 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
             x=quantity_axis("time", kind),
             y=[
                 quantity_axis("energy", kind, found.log.effort_unit),
-                axis(f"dissipated [{found.log.unit('energy')}]"),
+                axis(f"dissipated [{unit}]"),
             ],
         ),
         height=480,

@@ -7,7 +7,7 @@ from stickslip.presentation.words import NONE, or_none, prefixed, share_text
 from stickslip.records import AxisProposal, Inspection, LogColumn, parameter_label, unit_text
 
 _REPEATED = 0.01
-"""Share of the samples at an extreme from which on it is shown."""
+"""Smallest share of the samples at an extreme that is shown [-]."""
 
 
 def column_table(found: Inspection) -> Table:
@@ -31,7 +31,11 @@ def column_table(found: Inspection) -> Table:
 
 
 def _number(value: float) -> str:
-    return f"{value:.6g}" if abs(value) < 1e6 else f"{value:.9g}"
+    # Large values are mostly time stamps and encoder counts, whose last digits matter
+    return f"{value:.6g}" if abs(value) < _LARGE else f"{value:.9g}"
+
+
+_LARGE = 1e6
 
 
 def _remarks(column: LogColumn) -> str:
@@ -84,7 +88,7 @@ def axis_table(found: Inspection) -> Table:
 
 
 def lag_text(axis: AxisProposal) -> str:
-    """Return the lag of the effort with its standard error; a dash where the log shows none."""
+    """Return the lag of the effort with its standard error; a dash without one."""
     if axis.lag is None:
         return NONE
     error = axis.lag_resolution or 0.0
@@ -92,7 +96,7 @@ def lag_text(axis: AxisProposal) -> str:
 
 
 def check_table(found: Inspection) -> Table:
-    """Return the precision to expect of each parameter, a row each."""
+    """Return the expected precision, one row for each parameter."""
     columns = [
         Column("Axis", "left"),
         Column("Parameter", "left"),

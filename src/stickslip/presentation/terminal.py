@@ -74,7 +74,7 @@ def print_identification(console: "Console", identification: Identification) -> 
 
 
 def print_axes(console: "Console", found: AxesIdentification) -> None:
-    """Print one row for each axis, what was assumed, and why axes are not to be trusted."""
+    """Print one row for each axis, the assumptions, and the reasons against trust in an axis."""
     logs = {axis: each.log for axis, each in found.axes.items()}
     first = next(iter(logs.values()))
     alike = all(
@@ -113,7 +113,7 @@ def print_axes(console: "Console", found: AxesIdentification) -> None:
 
 
 def print_inspection(console: "Console", found: Inspection) -> None:
-    """Print columns, rates, the proposed axes with reasons, what is missing, and the check."""
+    """Print columns, rates, the proposed axes with reasons, missing columns, and the check."""
     rates = [
         f"{name or 'all columns'}: {rate:.4g} Hz" if rate else f"{name or 'all columns'}: no rate"
         for name, rate in found.rates.items()
@@ -156,7 +156,7 @@ def print_inspection(console: "Console", found: Inspection) -> None:
 
 
 def _once(sentences: Mapping[str, Sequence[str]]) -> list[str]:
-    """Return sentences by axis; one that differs by the name of the axis in quotes only once."""
+    """Return sentences by axis; those that differ only in the quoted name of the axis once."""
 
     def general(axis: str, line: str) -> str:
         name = re.compile(rf"(?<![^\W_]){re.escape(axis)}(?![^\W_])")

@@ -70,7 +70,7 @@ def missing_parameters(estimate: FrictionEstimate, kind: AxisKind = "linear") ->
 
 
 def side_text(estimate: FrictionEstimate) -> str:
-    """Return which side of a gear the values refer to; empty if that is not known."""
+    """Return a sentence on the side of the gear that the values refer to; empty if not known."""
     side = estimate.provenance.side
     return f"The values refer to the {side} side of the gear." if side else ""
 
@@ -162,7 +162,7 @@ def rounded(value: float, uncertainty: float) -> str:
 
 
 def printed_unit(name: str, kind: AxisKind, effort: EffortUnit = "") -> str:
-    """Return the unit of a quantity or parameter as it is printed, for a unit of the effort.
+    """Return the unit of a quantity or parameter as it is printed, by the unit of the effort.
 
     >>> printed_unit("mass", "rotary")
     'kg m²'

@@ -158,7 +158,7 @@ class EstimatorComparison(Record):
 
     @property
     def alone(self) -> frozenset[str]:
-        """Estimators that stand alone against all others in a parameter, with no more terms."""
+        """Estimators that contradict all others in a parameter and have no selected terms."""
         alone = {each.alone for each in self.contradictions if each.alone}
         return frozenset(name for name in alone if not self.selected_terms(name))
 
@@ -168,7 +168,11 @@ class EstimatorComparison(Record):
         Parameters
         ----------
         name
-            Of the estimator.
+            Name of a compared estimator.
+
+        Returns
+        -------
+        Names of the terms; empty without a selection.
         """
         estimate = next(each.estimate for each in self.compared if each.name == name)
         selection = None if estimate is None else estimate.selection

@@ -80,10 +80,9 @@ class Validation(Record):
     """Prediction of the effort of another log by an identified model."""
 
     log: str  #: Name of the other log.
-    #: Norm of the effort that the prediction leaves, over that of the effort, in slip [-]; None if
-    #: there is no prediction.
+    #: Norm of the residual over that of the effort, in slip [-]; None without a prediction.
     error: float | None
-    reason: str = ""  #: Why there is none.
+    reason: str = ""  #: Why there is no prediction.
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -161,7 +160,7 @@ class AxesIdentification:
     axes
         Identification of each axis by its name.
     unread
-        Axes without one by name, with the reason.
+        Reasons why axes are not identified, by their names.
     """
 
     name: str

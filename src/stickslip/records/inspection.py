@@ -1,4 +1,4 @@
-"""What a log holds, before anything is identified from it."""
+"""Contents of a log and its proposed axes, without an identification."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -9,10 +9,10 @@ from stickslip.records.record import Record
 
 @dataclass(frozen=True, kw_only=True)
 class LogColumn(Record):
-    """One column of a log, as it stands in the file."""
+    """One column of a log, as in the file."""
 
-    name: str  #: Its name.
-    origin: str  #: Topic or group in the file; empty if the name says all.
+    name: str  #: Name of the column.
+    origin: str  #: Topic or group in the file; empty if it is the name.
     group: str  #: Rate group; empty if the log has one.
     unit: str  #: As stated in the file; empty if it states none.
     samples: int  #: Number of samples.
@@ -20,16 +20,16 @@ class LogColumn(Record):
     high: float | None  #: Largest value [unit of the file].
     missing: int  #: Samples that are not finite.
     repeated: float  #: Largest share of the samples at the smallest or the largest value [-].
-    meaning: str  #: What it is by its name; empty if it is no channel.
+    meaning: str  #: Meaning by name; empty if it is no channel.
 
 
 @dataclass(frozen=True, kw_only=True)
 class ExpectedPrecision(Record):
-    """The precision to expect of a parameter from the motion of a log."""
+    """Expected precision of a parameter from the motion of a log."""
 
     parameter: str  #: Name of the parameter.
     value: float | None  #: Rough estimate [SI]; None if the log does not determine it.
-    half_width: float | None  #: Half of the 95 % interval to expect [SI].
+    half_width: float | None  #: Half of the expected 95 % interval [SI].
     relative: float | None  #: Half width over value [-].
     sufficient: bool  #: Whether it is within the limit.
     advice: str  #: What to record otherwise; empty if it is sufficient.
@@ -37,14 +37,14 @@ class ExpectedPrecision(Record):
 
 @dataclass(frozen=True, kw_only=True)
 class AxisProposal(Record):
-    """The columns of one axis as they would be read, and what is known of their samples."""
+    """Columns of one axis as they would be read, and properties of their samples."""
 
     json_form = (
         "name columns kind units reasons problem samples duration sampling_time jitter segments",
         "clipped lag lag_resolution expected",
     )
 
-    name: str  #: Of the axis.
+    name: str  #: Name of the axis.
     columns: Mapping[str, str]  #: Column or expression of each channel.
     kind: AxisKind | None  #: ``"linear"`` or ``"rotary"``; None if it is not known.
     units: Mapping[str, str] = field(default_factory=dict[str, str])  #: SI units, by channel.
@@ -56,10 +56,10 @@ class AxisProposal(Record):
     jitter: float = 0.0  #: Largest deviation of a step, as a fraction of the sampling time [-].
     segments: int = 0  #: Stretches between gaps.
     clipped: float = 0.0  #: Share of the samples at the largest or smallest effort in a row [-].
-    #: Time by which the effort acts later than it is logged [s]; None if the log does not show it.
+    #: Time by which the effort acts later than it is logged [s]; None if not determined.
     lag: float | None = None
     lag_resolution: float | None = None  #: Standard error of the lag [s].
-    expected: tuple[ExpectedPrecision, ...] = ()  #: Of each parameter, if a check was asked for.
+    expected: tuple[ExpectedPrecision, ...] = ()  #: Of each parameter, if a check is requested.
 
     @property
     def sufficient(self) -> bool:

@@ -132,14 +132,14 @@ def shared_name(name: str) -> str:
 
 
 EffortUnit = Literal["", "A", "%"]
-"""Unit of an effort: that of the kind of axis if empty, or ampere or percent where the effort was
-not converted to a force or torque."""
+"""Unit of an effort: empty for N or N m by the kind of axis, or ampere or percent of an effort
+that is not converted to a force or torque."""
 
 
 def unit_of(name: str, kind: AxisKind, effort: EffortUnit = "") -> str:
     """Return the unit of a quantity or of one of its ``_positive``/``_negative`` forms.
 
-    It is the SI unit, but for an effort in ampere or percent; a mass is then effort over
+    It is the SI unit, except for an effort in ampere or percent, with which a mass is effort over
     acceleration.
 
     Examples
