@@ -10,7 +10,6 @@ from scipy.signal import savgol_filter
 from stickslip.estimation.fit.rows import least_squares
 from stickslip.estimation.likelihood.axis_parameters import SoughtParameters
 from stickslip.estimation.likelihood.process_noise.slip_filter import SlipRecord
-from stickslip.estimation.prepare import PreparedPart
 from stickslip.estimation.signals.kinematics import noise_level
 from stickslip.estimation.signals.sensor_noise import position_noise
 from stickslip.records import AxisKind, AxisLog, mass_name
@@ -104,9 +103,13 @@ class Tuning:
 
 
 @dataclass(frozen=True, kw_only=True)
-class LogPart(PreparedPart):
+class LogPart:
     """One stretch of a log without gaps, evenly sampled."""
 
+    time: Float[np.ndarray, " n"]  # [s]
+    effort: Float[np.ndarray, " n"]  # [N or N m]
+    position: Float[np.ndarray, " n"]  # [m or rad]
+    usable: Bool[np.ndarray, " n"]  # recorded as it was, neither clipped nor repaired
     velocity: Float[np.ndarray, " n"] | None  # as measured
     loads: Float[np.ndarray, "n l"]  # efforts of the load terms for unit coefficients [SI]
 
