@@ -1,1 +1,1 @@
-"""What gravity and the other joints of a robot ask of a joint, from a model of its links."""
+"""Efforts of gravity and of the other joints on a joint of a robot, from a model of its links."""

@@ -18,16 +18,16 @@ from stickslip.records import AxisLog, InputError, unit_of
 
 __all__ = ["joint_of_each", "with_model_effort"]
 
-_ORDER = 4  # of the low-pass of positions, which passes what moves the links unchanged
-_LOWER = 0.7  # cutoff over the one before
-_MORE = 1.15  # acceleration over that with the lower cutoff: beyond it, a fourth of it was noise
-_LOWEST = 8.0  # Hz: links are moved at lower frequencies
+_ORDER = 4  # of the low-pass of positions, whose passband is flat at the frequencies of the links
+_LOWER = 0.7  # ratio of successive cutoffs
+_MORE = 1.15  # ratio of accelerations with successive cutoffs: a quarter of the variance is noise
+_LOWEST = 8.0  # Hz, above the frequencies of the motion of links
 
 
 def joint_of_each(
     axes: Sequence[str], joints: Iterable[str], stated: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return the joint of the model that each axis of a log is.
+    """Return the joint of the model for each axis of a log.
 
     An axis is the joint of the same name, or the only joint whose name holds its own. Numbered axes
     are the joints in their order, if there are as many.
@@ -121,8 +121,8 @@ class _Motion:
 def _smoothed(values: Float[np.ndarray, " n"], sampling_time: float) -> Float[np.ndarray, "3 n"]:
     """Return position, velocity and acceleration below the frequencies at which noise prevails.
 
-    The links move at low frequencies. Where a lower cutoff takes away much of the acceleration,
-    that was noise of the encoder or of the clock.
+    The links move at low frequencies. If a lower cutoff removes much of the acceleration, that part
+    is noise of the encoder or of the clock.
     """
     T = sampling_time
     cutoff = default_cutoff(T)
@@ -140,7 +140,7 @@ def _derivatives(
 ) -> Float[np.ndarray, "3 n"]:
     position = LowPass(order=_ORDER, cutoff=cutoff).apply(values, T)
     velocity = central_difference(position, T)
-    # Not the difference of the difference, which passes less of what is fast
+    # A second difference attenuates high frequencies less than a difference of differences
     second = np.gradient(velocity, T)
     second[1:-1] = np.diff(position, 2) / T**2
     return np.vstack([position, velocity, second])
@@ -158,9 +158,9 @@ def with_model_effort(
     Parameters
     ----------
     logs
-        By the name of the axis, on the joint's side of the gear.
+        By the name of the axis, on the joint side of the gear.
     robot
-        Of the model.
+        Model of the links.
     joint_of
         Joint of each axis. Joints without an axis are taken at rest at zero.
 
@@ -228,7 +228,7 @@ class _Efforts:
 def _note(
     log: AxisLog, robot: RobotModel, joint: str, inertia: float, still: Sequence[str]
 ) -> list[str]:
-    """Return what the effort of the model is, and what the estimated inertia then holds."""
+    """Return notes on the effort of the model and on the meaning of the estimated inertia."""
     unit = unit_of("inertia", log.kind)
     notes = [
         f"joint {joint} of {robot.name}: gravity, the other joints and the changes of inertia act "

@@ -20,9 +20,9 @@ _KINDS: Mapping[str, AxisKind] = {
     "prismatic": "linear",
 }
 _FIXED = "fixed"
-_NO_MASS = 1e-9  # kg and kg m^2: what a link without mass is given, so that it can be moved at all
-_LEAST_MASS = 1e-6  # kg that a joint moves, below which the file states none
-_POSTURES = 200  # in which the mean inertia is taken
+_NO_MASS = 1e-9  # kg and kg m^2 of a link without mass, as MuJoCo needs a positive one
+_LEAST_MASS = 1e-6  # kg moved by a joint; less is a file without masses
+_POSTURES = 200  # largest number for the mean inertia
 _LARGEST_FILE = 50_000_000  # bytes; meshes are files of their own
 
 
@@ -37,7 +37,7 @@ class RobotModel:
     joints
         Kind of each joint that moves, by its name, in the order of the file.
     bodies
-        The same in MuJoCo, without friction, damping, limits and contacts.
+        MuJoCo model of the links, without friction, damping, limits and contacts.
     """
 
     name: str
