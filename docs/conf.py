@@ -260,7 +260,7 @@ PUBLIC_NAMES = {
     "Simulate": "simulate simulate_batch simulate_closed_loop Sensors SensorSample read_scenario",
     "Position": """
         position ExactPulseController PulseWidthController PulseAmplitudeWidthController
-        LearnedPulses LandingController AxisLandingController""",
+        LearnedPulses LandingController AxisLandingController TrackedLandingController""",
     "Feedback": """
         FeedbackController PD Notch FrictionCompensation OnlineFriction PIDController ResetIntegral
         ProfileController Dither PointToPoint Move RestDetection""",

@@ -49,6 +49,9 @@ from .control import (
 from .control import (
     RestDetection as RestDetection,
 )
+from .control import (
+    TrackedLandingController as TrackedLandingController,
+)
 from .estimation import (
     ESTIMATORS as ESTIMATORS,
 )

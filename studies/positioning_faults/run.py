@@ -53,7 +53,7 @@ class Axis:
     @property
     def velocity(self) -> bool:
         """Whether the velocity is measured."""
-        return self.tables["controller"]["method"] == "landing"
+        return self.flexible or self.tables["controller"]["method"] == "landing"
 
     def scenario(self) -> Scenario:
         """Return the scenario."""
@@ -172,7 +172,7 @@ def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: flo
     return drawn
 
 
-def arms(count: int, seed: int, *, known: bool) -> list[Axis]:
+def arms(count: int, seed: int, *, known: bool, method: str = "tracked") -> list[Axis]:
     """Draw arms around that of van de Wijdeven (2002), part A; two moves each.
 
     Parameters
@@ -181,6 +181,8 @@ def arms(count: int, seed: int, *, known: bool) -> list[Axis]:
         How many, and of the generator.
     known
         Whether friction is known within 5 %; otherwise nothing is known of it.
+    method
+        Of the controller.
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []
@@ -217,7 +219,7 @@ def arms(count: int, seed: int, *, known: bool) -> list[Axis]:
                         "viscous_friction": c,
                         "static_friction": static * f,
                     },
-                    "controller": {"method": "landing", "effort_limit": 1.0},
+                    "controller": {"method": method, "effort_limit": 1.0},
                     "guess": guess if known else {},
                 },
                 targets=tuple(np.cumsum(ways).tolist()),

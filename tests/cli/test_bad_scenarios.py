@@ -219,7 +219,7 @@ BAD_ARM = [
     ("controller.max_idle_pulses = 3", ["[controller]", "max_idle_pulses", "landing", "leave it"]),
     (
         "controller = {method = 'feedback', most_series = 3}",
-        ["most_series", "feedback", "use method 'landing'"],
+        ["most_series", "feedback", "'tracked' or 'landing'"],
     ),
     ("controller.most_series = 0", ["most_series is 0", "at least 1"]),
     ("controller.longest_wait = -1.0", ["-1 s", "positive"]),

@@ -1,5 +1,7 @@
 """The study of positioning with faults, reduced: some axes and arms, and unsafe faults."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,12 +9,14 @@ from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.simulation import simulate
 from studies.mismatch.plant import FINE_STEP, HeldPlant
-from studies.positioning_faults.__main__ import row
+from studies.positioning_faults.__main__ import RUNAWAY, row
 from studies.positioning_faults.cases import ARM_CASES, AXIS_CASES, Case
 from studies.positioning_faults.run import arms, axes, move_axis
 
 CASES = {case.name: case for case in AXIS_CASES}
 AGREES = 1e-5  # of the travel: two simulators of the same arm, one with fine steps
+CASES_OF_ARMS = {case.name: case for case in ARM_CASES}
+NEAR = 1e-4  # of the move: twice the tolerance of the task
 SAFE = 1.0  # moves beyond the path
 
 
@@ -73,10 +77,34 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("method", ["tracked", "landing"])
 @pytest.mark.parametrize("case", ARM_CASES, ids=lambda each: each.name)
-def test_no_arm_runs_away(case: Case) -> None:
-    for axis in arms(2, 8, known=False):
+def test_no_arm_runs_away(case: Case, method: str) -> None:
+    for axis in arms(2, 8, known=False, method=method):
         outcome = move_axis(axis, case)
         assert not outcome.raised
         assert outcome.peak <= 1.0
-        assert outcome.farthest <= 1.5
+        assert outcome.farthest <= RUNAWAY
+
+
+def landed(name: str, *, known: bool) -> None:
+    """Move an arm once, and check where it ends."""
+    (axis,) = arms(1, 8, known=known)
+    outcome = move_axis(replace(axis, targets=axis.targets[:1], duration=40.0), CASES_OF_ARMS[name])
+    assert not outcome.raised
+    assert outcome.peak <= 1.0
+    assert outcome.false == 0
+    assert outcome.errors[0] <= NEAR
+
+
+def test_an_arm_lands_with_a_delay_of_the_drive() -> None:
+    landed("delay of 2 samples", known=True)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "name",
+    ["no fault", "effort noise of 1 %", "effort gain of 1.03", "lost samples, 2 %"],
+)
+def test_an_arm_of_unknown_friction_lands(name: str) -> None:
+    landed(name, known=False)

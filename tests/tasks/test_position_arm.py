@@ -20,6 +20,7 @@ AXIS = (
     "viscous_friction = 0.1\nstatic_friction = 0.18"
 )
 TASK = "target = 1.0\ntolerance = 1e-5\nduration = 36.0\nsampling_time = 0.02"
+LANDING = 'method = "landing"'
 T = 0.02
 
 LEARNED = 1e-5  # what friction is off by after a move without noise, relative; 1e-7 is seen
@@ -43,7 +44,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
         path = folder / "an_arm.toml"
         path.write_text(
             f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
-            f"[controller]\neffort_limit = 1.0\n{settings}\n"
+            f"[controller]\neffort_limit = 1.0\n{settings or LANDING}\n"
         )
         return position(path)
 

@@ -24,6 +24,7 @@ from stickslip.control.landing import (
     PlanRequest,
     Supervisor,
     SupervisorState,
+    TrackedLandingController,
     scaled_notch,
     scaled_pd,
 )
@@ -71,6 +72,7 @@ __all__ = [
     "RunningEstimator",
     "Supervisor",
     "SupervisorState",
+    "TrackedLandingController",
     "scaled_notch",
     "scaled_pd",
 ]

@@ -101,14 +101,18 @@ def _lose(g: Any, fault: int) -> bool:
 
 
 @compiled()
-def _watch(g: Any, x: float, v: float) -> None:
+def _watch(g: Any, x: float, v: float, v2: float) -> None:
     """Compare an admitted sample with the limits."""
     T, limit = g.period, g.effort_limit
     # Speed and travel: the axis must be able to stop before the limit
     g.fast = g.fast + 1 if abs(v) > g.speed + g.velocity_resolution + g.resolution / T else 0
-    sure = max(abs(v) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
+    # Braking stops both masses: their mean speed counts
+    whole = g.mass[0] + g.mass[1]
+    both = g.mass[1] > 0.0 and np.isfinite(v2)
+    mean = (g.mass[0] * v + g.mass[1] * v2) / whole if both else v
+    sure = max(abs(mean) - g.velocity_resolution - 2.0 * g.resolution / T, 0.0)
     stop = 0.5 * sure * sure / g.braking
-    leaves = (v > 0.0 and x + stop > g.high) or (v < 0.0 and x - stop < g.low)
+    leaves = (mean > 0.0 and x + stop > g.high) or (mean < 0.0 and x - stop < g.low)
     # Blocked: nearly the largest effort and no motion
     if abs(g.effort) < _NEARLY * limit or g.pushing == 0:
         g.pushing_from = x
@@ -235,7 +239,7 @@ def admit(
     _reckon(g, speed, v2)
     if g.started == 0:
         g.started, g.begun = 1, time
-    _watch(g, x, speed)
+    _watch(g, x, speed, v2)
     return True
 
 

@@ -5,6 +5,7 @@ from stickslip.control.landing.arm_plan import Flight, LandingState, PlanAnswer,
 from stickslip.control.landing.axis import AxisLandingController, AxisLandingState
 from stickslip.control.landing.beside import PlannedBeside
 from stickslip.control.landing.supervisor import Supervisor, SupervisorState
+from stickslip.control.landing.tracked import TrackedLandingController, TrackedState
 
 __all__ = [
     "AxisLandingController",
@@ -17,6 +18,8 @@ __all__ = [
     "PlannedBeside",
     "Supervisor",
     "SupervisorState",
+    "TrackedLandingController",
+    "TrackedState",
     "scaled_notch",
     "scaled_pd",
 ]

@@ -303,7 +303,7 @@ class ArmPlans(Supervisor[LandingState]):
             planner = PulseSeriesPlanner(
                 arm=replace(arm, friction=friction),
                 sampling_time=self.sampling_time,
-                effort_limit=self.effort_limit,
+                effort_limit=self._plan_limit,
                 excess=_EXCESS,
                 impulse_gap=_GAP,
                 rest_on_the_way=True,
@@ -320,28 +320,50 @@ class ArmPlans(Supervisor[LandingState]):
             return str(refusal)
         smallest = _SMALLEST * float(alone.smallest_displacement(self.sampling_time))
         least = max(abs(error) + amplitude, smallest)
-        ahead = 1.0 if error > 0.0 else -1.0
-        places = [target] if amplitude < _DIRECT * abs(error) else []
-        places += [
-            swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
-        ]
+        places = self._places(state, swing, least)
         low, high = (-inf, inf) if self.travel is None else self.travel
         why = ""
         for place in (each for each in places if low <= each <= high):
+            slowest = self._slowest(state, abs(place - swing.position))
             try:
-                return planner.plan(swing.state(later), place)
+                return replace(planner, slowest=slowest).plan(swing.state(later), place)
             except StickslipError as refusal:
                 why = why or str(refusal)
         return why or "every place that a series could lead to is outside the travel"
+
+    def _places(self, state: LandingState, swing: Swing, least: float) -> list[float]:
+        """Return where a series may lead, in order of preference; ``least`` is a travel."""
+        error = state.target - swing.position
+        ahead = 1.0 if error > 0.0 else -1.0
+        places = [state.target] if swing.amplitude < _DIRECT * abs(error) else []
+        return places + [
+            swing.position + side * share * least for share in _BEYOND for side in (ahead, -ahead)
+        ]
+
+    @property
+    def _plan_limit(self) -> float:
+        """Largest effort of a series."""
+        return self.effort_limit
+
+    def _slowest(self, state: LandingState, travel: float) -> float:
+        """Return the least speed of a series of a travel, over its mean speed."""
+        del state, travel
+        return PulseSeriesPlanner.slowest
+
+    @property
+    def _slack(self) -> float:
+        """Longest series over the time of a rigid arm and a swing."""
+        return _LONGEST
 
     def _longest(self, arm: FlexibleArm, coulomb: float, travel: float) -> float:
         """Return the longest duration of a series over a travel [s]."""
         if self.longest_series is not None:
             return self.longest_series
         mass = arm.mass_1 + arm.mass_2
-        free = max(self.effort_limit - coulomb, (1.0 - _MOST_STATIC) * self.effort_limit)
+        limit = self._plan_limit
+        free = max(limit - coulomb, (1.0 - _MOST_STATIC) * limit)
         rigid = 2.0 * sqrt(_BEYOND[-1] * travel * mass / free)
-        return _LONGEST * (rigid + 2.0 * pi * sqrt(arm.mass_2 / arm.stiffness))
+        return self._slack * (rigid + 2.0 * pi * sqrt(arm.mass_2 / arm.stiffness))
 
     def _launched(
         self, state: LandingState, sample: SensorSample, series: PulseSeries
@@ -415,7 +437,7 @@ class ArmPlans(Supervisor[LandingState]):
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
             coulomb, _ = self._friction(state)
-            most = max(_MOST_STATIC * self.effort_limit / coulomb, state.static_ratio)
+            most = max(_MOST_STATIC * self._plan_limit / coulomb, state.static_ratio)
             state = replace(state, static_ratio=min(_STATIC_STEP * state.static_ratio, most))
         missed = max(abs(swing.position - last.planned.target), swing.amplitude)
         unexplained = missed > max(self.tolerance, self._by_noise(last.planned))

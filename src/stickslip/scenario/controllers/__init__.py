@@ -6,7 +6,7 @@
 from collections.abc import Mapping
 
 from stickslip.scenario.controllers.base import Controller
-from stickslip.scenario.controllers.flexible_arm import ArmFeedback, ArmLanding
+from stickslip.scenario.controllers.flexible_arm import ArmFeedback, ArmLanding, ArmTracked
 from stickslip.scenario.controllers.pid import (
     PDControl,
     PIDControl,
@@ -35,11 +35,15 @@ _AXIS: Mapping[str, type[Controller]] = {
     "pid-dither": PIDDither,
     "pid-reset": PIDReset,
 }
-_ARM: Mapping[str, type[Controller]] = {"landing": ArmLanding, "feedback": ArmFeedback}
+_ARM: Mapping[str, type[Controller]] = {
+    "tracked": ArmTracked,
+    "landing": ArmLanding,
+    "feedback": ArmFeedback,
+}
 
 AXIS_CONTROLLERS: Variants[Controller] = Variants(
     key="method", default="landing", models=_AXIS, where="a rigid axis", others=_ARM
 )
 ARM_CONTROLLERS: Variants[Controller] = Variants(
-    key="method", default="landing", models=_ARM, where="a flexible arm", others=_AXIS
+    key="method", default="tracked", models=_ARM, where="a flexible arm", others=_AXIS
 )

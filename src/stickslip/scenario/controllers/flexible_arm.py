@@ -6,10 +6,12 @@ from math import ceil, pi, sqrt
 from typing import Any, ClassVar
 
 from stickslip.control import (
+    PD,
     FeedbackController,
     LandingController,
     Move,
     PointToPoint,
+    TrackedLandingController,
     scaled_notch,
 )
 from stickslip.estimation import EnergyEstimator
@@ -17,7 +19,13 @@ from stickslip.plants import FlexibleArm
 from stickslip.presentation.words import prefixed
 from stickslip.records import AxisKind, InputError, LearnedPulses, positive, unit_of
 from stickslip.scenario.axis import DIRECTIONAL
-from stickslip.scenario.controllers.base import POSITION_GAIN, VELOCITY_GAIN, GainsByRule, Setup
+from stickslip.scenario.controllers.base import (
+    POSITION_GAIN,
+    VELOCITY_GAIN,
+    Controller,
+    GainsByRule,
+    Setup,
+)
 from stickslip.scenario.guess import FILES, FirstGuesses, check_learned
 from stickslip.scenario.table import ScenarioError, key
 
@@ -28,7 +36,7 @@ _UNCERTAINTY = 0.02
 _PARTS = {"mass": "mass 1", "load_mass": "mass 2", "stiffness": "the spring"}
 
 
-class _ArmController(GainsByRule):
+class _ArmController(Controller):
     """Landing and feedback of an arm."""
 
     guesses: ClassVar[tuple[str, ...]] = (
@@ -40,8 +48,12 @@ class _ArmController(GainsByRule):
     )
     learned_names: ClassVar[tuple[str, ...]] = DIRECTIONAL
     beside_learned: ClassVar[tuple[str, ...]] = (*_PARTS, "offset", "arm_uncertainty", "learned")
-    position_gain: float | None = POSITION_GAIN
-    velocity_gain: float | None = VELOCITY_GAIN
+    landing: ClassVar[type[LandingController]] = LandingController
+    begins: ClassVar[str] = "without any"  # where no friction is guessed
+
+    def _pd(self) -> PD | None:
+        """Return the gains of PD feedback; None for gains by rule, or where there is none."""
+        return None
 
     def check(self, setup: Setup) -> None:
         super().check(setup)
@@ -75,7 +87,7 @@ class _ArmController(GainsByRule):
             )
         half_swing = pi * sqrt(arm.mass_2 / arm.stiffness)
         samples = max(1, ceil(half_swing / task.sampling_time))
-        return LandingController(
+        return self.landing(
             sampling_time=task.sampling_time,
             target=task.all_targets[0],
             tolerance=setup.tolerance_over(samples, swing=True),
@@ -91,7 +103,7 @@ class _ArmController(GainsByRule):
             ),
             position_noise=sensors.position_deviation,
             velocity_noise=sensors.velocity_noise,
-            pd=self.given_gains(),
+            pd=self._pd(),
             travel=self.limits(setup, first).travel,
             **settings,
         )
@@ -132,7 +144,7 @@ class _ArmController(GainsByRule):
                 f"Known to the controller as they are, as [guess] does not say other: {known}.",
             )
         if "coulomb_friction" not in first.values:
-            notes += ("No friction is guessed: the controller begins without any.",)
+            notes += (f"No friction is guessed: the controller begins {self.begins}.",)
         if setup.axis.offset and "offset" not in first.values:
             notes += (
                 "The axis has an offset, which is not learned of an arm, and none is guessed: the "
@@ -141,10 +153,19 @@ class _ArmController(GainsByRule):
         return notes
 
 
-class ArmLanding(_ArmController):
-    """Feedback, then series of pulses that land both masses."""
+class _ArmByFeedback(GainsByRule, _ArmController):
+    """An arm under PD feedback, at first or throughout."""
 
-    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+    position_gain: float | None = POSITION_GAIN
+    velocity_gain: float | None = VELOCITY_GAIN
+
+    def _pd(self) -> PD | None:
+        return self.given_gains()
+
+
+class _ArmBySeries(_ArmController):
+    """Series of pulses that land both masses."""
+
     learns: ClassVar[bool] = True
     guesses: ClassVar[tuple[str, ...]] = (*_ArmController.guesses, "arm_uncertainty")
     most_series: int = key(
@@ -178,7 +199,21 @@ class ArmLanding(_ArmController):
         return notes
 
 
-class ArmFeedback(_ArmController):
+class ArmLanding(_ArmByFeedback, _ArmBySeries):
+    """Feedback, then series of pulses that land both masses."""
+
+    title: ClassVar[str] = "feedback, then pulses that end at rest on the target"
+
+
+class ArmTracked(_ArmBySeries):
+    """Series of pulses that land both masses, tracked by feedback."""
+
+    title: ClassVar[str] = "pulses that end at rest on the target, tracked by feedback"
+    landing: ClassVar[type[LandingController]] = TrackedLandingController
+    begins: ClassVar[str] = "with a tenth of the effort limit"
+
+
+class ArmFeedback(_ArmByFeedback):
     """PD control with a notch and compensation of friction."""
 
     title: ClassVar[str] = "PD control with a notch and compensation of friction"

@@ -1,0 +1,112 @@
+"""Friction, delay and gain of the drive of an arm by the momentum of mass 1 along a series."""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.plants import FlexibleArm
+
+_LAGS = 4  # samples of the effort that may act in one
+_LAG_SPREAD = 0.5  # prior standard deviation of the share of each
+_GAINS = (0.7, 1.3)  # of the drive: others are an error of the model
+_FEWEST = 20  # rows of a fit
+_REFITS = 4
+_MOST_CORRELATED = 0.98
+_EXACT = 1e-6  # residual of a row over the largest effort: more is not taken for certain
+
+
+@dataclass(frozen=True, kw_only=True)
+class DriveFit:
+    """Estimate of the shares of past efforts, and of Coulomb and viscous friction.
+
+    m1 (v_{k+1} - v_k) + ks int (x1 - x2) dt = T sum_j w_j u_{k-j} - f_c T sign(v) - c (x_{k+1} -
+    x_k) while mass 1 slips one way. The delay is sum_j j w_j / sum_j w_j samples, the gain of the
+    drive sum_j w_j. It is Bayesian linear regression with normal prior.
+    """
+
+    information: Float[np.ndarray, "p p"]
+    values: Float[np.ndarray, " p"]
+    rows: int = 0
+
+    @classmethod
+    def first(
+        cls, coulomb: float, viscous: float, covariance: Float[np.ndarray, "2 2"]
+    ) -> "DriveFit":
+        """Return the prior: no delay, a gain of 1, and friction as known."""
+        P = np.zeros((_LAGS + 2, _LAGS + 2))
+        P[range(_LAGS), range(_LAGS)] = _LAG_SPREAD**2
+        P[_LAGS:, _LAGS:] = covariance
+        values = np.array([1.0, *[0.0] * (_LAGS - 1), coulomb, viscous])
+        return cls(information=np.linalg.inv(P), values=values)
+
+    @property
+    def covariance(self) -> Float[np.ndarray, "2 2"]:
+        """Of Coulomb and viscous friction."""
+        P = np.linalg.inv(self.information)[_LAGS:, _LAGS:]
+        return 0.5 * (P + P.T)
+
+    @property
+    def delay(self) -> float:
+        """Delay of the drive, in samples [-]."""
+        share = np.maximum(self.values[:_LAGS], 0.0)
+        return float(share @ np.arange(_LAGS) / share.sum()) if self.rows else 0.0
+
+    @property
+    def gain(self) -> float:
+        """Gain of the drive [-]."""
+        return float(np.clip(self.values[:_LAGS].sum(), *_GAINS)) if self.rows else 1.0
+
+    @property
+    def friction(self) -> tuple[float, float]:
+        """Coulomb and viscous friction [N or N m, N s/m or N m s/rad]."""
+        coulomb, viscous = self.values[_LAGS:].tolist()
+        return coulomb, viscous
+
+    def after(
+        self,
+        arm: FlexibleArm,
+        effort: Float[np.ndarray, " n"],
+        seen: Float[np.ndarray, "m 4"],
+        *,
+        sampling_time: float,
+        velocity_noise: float,
+    ) -> "DriveFit":
+        """Return the estimate after a series of efforts and its samples, one at its begin.
+
+        The weight of a row is that of the residuals of the series.
+        """
+        n, T, m1 = min(effort.size, len(seen) - 1), sampling_time, arm.mass_1
+        x, v = seen[: n + 1, 0], seen[: n + 1, 1]
+        stretch, rate = x - seen[: n + 1, 2], v - seen[: n + 1, 3]
+        pulled = 0.5 * T * (stretch[1:] + stretch[:-1]) + T * T / 12.0 * (rate[:-1] - rate[1:])
+        way = 1.0 if np.nansum(v) > 0.0 else -1.0
+        fast = way * v > 4.0 * velocity_noise
+        slips = fast[1:] & fast[:-1] & np.isfinite(pulled)
+        past = np.concatenate((np.zeros(_LAGS - 1), effort[:n]))
+        lags = [T * past[_LAGS - 1 - j : _LAGS - 1 - j + n] for j in range(_LAGS)]
+        columns = (*lags, np.full(n, -way * T), -np.diff(x))
+        rows = np.column_stack(columns)[slips]
+        # Not a row in which mass 1 breaks away or stops
+        values = (m1 * np.diff(v) + arm.stiffness * pulled)[slips]
+        if len(values) < _FEWEST:
+            return self
+        least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + 2.0 * (m1 * velocity_noise) ** 2
+        variance, information, found = least, self.information, self.values
+        for _ in range(_REFITS):
+            information = self.information + rows.T @ rows / variance
+            moment = self.information @ self.values + rows.T @ values / variance
+            found = np.linalg.solve(information, moment)
+            variance = max(least, _variance(values - rows @ found))
+        if not np.isfinite(found).all():
+            return self
+        return replace(self, information=information, values=found, rows=self.rows + len(values))
+
+
+def _variance(residuals: Float[np.ndarray, " n"]) -> float:
+    """Return the variance of residuals, over the share of them that are independent."""
+    power = float(residuals @ residuals)
+    if power == 0.0:
+        return 0.0
+    rho = min(max(float(residuals[1:] @ residuals[:-1]) / power, 0.0), _MOST_CORRELATED)
+    return power / residuals.size * (1.0 + rho) / (1.0 - rho)

@@ -1,0 +1,186 @@
+"""Tracked series: what is learned of the drive, the computed load, and landings with faults."""
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from stickslip.control import TrackedLandingController
+from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.estimation import EnergyEstimator
+from stickslip.friction import CoulombViscousFriction
+from stickslip.plants import FlexibleArm
+from stickslip.records import PositioningOutcome, SensorSample
+from stickslip.simulation import PlantStepper
+
+T, LIMIT = 0.02, 1.0
+LAW = CoulombViscousFriction.symmetric(coulomb_friction=0.15, viscous_friction=0.1)
+ARM = FlexibleArm(mass_1=1.2, mass_2=0.8, stiffness=1.5, friction=LAW)
+UNKNOWN = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=0.0)
+WITHIN = 1e-5  # of a move of 1 m
+
+
+def integrated(effort: np.ndarray, delay: float, gain: float) -> np.ndarray:
+    """Return the states of the arm while mass 1 slips, by an integrator of general use."""
+    sent = np.concatenate((np.zeros(8), gain * effort))
+    part = delay % 1.0
+
+    def rates(t: float, y: np.ndarray, u: float) -> list[float]:
+        del t
+        x1, v1, x2, v2 = y
+        spring = ARM.stiffness * (x1 - x2)
+        return [v1, (u - 0.15 - 0.1 * v1 - spring) / ARM.mass_1, v2, spring / ARM.mass_2]
+
+    y = np.array([0.0, 0.3, 0.0, 0.3])
+    states = [y]
+    for k in range(effort.size):
+        last = 8 + k - int(delay)
+        # The effort of the sample before acts until it is through
+        for length, u in ((part * T, sent[last - 1]), ((1.0 - part) * T, sent[last])):
+            if length > 0.0:
+                y = solve_ivp(rates, (0.0, length), y, args=(u,), rtol=1e-10, atol=1e-12).y[:, -1]
+        states.append(y)
+    return np.array(states)
+
+
+@pytest.mark.parametrize(("delay", "gain"), [(0.0, 1.0), (0.25, 1.03), (1.0, 0.9), (2.0, 1.0)])
+def test_friction_delay_and_gain_are_those_of_the_drive(delay: float, gain: float) -> None:
+    generator = np.random.default_rng(3)
+    effort = np.repeat(generator.uniform(0.2, 0.8, 20), 5)
+    seen = integrated(effort, delay, gain)
+    first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
+    # The efforts before the first sample were others
+    fit = first.after(ARM, effort, seen, sampling_time=T, velocity_noise=0.0)
+    assert fit.delay == pytest.approx(delay, abs=0.02)
+    assert fit.gain == pytest.approx(gain, rel=0.002)
+    assert fit.friction[0] == pytest.approx(0.15, rel=0.01)
+    assert fit.friction[1] == pytest.approx(0.1, rel=0.02)
+
+
+def test_intervals_of_friction_cover_it_with_noise() -> None:
+    effort = np.repeat(np.random.default_rng(3).uniform(0.2, 0.8, 20), 5)
+    seen = integrated(effort, 0.0, 1.0)
+    first = DriveFit.first(0.1, 0.0, np.diag([0.01, 0.25]))
+    off = []
+    for seed in range(40):
+        noise = np.random.default_rng(seed).normal(size=seen.shape) * [1e-5, 1e-3, 1e-5, 1e-3]
+        fit = first.after(ARM, effort, seen + noise, sampling_time=T, velocity_noise=1e-3)
+        spread = np.sqrt(np.diag(fit.covariance))
+        off.append((np.array(fit.friction) - (0.15, 0.1)) / spread)
+    # 95 % of the intervals and not much fewer
+    assert np.mean(np.abs(off) < 1.96) > 0.85
+    assert np.std(off) > 0.2
+
+
+def controller(**settings: Any) -> TrackedLandingController:
+    believed = settings.pop("arm", replace(ARM, friction=UNKNOWN))
+    usual: dict[str, Any] = {
+        "sampling_time": T,
+        "target": 1.0,
+        "tolerance": 0.5 * WITHIN,
+        "arm": believed,
+        "effort_limit": LIMIT,
+        "estimator": EnergyEstimator(
+            force_noise=0.0,
+            inertia=believed.mass_1,
+            load_inertia=believed.mass_2,
+            stiffness=believed.stiffness,
+            offset=False,
+        ),
+    }
+    return TrackedLandingController(**(usual | settings))
+
+
+def flown(
+    landing: TrackedLandingController,
+    seconds: float,
+    *,
+    delay: int = 0,
+    lost: float = 0.0,
+    load: bool = True,
+) -> tuple[Any, np.ndarray, np.ndarray]:
+    """Return the state of the controller, the states of the arm, and the efforts as sent."""
+    plant = PlantStepper(ARM, sampling_time=T)
+    arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
+    generator = np.random.default_rng(1)
+    state, waiting = landing.init(), [0.0] * delay
+    path, sent = [], []
+    for k in range(round(seconds / T)):
+        x, v, x2, v2 = motion
+        sample = SensorSample(k * T, x, v, x2 if load else np.nan, v2 if load else np.nan)
+        if generator.uniform() < lost:
+            state, effort = landing.blind(state, k * T)
+        else:
+            state, effort = landing.step(state, sample)
+        effort = 0.0 if np.isnan(effort) else effort
+        waiting.append(effort)
+        arm, motion = plant.step(arm, waiting.pop(0))
+        path.append((x, v, x2, v2))
+        sent.append(effort)
+    return state, np.array(path), np.array(sent)
+
+
+def off(path: np.ndarray, target: float) -> float:
+    x, _, x2, v2 = path[-1]
+    return max(abs(x - target), float(np.hypot(x2 - x, v2 / np.sqrt(1.5 / 0.8))))
+
+
+@pytest.mark.parametrize(
+    "faults",
+    [
+        {"delay": 2, "load": False},
+        pytest.param({}, marks=pytest.mark.slow),
+        pytest.param({"lost": 0.02}, marks=pytest.mark.slow),
+        pytest.param({"load": False}, marks=pytest.mark.slow),
+    ],
+    ids=["delay, no load", "none", "lost", "no load"],
+)
+def test_the_arm_lands_without_knowing_friction(faults: dict[str, Any]) -> None:
+    landing = controller()
+    state, path, sent = flown(landing, 40.0, **faults)
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert off(path, 1.0) <= WITHIN
+    assert np.abs(sent).max() <= LIMIT
+    assert state.drive.delay == pytest.approx(faults.get("delay", 0), abs=0.05)
+    assert landing.estimates(state)["coulomb_friction"] == pytest.approx(0.15, rel=0.02)
+
+
+def test_one_series_does_with_friction_known() -> None:
+    landing = controller(arm=ARM, estimator=EnergyEstimator(
+        force_noise=0.0, inertia=1.2, load_inertia=0.8, stiffness=1.5, offset=False,
+        initial_values={"coulomb_friction": 0.15, "viscous_friction": 0.1},
+        initial_variance=1e-6,
+    ))  # fmt: skip
+    state, path, _ = flown(landing, 12.0)
+    assert len(state.flights) == 1
+    assert off(path, 1.0) <= WITHIN
+    assert [phase.name for phase in state.phases] == ["resting", "series", "resting", "done"]
+    # Little longer than the shortest series
+    assert state.phases[-1].start < 1.35 * state.flights[0].planned.least_duration + 0.5
+
+
+@pytest.mark.slow
+def test_a_new_target_in_motion_brakes_and_goes_there() -> None:
+    landing = controller()
+    plant = PlantStepper(ARM, sampling_time=T)
+    arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
+    state = landing.init()
+    for k in range(round(70.0 / T)):
+        if k == 100:
+            state = landing.retargeted(state, -0.5)
+        state, effort = landing.step(state, SensorSample(k * T, *motion))
+        arm, motion = plant.step(arm, effort)
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert abs(motion[0] + 0.5) <= WITHIN
+
+
+@pytest.mark.slow
+def test_a_tolerance_that_no_series_meets_ends_near_the_target() -> None:
+    landing = controller(tolerance=1e-13)
+    state, path, _ = flown(landing, 100.0, delay=1)
+    assert landing.outcome(state) is PositioningOutcome.STOPPED
+    assert "no nearer" in str(landing.why(state))
+    assert off(path, 1.0) <= WITHIN
+    assert state.series_since_target <= landing.most_series
