@@ -48,13 +48,15 @@ def row(case: Case, axis: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[s
 def study(drawn: Sequence[Axis], cases: Sequence[Case], *, workers: int = 1) -> str:
     """Return the table of all cases."""
     rows: list[list[str]] = []
-    for case in track(cases, transient=True):
+    progress = Console(stderr=True)
+    for case in track(cases, console=progress, transient=True):
         if workers > 1:
             jobs = [lambda axis=axis, case=case: move_axis(axis, case) for axis in drawn]
             outcomes = in_parallel(jobs, workers=workers, advance=lambda: None)
         else:
             outcomes = [move_axis(axis, case) for axis in drawn]
         rows.append(row(case, drawn, outcomes))
+        progress.print(" | ".join(rows[-1]), markup=False, soft_wrap=True)
     within = "both moves within 1e-4 / 1e-3 / 1e-2" if drawn[0].flexible else "within 20 µm"
     return table(
         [
@@ -78,6 +80,7 @@ def main() -> None:
     parser.add_argument("plants", nargs="*", help="exact, landing, arm, arm-known; all by default")
     parser.add_argument("--axes", type=int, default=100)
     parser.add_argument("--arms", type=int, default=50)
+    parser.add_argument("--duration", type=float, default=100.0, help="of a move of an arm [s]")
     parser.add_argument("--arm-method", default="tracked", help="controller of arms")
     parser.add_argument("--cases", default="", help="part of the names of the cases")
     parser.add_argument("--sampling-time", type=float, default=0.01, help="of axes [s]")
@@ -88,7 +91,13 @@ def main() -> None:
     for name in given.plants or ("exact", "arm-known", "arm"):
         if name.startswith("arm"):
             known = name == "arm-known"
-            drawn = arms(given.arms, _SEED, known=known, method=given.arm_method)
+            drawn = arms(
+                given.arms,
+                _SEED,
+                known=known,
+                method=given.arm_method,
+                duration=given.duration,
+            )
             cases = ARM_CASES
         else:
             drawn = axes(

@@ -172,7 +172,9 @@ def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: flo
     return drawn
 
 
-def arms(count: int, seed: int, *, known: bool, method: str = "tracked") -> list[Axis]:
+def arms(
+    count: int, seed: int, *, known: bool, method: str = "tracked", duration: float = 100.0
+) -> list[Axis]:
     """Draw arms around that of van de Wijdeven (2002), part A; two moves each.
 
     Parameters
@@ -183,6 +185,8 @@ def arms(count: int, seed: int, *, known: bool, method: str = "tracked") -> list
         Whether friction is known within 5 %; otherwise nothing is known of it.
     method
         Of the controller.
+    duration
+        Of a move [s].
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []
@@ -224,7 +228,7 @@ def arms(count: int, seed: int, *, known: bool, method: str = "tracked") -> list
                 },
                 targets=tuple(np.cumsum(ways).tolist()),
                 tolerance=5e-5,
-                duration=100.0,
+                duration=duration,
                 sampling_time=0.02,
                 noise=0.0,
                 encoder_step=0.0,

@@ -180,6 +180,21 @@ def test_leaving_the_travel_brakes_before_the_limit() -> None:
     assert caught.value.code == "target_range"
 
 
+def test_the_mean_speed_of_both_masses_counts_for_the_travel() -> None:
+    # Braking takes 0.5 * 300 N from 150 kg and 1350 kg: 0.1 m/s^2
+    limits = Limits.for_task(
+        mass=MASS, load_mass=1350.0, effort_limit=LIMIT, sampling_time=T, places=(0.0, 0.05)
+    )
+    for load_speed, leaves in ((-0.02, False), (0.18, True)):
+        guard = GuardedController(controller=Constant(0.0), limits=limits)
+        state = guard.init()
+        for k in range(5):  # either stops within 0.1 m of mean motion, or does not
+            x, x2 = 0.18 * k * T, load_speed * k * T
+            sample = SensorSample(k * T, x, 0.18, x2, load_speed)
+            state, _ = guard.step(state, sample)
+        assert ("travel" in str(guard.why(state))) is leaves
+
+
 def test_too_much_speed_is_braked() -> None:
     guard = guarded(Constant(LIMIT), speed=0.1, travel=(-100.0, 100.0))
     run = moved(guard, 3.0)
