@@ -105,7 +105,7 @@ def test_noise_leaves_no_bias_and_intervals_hold_the_truth(
     settings: dict[str, object], largest_spread: dict[str, float]
 ) -> None:
     """The surrogate arm with its sensors, which moves for a third of its log."""
-    runs = 100
+    runs = 50
     motion = arm_motion(0.15)
     estimator = EnergyEstimator(load_inertia=1.0, stiffness=1.0, **settings)  # type: ignore[arg-type]
     fits = [estimator.fit(measured(motion, NOISY, seed)) for seed in range(runs)]
@@ -115,8 +115,8 @@ def test_noise_leaves_no_bias_and_intervals_hold_the_truth(
         true = truth[name.removesuffix("_positive").removesuffix("_negative")]
         values = np.array([fit.value(name) for fit in fits])
         spread = values.std(ddof=1)
-        # The mean of 100 runs wanders by a tenth of their spread; four times that is not chance
-        assert abs(values.mean() - true) < 0.4 * spread
+        # Four standard errors of the mean are not chance
+        assert abs(values.mean() - true) < 4.0 / np.sqrt(runs) * spread
         if name in largest_spread:
             assert spread < largest_spread[name] * true
         intervals = [fit.parameters[name].ci95 or (np.inf, np.inf) for fit in fits]
