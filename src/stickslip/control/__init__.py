@@ -13,6 +13,17 @@ from stickslip.control.feedback.pid import Dither, PIDController, ResetIntegral
 from stickslip.control.feedback.profile import ProfileController
 from stickslip.control.feedback.reference import Move, PointToPoint, Reference
 from stickslip.control.guards import GuardedController, GuardedState, Limits
+from stickslip.control.hardware.loop import (
+    AxisIO,
+    Clock,
+    LoopEnding,
+    LoopRun,
+    LoopSettings,
+    Playback,
+    RealTimeClock,
+    run,
+)
+from stickslip.control.hardware.recording import Recording
 from stickslip.control.landing import (
     AxisLandingController,
     AxisLandingState,
@@ -38,8 +49,10 @@ from stickslip.control.rest_detection import RestDetection
 
 __all__ = [
     "PD",
+    "AxisIO",
     "AxisLandingController",
     "AxisLandingState",
+    "Clock",
     "Dither",
     "ExactPulseController",
     "FeedbackController",
@@ -50,6 +63,9 @@ __all__ = [
     "LandingController",
     "LandingState",
     "Limits",
+    "LoopEnding",
+    "LoopRun",
+    "LoopSettings",
     "Move",
     "Notch",
     "NotchCoefficients",
@@ -60,12 +76,15 @@ __all__ = [
     "PlanAnswer",
     "PlanRequest",
     "PlannedBeside",
+    "Playback",
     "PointToPoint",
     "PositionController",
     "ProfileController",
     "PulseAmplitudeWidthController",
     "PulseController",
     "PulseWidthController",
+    "RealTimeClock",
+    "Recording",
     "Reference",
     "ResetIntegral",
     "RestDetection",
@@ -73,6 +92,7 @@ __all__ = [
     "Supervisor",
     "SupervisorState",
     "TrackedLandingController",
+    "run",
     "scaled_notch",
     "scaled_pd",
 ]

@@ -1,0 +1,84 @@
+"""A servo on a MuJoCo axis in real time, through the loop that runs controllers on hardware.
+
+Run it: python examples/08_mujoco_in_real_time.py  (needs the package mujoco)
+
+The simulation goes on with the clock, whatever the loop does: a late sample is late here too.
+"""
+
+import time
+from math import nan
+from typing import Any, cast
+
+import mujoco as _mujoco
+
+from stickslip import SensorSample
+from stickslip.control import LoopSettings, PIDController, run
+
+mujoco = cast("Any", _mujoco)  # it has no type information
+
+T, STEP = 0.01, 0.001  # s, of the loop and of MuJoCo
+TARGET = 0.05  # m
+AXIS = f"""
+<mujoco>
+  <option gravity="0 0 0" timestep="{STEP}" integrator="implicitfast"/>
+  <worldbody>
+    <body>
+      <inertial pos="0 0 0" mass="2" diaginertia="1 1 1"/>
+      <joint type="slide" axis="1 0 0" damping="20" frictionloss="5"
+        solreffriction="{4 * STEP} 1" solimpfriction="0.9999 0.9999 0.001 0.5 2"/>
+    </body>
+  </worldbody>
+</mujoco>
+"""
+
+
+class MuJoCoAxis:
+    """A slide with friction that moves with the clock."""
+
+    def __init__(self) -> None:
+        self._model = mujoco.MjModel.from_xml_string(AXIS)
+        self._data = mujoco.MjData(self._model)
+        self._start = time.perf_counter()
+
+    def _go_on(self) -> None:
+        """Simulate up to now, under the effort so far."""
+        left = time.perf_counter() - self._start - self._data.time
+        steps = int(left / STEP)
+        if steps > 0:
+            mujoco.mj_step(self._model, self._data, nstep=steps)
+
+    def read(self) -> SensorSample:
+        """Return position and velocity."""
+        self._go_on()
+        return SensorSample(nan, float(self._data.qpos[0]), float(self._data.qvel[0]), nan, nan)
+
+    def write(self, effort: float) -> None:
+        """Apply an effort from now on [N]."""
+        self._go_on()
+        self._data.qfrc_applied[0] = effort
+
+
+def main() -> float:
+    """Move the axis for 3 s; return how far it ends from the target [m]."""
+    servo = PIDController(
+        sampling_time=T,
+        target=TARGET,
+        position_gain=800.0,
+        integral_gain=1500.0,
+        velocity_gain=60.0,
+        effort_limit=40.0,
+    )
+    limits = LoopSettings(
+        sampling_time=T, duration=3.0, effort=40.0, travel=(-0.02, 0.1), max_lost=100
+    )
+    done = run(MuJoCoAxis(), servo, limits)
+    error = done.recording.samples[-1].measured_position - TARGET
+    print(
+        f"{done.ending.text}; {1e3 * error:+.2f} mm off the target; {done.overruns} overruns, "
+        f"rounds of at most {1e3 * done.longest:.2f} ms"
+    )
+    return error
+
+
+if __name__ == "__main__":
+    main()

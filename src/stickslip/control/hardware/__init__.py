@@ -1,0 +1,1 @@
+"""Controllers on hardware: the loop that runs them in real time."""
