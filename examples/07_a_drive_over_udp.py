@@ -11,6 +11,7 @@ import socket
 import struct
 import time
 from math import nan
+from multiprocessing.connection import Connection
 
 import numpy as np
 
@@ -29,11 +30,12 @@ from stickslip.control import (
 T = 0.01  # s, of the loop
 ENCODER = 1e-6  # m
 LIMIT = 60.0  # N
+TOLERANCE = 2e-4  # m: a desktop computer is late by milliseconds, which make pulses longer
 MASS, COULOMB, VISCOUS = 5.0, 20.0, 80.0  # kg, N, N s/m, known to the drive alone
 EFFORT, READ, END = b"E", b"R", b"Q"
 
 
-def drive(ready: "multiprocessing.connection.Connection") -> None:
+def drive(ready: Connection) -> None:
     """Simulate the axis in real time, and answer."""
     law = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
     axis = SingleMass(mass=MASS, friction=law)
@@ -112,8 +114,8 @@ def show(title: str, done: "LoopRun[object]") -> None:
     )
 
 
-def commission(axis: UdpAxis) -> float:
-    """Commission the axis and move it; return its last position [m]."""
+def commission(axis: UdpAxis) -> None:
+    """Commission the axis, and move it."""
     # Excite and record: efforts of several speeds and reversals, within limits of effort and travel
     t = T * np.arange(600)
     effort = 38.0 * np.sin(4.0 * t) + 16.0 * np.sin(11.0 * t + 1.0)
@@ -126,7 +128,7 @@ def commission(axis: UdpAxis) -> float:
 
     # Identify, and check: a result that is not to be used says so
     found = identify(log).estimate
-    values = {name: each.value for name, each in found.parameters.items()}
+    values = {n: each.value for n, each in found.parameters.items() if each.value is not None}
     print(
         f"Identified: {found.status.value}, " + ", ".join(f"{n} {v:.3g}" for n, v in values.items())
     )
@@ -143,7 +145,7 @@ def commission(axis: UdpAxis) -> float:
         controller=ExactPulseController(
             sampling_time=T,
             target=target,
-            tolerance=20.0 * ENCODER,
+            tolerance=TOLERANCE,
             rest=RestDetection.for_encoder(resolution=ENCODER, samples=5),
             effort_limit=LIMIT,
             mass=values["mass"],
@@ -168,9 +170,12 @@ def commission(axis: UdpAxis) -> float:
     )
     done = run(axis, controller, limits)
     show("Positioned", done)
+    outcome, why = (
+        controller.outcome(done.controller_state),
+        controller.why(done.controller_state),
+    )
     position = done.recording.samples[-1].measured_position
-    print(f"{1e6 * (position - target):+.0f} µm off the target")
-    return position - target
+    print(f"{outcome}, {1e6 * (position - target):+.0f} µm off the target; {why or 'no fault'}")
 
 
 def main() -> None:

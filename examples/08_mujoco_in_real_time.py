@@ -59,17 +59,18 @@ class MuJoCoAxis:
 
 
 def main() -> float:
-    """Move the axis for 3 s; return how far it ends from the target [m]."""
+    """Move the axis for 4 s; return how far it ends from the target [m]."""
     servo = PIDController(
         sampling_time=T,
         target=TARGET,
         position_gain=800.0,
-        integral_gain=1500.0,
+        integral_gain=4000.0,
         velocity_gain=60.0,
+        filter_time=0.02,
         effort_limit=40.0,
     )
     limits = LoopSettings(
-        sampling_time=T, duration=3.0, effort=40.0, travel=(-0.02, 0.1), max_lost=100
+        sampling_time=T, duration=4.0, effort=40.0, travel=(-0.02, 0.1), max_lost=100
     )
     done = run(MuJoCoAxis(), servo, limits)
     error = done.recording.samples[-1].measured_position - TARGET
