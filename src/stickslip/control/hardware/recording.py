@@ -24,7 +24,7 @@ class Recording:
 
     times: list[float] = field(default_factory=list[float])  #: Of reading [s].
     samples: list[SensorSample] = field(default_factory=list[SensorSample])  #: As they were read.
-    efforts: list[float] = field(default_factory=list[float])  #: As they were written.
+    efforts: list[float] = field(default_factory=list[float])  #: As they were written [N or N m].
 
     def append(self, time: float, sample: SensorSample, effort: float) -> None:
         """Add a sample.
