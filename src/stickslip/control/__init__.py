@@ -39,6 +39,7 @@ from stickslip.control.landing import (
     scaled_notch,
     scaled_pd,
 )
+from stickslip.control.precise.controller import PreciseController
 from stickslip.control.pulses.controller import PulseController
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.published import (
@@ -79,6 +80,7 @@ __all__ = [
     "Playback",
     "PointToPoint",
     "PositionController",
+    "PreciseController",
     "ProfileController",
     "PulseAmplitudeWidthController",
     "PulseController",

@@ -96,7 +96,7 @@ _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to w
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
-_HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
+HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
 _SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction repeats exactly
 # Choice
 _CAUTION = 2.0  # standard deviations by which a pulse falls short when it is uncertain
@@ -307,7 +307,7 @@ def learn(s: Any, own: Any) -> None:
     _fit(s, own, side, f, t)
     own.moved_at[side] = min(own.moved_at[side], strength)
     for each in range(2):
-        most = _HIGHEST * math.exp(own.values[COULOMB + each])
+        most = HIGHEST * math.exp(own.values[COULOMB + each])
         if own.held[each] < most:
             own.breakaway[each] = min(own.breakaway[each], most)
     F = math.exp(own.values[COULOMB + side])
@@ -319,7 +319,7 @@ def learn(s: Any, own: Any) -> None:
 
 
 @compiled()
-def _law(own: Any, side: int) -> tuple[float, float, float]:
+def law_of(own: Any, side: int) -> tuple[float, float, float]:
     """Return the estimates of m, F and c in one direction."""
     return (
         math.exp(own.values[0]),
@@ -334,7 +334,7 @@ def _spread(own: Any, side: int, f: float, t: float, learned: bool) -> float:
 
     ``learned``: only what is left when all that can be learned is: the walk of the friction.
     """
-    m, F, c = _law(own, side)
+    m, F, c = law_of(own, side)
     d, by_m, by_f, by_c = _slopes(m, F, c, f, t)
     variance = by_f * by_f * own.walk
     if not learned:
@@ -347,12 +347,12 @@ def _spread(own: Any, side: int, f: float, t: float, learned: bool) -> float:
 
 
 @compiled()
-def _pulse(own: Any, side: int, d: float) -> tuple[float, float]:
+def pulse_for(own: Any, side: int, d: float) -> tuple[float, float]:
     """Return effort and whole samples of the shortest pulse that moves the mass by d.
 
     If that takes more than the longest pulse it is the longest one, at the effort limit.
     """
-    m, F, c = _law(own, side)
+    m, F, c = law_of(own, side)
     if own.limit <= F:  # as far as is known nothing moves: try
         return own.limit, 1.0
     n = whole_samples(width_for(m, F, c, d, own.limit), own.period)
@@ -372,7 +372,7 @@ def _freeing_effort(own: Any, side: int) -> float:
 @compiled()
 def _freeing_pulse(own: Any, side: int, d: float) -> tuple[float, float]:
     """Return a pulse that frees the mass by all that is known and moves it by d, or farther."""
-    m, F, c = _law(own, side)
+    m, F, c = law_of(own, side)
     f = _freeing_effort(own, side)
     n = whole_samples(width_for(m, F, c, d, f), own.period) if f > F else 1.0
     return f, min(n, own.longest, own.allowed)
@@ -387,8 +387,8 @@ def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
     leads to none. Returns effort, whole samples, and the standard deviation of the final error.
     """
     back = 1 - side
-    m, F, c = _law(own, side)
-    m_back, F_back, c_back = _law(own, back)
+    m, F, c = law_of(own, side)
+    m_back, F_back, c_back = law_of(own, back)
     f_there, f_back = _freeing_effort(own, side), _freeing_effort(own, back)
     f, n, spread = f_there, 1.0, 0.0
     for n_back in range(1, _DETOURS + 1):
@@ -397,7 +397,7 @@ def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
         t = n_back * own.period
         least = pulse_displacement(m_back, F_back, c_back, f_back, t)
         most = pulse_displacement(m_back, F_back, c_back, own.limit, t)
-        f, n = _pulse(own, side, error + min(_ROOM * least, 0.5 * (least + most)))
+        f, n = pulse_for(own, side, error + min(_ROOM * least, 0.5 * (least + most)))
         f = max(f, f_there)
         step = pulse_displacement(m, F, c, f, n * own.period) - error
         spread = _spread(own, back, f_back, t, True) * step
@@ -413,7 +413,7 @@ def _fire(s: Any, own: Any, side: int, f: float, n: float) -> None:
     By the balance of work (see `_estimate`), an axis that is lighter than estimated then comes to
     rest no farther.
     """
-    m, F, c = _law(own, side)
+    m, F, c = law_of(own, side)
     sign = 1.0 if side == 0 else -1.0
     if f > F:
         under_effort, _, _, d = pulse_ends(m, F, c, f, n * own.period)
@@ -443,11 +443,11 @@ def plan(s: Any, own: Any) -> None:
     else:
         own.fruitless += 1
     side = 0 if s.error > 0.0 else 1
-    f, n = _pulse(own, side, error)
-    if f > _law(own, side)[1]:
+    f, n = pulse_for(own, side, error)
+    if f > law_of(own, side)[1]:
         uncertain = _CAUTION * _spread(own, side, f, n * own.period, False)
         short = error / (1.0 + uncertain * uncertain)
-        short_f, short_n = _pulse(own, side, short)
+        short_f, short_n = pulse_for(own, side, short)
         if short_f >= own.breakaway[side]:
             f, n = short_f, short_n
         elif uncertain > 1.0 and n > 1.0:

@@ -68,7 +68,7 @@ HEAD = np.dtype(
         ("spread", "f8"),  # largest range of positions at rest
         ("speed", "f8"),  # largest measured velocity at rest; infinite where none is measured
         ("least_motion", "f8"),  # a displacement of no more than this is none
-        ("delay", "i8"),  # of the sensors, in samples
+        ("delay", "f8"),  # of the sensors, in samples
         # What changes
         ("phase", "i8"),
         ("outcome", "i8"),
@@ -80,7 +80,7 @@ HEAD = np.dtype(
         ("idle", "i8"),  # the last so many pulses in a row did not move the axis
         ("level", "i8"),  # on its way
         ("left", "f8"),  # samples of it left
-        ("wait", "i8"),  # samples that still show what was before the pulse's end
+        ("wait", "f8"),  # samples that still show what was before the pulse's end
         ("filled", "i8"),  # samples in the window
         ("next", "i8"),  # place in the window of the next one
         ("quiet", "i8"),  # samples in a row in which the measured velocity was small enough
@@ -170,9 +170,9 @@ def _keep(s: Any, x: float) -> None:
 
 
 @compiled()
-def _end(s: Any) -> None:
+def wait_for_rest(s: Any) -> None:
     """Wait for rest from here on."""
-    s.phase, s.wait = WAITING, s.delay
+    s.phase, s.wait = WAITING, np.ceil(s.delay)
     s.filled = s.next = s.quiet = 0
 
 
@@ -182,7 +182,7 @@ def _cut(s: Any) -> None:
     i = s.level
     s.pulse.levels[i, 1] -= s.left
     s.pulse.level_count = i + (1 if s.pulse.levels[i, 1] > 0.0 else 0)
-    _end(s)
+    wait_for_rest(s)
 
 
 @compiled()
@@ -202,8 +202,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         if abs(x - s.rest) <= s.reach:
             return False
         _cut(s)
-    if s.wait > 0:
-        s.wait -= 1
+    if s.wait > 0.0:
+        s.wait -= 1.0
         return False
     _see(vector, x, sample.measured_velocity)
     rest = _rest_position(vector)
@@ -229,8 +229,8 @@ def blind_step(
     s = head(vector)
     if s.pending:
         s.age = _NEVER
-    if s.phase != PULSING and s.wait > 0:
-        s.wait -= 1
+    if s.phase != PULSING and s.wait > 0.0:
+        s.wait -= 1.0
     return vector, emit(s)
 
 
@@ -280,5 +280,5 @@ def emit(s: Any) -> float:
         if i + 1 < s.pulse.level_count:
             s.left = s.pulse.levels[i + 1, 1]
         else:
-            _end(s)
+            wait_for_rest(s)
     return effort

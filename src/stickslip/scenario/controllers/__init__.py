@@ -17,6 +17,7 @@ from stickslip.scenario.controllers.pid import (
 from stickslip.scenario.controllers.pulses import (
     AxisLanding,
     ExactPulses,
+    Precise,
     PulseAmplitudeWidth,
     PulseWidth,
 )
@@ -26,6 +27,7 @@ __all__ = ["ARM_CONTROLLERS", "AXIS_CONTROLLERS"]
 
 _AXIS: Mapping[str, type[Controller]] = {
     "landing": AxisLanding,
+    "precise": Precise,
     "exact": ExactPulses,
     "papwc": PulseAmplitudeWidth,
     "pwc": PulseWidth,

@@ -7,13 +7,15 @@ from typing import Any, ClassVar
 from stickslip.control import (
     AxisLandingController,
     ExactPulseController,
+    PositionController,
+    PreciseController,
     PulseAmplitudeWidthController,
     PulseController,
     PulseWidthController,
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, LearnedPulses, positive, unit_of
+from stickslip.records import AxisKind, LearnedPulses, non_negative, positive, unit_of
 from stickslip.scenario.axis import DIRECTIONAL
 from stickslip.scenario.controllers.base import (
     LONGEST_WIDTH,
@@ -69,7 +71,10 @@ class ExactPulses(_Pulses):
         "pulses without progress after which it stops", default=ExactPulseController.max_idle_pulses
     )
 
-    def build(self, setup: Setup, first: FirstGuesses) -> ExactPulseController:
+    def build(self, setup: Setup, first: FirstGuesses) -> PositionController[Any]:
+        return self._pulses(setup, first)
+
+    def _pulses(self, setup: Setup, first: FirstGuesses) -> ExactPulseController:
         settings: dict[str, Any] = {
             "effort_limit": self.effort_limit,
             "position_noise": setup.sensors.position_deviation,
@@ -91,6 +96,22 @@ class ExactPulses(_Pulses):
 
     def notes(self, setup: Setup, first: FirstGuesses, controller: Any) -> tuple[str, ...]:
         return super().notes(setup, first, controller) + _uncertainty_notes(self, setup, first)
+
+
+class Precise(ExactPulses):
+    """A fast move with feedback, then pulses by the exact law."""
+
+    title: ClassVar[str] = "fast move with feedback, then pulses by the exact law"
+    delay: float | None = key(
+        "known delay of drive and sensors", "time", non_negative, says="learned in the first move"
+    )
+
+    def guesses_of(self, learned: LearnedPulses, kind: AxisKind, source: str) -> FirstGuesses:
+        check_learned(learned, method="exact", kind=kind, names=self.learned_names)
+        return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
+
+    def build(self, setup: Setup, first: FirstGuesses) -> PreciseController:
+        return PreciseController(pulses=self._pulses(setup, first), delay=self.delay)
 
 
 class _Adaptive(_Pulses):

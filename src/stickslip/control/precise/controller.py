@@ -1,0 +1,276 @@
+"""The default controller of a rigid axis: a move with feedback, then pulses for what is left."""
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from math import inf
+from typing import Any
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.compiled import compiled
+from stickslip.control.base import PositionController
+from stickslip.control.checks import check_class, check_fields
+from stickslip.control.precise import learning as at
+from stickslip.control.precise.learning import SIZE, own_fields, teach
+from stickslip.control.precise.moving import go_on, shortest, start_move
+from stickslip.control.pulses import exact_kernels
+from stickslip.control.pulses.exact import ExactPulseController
+from stickslip.control.pulses.exact_kernels import HIGHEST, law_of, pulse_for
+from stickslip.control.pulses.kernel import (
+    EXACT,
+    MOVING,
+    blind_step,
+    emit,
+    head,
+    readable,
+    wait_for_rest,
+    watch,
+)
+from stickslip.planning.pulse_kernels import pulse_duration
+from stickslip.records import (
+    InputError,
+    LearnedPulses,
+    PositioningOutcome,
+    PulseRecord,
+    SensorSample,
+    non_negative,
+    quantity_field,
+)
+
+METHOD = 6  # of a vector of this kernel
+_MOST_MOVES = 4  # to one target: each must halve the error
+_WORTH = 5.0  # tolerances: a shorter way is that of a pulse
+_SOONER = 1.0  # times the duration of a pulse: a move that takes longer is not begun
+_EXTRA = 1.0  # samples that a move takes beyond the shortest time
+_STRONG = 0.9  # of the effort limit: friction up to which a move is begun
+_LEARNED = 4  # samples of motion from which the pulses learn
+
+
+@compiled()
+def _moves(p: Any, s: Any, own: Any, error: float) -> bool:
+    """Return whether a move is to be begun, and no pulse."""
+    if p.moves >= p.most_moves or error > 0.5 * p.last_error or error < _WORTH * s.tolerance:
+        return False
+    side = 0 if s.error > 0.0 else 1
+    m, F, c = law_of(own, side)
+    if F > _STRONG * own.limit:
+        return False
+    f, n = pulse_for(own, side, error)
+    fast = shortest(m, F, own.limit, error) + _EXTRA * p.period
+    return f <= F or fast < _SOONER * pulse_duration(m, F, c, f, n * p.period)
+
+
+@compiled()
+def _ended(p: Any, s: Any, own: Any) -> None:
+    """Give what a move has taught to the pulses, and wait for rest."""
+    moved = p.samples - p.best / at.PER_SAMPLE
+    if moved >= _LEARNED:
+        side = p.backward
+        before = law_of(own, side)[1]
+        teach(p, own.values, own.covariance)
+        ratio = law_of(own, side)[1] / before
+        for each in range(2):
+            F = law_of(own, each)[1]
+            if own.held[each] == 0.0:
+                own.breakaway[each] = max(own.breakaway[each] * ratio, F)
+            own.breakaway[each] = min(max(own.breakaway[each], F), HIGHEST * F)
+        p.known, p.delay = 1, p.best / at.PER_SAMPLE
+        s.delay = p.delay
+    wait_for_rest(s)
+    s.pending = 0
+
+
+@compiled()
+def _step(
+    state: Float[np.ndarray, " s"], sample: SensorSample
+) -> tuple[Float[np.ndarray, " s"], float]:
+    if state.size < SIZE or own_fields(state).method != METHOD:
+        raise ValueError("not a state of a PreciseController: begin with the one of its init()")
+    vector = state.copy()
+    inner = vector[SIZE:]
+    if not readable(inner, EXACT, sample):
+        return vector, np.nan
+    p, s, own = own_fields(vector), head(inner), exact_kernels.own_fields(inner)
+    x = sample.measured_position
+    if p.begun == 0:
+        p.begun, s.error = 1, s.target - x
+        if _moves(p, s, own, abs(s.error)):
+            start_move(p, x, s.target, own.values, own.covariance)
+    if p.moving == 0:
+        if watch(inner, sample):
+            if s.fresh:
+                exact_kernels.learn(s, own)
+            if s.outcome == MOVING:
+                if not _moves(p, s, own, abs(s.error)):
+                    exact_kernels.plan(s, own)
+                    return vector, emit(s)
+                start_move(p, s.rest, s.target, own.values, own.covariance)
+        if p.moving == 0:
+            return vector, emit(s)
+    u = go_on(p, x, True)
+    if p.moving == 0:
+        _ended(p, s, own)
+    return vector, u
+
+
+@compiled()
+def _blind(state: Float[np.ndarray, " s"]) -> tuple[Float[np.ndarray, " s"], float]:
+    vector = state.copy()
+    inner = vector[SIZE:]
+    p = own_fields(vector)
+    if p.moving == 0:
+        after, u = blind_step(inner)
+        inner[:] = after
+        return vector, u
+    u = go_on(p, 0.0, False)
+    if p.moving == 0:
+        _ended(p, head(inner), exact_kernels.own_fields(inner))
+    return vector, u
+
+
+@dataclass(frozen=True, kw_only=True)
+class PreciseController(PositionController[Float[np.ndarray, " s"]]):
+    """Position a rigid axis: a fast move with feedback, then pulses.
+
+    A way that a pulse would take longer for is gone as a move from rest to rest, with the largest
+    effort first and a planned braking. Mass, friction and delay are learned during the move
+    (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
+    of an `ExactPulseController` begin with what it has learned, and correct what is left.
+
+    The first move begins with the first sample; the axis is taken to be at rest then.
+
+    Attributes
+    ----------
+    pulses
+        The controller of the pulses; its guesses, limits, target and tolerance are those of the
+        moves.
+    delay
+        Of drive and sensors together; None to learn it from the first move.
+
+    Raises
+    ------
+    InputError
+        If a value is out of its range.
+
+    Examples
+    --------
+    >>> from stickslip.control import RestDetection
+    >>> from stickslip.friction import CoulombViscousFriction
+    >>> from stickslip.plants import SingleMass
+    >>> from stickslip.simulation import simulate_closed_loop
+    >>> law = CoulombViscousFriction.symmetric(coulomb_friction=100.0, static_friction=130.0,
+    ...                                        viscous_friction=700.0)
+    >>> guess = CoulombViscousFriction.symmetric(coulomb_friction=80.0, viscous_friction=500.0)
+    >>> controller = PreciseController(pulses=ExactPulseController(
+    ...     sampling_time=0.01, target=0.05, tolerance=1e-6, effort_limit=300.0, mass=150.0,
+    ...     friction=guess, rest=RestDetection(samples=1, spread=0.0, speed=0.0)))
+    >>> run = simulate_closed_loop(SingleMass(mass=150.0, friction=law), controller,
+    ...                            sampling_time=0.01, samples=200)
+    >>> controller.outcome(run.controller_state).value
+    'reached'
+    """
+
+    pulses: ExactPulseController
+    delay: float | None = quantity_field("time", default=None)
+
+    def __post_init__(self) -> None:
+        check_class("pulses", self.pulses, ExactPulseController)
+        check_fields(self, non_negative, {"delay": "s"})
+        longest = (at.DELAYS - 1) / at.PER_SAMPLE * self.sampling_time
+        if self.delay is not None and self.delay > longest:
+            interval = f"[0, {longest:g}]"
+            raise InputError(
+                "not_in_interval", name="delay", value=self.delay, interval=interval, usual=0.0
+            )
+
+    @property
+    def sampling_time(self) -> float:
+        """Of the loop [s]."""
+        return self.pulses.sampling_time
+
+    @property
+    def target(self) -> float:
+        """Where the axis is to rest [m or rad]."""
+        return self.pulses.target
+
+    @property
+    def step(
+        self,
+    ) -> Callable[[Float[np.ndarray, " s"], SensorSample], tuple[Float[np.ndarray, " s"], float]]:
+        """The pure step ``step(state, sample) -> (state, effort)``, a compiled kernel."""
+        return _step
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Those of the pulses."""
+        return self.pulses.channels
+
+    def blind(
+        self,
+        state: Float[np.ndarray, " s"],
+        time: float,  # noqa: ARG002
+    ) -> tuple[Float[np.ndarray, " s"], float]:
+        """Go on with a move, as predicted, or with a pulse."""
+        return _blind(state)
+
+    def init(self) -> Float[np.ndarray, " s"]:
+        """Return the state before the first sample."""
+        inner = self.pulses.init()
+        state = np.concatenate([np.zeros(SIZE), inner])
+        p, s = own_fields(state), head(state[SIZE:])
+        p.method, p.length = METHOD, state.size
+        p.period, p.limit = self.sampling_time, self.pulses.effort_limit
+        p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, inf
+        if self.delay is None:
+            p.known, p.delay = int(s.delay > 0), s.delay
+        else:
+            p.known, p.delay = 1, self.delay / self.sampling_time
+            s.delay = p.delay
+        return state
+
+    def retargeted(self, state: Float[np.ndarray, " s"], target: float) -> Float[np.ndarray, " s"]:
+        """Return the state with another target [m or rad]; a move under way goes on to it."""
+        inner = self.pulses.retargeted(state[SIZE:], target)
+        vector = np.concatenate([state[:SIZE], inner])
+        p = own_fields(vector)
+        p.moves, p.last_error = 0, inf
+        if p.moving:
+            p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
+            p.left, p.longest = 0, p.samples + p.longest
+        return vector
+
+    def outcome(self, state: Float[np.ndarray, " s"]) -> PositioningOutcome:
+        """Return how far positioning has come."""
+        if own_fields(state).moving:
+            return PositioningOutcome.MOVING
+        return self.pulses.outcome(state[SIZE:])
+
+    def why(self, state: Float[np.ndarray, " s"]) -> str | None:
+        """Return why the controller has stopped short of the target; None if it has not."""
+        return None if own_fields(state).moving else self.pulses.why(state[SIZE:])
+
+    def estimates(self, state: Float[np.ndarray, " s"]) -> dict[str, float]:
+        """Return mass and friction of either direction, offsets included [SI]."""
+        return self.pulses.estimates(state[SIZE:])
+
+    def learned_delay(self, state: Float[np.ndarray, " s"]) -> float | None:
+        """Return the delay that is given or learned [s]; None while it is neither."""
+        p = own_fields(state)
+        return float(p.delay) * self.sampling_time if p.known else None
+
+    def learned(self, state: Float[np.ndarray, " s"]) -> LearnedPulses:
+        """Return what was learned, in the form of `ExactPulseController.learned`."""
+        return self.pulses.learned(state[SIZE:])
+
+    def resumed(self, learned: LearnedPulses) -> "PreciseController":
+        """Return the same controller, beginning with what an earlier run has learned."""
+        return replace(self, pulses=self.pulses.resumed(learned))
+
+    def pulse_count(self, state: Float[np.ndarray, " s"]) -> int:
+        """Return the number of pulses whose outcome is known."""
+        return self.pulses.pulse_count(state[SIZE:])
+
+    def last_pulse(self, state: Float[np.ndarray, " s"]) -> PulseRecord | None:
+        """Return the last pulse whose outcome is known, or None."""
+        return self.pulses.last_pulse(state[SIZE:])

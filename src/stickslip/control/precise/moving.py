@@ -1,0 +1,208 @@
+"""The effort of a move from rest to rest: as fast as the limit allows, with feedback.
+
+In each sample the state is taken forward over the delay, with the commands that are on their way.
+From there on there are three parts:
+
+1. Largest effort, as long as a stop at the target is possible after one more sample of it, with the
+   planned share of the limit.
+2. The acceleration a after which the state is on the curve of that stop, v^2 = 2 b e:
+   (v + a T)^2 = 2 b (e - v T - a T^2/2).
+3. As soon as n samples within the limit lead to rest at the target, those with the least sum of
+   squares of the acceleration,
+
+       a_i = -v/(n T) + B (n - 1 - 2 i)/2,    B = 12 (e - v n T/2)/[T^2 n (n^2 - 1)],
+
+   planned anew in each sample as long as noise is small beside what it changes.
+
+The effort for an acceleration is m a + F + c v, with what has been learned so far.
+"""
+
+import math
+from typing import Any
+
+from stickslip.compiled import compiled
+from stickslip.control.precise.learning import (
+    HISTORY,
+    PER_SAMPLE,
+    acting,
+    begin,
+    choose,
+    learn,
+    model,
+)
+
+_PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
+_LAST = 8  # samples: the longest last part
+_QUIET = 0.03  # of the limit: effect of noise on an effort up to which the last part is replanned
+_LOUD = 0.15  # of the effort: what the model does not have, for the estimation of the velocity
+_LONGER = 3.0  # times the shortest time that a move may last
+_SLACK = 40  # samples more
+
+
+@compiled()
+def shortest(m: float, F: float, limit: float, d: float) -> float:
+    """Return the shortest time from rest to rest over d, without viscous friction."""
+    up, down = (limit - F) / m, (limit + F) / m
+    return math.sqrt(2.0 * d * (1.0 / up + 1.0 / down))
+
+
+@compiled()
+def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
+    """Begin a move at rest in x."""
+    p.moving, p.samples, p.left = 1, 0, 0
+    p.moves += 1
+    p.start, p.backward = x, (1 if target < x else 0)
+    p.way = p.last_error = abs(target - x)
+    p.x = p.v = p.position = 0.0
+    begin(p, values, covariance)
+    m, F = model(p, 0), model(p, 1)
+    fast = shortest(m, min(F, 0.9 * p.limit), p.limit, p.way)
+    p.longest = int(_LONGER * fast / p.period) + _SLACK
+
+
+@compiled()
+def _coefficients(ratio: float) -> tuple[float, float]:
+    """Return alpha and beta of a tracker by the ratio of unmodelled motion and noise (Kalata)."""
+    r = (4.0 + ratio - math.sqrt(8.0 * ratio + ratio * ratio)) / 4.0
+    alpha = 1.0 - r * r
+    return alpha, 2.0 * (2.0 - alpha) - 4.0 * math.sqrt(1.0 - alpha)
+
+
+@compiled()
+def _free(x: float, v: float, u: float, m: float, F: float, c: float, h: float) -> tuple[float, float]:
+    """Return position and speed after the time h under an effort; a mass that stops stays."""
+    if v <= 0.0 and u <= F:
+        return x, 0.0
+    a = (u - F - c * v) / (m + 0.5 * c * h)
+    after = v + a * h
+    if after < 0.0:
+        return x + 0.5 * v * v / max(-a, 1e-300), 0.0
+    return x + 0.5 * h * (v + after), after
+
+
+@compiled()
+def _track(p: Any, x: float, measured: bool) -> None:
+    """Estimate the state in the sample: prediction, and correction by the position."""
+    T = p.period
+    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    older, newer, share = acting(p, p.best)
+    x_0, v_0 = _free(p.x, p.v, older, m, F, c, share * T)
+    x_0, v_0 = _free(x_0, v_0, newer, m, F, c, (1.0 - share) * T)
+    if measured:
+        alpha, beta = _coefficients(_LOUD * p.limit / m * T * T / max(p.noise, 1e-12))
+        off = x - x_0
+        p.x, p.v = x_0 + alpha * off, max(v_0 + beta / T * off, 0.0)
+    else:
+        p.x, p.v = x_0, v_0
+
+
+@compiled()
+def _ahead(p: Any) -> tuple[float, float]:
+    """Return the state at the time at which the next command acts."""
+    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    T, delay = p.period, p.best / PER_SAMPLE
+    whole = int(delay)
+    x, v = _free(p.x, p.v, p.commands[whole], m, F, c, (delay - whole) * T)
+    for k in range(whole - 1, -1, -1):
+        x, v = _free(x, v, p.commands[k], m, F, c, T)
+    return x, v
+
+
+@compiled()
+def _plan_last(p: Any, e: float, v: float, n: int) -> None:
+    """Plan n accelerations that lead to rest at the target."""
+    T = p.period
+    p.left, p.level, p.slope = n, -v / (n * T), 0.0
+    if n > 1:
+        p.slope = 12.0 * (e - 0.5 * v * n * T) / (T * T * n * (n * n - 1.0))
+
+
+@compiled()
+def _last_acceleration(p: Any, i: int, n: int) -> float:
+    return p.level + 0.5 * p.slope * (n - 1 - 2 * i)
+
+
+@compiled()
+def _effort(p: Any, a: float, v: float) -> float:
+    """Return the effort of an acceleration over the next sample, within the limit."""
+    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    u = m * a + F + c * max(v + 0.5 * a * p.period, 0.0)
+    return min(max(u, -p.limit), p.limit)
+
+
+@compiled()
+def _can_end(p: Any, e: float, v: float) -> bool:
+    """Plan the last part with the least number of samples within the limit, if there is one."""
+    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    for n in range(2, _LAST + 1):
+        _plan_last(p, e, v, n)
+        first, last = _last_acceleration(p, 0, n), _last_acceleration(p, n - 1, n)
+        push, brake = m * first + F + c * v, m * last + F
+        if max(abs(push), abs(brake)) <= p.limit and last <= 0.0:
+            return True
+    p.left = 0
+    return False
+
+
+@compiled()
+def _decide(p: Any) -> float:
+    """Return the next command, in the direction of the move; the move ends with `moving` 0."""
+    x, v = _ahead(p)
+    T, e = p.period, p.way - x
+    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    if p.left > 0:
+        n = p.left
+        noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
+        if noise <= _QUIET * p.limit or n == 1:
+            _plan_last(p, e, v, n)
+        # The plan of an earlier sample counts from its first acceleration on
+        a = _last_acceleration(p, 0, n)
+        if n > 1:
+            p.level -= 0.5 * p.slope
+        p.left = n - 1
+        if p.left == 0:
+            p.moving = 0
+        return _effort(p, a, v)
+    if p.samples > 0 and (v <= 0.0 or p.samples > p.longest):
+        p.moving = 0
+        return 0.0
+    push = (p.limit - F - c * v) / m
+    x_1, v_1 = v * T + 0.5 * push * T * T, v + push * T
+    b = max(_PLANNED * p.limit + F, 0.1 * p.limit) / m
+    if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - x_1):
+        return p.limit
+    if _can_end(p, e, v):
+        a = _last_acceleration(p, 0, p.left)
+        p.level -= 0.5 * p.slope
+        p.left -= 1
+        return _effort(p, a, v)
+    B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - v * T)) / (T * T)
+    root = B * B - 4.0 * C
+    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -p.limit / m
+    return _effort(p, a, v)
+
+
+@compiled()
+def go_on(p: Any, position: float, measured: bool) -> float:
+    """Take a sample of a move in; return the effort until the next one."""
+    sign = -1.0 if p.backward else 1.0
+    if p.samples > 0:
+        x = sign * (position - p.start)
+        if not measured:
+            _track(p, 0.0, False)
+            x = p.x
+            learn(p, x, False)
+        else:
+            learn(p, x, True)
+            changed = choose(p)
+            _track(p, x, True)
+            tau = (p.samples - p.best / PER_SAMPLE) * p.period
+            if changed and tau > 0.0:
+                v = (p.once[p.best] - model(p, 1) * tau - model(p, 2) * x) / model(p, 0)
+                p.x, p.v = x, max(v, 0.0)
+    u = _decide(p)
+    p.samples += 1
+    for k in range(HISTORY - 1, 0, -1):
+        p.commands[k] = p.commands[k - 1]
+    p.commands[0] = u
+    return sign * u
