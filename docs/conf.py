@@ -259,8 +259,9 @@ PUBLIC_NAMES = {
         ElastoPlasticFriction""",
     "Simulate": "simulate simulate_batch simulate_closed_loop Sensors SensorSample read_scenario",
     "Position": """
-        position ExactPulseController PulseWidthController PulseAmplitudeWidthController
-        LearnedPulses LandingController AxisLandingController TrackedLandingController""",
+        position PreciseController ExactPulseController PulseWidthController
+        PulseAmplitudeWidthController LearnedPulses LandingController AxisLandingController
+        TrackedLandingController""",
     "Feedback": """
         FeedbackController PD Notch FrictionCompensation OnlineFriction PIDController ResetIntegral
         ProfileController Dither PointToPoint Move RestDetection""",

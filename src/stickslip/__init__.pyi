@@ -35,6 +35,9 @@ from .control import (
     PointToPoint as PointToPoint,
 )
 from .control import (
+    PreciseController as PreciseController,
+)
+from .control import (
     ProfileController as ProfileController,
 )
 from .control import (

@@ -1,5 +1,6 @@
 """The default controller of a rigid axis: a move with feedback, then pulses for what is left."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
@@ -44,6 +45,8 @@ _WORTH = 5.0  # tolerances: a shorter way is that of a pulse
 _SOONER = 1.0  # times the duration of a pulse: a move that takes longer is not begun
 _EXTRA = 1.0  # samples that a move takes beyond the shortest time
 _STRONG = 0.9  # of the effort limit: friction up to which a move is begun
+_EXPLAINED = 2.0  # mean squared innovation over its variance: a move that the law explains
+_CERTAIN = 2.0  # standard deviations of friction: an effort that frees the axis
 _LEARNED = 4  # samples of motion from which the pulses learn
 
 
@@ -54,7 +57,7 @@ def _moves(p: Any, s: Any, own: Any, error: float) -> bool:
         return False
     side = 0 if s.error > 0.0 else 1
     m, F, c = law_of(own, side)
-    if F > _STRONG * own.limit:
+    if _STRONG * own.limit < F:
         return False
     f, n = pulse_for(own, side, error)
     fast = shortest(m, F, own.limit, error) + _EXTRA * p.period
@@ -64,8 +67,8 @@ def _moves(p: Any, s: Any, own: Any, error: float) -> bool:
 @compiled()
 def _ended(p: Any, s: Any, own: Any) -> None:
     """Give what a move has taught to the pulses, and wait for rest."""
-    moved = p.samples - p.best / at.PER_SAMPLE
-    if moved >= _LEARNED:
+    moved = p.samples - at.delay_of(p.best)
+    if moved >= _LEARNED and p.misfit[p.best] <= _EXPLAINED * p.rows:
         side = p.backward
         before = law_of(own, side)[1]
         teach(p, own.values, own.covariance)
@@ -75,8 +78,11 @@ def _ended(p: Any, s: Any, own: Any) -> None:
             if own.held[each] == 0.0:
                 own.breakaway[each] = max(own.breakaway[each] * ratio, F)
             own.breakaway[each] = min(max(own.breakaway[each], F), HIGHEST * F)
-        p.known, p.delay = 1, p.best / at.PER_SAMPLE
-        s.delay = p.delay
+            i = exact_kernels.COULOMB + each
+            sure = HIGHEST * F * math.exp(_CERTAIN * math.sqrt(own.covariance[i, i]))
+            own.moved_at[each] = min(own.moved_at[each], sure)
+        p.known, p.delay, p.lag = 1, at.delay_of(p.best), at.lag_of(p.best)
+        s.delay = p.delay + p.lag
     wait_for_rest(s)
     s.pending = 0
 
@@ -221,6 +227,7 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         p, s = own_fields(state), head(state[SIZE:])
         p.method, p.length = METHOD, state.size
         p.period, p.limit = self.sampling_time, self.pulses.effort_limit
+        p.bend = 0.5 * self.pulses.tolerance
         p.noise, p.most_moves, p.last_error = self.pulses.position_noise, _MOST_MOVES, inf
         if self.delay is None:
             p.known, p.delay = int(s.delay > 0), s.delay

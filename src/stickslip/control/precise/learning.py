@@ -1,16 +1,19 @@
-"""What a move from rest teaches while it lasts: mass, friction of its direction, and delay.
+"""What a move from rest teaches while it lasts: mass, friction of its direction, delay and lag.
 
-With the effort u acting from the delay t_d on, a mass that moves one way obeys
+A mass that moves one way from the time t_d on obeys
 
-    m x + F (t - t_d)^2/2 + c X = U,    X = integral of x,    U = double integral of u(t - t_d),
+    m x + F tau^2/2 + c X + g tau = U,    tau = t - t_d,  X = integral of x,
 
-which is linear in m, F and c: no sample is differentiated, and the noise of a sample is that of its
-row over m. For each of some delays, a quarter of a sample apart, a Kalman filter has these three
-parameters and the evidence of all samples so far,
+where U is the double integral of the effort that acts: the command, later by t_d and through a
+first-order lag. It is linear in m, F and c, no sample is differentiated, and the noise of a sample
+is that of its row over m. The impulse g is what friction takes less at first: bristles bend before
+they slip. For each of some delays and lags a Kalman filter has these parameters and the evidence of
+all samples so far,
 
     J = sum of [innovation^2/S + log S],
 
-whose least is that of the delay to believe. A lag of the drive acts as a delay.
+whose least is that of the delay and lag to believe. Innovations count for three standard deviations
+at most, as no axis follows the law exactly.
 """
 
 import math
@@ -22,10 +25,13 @@ from stickslip.compiled import compiled
 from stickslip.control.pulses.exact_kernels import COULOMB, PARAMETERS, VISCOUS
 from stickslip.numerics.named_fields import fields_at, places
 
-DELAYS = 41
+DELAYS, LAGS = 33, 4
 PER_SAMPLE = 4.0  # delays a sample
-HISTORY = 16  # commands kept, more than the longest delay
-ROWS = 3  # m, F, c
+LAG_STEP = 0.5  # samples
+MODELS = DELAYS * LAGS
+HISTORY = 12  # commands kept, more than the longest delay
+ROWS = 4  # m, F, c, g
+TAUGHT = 3
 
 OWN_DTYPE = np.dtype(
     [
@@ -35,8 +41,10 @@ OWN_DTYPE = np.dtype(
         ("period", "f8"),  # T
         ("limit", "f8"),  # of the effort
         ("noise", "f8"),  # standard deviation of a sampled position
+        ("bend", "f8"),  # way after which friction is taken to be complete
         ("known", "i8"),  # 1 if the delay is known, or learned
         ("delay", "f8"),  # then this many samples
+        ("lag", "f8"),  # samples
         ("most_moves", "i8"),  # to one target
         # What changes
         ("moving", "i8"),  # 1 during a move
@@ -49,6 +57,9 @@ OWN_DTYPE = np.dtype(
         ("backward", "i8"),  # 1 if it goes in the negative direction
         ("way", "f8"),  # to the target, positive at the start
         ("left", "i8"),  # samples of the last part of the move; 0 before
+        ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
+        ("waited", "i8"),  # samples since then
+        ("quiet", "i8"),  # those without effort, in a row
         ("level", "f8"),  # of its accelerations: mean and slope
         ("slope", "f8"),
         ("x", "f8"),  # state in the sample, in the direction of the move, as estimated
@@ -56,22 +67,30 @@ OWN_DTYPE = np.dtype(
         ("position", "f8"),  # last one, as measured
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the latest is the first
-        ("best", "i8"),  # the delay that is believed
+        ("open", "i8"),  # 1 as long as it moves one way, and its samples teach
+        ("best", "i8"),  # the model that is believed
         ("mass", "f8"),  # by which a row's noise is that of a sample
         ("rows", "i8"),  # so far
-        ("misfit", "f8", (DELAYS,)),  # sum of innovation^2/S
-        ("evidence", "f8", (DELAYS,)),
-        ("once", "f8", (DELAYS,)),  # integral of the effort
-        ("twice", "f8", (DELAYS,)),  # double integral
-        ("values", "f8", (DELAYS, ROWS)),
-        ("covariance", "f8", (DELAYS, ROWS, ROWS)),
+        ("late", "f8", (LAGS,)),  # samples by which friction counts later under a lag
+        ("misfit", "f8", (MODELS,)),  # sum of innovation^2/S
+        ("evidence", "f8", (MODELS,)),
+        ("effort", "f8", (MODELS,)),  # that acts, behind the lag
+        ("once", "f8", (MODELS,)),  # its integral
+        ("twice", "f8", (MODELS,)),  # its double integral
+        ("values", "f8", (MODELS, ROWS)),
+        ("covariance", "f8", (MODELS, ROWS, ROWS)),
     ]
 )
 own_fields = fields_at(OWN_DTYPE)
 SIZE = places(OWN_DTYPE)
 
 _ROUGH = 5e-4  # of the way so far: no axis follows the law more closely
-_DELAY_SPREAD = 0.5  # samples: standard deviation of a known delay
+_CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
+_DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
+_SIMPLER = 1.0  # evidence against each sample of an unknown lag
+_OUTLYING = 9.0  # squared standard deviations
+_MOST = 2.0  # factor between a mass and its first guess, during a move
+_STRONGEST = 0.95  # of the effort limit: friction, during a move
 _LEAST = 0.02  # of a prior value: no parameter is less
 _SUREST = 0.01  # relative standard deviation of what a move teaches, at least
 
@@ -84,34 +103,83 @@ def place(side: int, i: int) -> int:
     return (COULOMB if i == 1 else VISCOUS) + side
 
 
+@compiled(inline=True)
+def delay_of(h: int) -> float:
+    """Return the delay of a model in samples."""
+    return (h % DELAYS) / PER_SAMPLE
+
+
+@compiled(inline=True)
+def lag_of(h: int) -> float:
+    """Return the lag of a model in samples."""
+    return (h // DELAYS) * LAG_STEP
+
+
 @compiled()
 def begin(p: Any, values: Any, covariance: Any) -> None:
     """Begin with what the pulses have learned: a Gaussian of logarithms."""
     side = p.backward
     p.mass = math.exp(values[0])
-    for h in range(DELAYS):
-        off = (h / PER_SAMPLE - p.delay) / _DELAY_SPREAD
-        p.evidence[h] = off * off if p.known else 0.0
-        p.misfit[h] = p.once[h] = p.twice[h] = 0.0
+    F = math.exp(values[COULOMB + side])
+    share = min(F / p.limit, 0.9)
+    bending = F * math.sqrt(2.0 * p.bend * p.mass / max(p.limit - F, 0.1 * p.limit))
+    for lag in range(LAGS):
+        # A lagging effort first has to exceed friction, which takes its impulse until then
+        p.late[lag] = lag * LAG_STEP * (-math.log(1.0 - share) - share) / share
+    for h in range(MODELS):
+        off = (delay_of(h) - p.delay) / _DELAY_SPREAD
+        slow = (lag_of(h) - p.lag) / _DELAY_SPREAD
+        p.evidence[h] = off * off + slow * slow if p.known else _SIMPLER * lag_of(h)
+        p.misfit[h] = p.effort[h] = p.once[h] = p.twice[h] = 0.0
         for i in range(ROWS):
-            a = place(side, i)
-            p.values[h, i] = math.exp(values[a])
+            p.values[h, i] = math.exp(values[place(side, i)]) if i < TAUGHT else 0.0
             for j in range(ROWS):
-                b = place(side, j)
-                scale = math.exp(values[a] + values[b])
-                p.covariance[h, i, j] = covariance[a, b] * scale
-    p.best = int(round(p.delay * PER_SAMPLE)) if p.known else 0
-    p.rows, p.area = 0, 0.0
+                p.covariance[h, i, j] = 0.0
+                if i < TAUGHT and j < TAUGHT:
+                    a, b = place(side, i), place(side, j)
+                    p.covariance[h, i, j] = covariance[a, b] * math.exp(values[a] + values[b])
+        p.covariance[h, TAUGHT, TAUGHT] = bending * bending
+    p.best = 0
+    for h in range(MODELS):
+        if p.evidence[h] < p.evidence[p.best]:
+            p.best = h
+    p.rows, p.area, p.open = 0, 0.0, 1
     for k in range(HISTORY):
         p.commands[k] = 0.0
 
 
-@compiled()
+@compiled(inline=True)
+def lagging(f: float, u: float, lag: float, h: float) -> tuple[float, float, float]:
+    """Return effort, mean and double integral over h^2 behind a lag, after the time h under u."""
+    if lag <= 0.0:
+        return u, u, 0.5 * u
+    z = h / lag
+    if z < 1e-9:
+        return f, f, 0.5 * f
+    left = math.exp(-z)
+    mean = (1.0 - left) / z
+    return u + (f - u) * left, u + (f - u) * mean, 0.5 * u + (f - u) * (1.0 - mean) / z
+
+
+@compiled(inline=True)
 def acting(p: Any, h: int) -> tuple[float, float, float]:
-    """Return two efforts that acted in the last sample, and the share of the first in it."""
-    delay = h / PER_SAMPLE
+    """Return two commands that arrived in the last sample, and the share of the first in it."""
+    delay = delay_of(h)
     whole = int(delay)
     return p.commands[whole + 1], p.commands[whole], delay - whole
+
+
+@compiled()
+def _integrate(p: Any, h: int) -> None:
+    """Integrate the effort over the last sample."""
+    older, newer, share = acting(p, h)
+    lag = lag_of(h) * p.period
+    for part in range(2):
+        step = (share if part == 0 else 1.0 - share) * p.period
+        f, mean, double = lagging(p.effort[h], older if part == 0 else newer, lag, step)
+        p.twice[h] += p.once[h] * step + double * step * step
+        p.once[h] += mean * step
+        p.effort[h] = f
 
 
 @compiled()
@@ -121,17 +189,14 @@ def learn(p: Any, x: float, measured: bool) -> None:
     p.area += 0.5 * T * (x + p.position)
     rough = p.noise * p.noise + (_ROUGH * x) ** 2
     R = p.mass * p.mass * max(rough, 1e-30)
-    for h in range(DELAYS):
-        older, newer, share = acting(p, h)
-        first, rest = share * T, (1.0 - share) * T
-        p.twice[h] += p.once[h] * T + older * first * (T - 0.5 * first) + 0.5 * newer * rest * rest
-        p.once[h] += older * first + newer * rest
-        if not measured:
+    row, gain = np.empty(ROWS), np.empty(ROWS)
+    for h in range(MODELS):
+        _integrate(p, h)
+        if not (measured and p.open):
             continue
-        tau = max((p.samples - h / PER_SAMPLE) * T, 0.0)
-        row = (x, 0.5 * tau * tau, p.area)
-        gain = np.empty(ROWS)
-        innovation, S = p.twice[h], R
+        tau = max((p.samples - delay_of(h) - p.late[h // DELAYS]) * T, 0.0)
+        row[0], row[1], row[2], row[3] = x, 0.5 * tau * tau, p.area, tau
+        innovation, variance = p.twice[h], R
         if tau == 0.0:
             innovation = p.mass * x
         else:
@@ -141,35 +206,41 @@ def learn(p: Any, x: float, measured: bool) -> None:
                 for j in range(ROWS):
                     gain[i] += p.covariance[h, i, j] * row[j]
             for i in range(ROWS):
-                S += row[i] * gain[i]
+                variance += row[i] * gain[i]
+            wide = max(variance, innovation * innovation / _OUTLYING)
             for i in range(ROWS):
-                p.values[h, i] += gain[i] * innovation / S
+                p.values[h, i] += gain[i] * innovation / wide
                 for j in range(ROWS):
-                    p.covariance[h, i, j] -= gain[i] * gain[j] / S
-        p.misfit[h] += innovation * innovation / S
-        p.evidence[h] += innovation * innovation / S + math.log(S / R)
-    if measured:
+                    p.covariance[h, i, j] -= gain[i] * gain[j] / wide
+        square = innovation * innovation / variance
+        p.misfit[h] += square
+        if square > _OUTLYING:
+            square = _OUTLYING * (1.0 + math.log(square / _OUTLYING))
+        p.evidence[h] += square + math.log(variance / R)
+    if measured and p.open:
         p.rows += 1
     p.position = x
 
 
 @compiled()
 def choose(p: Any) -> bool:
-    """Believe the delay with the best evidence; return whether it is another one than before."""
+    """Believe the model with the best evidence, if clearly better; return whether it changes."""
     best = p.best
-    for h in range(DELAYS):
+    for h in range(MODELS):
         if p.evidence[h] < p.evidence[best]:
             best = h
-    changed = best != p.best
-    p.best = best
+    changed = p.evidence[best] < p.evidence[p.best] - _CLEARLY
+    if changed:
+        p.best = best
     return changed
 
 
 @compiled()
-def model(p: Any, i: int) -> float:
-    """Return m, F or c as believed."""
-    least = _LEAST * p.mass if i == 0 else 0.0
-    return max(p.values[p.best, i], least)
+def model(p: Any) -> tuple[float, float, float]:
+    """Return m, F and c as believed, within what is possible."""
+    h = p.best
+    m = min(max(p.values[h, 0], p.mass / _MOST), p.mass * _MOST)
+    return m, min(max(p.values[h, 1], 0.0), _STRONGEST * p.limit), max(p.values[h, 2], 0.0)
 
 
 @compiled()
@@ -181,32 +252,32 @@ def teach(p: Any, values: Any, covariance: Any) -> None:
     K = P_(.s) P_s^-1: what the move has not seen follows as far as it depends on what it has.
     """
     side, h = p.backward, p.best
-    for i in range(ROWS):
+    for i in range(TAUGHT):
         if p.values[h, i] <= 0.0:
             p.values[h, i] = _LEAST * math.exp(values[place(side, i)])
     scale = max(p.misfit[h] / max(p.rows, 1), 1.0)
-    P_s, Q, change = np.empty((ROWS, ROWS)), np.empty((ROWS, ROWS)), np.empty(ROWS)
-    cross = np.empty((PARAMETERS, ROWS))
-    for i in range(ROWS):
+    P_s, Q, change = np.empty((TAUGHT, TAUGHT)), np.empty((TAUGHT, TAUGHT)), np.empty(TAUGHT)
+    cross = np.empty((PARAMETERS, TAUGHT))
+    for i in range(TAUGHT):
         a = place(side, i)
         change[i] = math.log(p.values[h, i]) - values[a]
-        for j in range(ROWS):
+        for j in range(TAUGHT):
             P_s[i, j] = covariance[a, place(side, j)]
             Q[i, j] = scale * p.covariance[h, i, j] / (p.values[h, i] * p.values[h, j])
         Q[i, i] += _SUREST * _SUREST
         P_s[i, i] *= 1.0 + 1e-9
         for b in range(PARAMETERS):
             cross[b, i] = covariance[b, a]
-    for i in range(ROWS):
+    for i in range(TAUGHT):
         limit = P_s[i, i] / Q[i, i]
         if limit < 1.0:  # no less certain than before
-            for j in range(ROWS):
+            for j in range(TAUGHT):
                 Q[i, j] *= math.sqrt(limit)
                 Q[j, i] *= math.sqrt(limit)
     K = cross @ np.linalg.inv(P_s)
     D = K @ (Q - P_s) @ K.T
     for a in range(PARAMETERS):
-        for i in range(ROWS):
+        for i in range(TAUGHT):
             values[a] += K[a, i] * change[i]
         for b in range(PARAMETERS):
             covariance[a, b] += 0.5 * (D[a, b] + D[b, a])

@@ -23,10 +23,13 @@ from typing import Any
 from stickslip.compiled import compiled
 from stickslip.control.precise.learning import (
     HISTORY,
-    PER_SAMPLE,
+    TAUGHT,
     acting,
     begin,
     choose,
+    delay_of,
+    lag_of,
+    lagging,
     learn,
     model,
 )
@@ -37,6 +40,11 @@ _QUIET = 0.03  # of the limit: effect of noise on an effort up to which the last
 _LOUD = 0.15  # of the effort: what the model does not have, for the estimation of the velocity
 _LONGER = 3.0  # times the shortest time that a move may last
 _SLACK = 40  # samples more
+_FIRST = 3  # samples: the shortest last part, so that feedback can correct it
+_USED = 0.9  # of the limit: by the last part as it is planned first
+_STOPPING = 12  # samples: an axis that does not stop on the plan is stopped for so long
+_REACTION = 3.0  # lags after which an axis moves that can
+_GENTLY = 0.7  # of the speed is taken away in a sample then
 
 
 @compiled()
@@ -49,13 +57,13 @@ def shortest(m: float, F: float, limit: float, d: float) -> float:
 @compiled()
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
     """Begin a move at rest in x."""
-    p.moving, p.samples, p.left = 1, 0, 0
+    p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = 1, 0, 0, 0, 0, 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
     p.way = p.last_error = abs(target - x)
     p.x = p.v = p.position = 0.0
     begin(p, values, covariance)
-    m, F = model(p, 0), model(p, 1)
+    m, F, _ = model(p)
     fast = shortest(m, min(F, 0.9 * p.limit), p.limit, p.way)
     p.longest = int(_LONGER * fast / p.period) + _SLACK
 
@@ -69,43 +77,71 @@ def _coefficients(ratio: float) -> tuple[float, float]:
 
 
 @compiled()
-def _free(x: float, v: float, u: float, m: float, F: float, c: float, h: float) -> tuple[float, float]:
-    """Return position and speed after the time h under an effort; a mass that stops stays."""
-    if v <= 0.0 and u <= F:
-        return x, 0.0
-    a = (u - F - c * v) / (m + 0.5 * c * h)
-    after = v + a * h
-    if after < 0.0:
-        return x + 0.5 * v * v / max(-a, 1e-300), 0.0
-    return x + 0.5 * h * (v + after), after
+def _free(
+    x: float, v: float, mean: float, double: float, m: float, F: float, c: float, h: float
+) -> tuple[float, float]:
+    """Return position and speed after the time h under an effort; it may stop, and turn round.
+
+    The effort has this mean, and this double integral over h^2.
+    """
+    for part in range(2):
+        if v == 0.0 and abs(mean) <= F:
+            break
+        sign = math.copysign(1.0, v if v != 0.0 else mean)
+        a = (mean - sign * F - c * v) / (m + 0.5 * c * h)
+        after = v + a * h
+        if v == 0.0 or after * v > 0.0:
+            shape = (double - 0.5 * mean) / m if part == 0 else 0.0
+            return x + 0.5 * h * (v + after) + shape * h * h, after
+        stop = v / -a if a != 0.0 else h
+        x += 0.5 * v * stop
+        h -= stop
+        v = 0.0
+    return x, 0.0
 
 
 @compiled()
-def _track(p: Any, x: float, measured: bool) -> None:
-    """Estimate the state in the sample: prediction, and correction by the position."""
+def _track(p: Any, x: float, measured: bool, f: float) -> None:
+    """Estimate the state in the sample: prediction, and correction by the position.
+
+    The effort that acted at the start of the sample is ``f``.
+    """
     T = p.period
-    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    m, F, c = model(p)
     older, newer, share = acting(p, p.best)
-    x_0, v_0 = _free(p.x, p.v, older, m, F, c, share * T)
-    x_0, v_0 = _free(x_0, v_0, newer, m, F, c, (1.0 - share) * T)
+    lag = lag_of(p.best) * T
+    f, mean, double = lagging(f, older, lag, share * T)
+    x_0, v_0 = _free(p.x, p.v, mean, double, m, F, c, share * T)
+    f, mean, double = lagging(f, newer, lag, (1.0 - share) * T)
+    x_0, v_0 = _free(x_0, v_0, mean, double, m, F, c, (1.0 - share) * T)
     if measured:
         alpha, beta = _coefficients(_LOUD * p.limit / m * T * T / max(p.noise, 1e-12))
         off = x - x_0
-        p.x, p.v = x_0 + alpha * off, max(v_0 + beta / T * off, 0.0)
+        p.x, p.v = x_0 + alpha * off, v_0 + beta / T * off
     else:
         p.x, p.v = x_0, v_0
 
 
 @compiled()
-def _ahead(p: Any) -> tuple[float, float]:
-    """Return the state at the time at which the next command acts."""
-    m, F, c = model(p, 0), model(p, 1), model(p, 2)
-    T, delay = p.period, p.best / PER_SAMPLE
+def _ahead(p: Any) -> tuple[float, float, float]:
+    """Return the state at the time at which the next command acts.
+
+    Behind a lag tau, X = x + tau v and V = v + tau (f - F)/m obey V' = (u - F)/m as a mass without
+    a lag does, and X is where the axis comes to rest once V = 0. Returns X, V and v.
+    """
+    m, F, c = model(p)
+    T, delay = p.period, delay_of(p.best)
+    lag, f = lag_of(p.best) * T, p.effort[p.best]
     whole = int(delay)
-    x, v = _free(p.x, p.v, p.commands[whole], m, F, c, (delay - whole) * T)
-    for k in range(whole - 1, -1, -1):
-        x, v = _free(x, v, p.commands[k], m, F, c, T)
-    return x, v
+    x, v = p.x, p.v
+    for k in range(whole, -1, -1):
+        step = (delay - whole) * T if k == whole else T
+        if step > 0.0:
+            f, mean, double = lagging(f, p.commands[k], lag, step)
+            x, v = _free(x, v, mean, double, m, F, c, step)
+    if lag > 0.0 and (v > 0.0 or f > F):
+        return x + lag * v, v + lag * (f - F) / m, v
+    return x, v, v
 
 
 @compiled()
@@ -123,63 +159,95 @@ def _last_acceleration(p: Any, i: int, n: int) -> float:
 
 
 @compiled()
-def _effort(p: Any, a: float, v: float) -> float:
-    """Return the effort of an acceleration over the next sample, within the limit."""
-    m, F, c = model(p, 0), model(p, 1), model(p, 2)
-    u = m * a + F + c * max(v + 0.5 * a * p.period, 0.0)
+def _effort(p: Any, a: float, v: float, speed: float) -> float:
+    """Return the effort of an acceleration over the next sample, within the limit.
+
+    Behind a lag the speed itself, and not V, has the viscous friction.
+    """
+    m, F, c = model(p)
+    mean = speed if lag_of(p.best) > 0.0 else v + 0.5 * a * p.period
+    u = m * a + F + c * max(mean, 0.0)
     return min(max(u, -p.limit), p.limit)
 
 
 @compiled()
 def _can_end(p: Any, e: float, v: float) -> bool:
     """Plan the last part with the least number of samples within the limit, if there is one."""
-    m, F, c = model(p, 0), model(p, 1), model(p, 2)
-    for n in range(2, _LAST + 1):
+    m, F, c = model(p)
+    for n in range(_FIRST, _LAST + 1):
         _plan_last(p, e, v, n)
         first, last = _last_acceleration(p, 0, n), _last_acceleration(p, n - 1, n)
         push, brake = m * first + F + c * v, m * last + F
-        if max(abs(push), abs(brake)) <= p.limit and last <= 0.0:
+        if max(abs(push), abs(brake)) <= _USED * p.limit and last <= 0.0:
             return True
     p.left = 0
     return False
 
 
 @compiled()
+def _next_of_last(p: Any, v: float, speed: float) -> float:
+    """Return the effort of the first sample that is left of the last part, and go on by it."""
+    a = p.level + 0.5 * p.slope * (p.left - 1)
+    p.level -= 0.5 * p.slope
+    p.left -= 1
+    p.ending = 1 if p.left == 0 else 0
+    return _effort(p, a, v, speed)
+
+
+@compiled()
 def _decide(p: Any) -> float:
     """Return the next command, in the direction of the move; the move ends with `moving` 0."""
-    x, v = _ahead(p)
+    x, v, speed = _ahead(p)
     T, e = p.period, p.way - x
-    m, F, c = model(p, 0), model(p, 1), model(p, 2)
+    m, F, c = model(p)
+    if p.samples > p.longest:
+        p.moving = 0
+        return 0.0
     if p.left > 0:
         n = p.left
         noise = 6.0 * p.noise / (T * T * n * (n + 1.0)) * m
         if noise <= _QUIET * p.limit or n == 1:
             _plan_last(p, e, v, n)
-        # The plan of an earlier sample counts from its first acceleration on
-        a = _last_acceleration(p, 0, n)
-        if n > 1:
-            p.level -= 0.5 * p.slope
-        p.left = n - 1
-        if p.left == 0:
-            p.moving = 0
-        return _effort(p, a, v)
-    if p.samples > 0 and (v <= 0.0 or p.samples > p.longest):
-        p.moving = 0
-        return 0.0
+            needed = m * (p.level + 0.5 * p.slope * (n - 1)) + F + c * v
+            if abs(needed) > p.limit and not _can_end(p, e, v):
+                _plan_last(p, e, v, n)
+        return _next_of_last(p, v, speed)
+    reacts = p.samples > delay_of(p.best) + _REACTION * lag_of(p.best) + 1.0
+    if p.ending or (reacts and speed <= 0.0):
+        return _stop(p, e, v, speed)
     push = (p.limit - F - c * v) / m
     x_1, v_1 = v * T + 0.5 * push * T * T, v + push * T
     b = max(_PLANNED * p.limit + F, 0.1 * p.limit) / m
     if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - x_1):
         return p.limit
     if _can_end(p, e, v):
-        a = _last_acceleration(p, 0, p.left)
-        p.level -= 0.5 * p.slope
-        p.left -= 1
-        return _effort(p, a, v)
+        return _next_of_last(p, v, speed)
     B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - v * T)) / (T * T)
     root = B * B - 4.0 * C
-    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -p.limit / m
-    return _effort(p, a, v)
+    a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.limit / m
+    return _effort(p, a, v, speed)
+
+
+@compiled()
+def _stop(p: Any, e: float, v: float, speed: float) -> float:
+    """Return the effort that stops the axis; end the move when friction does.
+
+    An axis that still moves towards the target has another last part.
+    """
+    m, F, c = model(p)
+    p.ending, p.open = 1, 0
+    p.waited += 1
+    coasts = 0.5 * m * speed * speed / max(F, 1e-300)
+    if coasts > p.bend and p.waited <= _STOPPING:
+        p.quiet = 0
+        if e > 2.0 * p.bend and _can_end(p, e, v):
+            return _next_of_last(p, v, speed)
+        u = -_GENTLY * m * v / p.period + math.copysign(F, speed) + c * speed
+        return min(max(u, -p.limit), p.limit)
+    p.quiet += 1
+    if p.quiet > delay_of(p.best) + 1.0:
+        p.moving = 0
+    return 0.0
 
 
 @compiled()
@@ -187,19 +255,20 @@ def go_on(p: Any, position: float, measured: bool) -> float:
     """Take a sample of a move in; return the effort until the next one."""
     sign = -1.0 if p.backward else 1.0
     if p.samples > 0:
+        f = p.effort[p.best]
         x = sign * (position - p.start)
         if not measured:
-            _track(p, 0.0, False)
-            x = p.x
-            learn(p, x, False)
+            _track(p, 0.0, False, f)
+            learn(p, p.x, False)
         else:
             learn(p, x, True)
-            changed = choose(p)
-            _track(p, x, True)
-            tau = (p.samples - p.best / PER_SAMPLE) * p.period
+            changed = choose(p) if p.open else False
+            _track(p, x, True, f)
+            tau = (p.samples - delay_of(p.best)) * p.period
             if changed and tau > 0.0:
-                v = (p.once[p.best] - model(p, 1) * tau - model(p, 2) * x) / model(p, 0)
-                p.x, p.v = x, max(v, 0.0)
+                m, F, c = model(p)
+                impulse = F * tau + c * x + p.values[p.best, TAUGHT]
+                p.x, p.v = x, max((p.once[p.best] - impulse) / m, 0.0)
     u = _decide(p)
     p.samples += 1
     for k in range(HISTORY - 1, 0, -1):

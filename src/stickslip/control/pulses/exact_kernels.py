@@ -97,6 +97,7 @@ _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
+_GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
 _SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction repeats exactly
 # Choice
 _CAUTION = 2.0  # standard deviations by which a pulse falls short when it is uncertain
@@ -298,7 +299,7 @@ def learn(s: Any, own: Any) -> None:
     strength = abs(f)
     if not s.last.moved:
         own.held[side] = strength
-        if own.moved_at[side] <= strength:  # it has grown since
+        if own.moved_at[side] <= _GROWN * strength:  # it has grown since
             own.moved_at[side] = own.limit
         own.breakaway[side] = max(own.breakaway[side], 0.5 * (own.held[side] + own.moved_at[side]))
         return

@@ -1,0 +1,185 @@
+"""The controller of moves and pulses: what a move teaches, how long it takes, what it survives."""
+
+from dataclasses import replace
+from math import isfinite, nan, sqrt
+from typing import Any
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from refusals import refuses
+from scipy.integrate import quad
+
+from stickslip import CoulombViscousFriction, ExactPulseController, SensorSample, SingleMass
+from stickslip.control import PreciseController, RestDetection
+from stickslip.control.precise import learning as at
+from stickslip.control.pulses.kernel import head
+from stickslip.records import PositioningOutcome
+from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
+
+T, MASS = 1e-2, 150.0
+LAW = CoulombViscousFriction.symmetric(
+    coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
+)
+GUESS = CoulombViscousFriction.symmetric(coulomb_friction=75.0, viscous_friction=500.0)
+PULSES = ExactPulseController(
+    sampling_time=T,
+    target=0.01,
+    tolerance=2e-5,
+    effort_limit=300.0,
+    mass=1.05 * MASS,
+    friction=GUESS,
+    rest=RestDetection.for_encoder(resolution=1e-6, noise=1e-6, samples=10),
+    position_noise=1.1e-6,
+)
+PRECISE = PreciseController(pulses=PULSES)
+FRICTION_LEARNED = 0.05
+"""Relative: 1 um of noise is 1e-4 of the way. Found: 0.02 at most."""
+
+
+def moved(
+    controller: PreciseController, *, delay: int = 0, target: float = 0.01, samples: int = 200
+) -> ClosedLoopRun[Any]:
+    """Return the run of a controller on the axis."""
+    pulses = replace(controller.pulses, target=target)
+    return simulate_closed_loop(
+        SingleMass(mass=MASS, friction=LAW),
+        replace(controller, pulses=pulses),
+        sampling_time=controller.sampling_time,
+        samples=samples,
+        sensors=Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none", delay=delay),
+        generator=np.random.default_rng(3),
+    )
+
+
+def shortest(limit: float, way: float) -> float:
+    """Return the time of accelerating and braking at the limit, by the speeds on a fine grid."""
+
+    def part(sign: float, v: float) -> tuple[float, float]:
+        def rate(w: float) -> float:
+            return MASS / (limit - sign * (100.0 + 700.0 * w))
+
+        return quad(rate, 0.0, v)[0], quad(lambda w: w * rate(w), 0.0, v)[0]
+
+    low, high = 0.0, 0.999 * (limit - 100.0) / 700.0
+    for _ in range(60):
+        v = 0.5 * (low + high)
+        low, high = (v, high) if part(1.0, v)[1] + part(-1.0, v)[1] < way else (low, v)
+    return part(1.0, low)[0] + part(-1.0, low)[0]
+
+
+@given(
+    f=st.floats(-1e3, 1e3), u=st.floats(-1e3, 1e3), lag=st.floats(0.1, 3.0), h=st.floats(0.01, 2.0)
+)
+def test_an_effort_behind_a_lag_is_integrated(f: float, u: float, lag: float, h: float) -> None:
+    def effort(t: float) -> float:
+        return u + (f - u) * float(np.exp(-t / lag))
+
+    end, mean, double = at.lagging(f, u, lag, h)
+    size = max(abs(f), abs(u), 1.0)
+    assert end == pytest.approx(effort(h), abs=1e-9 * size)
+    assert mean == pytest.approx(quad(effort, 0.0, h)[0] / h, abs=1e-8 * size)
+    twice = quad(lambda t: (h - t) * effort(t), 0.0, h)[0]
+    assert double == pytest.approx(twice / h**2, abs=1e-8 * size)
+
+
+@pytest.mark.parametrize("target", [0.01, -0.02])
+def test_a_move_teaches_mass_friction_and_delay(target: float) -> None:
+    run = moved(PRECISE, target=target, delay=2, samples=60)
+    p = at.own_fields(run.controller_state)
+    side = "positive" if target > 0.0 else "negative"
+    found = PRECISE.estimates(run.controller_state)
+    assert found["mass"] == pytest.approx(MASS, rel=FRICTION_LEARNED)
+    assert found[f"coulomb_friction_{side}"] == pytest.approx(100.0, rel=2.0 * FRICTION_LEARNED)
+    assert at.delay_of(int(p.best)) + at.lag_of(int(p.best)) == pytest.approx(2.0, abs=0.5)
+    known = PRECISE.learned_delay(run.controller_state)
+    assert known is not None
+    assert head(run.controller_state[at.SIZE :]).delay >= known / T
+
+
+def test_the_recursion_is_weighted_least_squares() -> None:
+    run = moved(PRECISE, samples=8)
+    x, u = run.log.measured_position - run.log.measured_position[0], run.log.effort
+    state, start = PRECISE.init(), at.own_fields(PRECISE.init())
+    for k in range(8):
+        sample = SensorSample(k * T, float(run.log.measured_position[k]), nan, nan, nan)
+        state, effort = PRECISE.step(state, sample)
+        assert effort == pytest.approx(float(u[k]))
+    p = at.own_fields(state)
+    assert p.moving
+    assert start.moving == 0
+    # The model without delay and lag, by a batch: rows over their deviation, and the prior
+    once = np.concatenate([[0.0], np.cumsum(u[:7]) * T])
+    twice = np.concatenate([[0.0], np.cumsum(once[:-1] * T + 0.5 * u[:7] * T * T)])
+    area = np.concatenate([[0.0], np.cumsum(0.5 * T * (x[1:8] + x[:7]))])
+    tau = np.arange(8) * T
+    A = np.column_stack([x[:8], 0.5 * tau**2, area, tau])[1:]
+    mass = 1.05 * MASS
+    deviation = mass * np.sqrt(1.1e-6**2 + (5e-4 * x[1:8]) ** 2)
+    both = sqrt(0.5**2 + 0.2**2)
+    bend = 75.0 * sqrt(2.0 * 1e-5 * mass / (300.0 - 75.0))
+    prior = np.array([mass, 75.0, 500.0, 0.0])
+    spread = np.array([0.05 * mass, both * 75.0, both * 500.0, bend])
+    rows = np.vstack([A / deviation[:, None], np.diag(1.0 / spread)])
+    right = np.concatenate([twice[1:8] / deviation, prior / spread])
+    expected = np.linalg.lstsq(rows, right, rcond=None)[0]
+    np.testing.assert_allclose(p.values[0], expected, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(("ratio", "longest"), [(3.0, 1.2), (10.0, 1.3)])
+@pytest.mark.parametrize("target", [0.01, -0.02])
+def test_a_move_takes_little_more_than_the_shortest_time(
+    ratio: float, longest: float, target: float
+) -> None:
+    limit = 100.0 * ratio
+    pulses = replace(PULSES, effort_limit=limit, mass=MASS, friction=LAW, friction_uncertainty=0.05)
+    controller = PreciseController(pulses=replace(pulses, mass_uncertainty=0.01), delay=0.0)
+    run = moved(controller, target=target)
+    outside = np.flatnonzero(np.abs(run.motion.position - target) > 2e-5)
+    settled = float(run.motion.time[outside[-1] + 1])
+    assert settled <= longest * shortest(limit, abs(target)) + T
+
+
+@pytest.mark.parametrize("lost", [0.1, 0.5])
+def test_lost_samples_leave_the_effort_finite(lost: float) -> None:
+    generator = np.random.default_rng(5)
+    state = PRECISE.init()
+    x = 0.0
+    for k in range(200):
+        if generator.uniform() < lost:
+            state, effort = PRECISE.blind(state, k * T)
+        else:
+            sample = SensorSample(k * T, x + 1e-6 * generator.normal(), nan, nan, nan)
+            state, effort = PRECISE.step(state, sample)
+        assert isfinite(effort)
+        assert abs(effort) <= 300.0
+        x += 1e-5 * effort / 300.0
+
+
+def test_another_target_during_a_move_is_reached() -> None:
+    class Changing:
+        sampling_time = T
+        init = staticmethod(PRECISE.init)
+
+        @staticmethod
+        def step(state: np.ndarray, sample: SensorSample) -> tuple[np.ndarray, float]:
+            if abs(sample.time - 0.05) < 0.5 * T:
+                state = PRECISE.retargeted(state, -0.004)
+            return PRECISE.step(state, sample)
+
+    run = simulate_closed_loop(
+        SingleMass(mass=MASS, friction=LAW),
+        Changing(),
+        sampling_time=T,
+        samples=300,
+        sensors=Sensors(position_noise=1e-6, encoder_step=1e-6, velocity="none"),
+        generator=np.random.default_rng(1),
+    )
+    assert abs(float(run.motion.position[-1]) + 0.004) <= 2e-5
+    assert PRECISE.outcome(run.controller_state) is PositioningOutcome.REACHED
+
+
+def test_a_delay_beyond_the_models_is_refused() -> None:
+    with refuses("not_in_interval", name="delay"):
+        PreciseController(pulses=PULSES, delay=1.0)
