@@ -75,8 +75,21 @@ def _all_mild_axis(plant: Plant, T: float) -> Plant:
     )
 
 
+def _resonance(plant: Plant, _: float) -> Plant:
+    """Put 30 % of the mass behind a spring: 30 Hz, damping of 2 %."""
+    driven, load = 0.7 * plant.mass, 0.3 * plant.mass
+    reduced, frequency = driven * load / plant.mass, 2.0 * np.pi * 30.0
+    return plant._replace(
+        mass=driven,
+        load_mass=load,
+        coupling_stiffness=reduced * frequency**2,
+        coupling_damping=2.0 * 0.02 * reduced * frequency,
+    )
+
+
 AXIS_CASES = (
     Case(name="no fault"),
+    Case(name="delay of 1/2 sample", plant=lambda p, T: p._replace(actuation_delay=0.5 * T)),
     Case(name="delay of 1 sample", plant=lambda p, T: p._replace(actuation_delay=T)),
     Case(name="delay of 2 samples", plant=lambda p, T: p._replace(actuation_delay=2.0 * T)),
     Case(name="delay of 5 samples", plant=lambda p, T: p._replace(actuation_delay=5.0 * T)),
@@ -84,6 +97,21 @@ AXIS_CASES = (
     Case(
         name="Stribeck effect of 50 %",
         plant=lambda p, _: p._replace(static_ratio=1.5, stribeck_velocity=0.005),
+    ),
+    Case(
+        name="friction of the directions 20 % apart",
+        plant=lambda p, _: p._replace(
+            coulomb_positive=1.1 * p.coulomb_positive, coulomb_negative=0.9 * p.coulomb_negative
+        ),
+    ),
+    Case(name="resonance of the drive, 30 Hz", plant=_resonance),
+    Case(
+        name="delay of 1 sample, presliding of 5 µm",
+        plant=lambda p, T: p._replace(actuation_delay=T, presliding=5e-6, presliding_damping=0.3),
+    ),
+    Case(
+        name="lag of 1 sample, load of 50 %",
+        plant=lambda p, T: p._replace(actuation_lag=T, offset=0.5 * p.coulomb_positive),
     ),
     Case(
         name="presliding of 5 µm",

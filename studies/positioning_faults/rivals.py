@@ -1,0 +1,88 @@
+"""Compare controllers of a rigid axis: ``python -m studies.positioning_faults.rivals``.
+
+Prints one table for each sampling time and ratio of effort limit to friction.
+"""
+
+import argparse
+from collections.abc import Sequence
+
+import numpy as np
+from rich.progress import track
+from scipy.integrate import quad
+
+from studies.documentation.style import table
+from studies.positioning_faults.cases import AXIS_CASES, Case
+from studies.positioning_faults.run import Axis, axes, move_axis
+
+_METHODS = ("precise", "exact", "profile")
+_SEED = 1
+
+
+def shortest_time(axis: Axis) -> float:
+    """Return the time of full acceleration and full braking to the target, without faults [s]."""
+    plant, limit = axis.plant, float(axis.tables["controller"]["effort_limit"])
+    m, F, c = plant.mass, plant.coulomb_positive, plant.viscous_positive
+
+    def parts(v: float) -> tuple[float, float]:
+        """Return time and way up to a speed and down from it."""
+        time = way = 0.0
+        for sign in (1.0, -1.0):
+            time += quad(lambda w, s=sign: m / (limit - s * (F + c * w)), 0.0, v)[0]
+            way += quad(lambda w, s=sign: m * w / (limit - s * (F + c * w)), 0.0, v)[0]
+        return time, way
+
+    low, high = 0.0, 0.9999 * (limit - F) / c
+    for _ in range(50):
+        v = 0.5 * (low + high)
+        low, high = (v, high) if parts(v)[1] < abs(axis.targets[0]) else (low, v)
+    return parts(low)[0]
+
+
+def _judged(drawn: Sequence[Axis], shortest: Sequence[float], case: Case) -> str:
+    """Return how many end within the tolerance, the median and the 90 % time, wrong outcomes."""
+    outcomes = [move_axis(axis, case) for axis in drawn]
+    if any(o.raised or not o.peak <= 1.0 + 1e-9 for o in outcomes):
+        return "error"
+    times = np.array([o.settling[0] for o in outcomes]) / shortest
+    inside = np.isfinite(times)
+    # An axis that does not settle is later than all others
+    late = np.where(inside, times, np.inf)
+    median, most = np.quantile(late, [0.5, 0.9], method="higher")
+    wrong = sum(o.false for o in outcomes)
+    said = f", {wrong} wrong" if wrong else ""
+    shown = [f"{x:.1f}" if np.isfinite(x) else "–" for x in (median, most)]
+    return f"{inside.sum()}: {shown[0]} ({shown[1]}){said}"
+
+
+def study(count: int, sampling_time: float, ratio: float) -> str:
+    """Return the table of all cases at a sampling time and a ratio of effort limit to friction."""
+    by_method = {
+        method: axes(count, _SEED, method=method, sampling_time=sampling_time, ratio=ratio)
+        for method in _METHODS
+    }
+    shortest = [shortest_time(axis) for axis in by_method["precise"]]
+    rows = [
+        [case.name, *(_judged(drawn, shortest, case) for drawn in by_method.values())]
+        for case in track([case for case in AXIS_CASES if case.mild], transient=True)
+    ]
+    title = f"## T = {1e3 * sampling_time:g} ms, effort limit {ratio:g} times friction\n\n"
+    note = (
+        f"{count} axes; the median of the shortest times is {1e3 * np.median(shortest):.0f} ms.\n\n"
+    )
+    return title + note + table(["case", *_METHODS], rows)
+
+
+def main() -> None:
+    """Run the study."""
+    parser = argparse.ArgumentParser(prog="python -m studies.positioning_faults.rivals")
+    parser.add_argument("--axes", type=int, default=60)
+    parser.add_argument("--sampling-times", type=float, nargs="*", default=[0.01, 0.001])
+    parser.add_argument("--ratios", type=float, nargs="*", default=[3.0, 10.0, 30.0])
+    given = parser.parse_args()
+    for sampling_time in given.sampling_times:
+        for ratio in given.ratios:
+            print(study(given.axes, sampling_time, ratio), flush=True)  # noqa: T201 - takes long
+
+
+if __name__ == "__main__":
+    main()
