@@ -1,5 +1,7 @@
 """Efforts of a robot's links, against closed forms, and the joints of logs."""
 
+import sys
+
 import numpy as np
 import pytest
 from refusals import refuses
@@ -7,7 +9,7 @@ from refusals import refuses
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.estimation.robot.efforts import joint_of_each, with_model_effort
 from stickslip.estimation.robot.model import read_urdf
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, MissingExtraError
 
 G = 9.81
 MASS = (2.0, 0.7)  # kg
@@ -176,6 +178,13 @@ def test_stated_joints():
 def test_what_is_no_robot(tmp_path, text, code):
     with refuses(code):
         read_urdf(written(tmp_path, text))
+
+
+def test_without_the_library(tmp_path, monkeypatch):
+    path = written(tmp_path, two_links())
+    monkeypatch.setitem(sys.modules, "mujoco", None)
+    with refuses("missing_extra", MissingExtraError, extra="robot"):
+        read_urdf(path)
 
 
 def test_no_such_file(tmp_path):

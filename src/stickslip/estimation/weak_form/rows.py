@@ -130,6 +130,8 @@ class WindowRows:
     @cached_property
     def model_effort(self) -> Float[np.ndarray, " n"]:
         """Mean of the effort that a model of the machine states [N or N m]."""
+        if not any(np.any(motion.model_effort) for motion in self.motions):
+            return np.zeros(self.size)
         return self.mean(model_effort)
 
     @property
