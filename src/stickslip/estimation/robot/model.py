@@ -146,7 +146,7 @@ def _mujoco() -> Any:
     try:
         return import_module("mujoco")
     except ImportError:
-        raise MissingExtraError("torques of a robot's links", extra="robot") from None
+        raise MissingExtraError("a model of a robot's links", extra="robot") from None
 
 
 def _parsed(path: Path) -> ElementTree.Element:
