@@ -3,7 +3,8 @@
 import copyreg
 from collections.abc import Callable, Iterable, Mapping
 from copy import copy
-from numbers import Integral
+from math import isclose
+from numbers import Integral, Real
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, Literal
 
@@ -263,3 +264,27 @@ def one_of(name: str, value: Any, choices: Iterable[str], *, where: str = "") ->
     choices = tuple(choices)
     if not isinstance(value, str) or value not in choices:
         raise InputError("not_a_choice", where=where, name=name, value=value, choices=choices)
+
+
+_SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
+
+
+def check_sampling_time(name: str, own: float, other: str, sampling_time: float) -> None:
+    """Check that a part was made for the sampling time [s] of another; an InputError otherwise."""
+    if not isclose(own, sampling_time, rel_tol=_SAME_SAMPLING_TIME):
+        raise InputError(
+            "other_sampling_time", name=name, own=own, other=other, sampling_time=sampling_time
+        )
+
+
+def check_controller(controller: object, sampling_time: float) -> None:
+    """Check that an object is a controller for a loop's sampling time [s]; an InputError otherwise.
+
+    One without an attribute ``sampling_time`` is for any.
+    """
+    for method in ("init", "step"):
+        if not callable(getattr(controller, method, None)):
+            raise InputError("no_controller", controller=type(controller).__name__, method=method)
+    own = getattr(controller, "sampling_time", None)
+    if isinstance(own, Real):
+        check_sampling_time("the controller", float(own), "the loop", sampling_time)

@@ -2,8 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import isclose
-from numbers import Real
 from typing import Any, Generic, Protocol, TypeVar
 
 import numpy as np
@@ -11,6 +9,7 @@ from numba.extending import is_jitted
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.errors import check_controller
 from stickslip.plants import Plant
 from stickslip.records import AxisLog, InputError, SensorSample, unit_of, whole
 from stickslip.simulation.plant_kernels import (
@@ -63,7 +62,6 @@ class ClosedLoopRun(Generic[ControllerState]):
 
 
 _OK, _FAILED, _EFFORT = 0, 1, 2
-_SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
 
 
 def _loop(
@@ -189,18 +187,7 @@ def simulate_closed_loop(
         noise = Noise(noise.position, noise.velocity, nothing, nothing)
     effort = np.empty(samples)
     seen = np.empty((4, samples + 1))
-    for method in ("init", "step"):
-        if not callable(getattr(controller, method, None)):
-            raise InputError("no_controller", controller=type(controller).__name__, method=method)
-    own = getattr(controller, "sampling_time", None)
-    if isinstance(own, Real) and not isclose(own, sampling_time, rel_tol=_SAME_SAMPLING_TIME):
-        raise InputError(
-            "other_sampling_time",
-            name="the controller",
-            own=float(own),
-            other="the loop",
-            sampling_time=sampling_time,
-        )
+    check_controller(controller, sampling_time)
     step = controller.step
     loop: Any = _compiled_loop if is_jitted(step) else _loop
     controller_state, status, at = loop(

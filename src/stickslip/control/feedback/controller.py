@@ -8,7 +8,6 @@ estimator that runs along.
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cache
-from math import isclose
 from types import NoneType
 from typing import Any
 
@@ -33,12 +32,12 @@ from stickslip.control.feedback.linear_parts import (
     pd_effort,
 )
 from stickslip.control.feedback.reference import PointToPoint, reference_at
+from stickslip.errors import check_sampling_time
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import InputError, SensorSample, non_negative, positive, quantity_field
 
 _METHOD = 5  # of a vector of these kernels
 _STRAIGHT_THROUGH = NotchCoefficients(b0=1.0, b1=0.0, b2=0.0, a1=0.0, a2=0.0)
-_SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
 
 _HEAD = np.dtype(
     [
@@ -225,14 +224,7 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         if self.notch is not None:
             self.notch.coefficients(T)
         own = T if self.online is None else self.online.sampling_time
-        if not isclose(own, T, rel_tol=_SAME_SAMPLING_TIME):
-            raise InputError(
-                "other_sampling_time",
-                name="the estimator's first state",
-                own=own,
-                other="the controller",
-                sampling_time=T,
-            )
+        check_sampling_time("the estimator's first state", own, "the controller", T)
 
     @property
     def online(self) -> OnlineFriction | None:

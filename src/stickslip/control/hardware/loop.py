@@ -5,8 +5,7 @@ from collections import deque
 from collections.abc import Callable
 from dataclasses import dataclass, field
 from enum import StrEnum
-from math import ceil, inf, isclose, isfinite, nan
-from numbers import Real
+from math import ceil, inf, isfinite, nan
 from typing import Any, Generic, Protocol, TypeVar, runtime_checkable
 
 import numpy as np
@@ -19,6 +18,7 @@ from stickslip.control.hardware.stop import (
     terminated_as_interrupted,
     uninterrupted,
 )
+from stickslip.errors import check_controller
 from stickslip.records import (
     InputError,
     PositioningOutcome,
@@ -33,7 +33,6 @@ from stickslip.records import (
 S = TypeVar("S")
 
 _SPIN = 0.0005  # before a sample, in which the clock is polled: sleep wakes up late [s]
-_SAME_SAMPLING_TIME = 1e-6  # relative; more than its rounding
 _SPEED_SAMPLES = 5  # over which a speed is taken: noise of the encoder
 _PATIENCE = (10.0, 0.1)  # of the watchdog: samples, and seconds at least
 
@@ -277,7 +276,7 @@ def run(
     InputError
         If the controller was made for another sampling time, or has no ``init`` or ``step``.
     """
-    _check(controller, settings)
+    check_controller(controller, settings.sampling_time)
     if callable(warm_up := getattr(controller, "warm_up", None)):
         warm_up()
     done: LoopRun[Any] = LoopRun(
@@ -314,22 +313,6 @@ def _stop(output: Output, error: BaseException | None) -> BaseException | None:
     if failed is not None:
         (error or failed).add_note(f"zero effort could not be written: {failed!r}")
     return failed
-
-
-def _check(controller: Any, settings: LoopSettings) -> None:
-    for method in ("init", "step"):
-        if not callable(getattr(controller, method, None)):
-            raise InputError("no_controller", controller=type(controller).__name__, method=method)
-    own = getattr(controller, "sampling_time", None)
-    T = settings.sampling_time
-    if isinstance(own, Real) and not isclose(own, T, rel_tol=_SAME_SAMPLING_TIME):
-        raise InputError(
-            "other_sampling_time",
-            name="the controller",
-            own=float(own),
-            other="the loop",
-            sampling_time=T,
-        )
 
 
 @dataclass
