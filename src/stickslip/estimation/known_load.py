@@ -88,9 +88,7 @@ class KnownLoad:
         )
         source = log.source
         if source is not None:
-            others = [
-                each for each in source.assumptions if not each.startswith("effort: no torque")
-            ]
+            others = [each for each in source.assumptions if not each.startswith(_IN_AMPERE)]
             source = replace(source, assumptions=(*others, note))
         return replace(log, effort=constant * log.effort, effort_unit="", source=source)
 
