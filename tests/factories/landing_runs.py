@@ -5,9 +5,26 @@ from typing import Any
 import numpy as np
 
 from stickslip.control import Supervisor
+from stickslip.estimation import EnergyEstimator
 from stickslip.plants import Plant
 from stickslip.records import SensorSample
 from stickslip.simulation import ClosedLoopRun, Sensors, simulate_closed_loop
+
+
+def landing_settings(**settings: Any) -> dict[str, Any]:
+    """Return settings of a landing of an arm, by default to 1 m and with its masses known."""
+    arm = settings["arm"]
+    usual: dict[str, Any] = {
+        "target": 1.0,
+        "estimator": EnergyEstimator(
+            force_noise=0.0,
+            inertia=arm.mass_1,
+            load_inertia=arm.mass_2,
+            stiffness=arm.stiffness,
+            offset=False,
+        ),
+    }
+    return usual | settings
 
 
 class Pilot:

@@ -5,11 +5,10 @@ from typing import Any
 
 import numpy as np
 import pytest
-from landing_runs import fly
+from landing_runs import fly, landing_settings
 
 from stickslip.control import LandingController, LandingState
 from stickslip.control.landing.arm_belief import Swing
-from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import PositioningOutcome, SensorSample
@@ -33,22 +32,13 @@ MOST = 4  # of them: all are expected, and of a method that fails one time in 20
 
 def controller(**settings: Any) -> LandingController:
     """Return a controller that knows masses and spring, and no friction."""
-    believed = settings.pop("arm", replace(ARM, friction=UNKNOWN))
     usual: dict[str, Any] = {
         "sampling_time": T,
-        "target": 1.0,
         "tolerance": 0.5 * BOUND,
-        "arm": believed,
+        "arm": replace(ARM, friction=UNKNOWN),
         "effort_limit": LIMIT,
-        "estimator": EnergyEstimator(
-            force_noise=0.0,
-            inertia=believed.mass_1,
-            load_inertia=believed.mass_2,
-            stiffness=believed.stiffness,
-            offset=False,
-        ),
     }
-    return LandingController(**(usual | settings))
+    return LandingController(**landing_settings(**(usual | settings)))
 
 
 def left(run: Any, target: float) -> tuple[float, float]:

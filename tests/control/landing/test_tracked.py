@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from landing_runs import landing_settings
 from scipy.integrate import solve_ivp
 
 from stickslip.control import TrackedLandingController
@@ -75,22 +76,13 @@ def test_intervals_of_friction_cover_it_with_noise() -> None:
 
 
 def controller(**settings: Any) -> TrackedLandingController:
-    believed = settings.pop("arm", replace(ARM, friction=UNKNOWN))
     usual: dict[str, Any] = {
         "sampling_time": T,
-        "target": 1.0,
         "tolerance": 0.5 * WITHIN,
-        "arm": believed,
+        "arm": replace(ARM, friction=UNKNOWN),
         "effort_limit": LIMIT,
-        "estimator": EnergyEstimator(
-            force_noise=0.0,
-            inertia=believed.mass_1,
-            load_inertia=believed.mass_2,
-            stiffness=believed.stiffness,
-            offset=False,
-        ),
     }
-    return TrackedLandingController(**(usual | settings))
+    return TrackedLandingController(**landing_settings(**(usual | settings)))
 
 
 def flown(
