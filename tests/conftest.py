@@ -8,6 +8,7 @@ import jaxtyping
 import pooch
 import pytest
 from hypothesis import settings
+from shape_checks import check_shapes, next_test
 
 _ROOT = Path(__file__).parents[1]
 _PLACES = "STICKSLIP_DATA, then ../shared/data beside the checkout, then the user's cache"
@@ -34,7 +35,12 @@ def _modules_without_kernels() -> list[str]:
     ]
 
 
-jaxtyping.install_import_hook(_modules_without_kernels(), "beartype.beartype")
+check_shapes(_modules_without_kernels())
+
+
+def pytest_runtest_setup() -> None:
+    """Check the first calls of every function in every test."""
+    next_test()
 
 
 @pytest.fixture

@@ -11,7 +11,10 @@ import sys
 from collections.abc import Iterator
 from pathlib import Path
 
+import numpy as np
 import pytest
+from jaxtyping import TypeCheckError
+from shape_checks import CALLS
 
 import stickslip
 
@@ -20,6 +23,14 @@ LARGEST_FILE = 800  # files are split by meaning; one thought may be long
 MOST_MODULES = 12
 QUICK_EXAMPLES = ("02_stop_short.py", "03_estimate_on_line.py")
 HEAVY = ("numba", "scipy", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
+
+
+def test_a_wrong_shape_is_an_error_in_the_tests() -> None:
+    from stickslip.estimation.signals.kinematics import noise_level
+
+    for _ in range(CALLS):
+        with pytest.raises(TypeCheckError):
+            noise_level(np.zeros((20, 2)))
 
 
 def public_objects() -> Iterator[tuple[str, object]]:

@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-import jaxtyping
 import pytest
+from shape_checks import check_shapes
 
 _ROOT = Path(__file__).parents[3]
 
@@ -17,7 +17,7 @@ def _modules_without_kernels() -> list[str]:
     ]
 
 
-jaxtyping.install_import_hook(_modules_without_kernels(), "beartype.beartype")
+check_shapes(_modules_without_kernels())
 
 from studies.van_de_wijdeven.part_b.evidence import PIECES, Evidence, gather  # noqa: E402 - hooked
 
