@@ -109,7 +109,7 @@ class IntervalTuning:
     similar_share: float = 0.2
     """Share of the slope of the effort that no combination of the other columns explains [-], below
     which the estimate of the delay depends on what the model lacks."""
-    similar_factor: float = 3.0
+    similar_factor: float = 5.0
     """Factor of the standard deviation of the delay there [-]."""
     fewest_moves: float = 0.7
     """Share of the moves that wide windows must still fit into [-]: with fewer, the difference is
@@ -601,7 +601,8 @@ class SelectedModelEstimator:
         small and the search could select a delay.
 
         Where the slope of the effort is next to a combination of the other columns, sigma is taken
-        several times as large: d then depends on what the model lacks.
+        several times as large: d then depends on what the model lacks. A selected delay is then as
+        uncertain as it is large.
 
         Parameters
         ----------
@@ -628,7 +629,10 @@ class SelectedModelEstimator:
         factor = tuning.similar_factor if similar else 1.0
         weight = 1.0 / (1.0 + (factor * std / tuning.unknown_delay) ** 2)
         size = tuning.unknown_delay * np.sqrt(1.0 - weight)
-        size = size if selected else np.hypot(size, weight * delay)
+        if not selected:
+            size = np.hypot(size, weight * delay)
+        elif similar:  # it may stand for what the model lacks
+            size = max(size, abs(delay))
         shift = size * T * change
         return np.insert(shift, place, -size * T) if selected else shift
 
