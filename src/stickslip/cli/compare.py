@@ -30,8 +30,8 @@ def compare(
     source: Annotated[
         Path,
         Parameter(
-            help="A log (CSV, TSV, Parquet, MATLAB .mat, NPZ, or a folder with a schema), or a "
-            "scenario (.toml) that is simulated; see examples/comparisons for some."
+            help="A log, as stickslip identify takes it, or a scenario (.toml) that is simulated; "
+            "see examples/comparisons for some."
         ),
     ],
     /,

@@ -369,8 +369,8 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
             f"{explained[-1]:.3g} {unit}."
         ),
         caption=(
-            "Above, where the input energy is stored. Below, what is left of it when kinetic and "
-            f"potential energy are taken off (measured) and what the fitted friction{also} "
+            "The upper panel shows where the input energy is stored, the lower one what is left of "
+            f"it without kinetic and potential energy (measured) and what the fitted friction{also} "
             f"{'take' if also else 'takes'} (explained). The two should lie on each other; a gap "
             "that grows with time is dissipation that the law does not know, or a wrong mass or "
             "effort scale."

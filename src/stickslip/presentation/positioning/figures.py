@@ -386,8 +386,8 @@ def arm_motion_plot(run: PositioningRun, arm: ArmRun, positioning: Positioning) 
             f"target, mass 1 {prefixed(ends[1], unit)}."
         ),
         caption=(
-            "Above, where both masses are; in the middle, how far from the target, in powers of "
-            "ten; below, the effort."
+            "The upper panel shows the positions of both masses, the middle one their distance "
+            "from the target in powers of ten, the lower one the effort."
             + _SHADED * bool(run.phases)
             + draw.thinned_text(run.time.size)
         ),
