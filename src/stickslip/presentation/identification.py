@@ -370,10 +370,10 @@ def balance_plot(energy: EnergyBalance, found: Identification) -> Plot:
         ),
         caption=(
             "The upper panel shows where the input energy is stored, the lower one what is left of "
-            f"it without kinetic and potential energy (measured) and what the fitted friction{also} "
-            f"{'take' if also else 'takes'} (explained). The two should lie on each other; a gap "
-            "that grows with time is dissipation that the law does not know, or a wrong mass or "
-            "effort scale."
+            "it without kinetic and potential energy (measured) and what the fitted friction"
+            f"{also} {'take' if also else 'takes'} (explained). The two should lie on each other; "
+            "a gap that grows with time is dissipation that the law does not know, or a wrong mass "
+            "or effort scale."
         ),
         traces=traces,
         layout=layout(
