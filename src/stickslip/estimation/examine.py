@@ -33,7 +33,7 @@ from stickslip.estimation.selection.evaluation.figures import (
     force_rows,
     velocity_law,
 )
-from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.model import Model
 from stickslip.estimation.signals.kinematics import (
     LowPass,
     central_difference,

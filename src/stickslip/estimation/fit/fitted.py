@@ -8,7 +8,7 @@ from stickslip.friction import StribeckEffect
 from stickslip.records import FrictionEstimate
 
 if TYPE_CHECKING:
-    from stickslip.estimation.selection.search import Model
+    from stickslip.estimation.selection.model import Model
 
 __all__ = ["Fit"]
 

@@ -8,8 +8,8 @@ from jaxtyping import Float
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
 from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.selection.model import smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
-from stickslip.estimation.selection.search import smallest_ratio
 from stickslip.estimation.selection.significance import Basis, Partial, significance
 from stickslip.records import LogDeviation
 

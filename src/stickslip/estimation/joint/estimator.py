@@ -22,6 +22,7 @@ from stickslip.estimation.joint.model import (
 from stickslip.estimation.prepare import PreparedLog
 from stickslip.estimation.selection.dwell import RestedLog, with_dwell
 from stickslip.estimation.selection.estimator import SelectedModelEstimator, judged
+from stickslip.estimation.selection.model import DELAY_TERM, Model
 from stickslip.estimation.selection.model_rows import (
     ModelRows,
     column_noise,
@@ -39,14 +40,7 @@ from stickslip.estimation.selection.plausibility import (
     wrong_inertia,
 )
 from stickslip.estimation.selection.rival_law import rival_laws, rival_note, rival_shifts
-from stickslip.estimation.selection.search import (
-    DELAY_TERM,
-    Model,
-    half_width,
-    noisy_elasticity,
-    search,
-    with_terms,
-)
+from stickslip.estimation.selection.search import half_width, noisy_elasticity, search, with_terms
 from stickslip.estimation.selection.summary import selection_of
 from stickslip.estimation.selection.terms import (
     DELAY,
@@ -55,6 +49,11 @@ from stickslip.estimation.selection.terms import (
     SATURATION,
     Term,
     candidate_terms,
+)
+from stickslip.estimation.selection.widening import (
+    between_windows,
+    of_other_terms,
+    of_unknown_delay,
 )
 from stickslip.estimation.weak_form.motion import SlipMotions, slip_motions
 from stickslip.estimation.weak_form.rows import window_rows
@@ -208,10 +207,10 @@ class JointEstimator:
 
         unknown_delay = None
         if DELAY not in model.names and not any(model.delay_known):
-            unknown_delay = self.single.of_unknown_delay(model, rows)
+            unknown_delay = of_unknown_delay(model, rows, tuning.intervals)
         every = (
-            self.single.between_windows(model, rows, estimate, rows_of),
-            self.single.of_other_terms(model, rows, terms),
+            between_windows(model, rows, estimate, rows_of, tuning.intervals),
+            of_other_terms(model, rows, terms, tuning.search.largest_p_value, tuning.intervals),
             unknown_delay,
             *consistency.shifts,
         )

@@ -14,8 +14,8 @@ import numpy as np
 from jaxtyping import Bool, Float, Int
 
 from stickslip.estimation.joint.consistency import compared_logs
+from stickslip.estimation.selection.model import LARGEST_STEP, Model
 from stickslip.estimation.selection.model_rows import ModelRows, model_rows, with_shapes
-from stickslip.estimation.selection.search import LARGEST_STEP, Model
 from stickslip.estimation.selection.terms import DELAY, Term
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import Column, Shape, WindowRows

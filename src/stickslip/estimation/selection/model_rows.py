@@ -14,7 +14,8 @@ from stickslip.estimation.fit.rows import (
     summarise_motion,
 )
 from stickslip.estimation.prepare import PreparedLog
-from stickslip.estimation.selection.search import Model, SearchTuning, smallest_ratio
+from stickslip.estimation.selection.model import Model, smallest_ratio
+from stickslip.estimation.selection.search import SearchTuning
 from stickslip.estimation.selection.terms import DELAY
 from stickslip.estimation.weak_form.motion import SlipMotion, SlipMotions
 from stickslip.estimation.weak_form.rows import Column

@@ -8,8 +8,9 @@ from jaxtyping import Float
 
 from stickslip.estimation.fit.intervals import robust_uncertainty
 from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.selection.model import Model, smallest_ratio
 from stickslip.estimation.selection.model_rows import ModelRows
-from stickslip.estimation.selection.search import BENDS, Model, best_shape, refined, smallest_ratio
+from stickslip.estimation.selection.search import BENDS, best_shape, refined
 from stickslip.estimation.selection.terms import Term, two_thirds_term
 
 __all__ = ["Rival", "RivalTuning", "rival_laws", "rival_note", "rival_shifts"]

@@ -5,7 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from stickslip.estimation.fit.rows import least_squares
-from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.terms import effort_excess
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.estimation.weak_form.rows import window_rows

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import replace
 
-from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.model import Model
 from stickslip.estimation.weak_form.motion import SlipMotions
 from stickslip.records import EffortKind, ModelSelection, TermScore
 

@@ -31,8 +31,8 @@ from stickslip.estimation.likelihood.process_noise.search import Evaluation, Max
 from stickslip.estimation.likelihood.process_noise.uncertainty import Comparison, Intervals
 from stickslip.estimation.prepare import PreparedLog, prepare
 from stickslip.estimation.selection.estimator import SelectedModelEstimator
+from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.model_rows import width_slope
-from stickslip.estimation.selection.search import Model
 from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION
 from stickslip.estimation.settings import check_given, options_of
 from stickslip.estimation.signals.kinematics import LowPass, default_cutoff

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from stickslip.estimation.figures import EnergyStretch, ForceRows, VelocityLaw
 from stickslip.estimation.fit.rows import Regression
-from stickslip.estimation.selection.search import Model
+from stickslip.estimation.selection.model import Model
 from stickslip.estimation.selection.terms import DELAY, ELASTIC, SATURATION
 from stickslip.estimation.weak_form.motion import SlipMotion
 from stickslip.friction.estimated_law import (

@@ -1,0 +1,200 @@
+"""A model of the effort: a force balance with further terms, over windows of slip."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import ceil
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.estimation.fit.rows import least_squares
+from stickslip.estimation.selection.significance import Basis
+from stickslip.estimation.selection.terms import DELAY, ELASTIC, Term
+from stickslip.estimation.weak_form.rows import Shape, WindowRows, window_rows
+from stickslip.records import TermScore
+
+__all__ = ["DELAY_TERM", "LARGEST_STEP", "Model", "smallest_ratio", "testable"]
+
+_ROWS_PER_COLUMN = 3
+"""Rows of a model for each of its columns, below which no further term is tested."""
+
+LARGEST_STEP = 3.0
+"""Of a delay [samples], within which the effort is nearly linear in it."""
+
+
+@dataclass(frozen=True, kw_only=True)
+class Model:
+    """A force balance with some terms beyond inertia, viscous and Coulomb friction and offset.
+
+    Attributes
+    ----------
+    rows
+        The windows, with the delay of the effort that belongs to the model.
+    inertia
+        Known mass or inertia [kg or kg m^2]; None if it is estimated.
+    offset
+        Whether a constant effort acts.
+    viscous
+        Whether friction has a part that is proportional to the speed.
+    chosen
+        Terms and their shapes, in the order of their selection.
+    scores
+        Of every term that was looked at.
+    settled
+        Whether the delay of the effort was found within its bounds.
+    origin
+        Position at which a ripple has the phase zero [m or rad].
+    """
+
+    rows: WindowRows
+    inertia: float | None
+    offset: bool = True
+    viscous: bool = True
+    chosen: tuple[tuple[Term, Shape], ...] = ()
+    scores: tuple[TermScore, ...] = ()
+    settled: bool = True
+    origin: float = 0.0
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the selected terms."""
+        return tuple(term.name for term, _ in self.chosen)
+
+    def scaled(self, values: Float[np.ndarray, "..."]) -> Float[np.ndarray, "..."]:
+        """Return rows with the weight that they have in the fit."""
+        return values
+
+    def target(self) -> Float[np.ndarray, " n"]:
+        """Return the effort, without those of a model and of a known inertia [N or N m]."""
+        effort = self.rows.own_effort
+        if self.inertia is not None:
+            effort = effort - self.inertia * self.rows.acceleration
+        return self.scaled(effort)
+
+    def base(self) -> Float[np.ndarray, "n p"]:
+        """Return the columns of inertia, viscous friction, Coulomb friction and offset."""
+        rows = self.rows
+        columns = [rows.direction]
+        if self.offset:
+            columns.extend(self.offset_columns().T)
+        if self.viscous:
+            columns.insert(0, rows.velocity)
+        if self.inertia is None:
+            columns.insert(0, rows.acceleration)
+        return self.scaled(np.column_stack(columns))
+
+    def offset_columns(self) -> Float[np.ndarray, "n p"]:
+        """Return the columns of what is constant."""
+        return np.ones((self.rows.size, 1))
+
+    def term_columns(self, term: Term, shape: Shape) -> Float[np.ndarray, "n p"]:
+        """Return the columns of a term."""
+        if term.name == DELAY:
+            return self.effort_slope[:, None]
+        if term.name == ELASTIC:
+            return self.scaled(self.rows.snap)[:, None]
+        return self.scaled(self.rows.means(shape))
+
+    @cached_property
+    def effort_slope(self) -> Float[np.ndarray, " n"]:
+        """Return the change of the effort in a sample as the model predicts it [N or N m].
+
+        The slope of the logged effort would be that of its noise above all: a noisy regressor,
+        which attenuates the delay and narrows its interval.
+        """
+        chosen = tuple(pair for pair in self.chosen if pair[0].name != DELAY)
+        plain = replace(self, chosen=chosen)
+        values = least_squares(plain.columns(), plain.target())
+        later, earlier = (replace(plain, rows=self.rows.moved(k)) for k in (1, -1))
+        slope = 0.5 * (later.columns() - earlier.columns()) @ values
+        slope += 0.5 * self.scaled(later.rows.model_effort - earlier.rows.model_effort)
+        if self.inertia is not None:
+            change = later.rows.acceleration - earlier.rows.acceleration
+            slope += 0.5 * self.inertia * self.scaled(change)
+        return slope
+
+    def columns(self, without: str = "") -> Float[np.ndarray, "n p"]:
+        """Return all columns, or those without one term."""
+        kept = [self.term_columns(t, s) for t, s in self.chosen if t.name != without]
+        return np.column_stack([self.base(), *kept])
+
+    def friction(self) -> tuple[float, float]:
+        """Return Coulomb and viscous friction [SI]."""
+        values = least_squares(self.columns(), self.target())
+        at = 0 if self.inertia is not None else 1
+        if not self.viscous:
+            return float(values[at]), 0.0
+        return float(values[at + 1]), float(values[at])
+
+    def coefficients(self, name: str) -> Float[np.ndarray, " p"]:
+        """Return the coefficients of a selected term [SI]."""
+        values = least_squares(self.columns(), self.target())
+        at = self.base().shape[1]
+        for term, shape in self.chosen:
+            width = self.term_columns(term, shape).shape[1]
+            if term.name == name:
+                return values[at : at + width]
+            at += width
+        raise KeyError(name)
+
+    def shifted(self, delay: float) -> "Model":
+        """Return the model with another delay of the effort [samples]."""
+        margin = ceil(abs(delay)) + 1
+        if margin <= self.rows.weight.margin:
+            return replace(self, rows=replace(self.rows, delay=delay))
+        weight = replace(self.rows.weight, margin=margin + 1)
+        return replace(self, rows=window_rows(self.rows.motions, weight, delay))
+
+    @property
+    def delays(self) -> Float[np.ndarray, " k"]:
+        """Delays of the effort that a term of the model stands for [samples]."""
+        return np.array([self.rows.delay])
+
+    def with_delays(self, delays: Float[np.ndarray, " k"]) -> "Model":
+        """Return the model with other delays of the effort, over the same windows if they fit.
+
+        Parameters
+        ----------
+        delays
+            As `delays` returns them [samples].
+        """
+        return self.shifted(float(delays[0]))
+
+    def stepped(self, largest_delay: float) -> tuple["Model", float]:
+        """Return the model after a Gauss-Newton step of the delay, and its size [samples].
+
+        Parameters
+        ----------
+        largest_delay
+            Of the effort, either way [s].
+        """
+        most = largest_delay / self.rows.weight.sampling_time
+        step = float(np.clip(self.coefficients(DELAY)[0], -LARGEST_STEP, LARGEST_STEP))
+        delay = float(np.clip(self.rows.delay + step, -most, most))
+        # A delay beyond the bounds is not found, even if the step would be small
+        return self.shifted(delay), max(abs(step), abs(delay - self.rows.delay))
+
+    def basis(self) -> Basis:
+        """Return the columns in orthonormal coordinates, with what they leave of the target."""
+        return Basis.of(self.columns(), self.target(), self.rows.log)
+
+
+DELAY_TERM = Term(
+    name=DELAY,
+    text="the effort acts later or earlier than it is logged",
+    shapes=(Shape(names=("effort_delay",), columns=()),),
+)
+
+
+def testable(model: Model) -> bool:
+    """Return whether there are rows enough to test for a further term."""
+    return model.rows.size >= _ROWS_PER_COLUMN * model.columns().shape[1]
+
+
+def smallest_ratio(columns: Float[np.ndarray, "n p"]) -> float:
+    """Return the smallest over the largest singular value of the columns at unit norm [-]."""
+    norms = np.linalg.norm(columns, axis=0)
+    if np.any(norms == 0) or columns.shape[0] < columns.shape[1]:
+        return 0.0
+    singular = np.linalg.svd(columns / norms, compute_uv=False)
+    return float(singular[-1] / singular[0])
