@@ -60,6 +60,13 @@ def test_a_mujoco_axis_is_moved_in_real_time() -> None:
 
 
 @pytest.mark.slow
+def test_a_drive_on_a_can_bus_is_moved_in_real_time() -> None:
+    pytest.importorskip("canopen")
+    example = runpy.run_path(str(EXAMPLES / "09_a_cia402_drive_over_can.py"))
+    assert abs(example["main"]()) < 5.0 * example["TOLERANCE"]
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(os.name != "posix", reason="signals of POSIX")
 @pytest.mark.parametrize("sent", [signal.SIGINT, signal.SIGTERM])
 def test_a_signal_from_outside_stops_safely(sent: signal.Signals, tmp_path: Path) -> None:
