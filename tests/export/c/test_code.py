@@ -16,8 +16,10 @@ from stickslip.estimation import EnergyEstimator
 from stickslip.estimation.online.kalman.extended_kalman import ExtendedKalmanFilter
 from stickslip.export import ExportParameters
 from stickslip.export.c.content import CodeContent, derived_content
+from stickslip.export.c.folder import parts_of
 from stickslip.export.c.law import CodeLaw
 from stickslip.export.c.target import folder
+from stickslip.export.c.vectors import vectors_of
 from stickslip.friction import CoulombViscousFriction, StribeckFriction
 from stickslip.friction.estimated_law import law_effort
 from stickslip.plants import SingleMass
@@ -148,6 +150,16 @@ def test_double_is_python_to_the_last_bit(exported: Exported, name: str, compile
     """Without a warning, optimised and not."""
     for optimised in ("-O0", "-O2"):
         exported.run(str(exported.built(name, compiler, optimised, "-DSTICKSLIP_DOUBLE")))
+
+
+@pytest.mark.parametrize("name", list(CONTENTS))
+def test_vectors_of_the_controller_hold_pulses(name: str) -> None:
+    content = CONTENTS[name]
+    (part,) = [part for part in parts_of(content) if part.module.name == "pulses"]
+    vectors = vectors_of(part, content)
+    assert vectors.final[-1] >= 2.0  # pulses
+    nearest = np.nanmin(np.abs(vectors.inputs[:, 1] - content.controller.target))
+    assert nearest < np.abs(vectors.inputs[0, 1] - content.controller.target) / 10.0
 
 
 @pytest.mark.slow

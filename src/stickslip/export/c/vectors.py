@@ -25,6 +25,7 @@ _LAW_POINTS = 41
 _SEED = 20020611
 _DRIVE = 2.5  # largest effort of the recorded motion over the breakaway
 _PERIOD = 160  # of that effort [samples]
+_DISTANCE = 100.0  # of the recorded axis from its target at first, over the tolerance
 _WRONG = 1.15  # mass and friction of the recorded axis over what the controller begins with
 _VELOCITY_NOISE, _POSITION_NOISE = 1e-3, 1e-6  # over the largest speed and the travel
 _LOST = {57: 0, 143: 1, 144: 1, 260: 2, 401: 0, 402: 1, 403: 2}  # sample: column without a value
@@ -100,7 +101,8 @@ def _pulses(controller: ExactPulseController, law: CodeLaw) -> TestVectors:
     mass = controller.mass or 1.0
     axis = _scaled(_recorded_axis(law, mass), _WRONG)
     T = controller.sampling_time
-    model, moving = kernel_model(axis, T), initial_kernel_state(axis, None)
+    start = controller.target - _DISTANCE * controller.tolerance
+    model, moving = kernel_model(axis, T), initial_kernel_state(axis, (start, 0.0))
     state, effort = controller.init(), 0.0
     inputs: list[tuple[float, float, float]] = []
     outputs: list[tuple[float, float]] = []
