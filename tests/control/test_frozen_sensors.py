@@ -1,33 +1,19 @@
 """Frozen sensors: detected in motion, and no false alarm of an axis that stands still."""
 
 from dataclasses import replace
+from functools import partial
 from math import nan
 from typing import Any
 
 import pytest
+from simple_controllers import Push, T, pid_controller
 
-from stickslip.control import GuardedController, Limits, PIDController, PositionController
+from stickslip.control import GuardedController, Limits
 from stickslip.records import SensorSample
 
-T, MASS, LIMIT, FRICTION = 0.01, 2.0, 10.0, 1.0
+MASS, LIMIT, FRICTION = 2.0, 10.0, 1.0
 FINE = 200  # steps of the plant in a sample
 LIMITS = Limits.for_task(mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 1.0))
-
-
-class Push(PositionController[None]):
-    """One effort for ever."""
-
-    sampling_time = T
-
-    def __init__(self, effort: float) -> None:
-        self.effort = effort
-
-    def init(self) -> None:
-        return None
-
-    def step(self, state: None, sample: SensorSample) -> tuple[None, float]:
-        del sample
-        return state, self.effort
 
 
 def advanced(x: float, v: float, effort: float) -> tuple[float, float]:
@@ -59,18 +45,14 @@ def run(guard: GuardedController, samples: int, **sensors: Any) -> tuple[list[fl
     return path, state
 
 
-def pid(**changes: Any) -> PIDController:
-    settings: dict[str, Any] = {
-        "sampling_time": T,
-        "target": 1.0,
-        "position_gain": 40.0,
-        "integral_gain": 20.0,
-        "velocity_gain": 18.0,
-        "effort_limit": LIMIT,
-        "velocity": "measured",
-        **changes,
-    }
-    return PIDController(**settings)
+pid = partial(
+    pid_controller,
+    target=1.0,
+    position_gain=40.0,
+    integral_gain=20.0,
+    velocity_gain=18.0,
+    effort_limit=LIMIT,
+)
 
 
 @pytest.mark.parametrize("frozen_from", [20, 40, 60])

@@ -1,6 +1,7 @@
 """The guard of every controller: limits, lost samples, faults of sensors, and loads."""
 
 from dataclasses import replace
+from functools import partial
 from math import inf, isfinite, nan
 from pathlib import Path
 from typing import Any
@@ -8,14 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 from faulty_runs import faulty_run
+from simple_controllers import Push, T, pid_controller
 from small_scenarios import METHODS, scenario
 
 from stickslip.control import (
     ExactPulseController,
     GuardedController,
     Limits,
-    PIDController,
-    PositionController,
     RestDetection,
 )
 from stickslip.friction import CoulombViscousFriction
@@ -25,7 +25,7 @@ from stickslip.scenario import ARM_CONTROLLERS, AXIS_CONTROLLERS
 from stickslip.simulation import simulate_closed_loop
 
 RUNS = 12  # of each method; `python -m faulty_runs 100000` runs many
-T, LIMIT, MASS = 0.01, 300.0, 150.0
+LIMIT, MASS = 300.0, 150.0
 LAW = CoulombViscousFriction.symmetric(
     coulomb_friction=100.0, static_friction=130.0, viscous_friction=700.0
 )
@@ -50,35 +50,23 @@ def pulses(**changes: Any) -> ExactPulseController:
     return ExactPulseController(**settings)
 
 
-def pid(**changes: Any) -> PIDController:
-    settings: dict[str, Any] = {
-        "sampling_time": T,
-        "target": 0.05,
-        "position_gain": 1e4,
-        "integral_gain": 0.0,
-        "velocity_gain": 1e3,
-        "effort_limit": 10.0 * LIMIT,
-        "velocity": "measured",
-        **changes,
-    }
-    return PIDController(**settings)
+pid = partial(
+    pid_controller,
+    target=0.05,
+    position_gain=1e4,
+    integral_gain=0.0,
+    velocity_gain=1e3,
+    effort_limit=10.0 * LIMIT,
+)
 
 
-class Constant(PositionController[None]):
-    """A controller with one effort for ever, after some samples."""
-
-    sampling_time = T
-
-    def __init__(self, effort: float) -> None:
-        self.effort = effort
-
-    def init(self) -> None:
-        return None
+class Failing(Push):
+    """One whose step raises an error far away."""
 
     def step(self, state: None, sample: SensorSample) -> tuple[None, float]:
         if sample.measured_position > 1e6:
             raise ZeroDivisionError("far away")
-        return state, self.effort
+        return super().step(state, sample)
 
 
 def guarded(controller: Any, **limits: Any) -> GuardedController:
@@ -164,7 +152,7 @@ def test_a_pulse_goes_on_where_a_sample_is_lost() -> None:
 
 
 def test_leaving_the_travel_brakes_before_the_limit() -> None:
-    guard = guarded(Constant(0.8 * LIMIT), speed=10.0)
+    guard = guarded(Push(0.8 * LIMIT), speed=10.0)
     run = moved(guard, 4.0)
     low, high = LIMITS.travel
     assert low < run.motion.position.min()
@@ -186,7 +174,7 @@ def test_the_mean_speed_of_both_masses_counts_for_the_travel() -> None:
         mass=MASS, load_mass=1350.0, effort_limit=LIMIT, sampling_time=T, places=(0.0, 0.05)
     )
     for load_speed, leaves in ((-0.02, False), (0.18, True)):
-        guard = GuardedController(controller=Constant(0.0), limits=limits)
+        guard = GuardedController(controller=Push(0.0), limits=limits)
         state = guard.init()
         for k in range(5):  # either stops within 0.1 m of mean motion, or does not
             x, x2 = 0.18 * k * T, load_speed * k * T
@@ -196,7 +184,7 @@ def test_the_mean_speed_of_both_masses_counts_for_the_travel() -> None:
 
 
 def test_too_much_speed_is_braked() -> None:
-    guard = guarded(Constant(LIMIT), speed=0.1, travel=(-100.0, 100.0))
+    guard = guarded(Push(LIMIT), speed=0.1, travel=(-100.0, 100.0))
     run = moved(guard, 3.0)
     assert 0.1 < run.motion.velocity.max() < 0.15
     assert run.motion.velocity[-1] == 0.0
@@ -211,7 +199,7 @@ def test_a_load_above_friction_is_held_and_explained() -> None:
     assert np.abs(run.motion.position).max() < 0.1
     assert np.ptp(run.motion.position[-100:]) < 1e-3
     # A push of less time than it takes to be sure is none
-    free = guarded(Constant(0.0))
+    free = guarded(Push(0.0))
     state = free.init()
     for k in range(60):
         x = 0.5 * 0.4 * (min(k, 15) * T) ** 2
@@ -276,7 +264,7 @@ def test_frozen_sensors_are_detected() -> None:
 
 
 def test_an_error_of_a_controller_stops_the_axis(caplog: pytest.LogCaptureFixture) -> None:
-    guard = guarded(Constant(1.0), travel=(-1e9, 1e9), acceleration=1e30, speed=1e9)
+    guard = guarded(Failing(1.0), travel=(-1e9, 1e9), acceleration=1e30, speed=1e9)
     state, effort = guard.step(guard.init(), SensorSample(0.0, 0.0, 0.0, nan, nan))
     assert effort == 1.0
     state, effort = guard.step(state, SensorSample(T, 2e6, 0.0, nan, nan))

@@ -1,16 +1,13 @@
 """The landing controller on an arm that MuJoCo moves, whose friction holds truly."""
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from mujoco_example import mujoco_example
 
 from stickslip import CoulombViscousFriction, FlexibleArm, simulate
 from stickslip.planning import PulseSeriesPlanner
-
-EXAMPLE = Path(__file__).parents[2] / "examples" / "06_land_a_mujoco_arm.py"
 
 EULER_POSITION = 1e-4
 """Of a move of 1 m on the way [m]: MuJoCo's Euler steps are of first order. Found was 4.3e-5."""
@@ -24,13 +21,7 @@ CREEP = 1e-9
 
 @pytest.fixture(scope="module")
 def example() -> ModuleType:
-    pytest.importorskip("mujoco")
-    spec = importlib.util.spec_from_file_location("mujoco_arm", EXAMPLE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return mujoco_example("06_land_a_mujoco_arm")
 
 
 def known_arm(example: ModuleType) -> FlexibleArm:

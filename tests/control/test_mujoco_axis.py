@@ -1,15 +1,12 @@
 """The pulse controllers on an axis that MuJoCo moves, whose friction holds truly."""
 
-import importlib.util
-from pathlib import Path
 from types import ModuleType
 
 import numpy as np
 import pytest
+from mujoco_example import mujoco_example
 
 from stickslip import CoulombViscousFriction, SingleMass, simulate
-
-EXAMPLE = Path(__file__).parents[2] / "examples" / "05_pulses_on_a_mujoco_axis.py"
 
 MUJOCO_TOLERANCE = 2e-6
 """Of positions after pulses of some mm [m]: its steps are of 1 ms, its friction yields a little.
@@ -25,13 +22,7 @@ STARTS = (-0.018, -0.004, 0.0006, 0.01)
 
 @pytest.fixture(scope="module")
 def example() -> ModuleType:
-    pytest.importorskip("mujoco")
-    spec = importlib.util.spec_from_file_location("mujoco_axis", EXAMPLE)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return mujoco_example("05_pulses_on_a_mujoco_axis")
 
 
 def test_friction_yields_as_it_comes_and_holds_as_it_is_set(example: ModuleType) -> None:

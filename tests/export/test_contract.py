@@ -4,6 +4,7 @@ import io
 import json
 import zipfile
 from dataclasses import fields
+from functools import cache
 
 import pytest
 from exports import COULOMB, ROBOTS, VISCOUS, document
@@ -69,6 +70,10 @@ def rendered(target, estimate=None, joint="elbow", *, force=False, **settings):
     )
 
 
+usual = cache(rendered)
+"""Of what is rendered alike in several tests."""
+
+
 def text_of(result):
     """Return all text in the files, also of an archive."""
     texts = []
@@ -103,7 +108,7 @@ def test_the_protocol_is_obeyed(target):
 
 
 def test_values_and_origin_are_in_the_file(target):
-    result = rendered(target)
+    result = usual(target)
     assert result.complete
     assert result.warnings == ()
     assert "elbow" in text_of(result).replace("elbow--test", "").replace("elbow- -test", "") or (
@@ -114,7 +119,7 @@ def test_values_and_origin_are_in_the_file(target):
 
 
 def test_rendering_is_repeatable(target):
-    assert rendered(target).rendered == rendered(target).rendered
+    assert rendered(target).rendered == usual(target).rendered
 
 
 def test_an_axis_without_a_name_is_the_axis(target):
@@ -200,8 +205,8 @@ def test_a_robot_has_all_joints_or_one_is_asked_for(target):
     estimate = {"axes": {"elbow": document(), "slide": document("linear", viscous_friction=3.5)}}
     if exporter.several:
         both = text_of(rendered(target, estimate, joint=None))
-        assert text_of(rendered(target)) != both
-        assert "3.5" in both or both.count("slide") > text_of(rendered(target)).count("slide")
+        assert text_of(usual(target)) != both
+        assert "3.5" in both or both.count("slide") > text_of(usual(target)).count("slide")
     else:
         with refuses("several_axes", axes=("elbow", "slide")):
             rendered(target, estimate, joint=None)

@@ -1,5 +1,6 @@
 import ast
 import operator
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -10,16 +11,6 @@ from refusals import refuses
 from stickslip.logs import LogSchema, read_log
 from stickslip.logs.expressions import parse_expression, quoted
 from stickslip.records import InputError
-
-
-def refusal_of(call):
-    """Return the type of the error that a call ends in, or None; any other error passes."""
-    try:
-        call()
-    except InputError as error:
-        return type(error)
-    return None
-
 
 COLUMN = np.array([1.0, -2.5, 4.0])
 OTHER = np.array([0.5, 8.0, -1.0])
@@ -91,7 +82,8 @@ def test_reads_as_python_does(text):
 
 @given(st.text(max_size=30))
 def test_any_text_is_read_or_refused(text):
-    assert refusal_of(lambda: parse_expression(text)) in (None, InputError)
+    with suppress(InputError):  # any other error passes
+        parse_expression(text)
 
 
 @given(st.text(min_size=1, max_size=20).filter(lambda name: "'" not in name or '"' not in name))

@@ -1,4 +1,5 @@
 import math
+from contextlib import suppress
 
 import pytest
 from hypothesis import given
@@ -6,16 +7,6 @@ from hypothesis import strategies as st
 
 from stickslip.logs.units import effort_unit, header_unit, is_unit, kind_of_unit, scale_to_si
 from stickslip.records import InputError
-
-
-def refusal_of(call):
-    """Return the type of the error that a call ends in, or None; any other error passes."""
-    try:
-        call()
-    except InputError as error:
-        return type(error)
-    return None
-
 
 ROUNDING = 4e-16
 """Two roundings of a double: the library may build a factor from two others."""
@@ -102,7 +93,8 @@ def test_kind_of_unit(channel, unit, kind):
 
 @given(st.one_of(st.text(max_size=12), st.text("msNrad/*^°()- 0123456789", max_size=8)))
 def test_any_text_is_a_unit_or_refused(text):
-    assert refusal_of(lambda: kind_of_unit("position", text)) in (None, InputError)
+    with suppress(InputError):  # any other error passes
+        kind_of_unit("position", text)
 
 
 @pytest.mark.parametrize(

@@ -78,13 +78,16 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["tracked", "landing"])
-@pytest.mark.parametrize("case", ARM_CASES, ids=lambda each: each.name)
-def test_no_arm_runs_away(case: Case, method: str) -> None:
-    for axis in arms(2, 8, known=False, method=method):
-        outcome = move_axis(axis, case)
-        assert not outcome.raised
-        assert outcome.peak <= 1.0
-        assert outcome.farthest <= RUNAWAY
+@pytest.mark.parametrize(
+    ("seed", "case"), enumerate(ARM_CASES), ids=[each.name for each in ARM_CASES]
+)
+def test_no_arm_runs_away(seed: int, case: Case, method: str) -> None:
+    """On an arm of its own in every case: 32 without a runaway exclude a rate above 9 % (95 %)."""
+    (axis,) = arms(1, seed, known=False, method=method)
+    outcome = move_axis(axis, case)
+    assert not outcome.raised
+    assert outcome.peak <= 1.0
+    assert outcome.farthest <= RUNAWAY
 
 
 def landed(name: str, *, known: bool) -> None:

@@ -1,14 +1,15 @@
 """A positioning task from its scenario: moves, runs, learned values, and endings."""
 
-from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
 import pytest
 from refusals import refuses
+from scenario_runs import Run, positioned
 
-from stickslip.records import Ending, InputError, Positioning, PositioningOutcome
+from stickslip.records import Ending, InputError, PositioningOutcome
 from stickslip.tasks import position, read_scenario
 from stickslip.tasks.positioning.judging import ending, reversals, settling_time
 
@@ -21,29 +22,10 @@ TASK = "target = 0.01\ntolerance = 2e-5\nduration = 2.0\nsampling_time = 0.01"
 CYCLE = (-0.072e-3, 0.114e-3)
 PRINTED = 0.5e-6  # of numbers printed with three decimals of a millimetre
 
-Run = Callable[..., Positioning]
-
 
 @pytest.fixture
 def run(tmp_path: Path) -> Run:
-    def run_scenario(
-        method: str,
-        settings: str = "",
-        *,
-        axis: str = AXIS,
-        task: str = TASK,
-        guess: str = GUESS,
-        sensors: str = "",
-        limit: float = 300.0,
-    ) -> Positioning:
-        path = tmp_path / "a_task.toml"
-        path.write_text(
-            f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
-            f'[controller]\nmethod = "{method}"\neffort_limit = {limit}\n{settings}\n'
-        )
-        return position(path)
-
-    return run_scenario
+    return partial(positioned, tmp_path, axis=AXIS, task=TASK, guess=GUESS, limit=300.0)
 
 
 def test_published_pulse_width_control_hunts(run: Run) -> None:
@@ -57,7 +39,7 @@ def test_published_pulse_width_control_hunts(run: Run) -> None:
 
 
 def test_runs_resume(run: Run) -> None:
-    result = run('papwc"\nlongest_width = 0.03\nforgetting = 1.0 #', task=f"{TASK}\nruns = 3")
+    result = run("papwc", "longest_width = 0.03\nforgetting = 1.0", task=f"{TASK}\nruns = 3")
     assert [each.number for each in result.runs] == [1, 2, 3]
     assert result.ending is Ending.REACHED
     for before, after in pairwise(result.runs):

@@ -1,18 +1,18 @@
 """Positioning of a flexible arm: landing, results, and endings."""
 
-from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 from math import hypot
 
 import numpy as np
 import pytest
 from refusals import refuses
+from scenario_runs import Run, positioned
 
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm
 from stickslip.records import Ending, Positioning, PositioningOutcome
 from stickslip.simulation import simulate
-from stickslip.tasks import position
 from stickslip.tasks.positioning.judging import arm_ending
 
 AXIS = (
@@ -20,41 +20,23 @@ AXIS = (
     "viscous_friction = 0.1\nstatic_friction = 0.18"
 )
 TASK = "target = 1.0\ntolerance = 1e-5\nduration = 36.0\nsampling_time = 0.02"
-LANDING = 'method = "landing"'
+LANDING = "landing"
 T = 0.02
 
 LEARNED = 1e-5  # what friction is off by after a move without noise, relative; 1e-7 is seen
 ROUNDING = 1e-9  # of a motion of 1 m simulated twice, by another division into calls [m]
 
-Run = Callable[..., Positioning]
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp("arms")
-
-    def run_scenario(
-        settings: str = "",
-        *,
-        axis: str = AXIS,
-        task: str = TASK,
-        guess: str = "",
-        sensors: str = "",
-    ) -> Positioning:
-        path = folder / "an_arm.toml"
-        path.write_text(
-            f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
-            f"[controller]\neffort_limit = 1.0\n{settings or LANDING}\n"
-        )
-        return position(path)
-
-    return run_scenario
+    return partial(positioned, folder, axis=AXIS, task=TASK, limit=1.0)
 
 
 @pytest.fixture(scope="module")
 def landed(run: Run) -> Positioning:
     """Two moves without any first guess of the friction."""
-    return run(task=TASK.replace("target = 1.0", "targets = [1.0, 0.5]"))
+    return run(LANDING, task=TASK.replace("target = 1.0", "targets = [1.0, 0.5]"))
 
 
 def test_arm_lands_with_unknown_friction(landed: Positioning) -> None:
@@ -75,7 +57,9 @@ def test_arm_lands_with_unknown_friction(landed: Positioning) -> None:
 
 
 def test_next_run_resumes(run: Run) -> None:
-    result = run(task=TASK.replace("36.0", "8.0") + "\nruns = 2", guess="coulomb_friction = 0.08")
+    result = run(
+        LANDING, task=TASK.replace("36.0", "8.0") + "\nruns = 2", guess="coulomb_friction = 0.08"
+    )
     first, second = result.runs
     assert first.estimates["coulomb_friction"][0] == 0.08
     for name, truth in result.truth.items():
@@ -130,7 +114,7 @@ def test_end_of_a_series(landed: Positioning) -> None:
 
 
 def test_feedback_alone_leaves_a_swing(run: Run) -> None:
-    result = run('method = "feedback"', task=TASK.replace("36.0", "25.0"))
+    result = run("feedback", task=TASK.replace("36.0", "25.0"))
     assert result.method == "feedback"
     assert not result.ending.reached
     assert result.last.swing is not None
@@ -144,7 +128,7 @@ def test_feedback_alone_leaves_a_swing(run: Run) -> None:
 
 def test_feedback_alone_follows_the_targets(run: Run) -> None:
     task = TASK.replace("target = 1.0", "targets = [0.6, 0.2]").replace("36.0", "20.0")
-    result = run('method = "feedback"', task=task)
+    result = run("feedback", task=task)
     arm = result.runs[0].arm
     assert arm is not None
     for move in result.runs[0].moves:
@@ -154,7 +138,7 @@ def test_feedback_alone_follows_the_targets(run: Run) -> None:
 
 def test_landing_with_noise(run: Run) -> None:
     sensors = "position_noise = 1e-4\nvelocity_noise = 1e-3\nseed = 4"
-    result = run(task=TASK.replace("1e-5", "3e-4"), sensors=sensors)
+    result = run(LANDING, task=TASK.replace("1e-5", "3e-4"), sensors=sensors)
     assert result.ending is Ending.REACHED
     assert any("276 µm" in note for note in result.notes)  # 3 sd of a mean of 158 less
     arm = result.runs[0].arm
@@ -168,7 +152,7 @@ def test_landing_with_noise(run: Run) -> None:
 @pytest.mark.slow
 def test_wrong_guess_of_masses_and_spring(run: Run) -> None:
     guess = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1"
-    result = run(guess=guess, task=TASK.replace("1e-5", "1e-1"))
+    result = run(LANDING, guess=guess, task=TASK.replace("1e-5", "1e-1"))
     assert result.believed["mass"] == "the scenario"
     assert result.runs[0].estimates["coulomb_friction"][0] == 0.1
     assert np.max(np.abs(result.runs[0].effort)) <= 1.0
@@ -177,7 +161,7 @@ def test_wrong_guess_of_masses_and_spring(run: Run) -> None:
 
 def test_rotary_arm(run: Run) -> None:
     axis = 'kind = "rotary"\n' + AXIS.replace("mass", "inertia")
-    result = run(axis=axis, task=TASK.replace("36.0", "5.0"))
+    result = run(LANDING, axis=axis, task=TASK.replace("36.0", "5.0"))
     assert result.scenario["axis"]["load_inertia"] == (1.0, "kg m^2")
     assert result.scenario["axis"]["stiffness"] == (1.0, "N m/rad")
     assert result.ending is Ending.UNDER_WAY
@@ -205,13 +189,15 @@ def test_ending_of_an_arm() -> None:
 
 def test_too_long_a_sampling_time(run: Run) -> None:
     with refuses("swing_above_nyquist", value=2.5) as refused:
-        run(task=TASK.replace("0.02", "2.5"))
+        run(LANDING, task=TASK.replace("0.02", "2.5"))
     assert "[task]" in refused.value.where
 
 
 def test_note_on_an_offset_that_is_not_guessed(run: Run) -> None:
     short = TASK.replace("36.0", "0.4")
     axis = AXIS + "\noffset = 0.02"
-    assert any("Give offset in [guess]" in note for note in run(axis=axis, task=short).notes)
-    told = run(axis=axis, task=short, guess="offset = 0.02")
+    assert any(
+        "Give offset in [guess]" in note for note in run(LANDING, axis=axis, task=short).notes
+    )
+    told = run(LANDING, axis=axis, task=short, guess="offset = 0.02")
     assert not any("offset" in note for note in told.notes)

@@ -1,14 +1,14 @@
 """Landings from a scenario: of a rigid axis, and of an arm whose masses and spring are learned."""
 
 import json
-from collections.abc import Callable
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 import pytest
+from scenario_runs import Run, positioned
 
 from stickslip.records import Ending, Positioning
-from stickslip.tasks import position, write_json
 
 AXIS = "mass = 150.0\ncoulomb_friction = 100.0\nviscous_friction = 700.0\nstatic_friction = 130.0"
 TASK = "targets = [0.3, 0.1]\ntolerance = 1e-5\nduration = 4.0\nsampling_time = 0.01"
@@ -23,35 +23,11 @@ WRONG = "mass = 1.02\nload_mass = 0.99\nstiffness = 1.01\ncoulomb_friction = 0.1
 LEARNED = 1e-4  # of friction along a way with stops in the middle of samples; 1e-5 is seen
 OF_AN_ARM = 1e-4  # of masses and spring after a landing within 1e-5 of the way
 
-Run = Callable[..., Positioning]
-
 
 @pytest.fixture(scope="module")
 def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
     folder = tmp_path_factory.mktemp("landings")
-
-    def run_scenario(
-        settings: str = "",
-        *,
-        axis: str = AXIS,
-        task: str = TASK,
-        guess: str = GUESS,
-        sensors: str = "",
-        limit: float = 400.0,
-        learned: Positioning | None = None,
-    ) -> Positioning:
-        if learned is not None:
-            assert learned.learned is not None
-            write_json(learned.learned.to_dict(), folder / "learned.json")
-            guess = f"{guess}\nlearned = 'learned.json'"
-        path = folder / "a_landing.toml"
-        path.write_text(
-            f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
-            f"[controller]\neffort_limit = {limit}\n{settings}\n"
-        )
-        return position(path)
-
-    return run_scenario
+    return partial(positioned, folder, axis=AXIS, task=TASK, guess=GUESS, limit=400.0)
 
 
 @pytest.fixture(scope="module")
@@ -99,7 +75,7 @@ def test_landing_and_exact_pulses_resume_from_each_other(landed: Positioning, ru
     assert first["coulomb_friction_positive"][0] == pytest.approx(
         landed.learned.values["coulomb_friction_positive"]
     )
-    exact = run('method = "exact"', guess="", learned=landed)
+    exact = run("exact", guess="", learned=landed)
     assert exact.ending is Ending.REACHED
     back = run(guess="", learned=exact)
     assert back.ending is Ending.REACHED
@@ -121,7 +97,7 @@ def test_note_without_a_guess_of_friction(run: Run) -> None:
 def test_landing_with_gravity_and_an_encoder(run: Run) -> None:
     axis = AXIS.replace("coulomb_friction = 100.0", "coulomb_friction = 100.0\noffset = 20.0")
     result = run(
-        "rest_samples = 12\nlongest_width = 0.1\nposition_gain = 2e4\nvelocity_gain = 3e3",
+        settings="rest_samples = 12\nlongest_width = 0.1\nposition_gain = 2e4\nvelocity_gain = 3e3",
         axis=axis,
         sensors="encoder_step = 1e-6\nposition_noise = 1e-6\nvelocity_noise = 1e-4",
     )

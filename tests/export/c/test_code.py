@@ -4,7 +4,9 @@ import ctypes
 import re
 import shutil
 import subprocess
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -125,18 +127,29 @@ class Exported:
         return done.stdout
 
 
-@pytest.fixture(
-    scope="session", params=["measured", pytest.param("rotary", marks=pytest.mark.slow)]
-)
-def exported(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Exported:
-    path = tmp_path_factory.mktemp(request.param)
-    content = CONTENTS[request.param]
-    for name, text in folder(content, ("A note.",)).items():
-        (path / name).parent.mkdir(parents=True, exist_ok=True)
-        (path / name).write_text(text)
-    return Exported(path, content)
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], Exported]:
+    """Return a function that writes a folder once."""
+
+    @cache
+    def write(name: str) -> Exported:
+        root = tmp_path_factory.mktemp(name)
+        for file, text in folder(CONTENTS[name], ("A note.",)).items():
+            path = root / file
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text)
+        return Exported(root, CONTENTS[name])
+
+    return write
 
 
+@pytest.fixture(params=["measured", pytest.param("rotary", marks=pytest.mark.slow)])
+def exported(request: pytest.FixtureRequest, written: Callable[[str], Exported]) -> Exported:
+    return written(request.param)
+
+
+# The other differs in constants and sizes of arrays: enough for what depends on the form alone.
+of_one_folder = pytest.mark.parametrize("exported", ["measured"], indirect=True)
 needs_compiler = pytest.mark.skipif(not COMPILERS, reason="no C compiler is found")
 
 
@@ -184,6 +197,7 @@ def test_float_is_within_its_bound(exported: Exported, name: str, bound: float) 
 
 
 @needs_compiler
+@of_one_folder
 def test_wrong_numbers_fail_the_test_program(exported: Exported) -> None:
     """The programs can fail: with another configuration they do."""
     config = exported.path / "src" / "stickslip_law_config.c"
@@ -197,6 +211,7 @@ def test_wrong_numbers_fail_the_test_program(exported: Exported) -> None:
 
 
 @needs_compiler
+@of_one_folder
 def test_the_makefile_and_the_example_work(exported: Exported) -> None:
     if shutil.which("make") is None:
         pytest.skip("make is not found")
@@ -210,6 +225,7 @@ def test_the_makefile_and_the_example_work(exported: Exported) -> None:
 
 
 @pytest.mark.slow
+@of_one_folder
 def test_cmake_builds_and_tests(exported: Exported) -> None:
     if shutil.which("cmake") is None:
         pytest.skip("cmake is not found")
@@ -219,6 +235,7 @@ def test_cmake_builds_and_tests(exported: Exported) -> None:
 
 
 @needs_compiler
+@of_one_folder
 def test_headers_are_those_of_cpp_too(exported: Exported) -> None:
     if shutil.which("g++") is None:
         pytest.skip("g++ is not found")
@@ -253,6 +270,7 @@ def test_the_code_has_no_heap_globals_recursion_or_open_loops(exported: Exported
 
 
 @pytest.mark.slow
+@of_one_folder
 @pytest.mark.parametrize("name", NAMES)
 def test_cortex_m4_has_no_data_but_the_state(exported: Exported, name: str) -> None:
     if shutil.which("arm-none-eabi-gcc") is None:
@@ -293,6 +311,7 @@ def test_a_cortex_m4_computes_the_same(exported: Exported, name: str) -> None:
 
 
 @pytest.mark.slow
+@of_one_folder
 def test_misra_deviations_are_those_that_are_listed(exported: Exported) -> None:
     if shutil.which("cppcheck") is None:
         pytest.skip("cppcheck is not found")

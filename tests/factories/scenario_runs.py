@@ -1,0 +1,36 @@
+"""Positioning from a scenario of a few lines."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from stickslip.records import Positioning
+from stickslip.tasks import position, write_json
+
+Run = Callable[..., Positioning]
+
+
+def positioned(
+    folder: Path,
+    method: str = "",
+    settings: str = "",
+    *,
+    axis: str,
+    task: str,
+    guess: str = "",
+    sensors: str = "",
+    limit: float,
+    learned: Positioning | None = None,
+) -> Positioning:
+    """Return the result of a scenario with these lines in its tables, resumed from another's."""
+    if learned is not None:
+        assert learned.learned is not None
+        write_json(learned.learned.to_dict(), folder / "learned.json")
+        guess = f"{guess}\nlearned = 'learned.json'"
+    if method:
+        settings = f"method = '{method}'\n{settings}"
+    path = folder / "a_task.toml"
+    path.write_text(
+        f"[axis]\n{axis}\n[task]\n{task}\n[sensors]\n{sensors}\n[guess]\n{guess}\n"
+        f"[controller]\neffort_limit = {limit}\n{settings}\n"
+    )
+    return position(path)
