@@ -79,7 +79,7 @@ def test_axes_that_cannot_be_positioned_stop_with_the_reason(name: str, reason: 
 @pytest.mark.slow
 @pytest.mark.parametrize("method", ["tracked", "landing"])
 @pytest.mark.parametrize(
-    ("seed", "case"), enumerate(ARM_CASES), ids=[each.name for each in ARM_CASES]
+    ("seed", "case"), list(enumerate(ARM_CASES)), ids=[each.name for each in ARM_CASES]
 )
 def test_no_arm_runs_away(seed: int, case: Case, method: str) -> None:
     """On an arm of its own in every case: 32 without a runaway exclude a rate above 9 % (95 %)."""

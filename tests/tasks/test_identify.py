@@ -14,7 +14,6 @@ from stickslip.estimation import (
     DetailedEstimator,
     EnergyEstimator,
     EstimationTask,
-    PublishedEnergyEstimator,
 )
 from stickslip.records import AxisLog
 from stickslip.tasks import Demonstration, demonstrate, identify, json_text, write_json
@@ -132,15 +131,6 @@ def test_every_public_name_of_the_package_loads() -> None:
     assert set(stickslip.__all__) <= set(dir(stickslip))
     with pytest.raises(AttributeError, match="nothing"):
         _ = stickslip.nothing  # type: ignore[attr-defined]
-
-
-def test_published_energy_is_its_estimator(log: AxisLog) -> None:
-    found = identify(
-        log, estimator="published-energy", inertia=MASS, forgetting_factor=0.9999
-    ).estimate
-    direct = PublishedEnergyEstimator(inertia=MASS, forgetting_factor=0.9999).fit(log)
-    assert found.to_dict() == direct.to_dict()
-    assert tuple(found.parameters) == ("coulomb_friction", "viscous_friction")
 
 
 @pytest.mark.parametrize(

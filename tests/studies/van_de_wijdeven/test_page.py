@@ -2,7 +2,6 @@
 
 import base64
 import re
-import struct
 from dataclasses import replace
 from pathlib import Path
 
@@ -109,19 +108,6 @@ def test_a_picture_depends_on_its_record_alone() -> None:
     assert picture(energy_figure()) == first
     moved = replace(energy_figure(), title="Another")
     assert picture(moved) != first
-
-
-@pytest.mark.parametrize(("columns", "rows"), [(1, 1), (1, 3), (2, 1), (2, 5)])
-def test_pictures_grow_with_their_rows(columns: int, rows: int) -> None:
-    width, height = struct.unpack(">II", picture(energy_figure(columns=columns, rows=rows))[16:24])
-    assert width == 1440
-    assert (height > 1400) == (rows == 5)
-
-
-def test_a_panel_keeps_the_range_it_is_given() -> None:
-    plain = energy_figure(rows=1)
-    panel = replace(plain.panels[0], y_range=(-5.0, 5.0))
-    assert picture(replace(plain, panels=(panel,))) != picture(plain)
 
 
 def test_a_browser_shows_the_page_without_a_complaint(

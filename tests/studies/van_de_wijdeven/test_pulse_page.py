@@ -1,13 +1,12 @@
 """Part B's page and pictures: its own tables, readings one by one, staircases and the sketch."""
 
 import re
-import struct
 from dataclasses import replace
 
 import pytest
-from reproductions import pulse_figure, pulse_panel, pulse_reproduction, sketch
+from reproductions import pulse_reproduction
 
-from studies.van_de_wijdeven.page import picture, reproduction_page
+from studies.van_de_wijdeven.page import reproduction_page
 from studies.van_de_wijdeven.records import PulseReproduction
 
 
@@ -97,31 +96,6 @@ def test_how_near_it_comes_is_told_in_fitting_units(reproduction: PulseReproduct
     text = text_of(page[page.index('id="resolution"') : page.index('id="figures"')])
     for words in ("10.0 nm", "1.00 ms", "130 nm", "5.80 nm", "1 %", "82"):
         assert words in text, words
-
-
-def test_a_sketch_is_drawn_in_the_place_of_panels() -> None:
-    drawn = picture(sketch())
-    assert drawn[:8] == b"\x89PNG\r\n\x1a\n"
-    assert picture(sketch()) == drawn
-    width, height = struct.unpack(">II", drawn[16:24])
-    assert (width, height) == (1440, 464)
-    assert len(drawn) > 10_000  # an empty frame has 3000
-
-
-def test_a_staircase_is_no_slope() -> None:
-    assert picture(pulse_figure("5", pulse_panel(staircase=True))) != picture(
-        pulse_figure("5", pulse_panel())
-    )
-
-
-def test_many_panels_share_one_legend() -> None:
-    one_row = pulse_figure("3", pulse_panel(), pulse_panel())
-    two_rows = pulse_figure("3", *([pulse_panel()] * 4))
-    lone_lines = pulse_figure("3", *([pulse_panel(lines=1)] * 4))
-    sizes = [struct.unpack(">II", picture(each)[16:24]) for each in (one_row, two_rows, lone_lines)]
-    assert sizes[1] == sizes[2] != sizes[0]
-    renamed = replace(pulse_panel(lines=1), title="another")
-    assert picture(pulse_figure("3", *([pulse_panel(lines=1)] * 3), renamed)) != picture(lone_lines)
 
 
 def test_the_document_says_which_part_it_is(reproduction: PulseReproduction) -> None:
