@@ -41,9 +41,9 @@ COMPILERS = [name for name in ("gcc", "clang") if shutil.which(name)]
 CORTEX = ["-mcpu=cortex-m4", "-mthumb", "-mfloat-abi=hard", "-mfpu=fpv4-sp-d16", "-O2"]
 NAMES = ("law", "pulses", "kalman", "energy")
 
-NEWLIB = 1e-11
-"""Largest relative difference between the mathematical functions of newlib and glibc, through a
-whole positioning: 3e-13 is measured."""
+NEWLIB = 1e-8
+"""Largest relative difference between the mathematical functions of newlib and glibc, which the
+learning of short pulses amplifies: 2e-9 is measured through a whole positioning."""
 LAW_IN_FLOAT = 2e-7  # of the largest force: three roundings of float
 KALMAN_IN_FLOAT = 1e-3  # of the largest estimate; 2e-5 is measured
 ALLOWED = frozenset(  # rules that MISRA.md of the folder lists
