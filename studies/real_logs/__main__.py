@@ -1,10 +1,14 @@
-"""Make the tables and figures of the page on two public logs: ``python -m studies.real_logs``.
+"""Make the tables and figures of the page on two public logs.
 
-It takes about a minute. It needs the files of the EMPS and TX40 benchmarks, which are not part of
-the project: in the folder that ``STICKSLIP_DATA`` names, or in ``../shared/data``.
+    python -m studies.real_logs [--page PAGE.md] [--figures FOLDER]
+
+It takes about a minute and rewrites the tables of the page and two figures. It needs the files of
+the EMPS and TX40 benchmarks, which are not part of the project: in the folder that
+``STICKSLIP_DATA`` names, or in ``../shared/data``.
 """
 
 import os
+from argparse import ArgumentParser
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -182,7 +186,7 @@ def wrist() -> str:
     return table(head, rows)
 
 
-def law_figure(found: Emps) -> None:
+def law_figure(found: Emps, folder: Path) -> None:
     """Draw friction over speed, and the gain of each term."""
     figure, (left, right) = plt.subplots(1, 2, figsize=(10, 3.6), layout="constrained")
     law = found.laws["**`SelectedModelEstimator`**"]
@@ -216,10 +220,10 @@ def law_figure(found: Emps) -> None:
     right.set_xscale("symlog", linthresh=5.0)
     right.set_xticks([-5, 0, 5, 20, 50], ["-5", "0", "5", "20", "50"])
     right.legend(loc="lower right", fontsize=8)
-    figure.savefig(FIGURES / "real-logs-law.png", dpi=120)
+    figure.savefig(folder / "real-logs-law.png", dpi=120)
 
 
-def run_figure(found: Emps) -> None:
+def run_figure(found: Emps, folder: Path) -> None:
     """Draw the errors of the free runs."""
     figure, panels = plt.subplots(1, 2, figsize=(10, 3.2), layout="constrained", sharey=True)
     shown = (("published", "published", GREY),
@@ -233,7 +237,7 @@ def run_figure(found: Emps) -> None:
         axes.set(title=f"{title}, started anew at each move", xlabel="time [s]")
     panels[0].set_ylabel("simulated less measured position [mm]")
     panels[0].legend()
-    figure.savefig(FIGURES / "real-logs-free-run.png", dpi=120)
+    figure.savefig(folder / "real-logs-free-run.png", dpi=120)
 
 
 def table(head: Sequence[str], rows: Sequence[Sequence[str]]) -> str:
@@ -252,6 +256,10 @@ def written(page: str, title: str, text: str) -> str:
 
 def main() -> None:
     """Make the tables and the figures."""
+    parser = ArgumentParser(prog="python -m studies.real_logs", description=__doc__.split("\n")[0])
+    parser.add_argument("--page", type=Path, default=PAGE, help="page whose tables are rewritten")
+    parser.add_argument("--figures", type=Path, default=FIGURES, help="folder of the figures")
+    given = parser.parse_args()
     found = emps()
     parts = {
         "terms": terms(found),
@@ -259,12 +267,12 @@ def main() -> None:
         "compared": compared(found),
         "wrist": wrist(),
     }
-    page = PAGE.read_text(encoding="utf-8")
+    page = given.page.read_text(encoding="utf-8")
     for title, text in parts.items():
         page = written(page, title, text)
-    PAGE.write_text(page, encoding="utf-8")
-    law_figure(found)
-    run_figure(found)
+    given.page.write_text(page, encoding="utf-8")
+    law_figure(found, given.figures)
+    run_figure(found, given.figures)
 
 
 if __name__ == "__main__":

@@ -1,7 +1,7 @@
 """Exports that fill in a template, without an existing file."""
 
-from abc import abstractmethod
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any, Literal
 
@@ -16,6 +16,40 @@ from stickslip.export.base import (
 from stickslip.export.parameters import ExportParameters
 from stickslip.export.templates import filled_in, heading, notes_on
 from stickslip.export.transmission import Side
+from stickslip.records import InputError, positive
+
+MEAN = "is replaced by the mean of both directions"
+NO_EFFORT = "is left out: a joint has no constant effort"
+
+
+@dataclass(frozen=True, kw_only=True)
+class AxisToFill:
+    """An axis whose values a template is filled in with.
+
+    Attributes
+    ----------
+    parameters
+        Of the axis, on the side of the target.
+    settings
+        Of the export.
+    title
+        Of the target.
+    """
+
+    parameters: ExportParameters
+    settings: ExportSettings
+    title: str
+
+    def needed(self, name: str, meaning: str, unit: str = "") -> float:
+        """Return a setting that the target needs, which must be positive [``unit``]."""
+        value = getattr(self.settings, name)
+        if value is None:
+            raise InputError("option_needed", title=self.title, name=name, meaning=meaning)
+        return positive(name, value, unit)
+
+
+Filling = tuple[dict[str, Any], list[str]]
+"""Variables of a template for one axis, and notes on it."""
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -24,12 +58,15 @@ class TemplateExporter:
 
     Attributes
     ----------
+    values
+        What the template needs of an axis; its docstring states the format and its source.
     template
-        Name of the template in the folder ``templates`` beside the module of the class.
+        Name of the template in the folder ``templates`` beside the module of ``values``.
     name, title, group, side, represents, cannot, ending, edits, several, options
         See `Exporter`.
     """
 
+    values: Callable[[AxisToFill], Filling]
     template: str
     name: str
     title: str
@@ -41,12 +78,6 @@ class TemplateExporter:
     edits: Literal["never"] = "never"
     several: bool = True
     options: tuple[str, ...] = ()
-
-    @abstractmethod
-    def values(
-        self, name: str, parameters: ExportParameters, settings: ExportSettings
-    ) -> tuple[dict[str, Any], list[str]]:
-        """Return what the template needs of an axis, and what to say of it."""
 
     def render(
         self,
@@ -60,12 +91,19 @@ class TemplateExporter:
         filled: list[dict[str, Any]] = []
         notes: list[str] = list(notes_on(self, axes))
         for name, parameters in axes.items():
-            values, own = self.values(name, parameters, settings)
-            filled.append(
-                {"name": name, "words": axis_in_words(name), "kind": parameters.kind, **values}
+            own = {
+                "name": name,
+                "words": axis_in_words(name),
+                "identifier": identifier(name),
+                "expression": re.escape(name),
+                "kind": parameters.kind,
+            }
+            values, remarks = self.values(
+                AxisToFill(parameters=parameters, settings=settings, title=self.title)
             )
-            notes += [f"{name}: {each}" if len(axes) > 1 else each for each in own]
-        package = type(self).__module__.rpartition(".")[0]
+            filled.append(own | values)
+            notes += [f"{name}: {each}" if len(axes) > 1 else each for each in remarks]
+        package = self.values.__module__.rpartition(".")[0]
         text = filled_in(package, self.template, lines=heading(axes, tuple(notes)), axes=filled)
         return Rendered(files={"": text}, notes=tuple(notes))
 
@@ -73,8 +111,6 @@ class TemplateExporter:
 def identifier(name: str) -> str:
     """Return a name as an identifier of a programming language.
 
-    Examples
-    --------
     >>> identifier("arm/joint-3"), identifier("3")
     ('arm_joint_3', 'axis_3')
     """

@@ -1,12 +1,7 @@
 """A table of effort over speed, for the feedforward of any drive."""
 
-from dataclasses import dataclass
-from typing import Any, Literal
-
-from stickslip.export.base import ExportSettings
 from stickslip.export.law_table import table_of
-from stickslip.export.parameters import ExportParameters
-from stickslip.export.template_exporter import TemplateExporter
+from stickslip.export.template_exporter import AxisToFill, Filling, TemplateExporter
 
 LAW = (
     "coulomb_friction",
@@ -22,35 +17,30 @@ FALLING = (
 )
 
 
-@dataclass(frozen=True, kw_only=True)
-class TableExporter(TemplateExporter):
+def _table(axis: AxisToFill) -> Filling:
     """CSV table of the efforts that hold constant speeds, in both directions."""
-
-    name: str = "table"
-    title: str = "Table of effort over speed"
-    group: Literal["drive"] = "drive"
-    template: str = "table.csv.jinja"
-    side: None = None
-    represents: tuple[str, ...] = (*LAW, "offset")
-    ending: str = ".csv"
-    several: bool = False
-    options: tuple[str, ...] = ("points", "top_speed")
-
-    def values(
-        self, name: str, parameters: ExportParameters, settings: ExportSettings
-    ) -> tuple[dict[str, Any], list[str]]:
-        """Return what the template needs of an axis, and what to say of it."""
-        del name
-        table = table_of(parameters, settings, self.title, default_points=10)
-        unit = parameters.unit("effort")
-        notes = [f"Largest deviation of linear interpolation: {table.error:.3g} {unit}"]
-        if table.flat_below > 0.0:
-            speed = parameters.unit("velocity")
-            notes.append(
-                f"Below {table.flat_below:.3g} {speed} the table is at the minimum of the friction"
-            )
-        rows = list(zip(table.speed, table.forward, table.backward, strict=True))
-        return {"rows": rows, "speed": parameters.unit("velocity"), "effort": unit}, notes
+    parameters = axis.parameters
+    table = table_of(parameters, axis.settings, axis.title, default_points=10)
+    unit, speed = parameters.unit("effort"), parameters.unit("velocity")
+    notes = [f"Largest deviation of linear interpolation: {table.error:.3g} {unit}"]
+    if table.flat_below > 0.0:
+        notes.append(
+            f"Below {table.flat_below:.3g} {speed} the table is at the minimum of the friction"
+        )
+    rows = list(zip(table.speed, table.forward, table.backward, strict=True))
+    return {"rows": rows, "speed": speed, "effort": unit}, notes
 
 
-TABLE = TableExporter(cannot={"static_friction": FALLING, "stribeck_velocity": FALLING})
+TABLE = TemplateExporter(
+    name="table",
+    title="Table of effort over speed",
+    group="drive",
+    values=_table,
+    template="table.csv.jinja",
+    side=None,
+    represents=(*LAW, "offset"),
+    cannot={"static_friction": FALLING, "stribeck_velocity": FALLING},
+    ending=".csv",
+    several=False,
+    options=("points", "top_speed"),
+)
