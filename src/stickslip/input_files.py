@@ -40,14 +40,10 @@ def _parsed_toml(content: bytes) -> dict[str, Any]:
 
 def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
     """Read a TOML file."""
+    content = bytes_of(path, f"{what} file")
     try:
         # Some editors begin a file with a byte order mark
-        return _parsed_toml(_content(path))
-    except FileNotFoundError:
-        raise InputError("no_such_file", where=printable(path), kind=f"{what} file") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("unreadable", where=printable(path), kind=what, reason=reason) from error
+        return _parsed_toml(content)
     except RecursionError:
         raise InputError("nested_too_deep", where=printable(path), kind=what) from None
     except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
@@ -60,13 +56,9 @@ def read_toml(path: Path, *, what: str, line: str) -> dict[str, Any]:
 def read_json(path: Path) -> dict[str, Any]:
     """Read a table from a JSON file."""
     where = printable(path)
+    content = bytes_of(path, "file")
     try:
-        document = json.loads(_content(path))
-    except FileNotFoundError:
-        raise InputError("no_such_file", where=where, kind="file") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("unreadable", where=where, kind="file", reason=reason) from error
+        document = json.loads(content)
     except RecursionError:
         raise InputError("nested_too_deep", where=where, kind="file") from None
     except ValueError as error:
@@ -76,12 +68,23 @@ def read_json(path: Path) -> dict[str, Any]:
     return document
 
 
-def _content(path: Path) -> bytes:
-    """Return the bytes of a file; a pipe, from which none may ever come, is none."""
+def bytes_of(path: Path, kind: str, most: float = _LARGEST_DOCUMENT) -> bytes:
+    """Return the bytes of a file, at most ``most``; a pipe may never end, and is refused."""
+    where = printable(path)
+    try:
+        return _content(path, most)
+    except FileNotFoundError:
+        raise InputError("no_such_file", where=where, kind=kind) from None
+    except OSError as error:
+        reason = error.strerror or type(error).__name__
+        raise InputError("unreadable", where=where, kind=kind, reason=reason) from error
+
+
+def _content(path: Path, most: float) -> bytes:
     if path.exists() and not path.is_file() and not path.is_dir():
         raise OSError(errno.EINVAL, "it is a pipe or a device")
-    if path.is_file() and path.stat().st_size > _LARGEST_DOCUMENT:
-        raise OSError(errno.EFBIG, f"it has more than {_LARGEST_DOCUMENT / 1e6:.0f} MB")
+    if path.is_file() and path.stat().st_size > most:
+        raise OSError(errno.EFBIG, f"it has more than {most / 1e6:.0f} MB")
     return path.read_bytes()
 
 

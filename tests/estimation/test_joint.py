@@ -376,7 +376,7 @@ def pair(**changes: Any) -> list[AxisLog]:
         (lambda: pair(measured_load_position=np.zeros(10000)), "joint_log_of_arm", "second"),
         (list, "no_log", ""),
         (lambda: pair(effort=np.zeros(10000)), "no_effort", "second"),
-        (lambda: [log_of("first"), "missing.csv"], "no_such_log", "missing.csv"),
+        (lambda: [log_of("first"), "missing.csv"], "no_such_file", "missing.csv"),
         (resting_pair, "joint_log_without_slip", "second"),
     ],
 )

@@ -103,7 +103,7 @@ def test_twincat_cnc_has_at_most_20_points():
     settings = {"torque_constant": 0.1, "rated_current": 2.0, "top_speed": 3.0}
     content, _ = text("twincat-cnc", document(**CURVED), **settings)
     assert content.count("].in ") == 20
-    with refuses("points_range", value=21, limit=20):
+    with refuses("out_of_range", value=21, most=20):
         text("twincat-cnc", points=21, **settings)
 
 
@@ -168,7 +168,7 @@ def test_no_other_table_has_a_much_smaller_error(points):
 
 @pytest.mark.parametrize("points", [1, 101])
 def test_the_number_of_points_is_limited(points):
-    with refuses("points_range", value=points):
+    with refuses("out_of_range", value=points):
         law_table(parameters(), points=points, top_speed=1.0)
 
 

@@ -114,7 +114,7 @@ def test_force_invents_no_value():
 @pytest.mark.parametrize(
     ("change", "code"),
     [
-        ({"schema": 99}, "estimate_schema"),
+        ({"schema": 99}, "other_schema"),
         ({"kind": "round"}, "estimate_value"),
         ({"status": "fine"}, "estimate_value"),
         ({"parameters": []}, "not_an_estimate"),

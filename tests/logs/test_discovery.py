@@ -208,8 +208,8 @@ def test_contradictory_conversions(effort, schema, code, read):
 @pytest.mark.parametrize(
     ("schema", "code"),
     [
-        ({"gear_ratio": 0.0}, "gear_ratio_range"),
-        ({"gear_ratio": float("inf")}, "gear_ratio_range"),
+        ({"gear_ratio": 0.0}, "gear_ratio_zero"),
+        ({"gear_ratio": float("inf")}, "gear_ratio_zero"),
         ({"preset": "nonesuch"}, "preset_unknown"),
         ({"preset": "ur-rtde"}, "preset_does_not_fit"),
     ],

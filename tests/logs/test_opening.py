@@ -163,7 +163,7 @@ def test_a_name_that_is_no_text(sample, columns, expected, same, tmp_path):
     path.write_bytes(b"")
     error = refused(path, "empty_log")
     error.where.encode()
-    refused(tmp_path / os.fsdecode(b"no\xfc.csv"), "no_such_log").where.encode()
+    refused(tmp_path / os.fsdecode(b"no\xfc.csv"), "no_such_file").where.encode()
 
 
 def test_a_schema_that_is_a_pipe(tmp_path):
@@ -244,4 +244,4 @@ def test_a_fault_in_one_axis_leaves_the_other(tmp_path):
     )
     logs = read_axes(path, LogSchema(kind="rotary"))
     assert logs["a"].samples == 50
-    assert logs["b"].code == "cell_not_a_number"
+    assert logs["b"].code == "cell_of_text"

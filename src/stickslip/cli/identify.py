@@ -1,5 +1,6 @@
 """``stickslip identify``: from logs to friction parameters with intervals and verdicts."""
 
+from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -12,8 +13,6 @@ from stickslip.cli.terminal import axis_progress, working
 from stickslip.records import AxisLog, EffortKind, InputError
 
 if TYPE_CHECKING:
-    from collections.abc import Mapping
-
     from stickslip import EstimationTask
 
 EXAMPLES = """Examples:
@@ -141,49 +140,13 @@ def identify(
     load = known.load()
     delay = _effort_delay(effort_delay or [])
     what = log.name if not others else f"{len(logs)} logs"
+    delays = delay if isinstance(delay, dict) else {}
     given: list[Path | AxisLog] = list(logs)
-    columns = reading.columns()
-    if not others and (reading.axis is None or known.urdf is not None):
-        with working(f"reading {what}"):
-            from stickslip import EstimationTask
+    axes: Mapping[str, AxisLog | InputError] = {}
+    with working(f"reading {what}"):
+        from stickslip import EstimationTask
 
-            axes = _axes(log, reading, known)
-        if len(axes) > 1:
-            if load is not None:
-                raise InputError("known_load_of_several_axes", where=log.name, axes=list(axes))
-            if isinstance(delay, dict):
-                raise InputError("effort_delays_of_axes")
-            task = EstimationTask(
-                inertia=known.inertia,
-                load_inertia=known.load_inertia,
-                stiffness=known.stiffness,
-                per_direction=friction.per_direction,
-                offset=friction.offset,
-                stribeck=stribeck,
-                cutoff=cutoff,
-                forgetting_factor=forgetting_factor,
-                initial_variance=initial_variance,
-                include=tuple(include or ()),
-                exclude=tuple(exclude or ()),
-                select=select,
-                effort_delay=delay,
-                effort_kind=effort_kind,
-            )
-            return _all_axes(log, axes, reading, known, estimator, task, validate, files)
-        (only,) = axes.values()
-        if isinstance(only, InputError):
-            raise only
-        given = [only]
-    with working(f"identifying {what}"):
-        from stickslip import write_report
-        from stickslip.tasks import identify, validated
-
-        found = identify(
-            given,
-            schema=reading.schema,
-            axis=reading.axis,
-            columns=columns,
-            estimator=estimator,
+        task = EstimationTask(
             inertia=known.inertia,
             load_inertia=known.load_inertia,
             stiffness=known.stiffness,
@@ -193,11 +156,34 @@ def identify(
             cutoff=cutoff,
             forgetting_factor=forgetting_factor,
             initial_variance=initial_variance,
-            include=include or (),
-            exclude=exclude or (),
+            include=tuple(include or ()),
+            exclude=tuple(exclude or ()),
             select=select,
-            effort_delay=delay,
+            effort_delay=None if isinstance(delay, dict) else delay,
             effort_kind=effort_kind,
+        )
+        if not others and (reading.axis is None or known.urdf is not None):
+            axes = _axes(log, reading, known)
+    if len(axes) > 1:
+        if load is not None:
+            raise InputError("known_load_of_several_axes", where=log.name, axes=list(axes))
+        if delays:
+            raise InputError("effort_delays_of_axes")
+        return _all_axes(log, axes, reading, known, estimator, task, validate, files)
+    for only in axes.values():
+        if isinstance(only, InputError):
+            raise only
+        given = [only]
+    with working(f"identifying {what}"):
+        from stickslip import write_report
+        from stickslip.tasks import validated
+        from stickslip.tasks.identification import identified, logs_of
+
+        found = identified(
+            logs_of(given, reading.schema, reading.axis, reading.columns()),
+            estimator,
+            task,
+            delays=delays,
             known_load=load,
         )
         if validate is not None:

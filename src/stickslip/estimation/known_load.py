@@ -19,7 +19,6 @@ __all__ = ["KnownLoad"]
 
 _GRAVITY = 9.80665  # m/s^2, standard
 _SINE, _COSINE = "gravity_sine", "gravity_cosine"
-_IN_AMPERE = "effort: no torque constant"  # how a note of `stickslip.logs` begins
 LARGEST_UNCERTAINTY = 0.1
 """Half of the 95 % interval of the torque constant over its value [-], beyond which friction is as
 well left in ampere."""
@@ -88,8 +87,8 @@ class KnownLoad:
         )
         source = log.source
         if source is not None:
-            others = [each for each in source.assumptions if not each.startswith(_IN_AMPERE)]
-            source = replace(source, assumptions=(*others, note))
+            others = [each for each in source.assumptions if each != source.unconverted]
+            source = replace(source, assumptions=(*others, note), unconverted="")
         return replace(log, effort=constant * log.effort, effort_unit="", source=source)
 
     def widened(self, estimate: FrictionEstimate) -> FrictionEstimate:

@@ -98,7 +98,9 @@ def _table(
     parameters: ExportParameters, points: int, speeds: tuple[float, float], *, falling: bool
 ) -> LawTable:
     if not 2 <= points <= MOST_POINTS:
-        raise InputError("points_range", name="points", value=points, limit=MOST_POINTS)
+        raise InputError(
+            "out_of_range", name="points", value=points, least=2, most=MOST_POINTS, unit=""
+        )
     least_speed, top_speed = speeds[0], positive("top_speed", speeds[1], "rad/s or m/s")
     grid = _grid(parameters, least_speed, top_speed, _GRID)
     raw = [_magnitude(parameters, grid, sign) for sign in (1.0, -1.0)]

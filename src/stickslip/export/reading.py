@@ -177,12 +177,8 @@ def _checked(document: Any, where: str) -> tuple[AxisKind, Status]:
         if not isinstance(document, Mapping) or name not in document:
             raise InputError("not_an_estimate", where=where, name=name)
     if document["schema"] != SCHEMA_VERSION:
-        raise InputError(
-            "estimate_schema",
-            where=_place(where, "schema"),
-            value=document["schema"],
-            known=SCHEMA_VERSION,
-        )
+        where, schema = _place(where, "schema"), document["schema"]
+        raise InputError("other_schema", where=where, schema=schema, known=SCHEMA_VERSION)
     statuses = tuple(each.value for each in Status)
     for name, known in (("kind", ("linear", "rotary")), ("status", statuses)):
         if document[name] not in known:

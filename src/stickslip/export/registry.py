@@ -74,5 +74,7 @@ def exporter(name: str) -> Exporter:
     """
     found = exporters().get(name)
     if found is None:
-        raise InputError("unknown_target", target=name, choices=choices(name, exporters()))
+        raise InputError(
+            "not_a_choice", name="target", value=name, choices=choices(name, exporters())
+        )
     return found

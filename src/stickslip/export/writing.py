@@ -1,5 +1,6 @@
 """Render and write an estimate for a target."""
 
+import math
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
 from pathlib import Path, PurePosixPath
@@ -14,6 +15,7 @@ from stickslip.export.reading import (
     not_identified,
 )
 from stickslip.export.registry import exporter as exporter_named
+from stickslip.input_files import bytes_of
 from stickslip.outputs import files_at_once, write_whole
 from stickslip.records import InputError, Status
 
@@ -139,10 +141,14 @@ def write(
         As `render` does, and if a file cannot be read or written.
     """
     out = Path(out)
+    file = None
+    if into is not None:
+        content = bytes_of(Path(into), "file", math.inf)
+        file = FileToEdit(content=content, path=Path(into), out=out)
     result = render(
         estimate,
         target,
-        into=into if into is None else _file(Path(into), out),
+        into=file,
         joint=joint,
         reading=reading,
         settings=settings,
@@ -182,14 +188,6 @@ def _check_values(exporter: Exporter, name: str, parameters: ExportParameters) -
         title=exporter.title,
         reasons=reasons,
     )
-
-
-def _file(path: Path, out: Path) -> FileToEdit:
-    try:
-        return FileToEdit(content=path.read_bytes(), path=path, out=out)
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("file_unreadable", where=str(path), reason=reason) from error
 
 
 def _write(files: Mapping[str, str | bytes], out: Path) -> None:

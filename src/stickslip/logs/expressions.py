@@ -116,7 +116,7 @@ class _Parser:
     def _factor(self) -> _Node:
         self._depth += 1
         if self._depth > _DEEPEST:
-            raise InputError("expression_nested", limit=_DEEPEST)
+            raise InputError("nested_too_deep", kind="expression")
         node = self._signed_factor()
         self._depth -= 1
         return node
@@ -144,15 +144,14 @@ class _Parser:
         number = float(text)
         vanished = number == 0.0 and not set(text.lower().partition("e")[0]).isdisjoint("123456789")
         if math.isinf(number) or vanished:
-            raise InputError(
-                "number_too_small" if vanished else "number_too_large", text=self._text, number=text
-            )
+            raise InputError("number_range", text=self._text, number=text)
         return number
 
     def _unexpected(self) -> InputError:
         if self._next == len(self._tokens):
-            return InputError("expression_ends_early", text=self._text)
-        reason = f"unexpected {self._tokens[self._next][1]!r}"
+            reason = "something is missing at the end"
+        else:
+            reason = f"unexpected {self._tokens[self._next][1]!r}"
         return InputError("not_an_expression", text=self._text, reason=reason)
 
     def _join(self, operator: str, left: _Node, right: _Node) -> _Node:

@@ -107,7 +107,7 @@ def open_log(
         )
     except OSError as error:
         reason = error.strerror or str(error)
-        raise InputError("unreadable_log", where=shown, reason=reason) from error
+        raise InputError("unreadable", where=shown, kind="log", reason=reason) from error
     if named:
         folder = PurePosixPath(shown).name
         return combined(tables, folder), source, PurePosixPath(folder).stem
@@ -122,7 +122,7 @@ def _files(location: str | Path, named: Mapping[str, str], where: str) -> dict[s
     if not path.exists():
         if match := _URL.fullmatch(str(location)):
             return {"": _downloaded(match["protocol"], match["rest"])}
-        raise InputError("no_such_log", where=shown)
+        raise InputError("no_such_file", where=shown, kind="file or folder")
     if not (path.is_file() or path.is_dir()):
         raise InputError("pipe_as_log", where=shown)
     if not path.is_dir():

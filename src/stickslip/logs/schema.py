@@ -112,7 +112,7 @@ class AxisSchema:
         if self.gear_ratio is None:
             return
         if not (math.isfinite(self.gear_ratio) and self.gear_ratio != 0.0):
-            raise InputError("gear_ratio_range", value=self.gear_ratio)
+            raise InputError("gear_ratio_zero", name="gear_ratio", value=self.gear_ratio)
 
     @property
     def stated(self) -> bool:

@@ -36,6 +36,7 @@ class LogSource:
     files: tuple[str, ...]  #: Names of the files read.
     sha256: str  #: Hash of their bytes, in that order.
     assumptions: tuple[str, ...] = ()  #: A sentence for everything inferred and not stated.
+    unconverted: str = ""  #: The one of them on an effort that is left in A or %.
     #: Channels whose unit is stated nowhere, each with the SI unit that it was taken in.
     assumed_units: tuple[tuple[str, str], ...] = ()
     side: Literal["", "motor", "joint"] = ""  #: Of a gear that results refer to, if it is known.

@@ -327,8 +327,8 @@ def _check_estimate(document: Mapping[str, Any], path: Path, kind: AxisKind) -> 
         if name not in document:
             raise InputError("not_an_estimate", where=str(path), name=name)
     if document["schema"] != SCHEMA_VERSION:
-        where, value = f"{path}, schema", document["schema"]
-        raise InputError("estimate_schema", where=where, value=value, known=SCHEMA_VERSION)
+        where, schema = f"{path}, schema", document["schema"]
+        raise InputError("other_schema", where=where, schema=schema, known=SCHEMA_VERSION)
     if not isinstance(document["parameters"], dict):
         where, value = f"{path}, parameters", document["parameters"]
         raise InputError("estimate_value", where=where, name="parameters", value=value)

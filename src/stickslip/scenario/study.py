@@ -1,6 +1,8 @@
 """A scenario to compare estimators on: an axis, its effort, and its sensors."""
 
 import csv
+import io
+import math
 from abc import abstractmethod
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +12,7 @@ import numpy as np
 from jaxtyping import Float
 from pydantic import model_validator
 
+from stickslip.input_files import bytes_of
 from stickslip.records import InputError, ScenarioTables, finite, non_negative, positive
 from stickslip.scenario.axis import AXES, Axis
 from stickslip.scenario.table import Document, Read, ScenarioError, Table, key, required
@@ -156,15 +159,11 @@ def read_effort(path: Path) -> tuple[Float[np.ndarray, " n"], float]:
     The file has a heading, time stamps [s] in the first column and the effort in the last.
     """
     where = str(path)
+    content = bytes_of(path, "file of efforts", math.inf)
     try:
-        with path.open(encoding="utf-8-sig", newline="") as stream:
-            rows = [row for row in csv.reader(stream) if row]
+        text = io.StringIO(content.decode("utf-8-sig"), newline="")
+        rows = [row for row in csv.reader(text) if row]
         table = np.array([[float(row[0]), float(row[-1])] for row in rows[1:]])
-    except FileNotFoundError:
-        raise InputError("no_such_file", where=where, kind="file of efforts") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("unreadable", where=where, kind="efforts", reason=reason) from error
     except (ValueError, csv.Error) as error:
         raise InputError("efforts_not_numbers", where=where, reason=str(error)) from None
     if len(table) < 2 or not np.all(np.isfinite(table)):

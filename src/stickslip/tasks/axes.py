@@ -7,7 +7,7 @@ import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import fields, replace
+from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
 from typing import IO, Any, cast
@@ -23,7 +23,7 @@ from stickslip.records import (
     StickslipError,
     Validation,
 )
-from stickslip.tasks.identification import identify
+from stickslip.tasks.identification import identified
 from stickslip.tasks.parallel import in_parallel
 
 WORKERS = 2
@@ -307,15 +307,8 @@ def serve() -> None:
         except (EOFError, KeyboardInterrupt):
             return
         try:
-            answer: Any = _one(log, estimator, task)
+            answer: Any = identified([log], estimator, task)
         except Exception as error:  # noqa: BLE001 - raised again on the other side
             answer = error
         pickle.dump(answer, answers, protocol=pickle.HIGHEST_PROTOCOL)
         answers.flush()
-
-
-def _one(log: AxisLog, estimator: str, task: EstimationTask) -> Identification:
-    names: Sequence[str] = [
-        field.name for field in fields(task) if field.name not in {"inertia_guess", "largest_delay"}
-    ]
-    return identify(log, estimator=estimator, **{name: getattr(task, name) for name in names})

@@ -138,7 +138,7 @@ def identify(
             raise InputError("both_given", names=("mass", "inertia"))
         inertia, load_inertia = mass, load_mass
     # The log is read first: an error in its name comes before libraries that take seconds to load.
-    logs = _logs_of(log, schema, axis, columns)
+    logs = logs_of(log, schema, axis, columns)
     delays = effort_delay if isinstance(effort_delay, Mapping) else {}
     task = EstimationTask(
         inertia=inertia,
@@ -150,12 +150,27 @@ def identify(
         cutoff=cutoff,
         forgetting_factor=forgetting_factor,
         initial_variance=initial_variance,
-        include=_included(include, known_load),
+        include=(include,) if isinstance(include, str) else tuple(include),
         exclude=(exclude,) if isinstance(exclude, str) else tuple(exclude),
         select=select,
         effort_delay=None if isinstance(effort_delay, Mapping) else effort_delay,
         effort_kind=effort_kind,
     )
+    return identified(logs, estimator, task, delays=delays, known_load=known_load, truth=truth)
+
+
+def identified(
+    logs: Sequence[AxisLog],
+    estimator: str | Estimator,
+    task: EstimationTask,
+    *,
+    delays: Mapping[str, float] | None = None,
+    known_load: tuple[float, float] | None = None,
+    truth: Mapping[str, float] | None = None,
+) -> Identification:
+    """Identify the friction of an axis from logs that are read; see `identify`."""
+    if known_load is not None and "gravity" not in task.include:
+        task = replace(task, include=(*task.include, "gravity"))
     if len(logs) > 1 and task.flexible:
         raise InputError("joint_fit_of_arm")
     if isinstance(estimator, str):
@@ -167,16 +182,10 @@ def identify(
     if known_load is not None:
         return _with_load(logs, chosen, known_load, truth)
     if len(logs) > 1 or delays:
-        return _jointly(logs, chosen, delays, truth)
+        return _jointly(logs, chosen, delays or {}, truth)
     from stickslip.estimation import examine
 
     return examine(logs[0], chosen, truth=truth)
-
-
-def _included(include: Sequence[str], known_load: tuple[float, float] | None) -> tuple[str, ...]:
-    """Return the terms that the model has: gravity too, if that of a load is known."""
-    terms = (include,) if isinstance(include, str) else tuple(include)
-    return terms if known_load is None or "gravity" in terms else (*terms, "gravity")
 
 
 def _with_load(
@@ -199,13 +208,13 @@ def _with_load(
     return replace(found, estimate=load.widened(found.estimate))
 
 
-def _logs_of(
+def logs_of(
     log: AxisLog | Path | str | Sequence[AxisLog | Path | str],
     schema: Path | str | LogSchema | None,
     axis: str | int | None,
     columns: AxisSchema | None,
 ) -> list[AxisLog]:
-    """Return the log or logs, read."""
+    """Return a log or several, read."""
     if isinstance(log, AxisLog):
         return [log]
     if not isinstance(log, Sequence) or isinstance(log, str):
@@ -213,7 +222,7 @@ def _logs_of(
     if not log:
         raise InputError("no_log")
     if len(log) == 1:
-        return _logs_of(log[0], schema, axis, columns)
+        return logs_of(log[0], schema, axis, columns)
     return logs_at(log, schema, axis, columns)
 
 

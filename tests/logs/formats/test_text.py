@@ -133,5 +133,5 @@ def test_any_dialect_gives_the_numbers_back(
 
 
 def test_a_hash_without_a_blank_before_it_belongs_to_its_cell(read):
-    with refuses("cell_not_a_number", name="x", cell="#N/A"):
+    with refuses("cell_of_text", name="x", cell="#N/A"):
         read("t,x,F\n0,1,2\n1,#N/A,3\n2,4,5\n")

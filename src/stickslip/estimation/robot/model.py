@@ -10,6 +10,7 @@ from xml.etree import ElementTree
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.input_files import bytes_of
 from stickslip.records import AxisKind, InputError, MissingExtraError
 
 __all__ = ["RobotModel", "read_urdf"]
@@ -23,7 +24,6 @@ _FIXED = "fixed"
 _NO_MASS = 1e-9  # kg and kg m^2 of a link without mass, as MuJoCo needs a positive one
 _LEAST_MASS = 1e-6  # kg moved by a joint; less is a file without masses
 _POSTURES = 200  # largest number for the mean inertia
-_LARGEST_FILE = 50_000_000  # bytes; meshes are files of their own
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -151,15 +151,7 @@ def _mujoco() -> Any:
 
 def _parsed(path: Path) -> ElementTree.Element:
     """Return the root of a URDF file."""
-    try:
-        if path.stat().st_size > _LARGEST_FILE:
-            raise InputError("not_urdf", where=path.name, reason="it is larger than 50 MB")
-        content = path.read_bytes()
-    except FileNotFoundError:
-        raise InputError("no_such_file", where=str(path), kind="URDF file") from None
-    except OSError as error:
-        reason = error.strerror or type(error).__name__
-        raise InputError("unreadable", where=str(path), kind="URDF file", reason=reason) from error
+    content = bytes_of(path, "URDF file")
     try:
         # A local file of the user; expat bounds the expansion of entities
         root = ElementTree.fromstring(content)  # noqa: S314

@@ -53,7 +53,9 @@ def _twincat_cnc(axis: AxisToFill) -> Filling:
     parameters, points = axis.parameters, axis.settings.points
     points = _CNC_POINTS if points is None else points
     if points > _CNC_POINTS:
-        raise InputError("points_range", name="points", value=points, limit=_CNC_POINTS)
+        raise InputError(
+            "out_of_range", name="points", value=points, least=2, most=_CNC_POINTS, unit=""
+        )
     top = axis.needed("top_speed", "the speed of the last point")
     table = law_table(parameters, points=points, top_speed=top, least_speed=_LEAST_SPEED * top)
     ratio = parameters.transmission.ratio()

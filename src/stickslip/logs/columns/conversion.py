@@ -82,19 +82,35 @@ def axis_log(
             )
         raise error.at(place) from None
     _check_motion(log, bound, table.label)
+    unconverted = _unconverted(unit)
     source = source or _source_in_memory(table, time, {**channels, "effort": effort})
     assumptions = (
         *table.notes,
         *assigned.notes,
         *notes,
+        *([unconverted] if unconverted else []),
         *converted,
         *note_of_part,
         *([note] if note else []),
         *_timing(log, table, bound),
     )
     return log.with_source(
-        replace(source, assumptions=assumptions, assumed_units=assumed, side=side)
+        replace(
+            source,
+            assumptions=assumptions,
+            assumed_units=assumed,
+            side=side,
+            unconverted=unconverted,
+        )
     )
+
+
+def _unconverted(unit: EffortUnit) -> str:
+    """Return a sentence on an effort that is left in the unit of the drive."""
+    if not unit:
+        return ""
+    reason = "no torque constant is given" if unit == "A" else "its rated value is not known"
+    return f"effort: {reason}, so all results are in units of {unit}"
 
 
 def _part(time: Column, schema: AxisSchema, label: str) -> tuple[slice, list[str]]:
@@ -132,9 +148,6 @@ def _acting(
         per = "N/A" if kind == "linear" else "N m/A"
         notes.append(f"effort: the current times the torque constant of {constant:g} {per}")
         side = side or ("motor" if ratio is not None else None)
-    elif unit:
-        reason = "no torque constant is given" if unit == "A" else "its rated value is not known"
-        notes.append(f"effort: {reason}, so all results are in units of {unit}")
     if ratio is not None and side is None:
         raise InputError("gear_without_side", where=label)
     if side == "motor":
@@ -290,10 +303,8 @@ def _scaled(channel: str, bound: Bound, values: Column, factor: float, kind: Axi
     if not vanished and (largest == 0.0 or _SMALLEST <= largest <= _LARGEST):
         return result
     unit = unit_of(quantity_of(channel), kind)
-    too_large = "values_too_large" if np.isfinite(largest) else "values_overflow"
-    code = "values_too_small" if largest < 1 else too_large
     raise InputError(
-        code,
+        "values_implausible",
         name=channel,
         text=bound.expression.text,
         size=largest,

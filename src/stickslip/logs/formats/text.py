@@ -399,13 +399,9 @@ def _careful(
             cell = cells[position]
             value = layout.dialect.number(cell) if not dates else _MOMENT.fullmatch(cell)
             if value is None:
-                code = "cell_not_a_date" if dates else "cell_not_a_number"
-                raise InputError(
-                    code if cell else "cell_empty",
-                    where=where,
-                    name=name,
-                    cell=cell,
-                )
+                wanted = "date" if dates else "number"
+                code = "cell_of_text" if cell else "cell_empty"
+                raise InputError(code, where=where, name=name, cell=cell, wanted=wanted)
             columns[name].append(value)
     if dates:
         return {name: _seconds(cells, name, text.path.name) for name, cells in columns.items()}

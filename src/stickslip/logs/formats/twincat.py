@@ -149,11 +149,9 @@ def _read(
     for offset, rows in _blocks(lines, delimiter):
         if max(map(len, rows)) > width:
             long = next(k for k, row in enumerate(rows) if len(row) > width)
+            where = f"{label}, row {start + offset + long + 1}"
             raise InputError(
-                "scope_row_too_long",
-                where=f"{label}, row {start + offset + long + 1}",
-                columns=len(rows[long]),
-                expected=width,
+                "row_of_other_width", where=where, columns=len(rows[long]), width=width
             )
         for column in range(width):
             cells = [row[column].strip() if len(row) > column else "" for row in rows]
@@ -167,7 +165,7 @@ def _read(
                     where=f"{label}, row {start + offset + fault + 1}",
                     column=column + 1,
                 )
-            parts[column].append(_floats(cells[:filled], start + offset + 1, label))
+            parts[column].append(_floats(cells[:filled], column, start + offset + 1, label))
             ended[column] = filled < len(cells)
     columns = [np.concatenate(each) if each else np.empty(0) for each in parts]
     if not columns[0].size:
@@ -175,7 +173,7 @@ def _read(
     return columns
 
 
-def _floats(cells: list[str], first: int, label: str) -> np.ndarray:
+def _floats(cells: list[str], column: int, first: int, label: str) -> np.ndarray:
     numbers = [cell.replace(",", ".") for cell in cells]
     try:
         if numbers and len(numbers[0]) > _EXACT_DIGITS and numbers[0].isdigit():
@@ -188,8 +186,9 @@ def _floats(cells: list[str], first: int, label: str) -> np.ndarray:
             try:
                 float(cell)
             except ValueError:
+                where = f"{label}, row {first + number}"
                 raise InputError(
-                    "scope_text_for_number", where=f"{label}, row {first + number}", text=cell
+                    "cell_of_text", where=where, name=column + 1, cell=cell, wanted="number"
                 ) from None
         raise
 
