@@ -18,7 +18,7 @@ from stickslip.records import InputError
 
 Record = TypeVar("Record")
 
-_LARGEST_DOCUMENT = 100_000_000
+_LARGEST_DOCUMENT = 1e8
 """Bytes of a saved result with all its arrays are fewer."""
 
 _DOTTED = re.compile(rb"(?<![\w'\"-])(?:[\w'\"-]++[ \t]*+\.[ \t]*+){200}")

@@ -11,7 +11,7 @@ from refusals import refuses
 from scipy import signal
 
 from stickslip.estimation import ExtendedKalmanFilter, cramer_rao_bound
-from stickslip.estimation.online.kalman import kernels as at
+from stickslip.estimation.online.kalman import state as at
 from stickslip.estimation.online.kalman.motion import predicted
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass

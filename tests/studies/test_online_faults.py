@@ -10,7 +10,7 @@ from refusals import refuses
 from stickslip.estimation import EnergyEstimator, ExtendedKalmanFilter
 from stickslip.estimation.online.faults import admission
 from stickslip.estimation.online.intervals import batches
-from stickslip.estimation.online.kalman import kernels
+from stickslip.estimation.online.kalman.state import fields
 from stickslip.friction import CoulombViscousFriction
 from stickslip.numerics.named_fields import fields_at
 from stickslip.plants import SingleMass
@@ -89,7 +89,7 @@ def test_a_state_that_is_not_finite_is_reset_and_reported(estimator: str) -> Non
     assert one.health(state).resets == 0
     state[one.values_at] = np.nan
     if estimator == "ekf":
-        kernels.fields(state).careful.z[3] = np.nan
+        fields(state).careful.z[3] = np.nan
     for sample in samples[3000:].tolist():
         one.kernel(state, *sample)
         one.kernel(untouched, *sample)

@@ -91,17 +91,7 @@ class EnergyStretch:
 
 
 def friction_curve(rows: ForceRows, law: VelocityLaw, estimate: FrictionEstimate) -> FrictionCurve:
-    """Return friction against velocity, and the law with its 95 % band.
-
-    Parameters
-    ----------
-    rows
-        The measured friction.
-    law
-        All of whose parameters are identified.
-    estimate
-        The parameters.
-    """
+    """Return friction against velocity, and the law with its 95 % band; the law is identified."""
     identified = [name for name, p in estimate.parameters.items() if p.identified]
     keep = [identified.index(name) for name in law.names]
     covariance = estimate.covariance[np.ix_(keep, keep)]
@@ -132,13 +122,7 @@ def friction_curve(rows: ForceRows, law: VelocityLaw, estimate: FrictionEstimate
 
 
 def energy_balance(stretches: Sequence[EnergyStretch]) -> EnergyBalance:
-    """Return the energies over time; each stretch goes on where the one before ended.
-
-    Parameters
-    ----------
-    stretches
-        At least one.
-    """
+    """Return the energies over time; each stretch goes on where the one before ended."""
     columns: list[Float[np.ndarray, "5 n"]] = []
     reached = 0.0
     for part in stretches:
@@ -162,10 +146,7 @@ def energy_balance(stretches: Sequence[EnergyStretch]) -> EnergyBalance:
 def effort_residuals(rows: ForceRows) -> Residuals:
     """Return the effort that is not explained, and how it is correlated in time.
 
-    Parameters
-    ----------
-    rows
-        At least eight, evenly spaced but for rests and gaps.
+    The rows, at least eight, are evenly spaced but for rests and gaps.
     """
     residual = rows.residual
     lags = min(_LARGEST_LAG, residual.size // 4)

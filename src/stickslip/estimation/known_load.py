@@ -53,19 +53,10 @@ class KnownLoad:
         return self.mass * _GRAVITY * self.radius
 
     def converted(self, log: AxisLog, estimate: FrictionEstimate) -> AxisLog:
-        """Return a log with its effort in N m.
+        """Return a log in ampere with its effort in N m.
 
-        Parameters
-        ----------
-        log
-            With an effort in ampere.
-        estimate
-            Of that log, with the term ``"gravity"``.
-
-        Raises
-        ------
-        InputError
-            If the log does not determine the amplitude of gravity to 10 %.
+        The estimate is of that log, with the term ``"gravity"``. Refused is a log that does not
+        determine the amplitude of gravity to 10 %.
         """
         parameters = [estimate.parameters.get(name) for name in (_SINE, _COSINE)]
         if not all(parameter and parameter.identified for parameter in parameters):
@@ -95,12 +86,7 @@ class KnownLoad:
         """Return an estimate in N m with the uncertainty of the torque constant in it.
 
         A parameter is p m g r / G with p and the amplitude G in ampere: its error is that of p less
-        that of G, relative to their values.
-
-        Parameters
-        ----------
-        estimate
-            Of the log that `converted` returns.
+        that of G, relative to their values. The estimate is of the log that `converted` returns.
         """
         amplitude, gradient = _amplitude(estimate)
         known = [name for name, each in estimate.parameters.items() if each.identified]

@@ -42,22 +42,9 @@ def estimate_of(
     covariance: Float[np.ndarray, "p p"] | None = None,
     notes: Sequence[str] = (),
 ) -> FrictionEstimate:
-    """Return an estimate whose values come from elsewhere than least squares on the rows.
+    """Return an estimate whose values [SI] come from elsewhere than least squares on the rows.
 
-    The rows give its verdicts, residual and status.
-
-    Parameters
-    ----------
-    regression
-        Rows that are linear in the parameters.
-    values
-        Of its parameters, in their order [SI].
-    estimator, provenance
-        Name of the method, and where its rows come from.
-    deviations, covariance
-        Standard deviations and covariance of the values [SI], if the method has them.
-    notes
-        What a user should know beyond the notes of the rows.
+    The rows, linear in the parameters, give its verdicts, residual and status.
     """
     regressors, target = regression.regressors, regression.target
     found = determined(regressors, regression.regressor_noise)

@@ -156,13 +156,6 @@ def repaired(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> RepairedLog:
     For the estimators that take every sample. A log without defects and with even time stamps keeps
     its samples, and so does one that is repaired already. Efforts that look clipped are kept, as
     the drive may have given what was logged; a note names them.
-
-    Parameters
-    ----------
-    log
-        Of a rigid axis or of a flexible arm.
-    tuning
-        What counts as a defect.
     """
     if isinstance(log, RepairedLog):
         return log
@@ -178,17 +171,10 @@ def repaired(log: AxisLog, tuning: PreparationTuning = _DEFAULT) -> RepairedLog:
 def prepare(
     log: AxisLog, tuning: PreparationTuning = _DEFAULT, *, effort_kind: EffortKind = "held"
 ) -> PreparedLog:
-    """Return a log with its defects found, repaired where possible, and counted.
+    """Return the log of a rigid axis with its defects found, repaired where possible, and counted.
 
-    Parameters
-    ----------
-    log
-        Of a rigid axis.
-    tuning
-        What counts as a defect.
-    effort_kind
-        What the logged effort is: ``"held"`` from its time stamp to the next, ``"sampled"`` at its
-        time stamp, or the ``"mean"`` since the time stamp before.
+    The logged effort is ``"held"`` from its time stamp to the next, ``"sampled"`` at its time
+    stamp, or the ``"mean"`` since the time stamp before.
     """
     clipped, notes = _clipped(log, tuning, "excluded")
     mended = _mended(log, tuning)

@@ -50,32 +50,15 @@ _DEFAULT = CheckTuning()
 def expected_precision(
     log: AxisLog, *, limit: float = 0.05, tuning: CheckTuning = _DEFAULT
 ) -> tuple[ExpectedPrecision, ...]:
-    """Return the precision to expect of mass, viscous, Coulomb and static friction.
+    """Return the precision to expect of mass, viscous, Coulomb and static friction, in this order.
 
     The bound of a mass and Coulomb and viscous friction is that of the regression of the effort on
     acceleration, velocity and direction over the recorded motion, with a Gaussian residual of the
     spectral density that a first fit leaves: ``(X' X)^-1 s^2 tau``, where ``tau`` is the
     correlation time of the residual in rows. Its half width is multiplied by the ratio of the
     intervals of the default estimator to it. Static friction is bounded by the efforts at which the
-    axis starts from rest, with the uncertainty of the time of each start.
-
-    Parameters
-    ----------
-    log
-        Of a rigid axis.
-    limit
-        Largest half width over the value that is sufficient [-].
-    tuning
-        Of the prediction.
-
-    Returns
-    -------
-    Values and half widths [SI], in the order of the first line.
-
-    Raises
-    ------
-    InputError
-        If the log has no motion, or is too short for any window.
+    axis starts from rest, with the uncertainty of the time of each start. A half width of at most
+    ``limit`` of the value is sufficient.
     """
     estimator = SelectedModelEstimator(select=False)
     found = estimator.details(log)

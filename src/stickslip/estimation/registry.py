@@ -133,18 +133,7 @@ _DEFAULT = EstimationTask()
 
 
 def entry_of(name: str) -> EstimatorEntry:
-    """Return the entry of an estimator.
-
-    Parameters
-    ----------
-    name
-        Name in the registry.
-
-    Raises
-    ------
-    InputError
-        If there is no such estimator.
-    """
+    """Return the entry of an estimator; an unknown name is an InputError."""
     entry = ESTIMATORS.get(name)
     if entry is None:
         raise InputError("unknown_estimator", estimator=name, estimators=tuple(ESTIMATORS))

@@ -22,20 +22,7 @@ __all__ = [
 def first_guesses(
     values: Mapping[str, float] | None, known: Collection[str]
 ) -> Mapping[str, float]:
-    """Return first guesses that cannot be changed any more.
-
-    Parameters
-    ----------
-    values
-        By parameter name [SI]; None for none.
-    known
-        Names of what is estimated.
-
-    Raises
-    ------
-    InputError
-        If one is for what is not estimated, or not finite.
-    """
+    """Return first guesses by parameter name [SI] that cannot be changed any more, checked."""
     guesses = dict(values or {})
     for name, value in guesses.items():
         if name not in known:
@@ -48,22 +35,7 @@ def first_guesses(
 def check_given(
     settings: object, check: Callable[[str, float, str], float], units: Mapping[str, str]
 ) -> None:
-    """Check each of some settings that is not None.
-
-    Parameters
-    ----------
-    settings
-        What has them as attributes.
-    check
-        Such as `stickslip.records.positive`: takes name, value and unit.
-    units
-        Of each setting that is checked, by its name.
-
-    Raises
-    ------
-    InputError
-        As the check does.
-    """
+    """Check each named setting that is not None, by a check that takes name, value and unit."""
     for name, unit in units.items():
         value = getattr(settings, name)
         if value is not None:
@@ -71,24 +43,15 @@ def check_given(
 
 
 def check_arm(load_inertia: float | None, stiffness: float | None) -> None:
-    """Refuse half a flexible arm.
-
-    Raises
-    ------
-    InputError
-        If only one of load inertia and stiffness is given.
-    """
+    """Refuse half a flexible arm: only one of load inertia and stiffness."""
     if (load_inertia is None) != (stiffness is None):
         raise InputError("half_an_arm")
 
 
 def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Variance:
-    """Return P(0): a positive number, or a positive definite matrix as rows of numbers.
+    """Return P(0) of ``count`` parameters, checked.
 
-    Raises
-    ------
-    InputError
-        If it is neither, or the matrix is not of ``count`` parameters.
+    It is a positive number, or a positive definite matrix as rows of numbers.
     """
     if isinstance(value, int | float | np.number):
         return positive("initial_variance", float(value), "(unit of the parameter)^2")
@@ -107,13 +70,7 @@ def checked_variance(value: float | Iterable[Iterable[float]], count: int) -> Va
 
 
 def check_forgetting_factor(value: float) -> None:
-    """Refuse a forgetting factor that is none.
-
-    Raises
-    ------
-    InputError
-        If it is not in (0, 1].
-    """
+    """Validate a forgetting factor, which is in (0, 1]."""
     if not 0 < value <= 1:
         raise InputError(
             "not_in_interval", name="forgetting_factor", value=value, interval="(0, 1]", usual=1.0
@@ -121,13 +78,7 @@ def check_forgetting_factor(value: float) -> None:
 
 
 def options_of(estimator: Any) -> dict[str, Any]:
-    """Return name and settings of an estimator as plain values, for a result's provenance.
-
-    Parameters
-    ----------
-    estimator
-        A dataclass with a name.
-    """
+    """Return name and settings of an estimator as plain values, for a result's provenance."""
     values = {field.name: getattr(estimator, field.name) for field in fields(estimator)}
     plain = {
         name: dict(value) if isinstance(value, Mapping) else value for name, value in values.items()

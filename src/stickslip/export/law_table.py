@@ -48,28 +48,12 @@ class LawTable:
 def law_table(
     parameters: ExportParameters, *, points: int, top_speed: float, least_speed: float = 0.0
 ) -> LawTable:
-    """Return a table of the friction law of an axis.
+    """Return a table of the friction law of an axis, between two speeds [rad/s or m/s].
 
     Friction that falls with speed is left out: at each speed the table has the smallest friction of
     this and all higher speeds. So it never holds the static friction at zero speed, which would
     push a resting axis and make it hunt. Knots are placed by dynamic programming on a grid, and the
     efforts at them by a linear programme.
-
-    Parameters
-    ----------
-    parameters
-        Of the axis, with Coulomb or viscous friction.
-    points
-        Number of points, from 2 [-].
-    top_speed
-        Speed of the last point [rad/s or m/s].
-    least_speed
-        Speed of the first point [rad/s or m/s].
-
-    Raises
-    ------
-    InputError
-        If the number of points or a speed is out of its range.
     """
     return _table(parameters, points, (least_speed, top_speed), falling=False)
 
@@ -77,19 +61,7 @@ def law_table(
 def falling_table(parameters: ExportParameters, *, points: int, top_speed: float) -> LawTable:
     """Return a table of the whole law for a simulation, with the Stribeck effect from zero speed.
 
-    Parameters
-    ----------
-    parameters
-        Of the axis, with Coulomb or viscous friction.
-    points
-        Number of points, from 2 [-].
-    top_speed
-        Speed of the last point [rad/s or m/s].
-
-    Raises
-    ------
-    InputError
-        If the number of points or the speed is out of its range.
+    It goes up to the top speed [rad/s or m/s].
     """
     return _table(parameters, points, (0.0, top_speed), falling=True)
 

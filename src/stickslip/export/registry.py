@@ -65,13 +65,7 @@ def targets() -> dict[str, str]:
 
 
 def exporter(name: str) -> Exporter:
-    """Return an exporter by its name.
-
-    Raises
-    ------
-    InputError
-        If there is no such target.
-    """
+    """Return an exporter by its name; an unknown one is an InputError."""
     found = exporters().get(name)
     if found is None:
         raise InputError(

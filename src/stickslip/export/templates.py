@@ -12,8 +12,6 @@ from stickslip.export.parameters import ExportParameters
 def number(value: float) -> str:
     """Return a number with all digits that it needs to be read back as it is.
 
-    Examples
-    --------
     >>> number(0.1), number(20.0), number(1e-07)
     ('0.1', '20.0', '1e-07')
     """
@@ -23,8 +21,6 @@ def number(value: float) -> str:
 def quoted(text: str) -> str:
     """Return a text as a string literal in double quotes, as Python and Modelica have them.
 
-    Examples
-    --------
     >>> quoted("elbow"), quoted('a"b') == '"a' + chr(92) + '"b"'
     ('"elbow"', True)
     """

@@ -35,17 +35,10 @@ def law_columns(
     direction: Float[np.ndarray, " n"],
     values: Mapping[str, float],
 ) -> Float[np.ndarray, "n p"]:
-    """Return the effort per unit of each parameter, and its derivative for one of `SHAPES`.
+    """Return the effort per unit of each velocity term, and its derivative for one of `SHAPES`.
 
-    Parameters
-    ----------
-    names
-        Parameters, each a velocity term.
-    velocity, direction
-        [m/s or rad/s], and its sign [-] (which distinguishes the two ends of zero).
-    values
-        Of all parameters [SI]; the Stribeck effect and the friction of low speeds are taken at
-        them.
+    The direction is the sign of the velocity, and distinguishes the two ends of zero. The Stribeck
+    effect and the friction of low speeds are taken at the values of all parameters [SI].
     """
     width, slow = values.get("stribeck_velocity", 0.0), values.get("low_speed_velocity", 0.0)
     rise = _near_zero(velocity, width)
@@ -92,14 +85,6 @@ def law_effort(
     velocity: Float[np.ndarray, " n"],
     direction: Float[np.ndarray, " n"],
 ) -> Float[np.ndarray, " n"]:
-    """Return the effort of the law at each velocity [N or N m].
-
-    Parameters
-    ----------
-    values
-        Of all parameters [SI].
-    velocity, direction
-        [m/s or rad/s], and its sign [-].
-    """
+    """Return the effort of the law at each velocity [N or N m]; the direction is its sign."""
     names = [n for n in values if is_velocity_term(n) and n not in SHAPES]
     return law_columns(names, velocity, direction, values) @ np.array([values[n] for n in names])

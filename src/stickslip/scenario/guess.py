@@ -145,13 +145,9 @@ class FirstGuesses:
     def running(self, *, uncertainty: float, speed: float) -> dict[str, Any]:
         """Return the prior of an estimator of viscous and Coulomb friction that runs along.
 
-        Parameters
-        ----------
-        uncertainty
-            Standard deviation of a value whose source does not state one, over the value [-].
-        speed
-            Of a typical move [m/s or rad/s]: a viscous friction of zero is uncertain by what is
-            small beside Coulomb friction at this speed.
+        The uncertainty is the standard deviation over the value where its source states none. A
+        viscous friction of zero is uncertain by what is small beside Coulomb friction at the speed
+        of a typical move [m/s or rad/s].
         """
         values = self.known(*_RUNNING)
         coulomb = values.get("coulomb_friction", 0.0)

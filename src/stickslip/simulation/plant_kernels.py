@@ -230,12 +230,8 @@ def kernels_of(plant: Plant) -> PlantKernels:
 def kernel_model(plant: Plant, sampling_time: float, event_budget: int = EVENT_BUDGET) -> Vector:
     """Return the vector of numbers that the plant's kernel works with, read-only.
 
-    Raises
-    ------
-    InputError
-        If the sampling time is not positive, or of an arm too long for its fastest time constant;
-        if the event budget is not at least 1; or if the friction law is not one that can be
-        simulated.
+    Refused are a sampling time too long for the fastest time constant of an arm, and a friction law
+    that cannot be simulated.
     """
     T = positive("sampling_time", sampling_time, "s")
     whole("event_budget", event_budget, least=1)

@@ -124,18 +124,9 @@ def determined(
 ) -> Determined:
     """Find which directions of the parameter space the rows determine.
 
-    A direction is not determined if the columns, combined along it, are below some share of the
-    strongest combination, or below five times what the noise in the columns would make of it:
-    there, least squares is biased to zero.
-
-    Parameters
-    ----------
-    regressors
-        One column a parameter [SI].
-    regressor_noise
-        Root mean square of the noise in each column [SI].
-    smallest_ratio
-        Share of the strongest combination that a combination must have [-].
+    A direction is not determined if the columns, combined along it, are below the smallest ratio to
+    the strongest combination, or below five times what the root mean square noise in the columns
+    would make of it: there, least squares is biased to zero.
     """
     n, p = regressors.shape
     all_norms = np.linalg.norm(regressors, axis=0)
@@ -164,14 +155,7 @@ def determined(
 def unidentifiable_reason(name: str, group: Sequence[str], motion: MotionSummary) -> str:
     """Return one sentence on why a parameter cannot be found from this motion.
 
-    Parameters
-    ----------
-    name
-        The parameter.
-    group
-        The parameters that cannot be separated, itself included.
-    motion
-        What the log excites.
+    The group are the parameters that cannot be separated, itself included.
     """
     if hardly_moves(motion):
         return "the axis hardly moves in this log"
@@ -239,16 +223,8 @@ def status_of(
 ) -> Status:
     """Return whether an estimate can be trusted, and if not, the first reason why not.
 
-    Parameters
-    ----------
-    parameters
-        What was found.
-    relative_residual
-        Norm of the residual over the scale of the rows [-].
-    cross_validation
-        The same on rows left out of the fit [-], or None.
-    regression
-        The rows, with what the log excites and whether they are known to be biased.
+    The relative residual is its norm over the scale of the rows [-], that of the cross-validation
+    the same on rows left out of the fit.
     """
     if hardly_moves(regression.motion):
         return Status.INSUFFICIENT_EXCITATION

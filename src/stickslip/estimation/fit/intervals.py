@@ -45,19 +45,9 @@ def information_time(
 ) -> tuple[Float[np.ndarray, " n"], float]:
     """Return how much of the information has come in by each row, and how many rows that is worth.
 
-    A log that rests for half of its time has its information in the other half; in this time, every
-    stretch counts by its information.
-
-    Parameters
-    ----------
-    leverage
-        Squared norm of each row of the regressors in orthonormal coordinates [-].
-
-    Returns
-    -------
-    time, rows
-        From 0 to 1 at the middle of each row [-]; and the number of rows of equal leverage that
-        carry as much.
+    A log that rests for half of its time has its information in the other half; in this time, from
+    0 to 1 at the middle of each row, every stretch counts by its information. The leverage of a row
+    is its squared norm in orthonormal coordinates [-].
     """
     total = float(np.sum(leverage))
     if total <= 0:
@@ -130,21 +120,9 @@ def robust_uncertainty(
     scaled to be unbiased then, and the interval has (tr G)^2 / tr G^2 degrees of freedom (Bell and
     McCaffrey 2002).
 
-    Parameters
-    ----------
-    orthonormal
-        Regressors in orthonormal coordinates (left singular vectors).
-    to_values
-        From those coordinates to the parameters [SI].
-    residual
-        Of the fit, in the unit of the target.
-    most
-        Cosines at the most.
-    slow
-        Whether to take the slowest cosines alone where they are the strongest.
-    log
-        Number of the log that each row is from [-], each with cosines of its own, as their
-        residuals are independent; None for one log.
+    The regressors are left singular vectors, ``to_values`` leads from their coordinates to the
+    parameters [SI]. At ``most`` so many cosines are taken, with ``slow`` the slowest alone where
+    they are the strongest. ``log`` numbers the log of each row: each has cosines of its own.
     """
     n, d = orthonormal.shape
     p = to_values.shape[0]
@@ -200,15 +178,8 @@ def pooled(uncertainty: Uncertainty, white: Float[np.ndarray, " p"]) -> Uncertai
 
     A few cosines give the variance with few degrees of freedom nu, and an interval is most often
     wrong where that is small by chance. No process that correlates a residual makes it smaller than
-    white noise does. A variance below that of white noise is pooled with it, by degrees of freedom:
-    ``(nu V + 2 nu V_white) / (3 nu)``.
-
-    Parameters
-    ----------
-    uncertainty
-        From the slowest variations.
-    white
-        Variance of each parameter under white noise [SI], shape (p,).
+    white noise does. A variance below that of ``white`` noise [SI] is pooled with it, by degrees of
+    freedom: ``(nu V + 2 nu V_white) / (3 nu)``.
     """
     own = np.diag(uncertainty.covariance)
     small = (own < white) & (own > 0)
@@ -225,12 +196,7 @@ def pooled(uncertainty: Uncertainty, white: Float[np.ndarray, " p"]) -> Uncertai
 def t_quantile(degrees_of_freedom: float, intervals: int = 1) -> float:
     """Return the factor from a standard deviation to half a 95 % interval [-].
 
-    Parameters
-    ----------
-    degrees_of_freedom
-        Of Student's distribution [-].
-    intervals
-        Number of intervals that hold together with 95 % (Bonferroni) [-].
+    So many ``intervals`` hold together with 95 % (Bonferroni).
     """
     return float(stdtrit(degrees_of_freedom, 1.0 - 0.5 * (1.0 - CONFIDENCE) / intervals))
 
@@ -245,20 +211,8 @@ def white_variances(
     """Return the variances of a fit to overlapping means of a signal with white noise [SI].
 
     A parameter is ``sum_i l_i y_i``; its variance is ``s^2 sum_ij l_i l_j rho(t_i - t_j)``, where
-    s^2 is the mean square of the residual and rho the correlation of two means.
-
-    Parameters
-    ----------
-    weights
-        Of each row in each parameter, l [SI].
-    residual
-        Of the fit, with its degrees of freedom restored [SI].
-    time
-        Of the rows, without decrease within a log [s].
-    overlap
-        Correlation of two rows.
-    log
-        Number of the log of each row [-]; None for one log.
+    s^2 is the mean square of the residual, its degrees of freedom restored, and rho the correlation
+    of two means. Times [s] do not decrease within a log.
     """
     total = np.sum(weights**2, axis=0)
     for lag in range(1, time.size):

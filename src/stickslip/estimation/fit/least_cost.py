@@ -14,18 +14,7 @@ def least_decades(
     """Return the decades at which a cost is least: on a grid, then between its points.
 
     Likelihoods have more than one hump over many decades, so that a search from one place is not
-    enough.
-
-    Parameters
-    ----------
-    cost
-        Of a decimal logarithm.
-    decades
-        The least and the most.
-    grid
-        How many places are looked at first.
-    tolerance
-        Of the result [decades].
+    enough. The cost is of a decimal logarithm.
     """
     low, high = decades
     places = np.linspace(low, high, grid)

@@ -64,16 +64,7 @@ def summarise_motion(
 ) -> MotionSummary:
     """Return what the motion of all stretches excites.
 
-    Parameters
-    ----------
-    positions
-        As measured, one array a stretch [m or rad].
-    velocities
-        Smoothed, one array a stretch [m/s or rad/s].
-    sampling_time
-        [s].
-    noise
-        Standard deviations of the position and of the smoothed velocity [m or rad, m/s or rad/s].
+    Positions are as measured, velocities smoothed; the noise is the standard deviation of both.
     """
     x, v = np.concatenate(positions), np.concatenate(velocities)
     largest = float(np.max(np.abs(v)))
@@ -185,14 +176,9 @@ class Regression:
         return max(float(np.linalg.norm(self.target)), self.effect)
 
     def relative_residual(self, parameters: Mapping[str, float]) -> float:
-        """Return the norm of the residual over `scale` [-] with given parameters.
+        """Return the norm of the residual over `scale` [-] with given parameters [SI].
 
         With the regression of another log than the parameters were fitted to, this is a cross-test.
-
-        Parameters
-        ----------
-        parameters
-            Value of each of `names` [SI].
         """
         values = np.array([parameters[name] for name in self.names])
         residual = self.target - self.regressors @ values

@@ -46,13 +46,7 @@ _LEAST_ROWS_PER_PARAMETER = 3
 
 
 def check_excited(log: AxisLog) -> None:
-    """Refuse a log in which nothing moves or nothing pushes.
-
-    Raises
-    ------
-    InputError
-        If every effort is zero, or the position never changes.
-    """
+    """Refuse a log in which every effort is zero, or the position never changes."""
     if not np.any(log.effort):
         raise InputError("no_effort", where=log.name, unit=log.unit("effort"), samples=len(log))
     if np.ptp(log.measured_position) == 0:
@@ -66,22 +60,10 @@ def check_excited(log: AxisLog) -> None:
 
 
 def long_stretches(log: AxisLog, least: int, *, decimation: int | None = None) -> list[AxisLog]:
-    """Return the stretches without gaps that a filter can use.
+    """Return the stretches without gaps of at least so many samples that a filter can use.
 
-    Parameters
-    ----------
-    log
-        With uniform samples between its gaps.
-    least
-        Samples that a stretch must hold.
-    decimation
-        Factor of a decimation that needs so many samples; None without one.
-
-    Raises
-    ------
-    InputError
-        If no stretch is long enough, or in none of those that are the position or the effort
-        changes.
+    Refused is a log without one, or without a change of position or effort in them. A decimation by
+    a factor needs so many samples; None is none.
     """
     parts = [part for part in log.segments() if len(part) >= least]
     if not parts:
@@ -122,15 +104,6 @@ def solve(regression: Regression, *, estimator: str, provenance: Provenance) -> 
     What the rows do not determine gets no value: directions of the parameter space below 1 % of the
     strongest (or another share that the rows name) are left out of the fit (truncated singular
     values) and the parameters that take part in them are reported as not identifiable.
-
-    Parameters
-    ----------
-    regression
-        The rows.
-    estimator
-        Name of the estimator that made them.
-    provenance
-        Where they come from.
     """
     regressors = regression.regressors
     n, p = regressors.shape
@@ -225,18 +198,7 @@ def withheld(
 
     An interval is informative if its half-width is less than the value, or if its effect is small
     beside the fitted signal; a mass, static friction or a Stribeck velocity must be larger than
-    its half-width.
-
-    Parameters
-    ----------
-    regression
-        The rows.
-    k
-        Column of the parameter.
-    value, half_width
-        Of the parameter and of its 95 % interval [SI].
-    partly
-        Whether the log leaves combinations of parameters undetermined.
+    its half-width. ``partly``: the log leaves combinations of parameters undetermined.
     """
     name = regression.names[k]
     base = quantity_name(name)

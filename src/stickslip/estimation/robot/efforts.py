@@ -27,28 +27,11 @@ _LOWEST = 8.0  # Hz, above the frequencies of the motion of links
 def joint_of_each(
     axes: Sequence[str], joints: Iterable[str], stated: Mapping[str, str]
 ) -> dict[str, str]:
-    """Return the joint of the model for each axis of a log.
+    """Return the joint of the model for each axis of a log; axes without one are left out.
 
     An axis is the joint of the same name, or the only joint whose name holds its own. Numbered axes
-    are the joints in their order, if there are as many.
-
-    Parameters
-    ----------
-    axes
-        Names in the log.
-    joints
-        Names in the model, in its order.
-    stated
-        Joint by axis, where it is known.
-
-    Returns
-    -------
-    Joint by axis; axes without one are left out.
-
-    Raises
-    ------
-    InputError
-        If a stated axis or joint does not exist, or a joint is stated twice.
+    are the joints in their order, if there are as many. Refused are stated axes and joints that do
+    not exist, and a joint that is stated twice.
     """
     joints = list(joints)
     for axis, joint in stated.items():
@@ -149,29 +132,13 @@ def _derivatives(
 def with_model_effort(
     logs: Mapping[str, AxisLog], robot: RobotModel, joint_of: Mapping[str, str]
 ) -> dict[str, AxisLog]:
-    """Return logs of joints with the effort that a model of the links states for each.
+    """Return logs of joints, on their side of the gear, with the efforts that a model states.
 
     Of the rigid-body effort ``M(q) a + C(q, v) v + g(q)``, a constant inertia times the
     acceleration is left to the axis: the mean of its own element of M. Its estimated inertia is
-    then this mean with that of the rotor, and errors of the mean do not matter.
-
-    Parameters
-    ----------
-    logs
-        By the name of the axis, on the joint side of the gear.
-    robot
-        Model of the links.
-    joint_of
-        Joint of each axis. Joints without an axis are taken at rest at zero.
-
-    Returns
-    -------
-    The logs by the name of the axis, with ``model_effort``.
-
-    Raises
-    ------
-    InputError
-        If an effort is not a force or torque, or an axis is linear and its joint turns.
+    then this mean with that of the rotor, and errors of the mean do not matter. Joints without an
+    axis are taken at rest at zero. Refused are efforts that are no force or torque, and a linear
+    axis whose joint turns.
     """
     names = list(robot.joints)
     for axis, log in logs.items():

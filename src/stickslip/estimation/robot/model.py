@@ -54,11 +54,6 @@ class RobotModel:
 
         Featherstone (2008), "Rigid Body Dynamics Algorithms", section 5.3 (recursive
         Newton-Euler), as MuJoCo computes it.
-
-        Parameters
-        ----------
-        position, velocity, acceleration
-            Of the joints in their order [m or rad and their derivatives], shape (n, joints).
         """
         mujoco = _mujoco()
         data = mujoco.MjData(self.bodies)
@@ -73,16 +68,9 @@ class RobotModel:
         return effort
 
     def mean_inertia(self, position: Float[np.ndarray, "n joints"]) -> Float[np.ndarray, " joints"]:
-        """Return the inertia about each joint with the others at rest, its mean over a motion.
+        """Return the mean of the diagonal of M(q) over a motion [kg or kg m^2].
 
-        Parameters
-        ----------
-        position
-            Of the joints in their order [m or rad], shape (n, joints).
-
-        Returns
-        -------
-        The means of the diagonal of M(q) [kg or kg m^2], shape (joints,).
+        That is the inertia about each joint with the others at rest.
         """
         chosen = np.linspace(0, position.shape[0] - 1, min(_POSTURES, position.shape[0]))
         postures = position[np.unique(chosen.astype(int))]
@@ -101,21 +89,10 @@ class RobotModel:
 
 
 def read_urdf(path: str | Path) -> RobotModel:
-    """Return the robot of a URDF file.
+    """Return the robot of a URDF file; MissingExtraError without MuJoCo.
 
     Geometry, limits, friction and damping of the file are not used, and neither is a ``mimic``.
-
-    Parameters
-    ----------
-    path
-        Of the file.
-
-    Raises
-    ------
-    InputError
-        If it cannot be read, is no URDF, no joint moves, or a joint moves no mass.
-    MissingExtraError
-        If MuJoCo is not installed.
+    Refused is a file in which no joint moves, or a joint moves no mass.
     """
     mujoco = _mujoco()
     path = Path(path)

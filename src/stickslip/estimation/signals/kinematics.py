@@ -149,12 +149,7 @@ def noise_quantile(magnitudes: Float[np.ndarray, " n"]) -> float:
 def slow_speed(largest_speed: float, noise: float) -> float:
     """Return the speed below which the axis may be at rest [m/s or rad/s].
 
-    Parameters
-    ----------
-    largest_speed
-        In the log [m/s or rad/s].
-    noise
-        Standard deviation of the speed [m/s or rad/s].
+    From the largest speed in the log and the standard deviation of the speed [m/s or rad/s].
     """
     return max(REST_SPEED * largest_speed, REST_NOISE * noise)
 

@@ -102,17 +102,7 @@ def motion_noise(
     low_pass: LowPass,
     sampling_time: float,
 ) -> MotionNoise:
-    """Return the noise of a stretch's measurements and of what `observe` makes of them.
-
-    Parameters
-    ----------
-    position, velocity
-        As measured [m or rad, m/s or rad/s]; velocity may be None.
-    low_pass
-        What smooths.
-    sampling_time
-        [s].
-    """
+    """Return the noise of a stretch's measurements and of what `observe` makes of them."""
     if velocity is None:
         sw = position_noise(position)
         return MotionNoise(
@@ -152,13 +142,6 @@ def largest_noise(
     var(d(k) - d(k-1)) = 6 sigma_x^2 / T^2 + sigma_v^2 / 2 and
     var(d(k) + d(k-1)) = 2 sigma_x^2 / T^2 + 3 sigma_v^2 / 2, so that each bounds one of them. Two
     samples hold one d, and bound nothing.
-
-    Parameters
-    ----------
-    position, velocity
-        As measured [m or rad, m/s or rad/s].
-    sampling_time
-        [s].
     """
     T = sampling_time
     d = np.diff(position) / T - 0.5 * (velocity[1:] + velocity[:-1])
@@ -181,16 +164,8 @@ def fuse(
     """Return the position that fits measured positions and velocities best.
 
     Least squares of both errors, with the step of the position over a sample T (v_- + v) / 2: no
-    motion is assumed smooth, so nothing is smeared. Without noise on one of them, it is followed.
-
-    Parameters
-    ----------
-    position, velocity
-        As measured [m or rad, m/s or rad/s].
-    position_noise, velocity_noise
-        Their standard deviations [m or rad, m/s or rad/s].
-    sampling_time
-        [s].
+    motion is assumed smooth, so nothing is smeared. Without noise (standard deviation) on one of
+    them, it is followed.
     """
     if position_noise == 0:
         return position
@@ -212,18 +187,9 @@ def fuse(
 def observe(
     log: AxisLog, low_pass: LowPass, noise: MotionNoise, sampling_time: float
 ) -> ObservedMotion:
-    """Return the motion of the (first) mass in one stretch of a log.
+    """Return the motion of the (first) mass in one stretch of a log without gaps.
 
-    Parameters
-    ----------
-    log
-        Without gaps.
-    low_pass
-        What smooths; without measured velocity it also makes the position differentiable.
-    noise
-        Of its measurements.
-    sampling_time
-        [s].
+    Without measured velocity the low-pass also makes the position differentiable.
     """
     T = sampling_time
     if log.measured_velocity is None:

@@ -19,15 +19,8 @@ def resampled(log: AxisLog, *, held: bool = True) -> tuple[AxisLog, tuple[str, .
 
     Where the time stamps have jitter, positions are interpolated by a cubic spline, velocities
     linearly, and the effort is the mean of what was held during each new sample, so that the input
-    energy stays what it was.
-
-    Parameters
-    ----------
-    log
-        Any log.
-    held
-        Whether the effort is held over each sample. Otherwise it is the value at the time stamp,
-        and interpolated linearly.
+    energy stays what it was. An effort that is not ``held`` is the value at the time stamp, and
+    interpolated linearly.
     """
     if log.timing_jitter < SMALLEST_JITTER:
         return log, ()

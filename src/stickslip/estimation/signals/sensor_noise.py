@@ -29,12 +29,7 @@ def encoder_step(position: Float[np.ndarray, " n"]) -> float:
 
     It is seen where the axis takes many samples from count to count: most steps then stand alone
     between equal samples. A coarse look at a fast motion shows large steps too, but one after the
-    other.
-
-    Parameters
-    ----------
-    position
-        As measured, without gaps [m or rad].
+    other. The position has no gaps.
     """
     steps = np.abs(np.diff(position))
     taken = np.flatnonzero(steps)
@@ -45,13 +40,7 @@ def encoder_step(position: Float[np.ndarray, " n"]) -> float:
 
 
 def position_noise(position: Float[np.ndarray, " n"]) -> float:
-    """Return the standard deviation of the noise of a position [m or rad], rounding included.
-
-    Parameters
-    ----------
-    position
-        As measured, without gaps [m or rad].
-    """
+    """Return the standard deviation of the noise of a position [m or rad], rounding included."""
     return max(noise_level(position), encoder_step(position) / float(np.sqrt(12.0)))
 
 
@@ -59,11 +48,6 @@ def longest_in_motion(parts: Iterable[AxisLog]) -> AxisLog:
     """Return the longest stretch whose position changes, or the longest if there is none.
 
     An encoder at rest shows neither its step nor any noise.
-
-    Parameters
-    ----------
-    parts
-        Stretches of a log without gaps.
     """
     return max(parts, key=lambda part: (float(np.ptp(part.measured_position)) > 0.0, len(part)))
 
@@ -71,25 +55,12 @@ def longest_in_motion(parts: Iterable[AxisLog]) -> AxisLog:
 def chosen_cutoff(
     log: AxisLog, low_pass: LowPass, shortest: int, *, load: bool
 ) -> tuple[float, tuple[str, ...]]:
-    """Return the cutoff frequency [Hz] at which velocities differentiated from positions are quiet.
+    """Return the cutoff [Hz] at which velocities from positions are quiet, and a note on it.
 
     That of the low-pass given, unless noise makes more than 1 % of such a velocity: then the cutoff
-    is lowered until it does not, or until the filter takes more motion away than noise.
-
-    Parameters
-    ----------
-    log
-        One stretch or several; where it holds velocities they need no such filter.
-    low_pass
-        Where to start from.
-    shortest
-        Periods of the cutoff that the longest stretch must hold.
-    load
-        Whether the velocity of the load is needed too.
-
-    Returns
-    -------
-    The cutoff, and a note if it was lowered.
+    is lowered until it does not, or until the filter takes more motion away than noise. The longest
+    stretch must hold the ``shortest`` number of its periods. ``load``: that of the load is needed
+    too.
     """
     longest = longest_in_motion(log.segments())
     positions: list[Float[np.ndarray, " n"]] = []

@@ -82,15 +82,6 @@ def velocity_match(
     v / g + (tau / g) dv/dt. Both sides are low-passed alike. Noise of v would bias 1/g to zero, so
     the equations are multiplied by v and dv/dt of some samples earlier and later (instrumental
     variables), which share the motion and not the noise.
-
-    Parameters
-    ----------
-    position, velocity
-        As measured [m or rad, m/s or rad/s].
-    low_pass
-        What smooths.
-    sampling_time
-        [s].
     """
     T = sampling_time
     # Run both ways, the low-pass leaves about one independent sample in a period of its cutoff
@@ -132,21 +123,7 @@ def without_wrong_velocity(
     """Return the log without velocities that are late, early or too large, and notes on them.
 
     Drives often log the difference of the last two positions, half a sample late, or a filtered
-    velocity. The position is the better measure.
-
-    Parameters
-    ----------
-    log
-        One stretch or several.
-    low_pass
-        What smooths.
-    load
-        Whether the velocity of the load matters too.
-
-    Raises
-    ------
-    InputError
-        If a velocity is not that of its position at all: another unit or sign.
+    velocity. The position is the better measure. A velocity of another unit or sign is refused.
     """
     notes: tuple[str, ...] = ()
     longest = longest_in_motion(log.segments())

@@ -82,11 +82,6 @@ def derived_content(
 
     The estimators and the pulse controller need the inertia and a friction that is not negative;
     what the estimate says nothing of (encoder, effort limit, tolerance) is chosen and noted.
-
-    Raises
-    ------
-    InputError
-        If the sampling time is not positive.
     """
     T = _SAMPLING_TIME if sampling_time is None else positive("sampling_time", sampling_time, "s")
     notes = [] if sampling_time else [f"the sampling time is {T:g} s, the default"]

@@ -12,7 +12,7 @@ from jaxtyping import Float
 from stickslip.control import ExactPulseController
 from stickslip.control.pulses import exact, exact_kernels, kernel
 from stickslip.estimation import EnergyEstimator
-from stickslip.estimation.online.kalman import kernels as kalman
+from stickslip.estimation.online.kalman import state as kalman
 from stickslip.estimation.online.kalman.extended_kalman import ExtendedKalmanFilter
 from stickslip.export.base import axis_in_words
 from stickslip.export.c import memory, modules

@@ -91,13 +91,7 @@ class CodeLaw:
 
     @property
     def affine(self) -> CoulombViscousFriction:
-        """The law without what is not affine in the velocity.
-
-        Raises
-        ------
-        InputError
-            If a friction is negative.
-        """
+        """The law without what is not affine in the velocity; its friction must not be negative."""
         names = ("coulomb", "viscous", "static")
         values = {
             f"{name}_friction_{side}": pair[k]

@@ -13,7 +13,8 @@ from stickslip.estimation.energy.known_inertia.online import state as energy_sta
 from stickslip.estimation.online import recursion
 from stickslip.estimation.online.faults import admission, guard
 from stickslip.estimation.online.intervals import batches, contrasts
-from stickslip.estimation.online.kalman import kernels as kalman
+from stickslip.estimation.online.kalman import state as kalman
+from stickslip.estimation.online.kalman.kernels import ekf_step
 from stickslip.export.c.guard import GuardOverrides
 from stickslip.export.c.kernels import deviations, friction
 from stickslip.export.c.translator.types import (
@@ -235,7 +236,7 @@ def kalman_module(memory: int) -> Module:
         (("own", 0, structs.of(kalman.STATE)),),
     )
     unit = Unit(structs, layout, prefix="kalman")
-    entries = _online(unit, layout, kalman.ekf_step, deviations.kalman_deviation)
+    entries = _online(unit, layout, ekf_step, deviations.kalman_deviation)
     filters = ("z", "P", "response")
     return Module(
         name="kalman",

@@ -64,15 +64,7 @@ class CodeExporter:
 
 
 def folder(content: "CodeContent", notes: tuple[str, ...] = ()) -> dict[str, str]:
-    """Return the files of exported C code, by relative path.
-
-    Parameters
-    ----------
-    content
-        What the code holds.
-    notes
-        Sentences for the README.
-    """
+    """Return the files of exported C code by relative path, with notes for the README."""
     from stickslip import __version__
     from stickslip.export.c.folder import context, parts_of, sources, template
     from stickslip.export.c.vectors import vectors_of
@@ -175,8 +167,6 @@ def _law_table(content: "CodeContent") -> dict[str, Any]:
 def _structured_text(value: float) -> str:
     """Return a number as IEC 61131-3 writes it: with a decimal point.
 
-    Examples
-    --------
     >>> _structured_text(1e-07), _structured_text(20.0)
     ('1.0E-07', '20.0')
     """

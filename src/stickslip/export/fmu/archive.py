@@ -26,25 +26,8 @@ def archive(
 ) -> bytes:
     """Return a unit as the bytes of its file.
 
-    Parameters
-    ----------
-    model
-        The model.
-    version
-        Of the interface.
-    platforms
-        Which binaries it has.
-    banner
-        One sentence on the origin.
-    lines
-        Sentences for its documentation.
-
-    Raises
-    ------
-    MissingExtraError
-        If there are to be binaries and ziglang is not installed.
-    InputError
-        If this machine is no platform that a binary can be built for.
+    The banner is one sentence on the origin, ``lines`` are sentences for its documentation.
+    Binaries need ziglang (MissingExtraError), and a machine that one can be built for.
     """
     names = [each.causality for each in model.variables]
     first = 1 if version == "2.0" else 0  # of the numbers of variables
@@ -97,8 +80,6 @@ def _xml(text: str) -> str:
 def base_units(unit: str) -> dict[str, int]:
     """Return the exponents of the base units that a unit is a product of.
 
-    Examples
-    --------
     >>> base_units("N m s/rad")
     {'kg': 1, 'm': 2, 's': -1, 'rad': -1}
     """

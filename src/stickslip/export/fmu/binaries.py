@@ -52,25 +52,8 @@ def binaries(
 ) -> dict[str, bytes]:
     """Return the shared libraries of platforms, by their path in the file.
 
-    Parameters
-    ----------
-    sources
-        Sources and headers by name.
-    unit
-        The source to compile.
-    identifier
-        Name of the library.
-    version
-        Of the interface, which names the folders.
-    platforms
-        ``"all"`` that the version has a folder for, that of this machine, or none.
-
-    Raises
-    ------
-    MissingExtraError
-        If ziglang is not installed.
-    InputError
-        If the version has no folder for this machine.
+    ``unit`` is the source to compile, ``identifier`` the name of the library; the version of the
+    interface names the folders. They need ziglang (MissingExtraError).
     """
     if platforms == "none":
         return {}

@@ -115,23 +115,9 @@ def plant_model(
     sampling_time: float,
     banner: str,
 ) -> FmuModel:
-    """Return the exact motion of a plant with affine friction.
+    """Return the exact motion of a plant with affine friction, its effort held over a sample [s].
 
-    Parameters
-    ----------
-    axis
-        Name of the axis.
-    plant
-        The plant.
-    sampling_time
-        For which an effort is held [s].
-    banner
-        The first line of every file.
-
-    Raises
-    ------
-    InputError
-        If the sampling time is too long for the plant.
+    A sampling time that is too long for the plant is refused.
     """
     kind, flexible = plant.kind, plant.flexible
     what = "arm" if flexible else "axis"
@@ -233,15 +219,7 @@ def _plant_source(module: Module, model: Any, outputs: int, title: str, banner: 
 
 
 def observer_model(content: CodeContent, banner: str) -> FmuModel:
-    """Return the online energy estimator of a content that holds one.
-
-    Parameters
-    ----------
-    content
-        What the code holds.
-    banner
-        The first line of every file.
-    """
+    """Return the online energy estimator of a content that holds one."""
     estimator, kind = content.energy, content.kind
     assert estimator is not None  # noqa: S101 - see above
     names = estimator.parameter_names(kind)

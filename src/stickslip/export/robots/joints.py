@@ -23,16 +23,7 @@ def check_kind(
 ) -> None:
     """Check that a joint moves as the axis of the estimate does.
 
-    Parameters
-    ----------
-    name
-        Of the joint.
-    joint_type
-        As the file has it.
-    kinds
-        ``"linear"`` or ``"rotary"`` by the type of joint; other types have no friction of one axis.
-    parameters
-        Of the axis.
+    ``kinds`` has the kind of axis by the type of joint; other types have no friction of one axis.
     """
     kind = kinds.get(joint_type)
     if kind == parameters.kind:
@@ -51,13 +42,7 @@ def check_kind(
 def check_present(
     name: str, present: Mapping[str, str], values: Mapping[str, str], *, overwrite: bool
 ) -> None:
-    """Check that no value that a joint has is changed, unless that is wanted.
-
-    Raises
-    ------
-    InputError
-        If there is another value, with old and new values.
-    """
+    """Check that no value that a joint has is changed, unless that is wanted."""
     changes = [
         f"{key} {present[key]} -> {value}"
         for key, value in values.items()

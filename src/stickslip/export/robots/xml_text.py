@@ -148,13 +148,7 @@ class XmlText:
         return (each for each in self.root.walk() if each.tag == tag)
 
     def joint(self, name: str, candidates: Sequence[Element], hint: str = "") -> Element:
-        """Return the joint of a name among candidates.
-
-        Raises
-        ------
-        InputError
-            If there is none (with similar names) or more than one.
-        """
+        """Return the joint of a name among candidates; none and several are refused."""
         found = [each for each in candidates if each.attributes.get("name") == name]
         if len(found) == 1:
             return found[0]

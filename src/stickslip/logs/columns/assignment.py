@@ -38,13 +38,7 @@ class Assignment:
     problem: InputError | None = None  # why the axis cannot be read
 
     def checked(self) -> "Assignment":
-        """Return the assignment if it is complete.
-
-        Raises
-        ------
-        InputError
-            If a channel is missing, or several columns could be it.
-        """
+        """Return the assignment if it is complete; otherwise an InputError."""
         if self.problem is not None:
             raise self.problem
         return self
@@ -100,11 +94,7 @@ def assign(table: Table, schema: LogSchema) -> dict[str, Assignment]:
 def chosen(assigned: Mapping[str, Assignment], axis: str | int | None, *, label: str) -> Assignment:
     """Return one axis of a log, complete.
 
-    Raises
-    ------
-    InputError
-        If there is no such axis, if there are several and none was chosen, or if its columns are
-        not known.
+    Without a name there must be one axis; what is missing or unknown is an InputError.
     """
     if axis is None:
         if len(assigned) > 1:

@@ -30,11 +30,6 @@ def unit_of_stamps(
 
     Stamps of the size of a calendar time are one. Others are in s if their step is at most 1, or
     else in the one unit of ms, us and ns in which it is a sampling time.
-
-    Raises
-    ------
-    InputError
-        If several units, or none, make a sampling time of the step.
     """
     plain = "no unit is given, so it is taken in s"
     if stamps.size < 2 or not np.isfinite(stamps).all():

@@ -48,13 +48,7 @@ def presets() -> Mapping[str, Preset]:
 
 
 def preset_for(table: Table, name: str | None) -> Preset | None:
-    """Return the preset of a name, or for None one that recognises the columns of a log.
-
-    Raises
-    ------
-    InputError
-        If there is no preset of that name.
-    """
+    """Return the preset of a name, or for None one that recognises the columns of a log."""
     every = presets()
     if name == "none":
         return None
@@ -81,11 +75,6 @@ def expanded(table: Table, schema: LogSchema) -> LogSchema:
     """Return a schema whose patterns are replaced by the columns that match them.
 
     A schema with ``{axis}`` in a pattern gets an axis for each text that stands there.
-
-    Raises
-    ------
-    InputError
-        If no column matches the pattern of a position.
     """
     texts = [getattr(schema, channel) or "" for channel in CHANNELS]
     if not any(AXIS in text for text in texts):

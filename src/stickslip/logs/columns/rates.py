@@ -28,11 +28,6 @@ def together(parts: Mapping[str, Sampled], *, label: str) -> tuple[Sampled, list
     A motion is interpolated linearly between its samples. An effort is averaged over each period of
     the slowest group, in which the log holds it. Stamps outside the time that all groups cover are
     left out.
-
-    Raises
-    ------
-    InputError
-        If the groups have no time in common, or the time of a group does not increase.
     """
     groups = list(parts.items())
     for name, part in groups:

@@ -19,8 +19,8 @@ from stickslip.estimation.online.faults.admission import set_admission
 from stickslip.estimation.online.faults.health import OnlineHealth, health_of
 from stickslip.estimation.online.intervals.batches import clear_batches, intervals_of
 from stickslip.estimation.online.intervals.contrasts import widened
-from stickslip.estimation.online.kalman import kernels as at
-from stickslip.estimation.online.kalman.kernels import ekf_run, ekf_step, forget_motion
+from stickslip.estimation.online.kalman import state as at
+from stickslip.estimation.online.kalman.kernels import RESOLUTION, ekf_run, ekf_step, forget_motion
 from stickslip.estimation.online.method import Kernel, OnlineMethod, State
 from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
 from stickslip.estimation.point_estimate import NORMAL_95, estimate_of
@@ -210,7 +210,7 @@ class ExtendedKalmanFilter(OnlineMethod):
             s.drift[k] = T * (self.drift or {}).get(name, 0.0) ** 2
             variances[k] = (spreads[name] or 0.0) ** 2
         s.careful.z[2:] = s.good = s.values
-        s.careful.walk = s.drift + at.RESOLUTION * variances
+        s.careful.walk = s.drift + RESOLUTION * variances
         s.careful.P[2:, 2:] = s.good_covariance = np.diag(variances)
         forget_motion(vector)
         return vector

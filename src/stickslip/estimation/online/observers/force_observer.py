@@ -166,13 +166,7 @@ class ForceObserver(OnlineMethod):
         return after, history[:, [place - VALUES for place in self._places]]
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Return the estimates at the end of a log, without intervals.
-
-        Raises
-        ------
-        InputError
-            If nothing moves or pushes in the log, or it lacks the load of a flexible arm.
-        """
+        """Return the estimates at the end of a log, without intervals."""
         check_excited(log)
         log = repaired(log)
         settled = self._settled(log)

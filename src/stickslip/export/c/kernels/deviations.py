@@ -4,7 +4,7 @@ import math
 
 from stickslip.compiled import compiled
 from stickslip.estimation.energy.known_inertia.online.state import fields as energy_fields
-from stickslip.estimation.online.kalman import kernels as kalman
+from stickslip.estimation.online.kalman import state as kalman
 from stickslip.estimation.online.method import State
 
 
