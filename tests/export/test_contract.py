@@ -1,5 +1,6 @@
 """The contract of every exporter of the registry."""
 
+import copy
 import io
 import json
 import zipfile
@@ -7,10 +8,20 @@ from dataclasses import fields
 from functools import cache
 
 import pytest
+from estimates import rotary_estimate
 from exports import COULOMB, ROBOTS, VISCOUS, document
 from refusals import refuses
 
-from stickslip.export import Exporter, ExportSettings, exporters, render, targets, write
+from stickslip.export import (
+    EstimateReading,
+    Exporter,
+    ExportSettings,
+    Transmission,
+    exporters,
+    render,
+    targets,
+    write,
+)
 from stickslip.records import QUANTITIES
 
 NEEDED = {
@@ -56,8 +67,6 @@ def target(request):
 
 
 def rendered(target, estimate=None, joint="elbow", *, force=False, **settings):
-    from stickslip.export import EstimateReading, Transmission
-
     exporter = exporters()[target]
     reading = EstimateReading(transmission=Transmission(gear_ratio=1.0), force=force)
     return render(
@@ -226,8 +235,6 @@ def test_an_edited_file_is_required_or_refused(target):
 
 
 def test_an_effort_in_ampere_needs_the_torque_constant(target):
-    from stickslip.export import EstimateReading, Transmission
-
     estimate = document(
         inertia=(0.05, "A s^2/rad"),
         viscous_friction=(VISCOUS, "A s/rad"),
@@ -263,8 +270,6 @@ def test_a_file_is_written_whole_or_not_at_all(target, tmp_path):
     with pytest.raises(ValueError, match=r"."):
         write(document(status="poor_fit"), target, out, settings=settings, **arguments)
     assert not out.exists()
-    from stickslip.export import EstimateReading, Transmission
-
     estimate = tmp_path / "elbow.json"
     estimate.write_text(json.dumps(document()))
     reading = EstimateReading(transmission=Transmission(gear_ratio=1.0))
@@ -275,3 +280,26 @@ def test_a_file_is_written_whole_or_not_at_all(target, tmp_path):
     assert sorted(each.name for each in tmp_path.iterdir()) == sorted(
         ["elbow.json", "out", robot.name]
     )
+
+
+def test_an_estimate_has_a_method_for_every_target(target, tmp_path):
+    estimate, edits = rotary_estimate(), exporters()[target].edits == "always"
+    robot = tmp_path / ("robot.usda" if target == "usd" else "robot.xml")
+    robot.write_text(ROBOTS.get(target, ""))
+    arguments = {
+        "into": robot if edits else None,
+        "joint": "elbow",
+        "reading": EstimateReading(transmission=Transmission(gear_ratio=1.0)),
+        "settings": ExportSettings(**SETTINGS[target]),
+    }
+    method = getattr(estimate, f"to_{target.replace('-', '_')}")
+    done = method(tmp_path / "out", **arguments)
+    assert done.target == target
+    assert done.complete
+    assert (tmp_path / "out").exists()
+
+
+def test_an_estimate_has_no_other_methods_of_exports():
+    estimate = rotary_estimate()
+    assert not any(hasattr(estimate, name) for name in ("to_numpy", "to_", "from_urdf"))
+    assert copy.deepcopy(estimate).to_dict() == estimate.to_dict()

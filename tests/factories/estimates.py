@@ -1,5 +1,7 @@
 """Estimates as tests need them."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from stickslip.records import (
@@ -36,4 +38,23 @@ def doubtful_estimate() -> FrictionEstimate:
         provenance=Provenance(
             stickslip_version="0", files=("a.csv",), input_sha256="00", options={"order": 4}
         ),
+    )
+
+
+def rotary_estimate() -> FrictionEstimate:
+    """Return an estimate of a rotary axis in which everything is identified."""
+    doubtful, units = doubtful_estimate(), ("kg m^2", "N m s/rad", "N m")
+    values = {"inertia": 0.05, "viscous_friction": 0.2, "coulomb_friction": 0.5}
+    return replace(
+        doubtful,
+        kind="rotary",
+        parameters={
+            name: ParameterEstimate(
+                name=name, value=value, std=0.01, ci95=(value - 0.02, value + 0.02), unit=unit
+            )
+            for (name, value), unit in zip(values.items(), units, strict=True)
+        },
+        covariance=1e-4 * np.eye(3),
+        status=Status.OK,
+        diagnostics=replace(doubtful.diagnostics, verdicts=(), classical_std={}),
     )

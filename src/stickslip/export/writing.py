@@ -1,8 +1,9 @@
 """Render and write an estimate for a target."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, fields
+from functools import partial
 from pathlib import Path, PurePosixPath
 
 from stickslip.export.base import DEFAULT_AXIS, Exporter, ExportSettings, FileToEdit, Rendered
@@ -15,6 +16,7 @@ from stickslip.export.reading import (
     not_identified,
 )
 from stickslip.export.registry import exporter as exporter_named
+from stickslip.export.registry import exporters
 from stickslip.input_files import bytes_of
 from stickslip.outputs import files_at_once, write_whole
 from stickslip.records import InputError, Status
@@ -155,6 +157,14 @@ def write(
     )
     _write(result.rendered.files, out)
     return result
+
+
+def method_of(estimate: Estimate, name: str) -> Callable[..., Export]:
+    """Return `write` for the target that a method ``to_NAME`` of an estimate names."""
+    target = name.removeprefix("to_").replace("_", "-")
+    if target not in exporters():
+        raise AttributeError(f"{type(estimate).__name__!r} has no attribute {name!r}")
+    return partial(write, estimate, target)
 
 
 def _check_options(exporter: Exporter, settings: ExportSettings) -> None:

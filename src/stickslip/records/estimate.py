@@ -17,7 +17,7 @@ from stickslip.records.quantities import (
     shared_name,
     unit_of,
 )
-from stickslip.records.record import Record, Worded
+from stickslip.records.record import Exportable, Record, Worded
 
 SCHEMA_VERSION = 1
 
@@ -278,7 +278,7 @@ class JointLogs(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class FrictionEstimate(Record):
+class FrictionEstimate(Record, Exportable):
     """Friction parameters of one axis, as an estimator found them.
 
     Attributes

@@ -9,7 +9,7 @@ from jaxtyping import Float
 
 from stickslip.records.axis_log import AxisLog
 from stickslip.records.estimate import SCHEMA_VERSION, FrictionEstimate
-from stickslip.records.record import ReadOnlyMapping, Record
+from stickslip.records.record import Exportable, ReadOnlyMapping, Record
 
 _MOST_NAMES = 4  # of logs, in the name of an identification
 
@@ -86,7 +86,7 @@ class Validation(Record):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Identification:
+class Identification(Exportable):
     """An identified axis with all that its report shows.
 
     Attributes
@@ -150,7 +150,7 @@ class Identification:
 
 
 @dataclass(frozen=True, kw_only=True)
-class AxesIdentification:
+class AxesIdentification(Exportable):
     """The identified axes of one log.
 
     Attributes

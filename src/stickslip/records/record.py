@@ -3,7 +3,8 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import fields
 from enum import Enum
-from typing import Any, ClassVar, NamedTuple, TypeVar
+from importlib import import_module
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -66,6 +67,21 @@ def valued_tables(tables: ScenarioTables) -> dict[str, dict[str, Valued]]:
     return {
         name: {key: Valued(*pair) for key, pair in table.items()} for name, table in tables.items()
     }
+
+
+class Exportable:
+    """Base of results with a method ``to_NAME`` for each target of `stickslip.export.targets`.
+
+    ``estimate.to_urdf("arm.urdf", into="arm.urdf", joint="elbow")`` is
+    ``stickslip.export.write(estimate, "urdf", ...)``.
+    """
+
+    if not TYPE_CHECKING:  # every other attribute is checked
+
+        def __getattr__(self, name: str) -> Any:
+            if name.startswith("to_"):  # records are a leaf: loaded by name, when it is asked for
+                return import_module("stickslip.export.writing").method_of(self, name)
+            raise AttributeError(f"{type(self).__name__!r} has no attribute {name!r}")
 
 
 class Record:
