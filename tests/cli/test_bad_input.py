@@ -139,7 +139,7 @@ def test_bad_output_is_found_before_the_fit(
     def never(*_: object, **__: object) -> None:
         raise AssertionError("the fit was begun")
 
-    monkeypatch.setattr("stickslip.tasks.identify", never)
+    monkeypatch.setattr("stickslip.tasks.identification.identified", never)
     before = good_log.read_bytes()
     outcome = run("identify", good_log, option, good_log.parent / place)
     assert outcome.code == 2

@@ -99,7 +99,7 @@ def test_full_standard_output_is_an_error(good_log: Path) -> None:
 @pytest.mark.parametrize(
     ("signalled", "code", "word"), [(interrupt, 130, "interrupted"), (terminate, 143, "terminated")]
 )
-@pytest.mark.parametrize("task", ["identify", "compare_log", "excite"])
+@pytest.mark.parametrize("task", ["identification.identified", "compare_log", "excite"])
 def test_signal_ends_with_one_line_and_no_file(
     task: str,
     signalled: Callable[[], None],
@@ -112,7 +112,7 @@ def test_signal_ends_with_one_line_and_no_file(
     monkeypatch.setattr(f"stickslip.tasks.{task}", signalled)
     written = good_log.with_suffix(".json")
     limits = ("--effort-limit", 1, "--duration", 1, "--sampling-time", 0.1)
-    command = (task.removesuffix("_log"), good_log, "--json")
+    command = ("compare" if task == "compare_log" else "identify", good_log, "--json")
     if task == "excite":
         command = ("excite", *limits, "--out")
     outcome = run(*command, written)
@@ -148,7 +148,7 @@ def test_signal_inside_a_compiled_call(
                 behind = outer
             raise behind from behind.__cause__
 
-    monkeypatch.setattr("stickslip.tasks.identify", step)
+    monkeypatch.setattr("stickslip.tasks.identification.identified", step)
     outcome = run("identify", good_log, "--json", good_log.with_suffix(".json"))
     assert outcome.code == code
     assert word in outcome.line()
@@ -167,7 +167,7 @@ def test_defect_does_not_look_like_a_result(
     def fail(*_: object, **__: object) -> None:
         raise error("in the depths") from behind
 
-    monkeypatch.setattr("stickslip.tasks.identify", fail)
+    monkeypatch.setattr("stickslip.tasks.identification.identified", fail)
     outcome = run("identify", good_log)
     assert (outcome.code, outcome.out) == (70, "")
     assert "Traceback" in outcome.err

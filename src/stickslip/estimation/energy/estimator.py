@@ -14,7 +14,7 @@ from stickslip.estimation.energy.known_inertia.method import KnownInertiaMethod
 from stickslip.estimation.energy.levels import EnergyLevels
 from stickslip.estimation.energy.method import EnergySettings
 from stickslip.estimation.energy.unknown_inertia.method import UnknownInertiaMethod
-from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.rows import Regression
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.online.faults.health import OnlineHealth
@@ -26,7 +26,7 @@ from stickslip.records import AxisLog, FrictionEstimate, InputError, positive
 
 
 @dataclass(frozen=True, kw_only=True)
-class EnergyEstimator(EnergySettings, OnlineMethod):
+class EnergyEstimator(EnergySettings, OnlineMethod, RowsEstimator):
     """Friction from the balance of energies: what goes in and is not stored was dissipated.
 
     With the inertia known (and the spring, of a flexible arm), the balance is taken as work along
@@ -123,25 +123,8 @@ class EnergyEstimator(EnergySettings, OnlineMethod):
         effects = [asdict(effect) for effect in self.terms.stribeck]
         return options_of(self) | {"stribeck": effects or None}
 
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Raises
-        ------
-        InputError
-            If the log is too short, nothing moves or pushes in it, or it lacks the load of a
-            flexible arm whose inertia is sought.
-        """
-        return self.details(log).estimate
-
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
-        """
+        """Return the estimate with its rows, for a report."""
         rows = self.regression(log)
         provenance = provenance_of(log, self.options)
         return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)

@@ -1,16 +1,17 @@
 """An estimate together with the rows and the model that it was fitted with."""
 
+from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from stickslip.estimation.fit.rows import Regression
 from stickslip.friction import StribeckEffect
-from stickslip.records import FrictionEstimate
+from stickslip.records import AxisLog, FrictionEstimate
 
 if TYPE_CHECKING:
     from stickslip.estimation.selection.model import Model
 
-__all__ = ["Fit"]
+__all__ = ["Fit", "RowsEstimator"]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -51,3 +52,22 @@ class Fit:
     cutoff: float | None = None
     filter_order: int = 4
     model: "Model | None" = None
+
+
+class RowsEstimator(ABC):
+    """Base of the estimators whose estimate is the least-squares solution of rows."""
+
+    def fit(self, log: AxisLog) -> FrictionEstimate:
+        """Estimate the parameters from a whole log.
+
+        Raises
+        ------
+        InputError
+            If the log is too short, nothing moves or pushes in it, or it lacks the load of a
+            flexible arm that the estimator needs.
+        """
+        return self.details(log).estimate
+
+    @abstractmethod
+    def details(self, log: AxisLog) -> Fit:
+        """Return the estimate with its rows, for a report; raises as `fit`."""

@@ -7,7 +7,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.likelihood.axis_parameters import AxisParameters, load_name
@@ -29,7 +29,6 @@ from stickslip.plants import Plant
 from stickslip.records import (
     AxisKind,
     AxisLog,
-    FrictionEstimate,
     InputError,
     count_of,
     mass_name,
@@ -97,7 +96,7 @@ class _Found:
 
 
 @dataclass(frozen=True, kw_only=True)
-class MaximumLikelihoodEstimator:
+class MaximumLikelihoodEstimator(RowsEstimator):
     """Friction and masses with which the simulated motion is likeliest to have been measured.
 
     The axis is simulated exactly under the logged effort from an unknown first state, through every
@@ -214,16 +213,6 @@ class MaximumLikelihoodEstimator:
         if self.flexible:
             known |= {load_name(kind): self.load_inertia, "stiffness": self.stiffness}
         return known
-
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Raises
-        ------
-        InputError
-            If the log is too short, or nothing moves or pushes in it.
-        """
-        return self.details(log).estimate
 
     def maximum(self, log: AxisLog) -> LikelihoodMaximum:
         """Return all that is likeliest: parameters, delay, noise and first states."""

@@ -26,7 +26,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, long_stretches, provenance_of, solve
 from stickslip.estimation.prepare import repaired
@@ -68,7 +68,7 @@ _LEAST_SHARE = 0.2  # of the rows, that simulated and measured motion must have 
 
 
 @dataclass(frozen=True, kw_only=True)
-class IdimLeastSquares:
+class IdimLeastSquares(RowsEstimator):
     """Least squares on ``effort = inertia a + viscous v + coulomb sign(v) + offset``.
 
     With the defaults a log sampled at 1 kHz is processed exactly as published for the EMPS
@@ -142,18 +142,8 @@ class IdimLeastSquares:
         mass = mass_name(kind)
         return (*(() if self.inertia is not None else (mass,)), *self.terms.names)
 
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Raises
-        ------
-        InputError
-            If the log is too short, or nothing moves or pushes in it.
-        """
-        return self.details(log).estimate
-
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report; raises as `fit`."""
+        """Return the estimate with its rows, for a report."""
         rows = self.regression(log)
         provenance = provenance_of(log, self.options)
         return self.fitted(solve(rows, estimator=self.name, provenance=provenance), rows)
@@ -234,7 +224,7 @@ class IdimLeastSquares:
 
 
 @dataclass(frozen=True, kw_only=True)
-class IdimInstrumentalVariables:
+class IdimInstrumentalVariables(RowsEstimator):
     """Least squares of the inverse dynamics, freed from the bias of its noisy rows.
 
     Attributes
@@ -283,19 +273,8 @@ class IdimInstrumentalVariables:
         """Return the names of what is estimated, in the order of the rows."""
         return self._rows.parameter_names(kind)
 
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Raises
-        ------
-        InputError
-            If the log is too short, or nothing moves or pushes in it, or the model that is found on
-            the way does not move as the axis does.
-        """
-        return self.details(log).estimate
-
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report; raises as `fit`."""
+        """Return the estimate with its rows, for a report."""
         rows = self.regression(log)
         estimate = solve(rows, estimator=self.name, provenance=provenance_of(log, options_of(self)))
         return self._rows.fitted(estimate, rows)

@@ -13,7 +13,7 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.estimation.energy.estimator import EnergyEstimator
-from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.intervals import t_quantile
 from stickslip.estimation.fit.rows import Regression, least_squares
 from stickslip.estimation.fit.solve import provenance_of, solve
@@ -41,8 +41,11 @@ _WIDE = 1.0
 
 
 @dataclass(frozen=True, kw_only=True)
-class StribeckEstimator:
+class StribeckEstimator(RowsEstimator):
     """Fit a Stribeck law to a whole log, its Stribeck velocity included.
+
+    Where no step from static to Coulomb friction stands out, both static friction and Stribeck
+    velocity are reported as not identifiable, and the others as if there were none.
 
     Attributes
     ----------
@@ -94,19 +97,6 @@ class StribeckEstimator:
         sides = ("_positive", "_negative") if self.method.per_direction else ("",)
         static = (f"static_friction{side}" for side in sides)
         return (*self.method.parameter_names(kind), *static, "stribeck_velocity")
-
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Where no step from static to Coulomb friction stands out, both static friction and Stribeck
-        velocity are reported as not identifiable, and the others as if there were none.
-
-        Raises
-        ------
-        InputError
-            As the method's own ``fit`` does.
-        """
-        return self.details(log).estimate
 
     def regression(self, log: AxisLog) -> Regression:
         """Return the method's rows, linearised around the Stribeck velocity that fits best.

@@ -20,7 +20,7 @@ from stickslip.estimation.energy.published.sensor_noise import (
     sensor_noise_of,
 )
 from stickslip.estimation.energy.samples import check_fits, filtered_samples
-from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.rows import Regression, least_squares, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
 from stickslip.estimation.online.faults.admission import restart_admission, set_admission
@@ -40,7 +40,6 @@ from stickslip.estimation.signals.kinematics import LowPass, default_cutoff
 from stickslip.records import (
     AxisKind,
     AxisLog,
-    FrictionEstimate,
     InputError,
     non_negative,
     one_of,
@@ -57,14 +56,15 @@ _NOTEWORTHY_NOISE = 0.001
 
 
 @dataclass(frozen=True, kw_only=True)
-class PublishedEnergyEstimator(OnlineMethod):
+class PublishedEnergyEstimator(OnlineMethod, RowsEstimator):
     """Coulomb and viscous friction from the energy balance, as published.
 
     Input energy less stored energy is regressed on the distance travelled and the integral of the
     squared velocity, level by level (Eqs. 4.3, 4.4), by recursive least squares (Eqs. 4.6-4.10).
     What sensor noise adds can be subtracted in expectation (chapter 5), and errors of that can be
     estimated beside the friction (Eqs. 6.1, 6.2). A run is taken to begin at rest with the spring
-    relaxed, and the masses and the spring to be known.
+    relaxed, and the masses and the spring to be known. `fit` returns the values at the end of the
+    recursion; its notes state B and S.
 
     Attributes
     ----------
@@ -296,26 +296,8 @@ class PublishedEnergyEstimator(OnlineMethod):
         """Return P (Eq. 4.7), whose scale is that of a level noise of 1 J."""
         return covariance_in(state)
 
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        The values are those at the end of the recursion. The notes state B and S.
-
-        Raises
-        ------
-        InputError
-            If the log lacks the load of a flexible arm, or nothing moves or pushes in it.
-        """
-        return self.details(log).estimate
-
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report.
-
-        Raises
-        ------
-        InputError
-            As `fit` does.
-        """
+        """Return the estimate with its rows, for a report."""
         rows = self.regression(log)
         provenance = provenance_of(log, options_of(self))
         return Fit(

@@ -14,7 +14,7 @@ from stickslip.estimation.fit.diagnostics import (
     status_of,
     verdicts_of,
 )
-from stickslip.estimation.fit.fitted import Fit
+from stickslip.estimation.fit.fitted import Fit, RowsEstimator
 from stickslip.estimation.fit.intervals import autocorrelation
 from stickslip.estimation.fit.rows import Regression, summarise_motion
 from stickslip.estimation.fit.solve import check_excited, provenance_of, solve
@@ -94,7 +94,7 @@ class _Selected(NamedTuple):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ProcessNoiseLikelihoodEstimator:
+class ProcessNoiseLikelihoodEstimator(RowsEstimator):
     """Maximum likelihood with noise on the logged effort, disturbance forces and sensor noise.
 
     The log may come from a closed loop. A Kalman filter follows the axis through every stretch in
@@ -169,18 +169,8 @@ class ProcessNoiseLikelihoodEstimator:
         """Return the names of the parameters of an axis of a kind, in the covariance's order."""
         return (*(() if self.inertia is not None else (mass_name(kind),)), *self.terms.names)
 
-    def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Raises
-        ------
-        InputError
-            If nothing moves or pushes in the log.
-        """
-        return self.details(log).estimate
-
     def details(self, log: AxisLog) -> Fit:
-        """Return the estimate with its rows, for a report; raises as `fit`."""
+        """Return the estimate with its rows, for a report."""
         check_excited(log)
         prepared = prepare(replace(log, measured_velocity=None))
         if not prepared.parts:
