@@ -52,20 +52,12 @@ class ForceRows:
 
 @dataclass(frozen=True, kw_only=True)
 class VelocityLaw:
-    """Friction as a function of velocity.
+    """Friction as a function of velocity."""
 
-    Attributes
-    ----------
-    names
-        Its parameters.
-    effort
-        Friction at velocities and directions, shapes (n,) [N or N m].
-    columns
-        Its derivatives by the parameters there, shape (n, p) [SI].
-    """
-
-    names: Sequence[str]
+    names: Sequence[str]  #: Its parameters.
+    #: Friction at velocities and directions, shapes (n,) [N or N m].
     effort: Callable[[Float[np.ndarray, " n"], Float[np.ndarray, " n"]], Float[np.ndarray, " n"]]
+    #: Its derivatives by the parameters there, shape (n, p) [SI].
     columns: Callable[[Float[np.ndarray, " n"], Float[np.ndarray, " n"]], Float[np.ndarray, "n p"]]
 
 

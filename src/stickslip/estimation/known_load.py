@@ -26,18 +26,10 @@ well left in ampere."""
 
 @dataclass(frozen=True, kw_only=True)
 class KnownLoad:
-    """A weight on a lever that turns about a horizontal axis; all else is balanced.
+    """A weight on a lever that turns about a horizontal axis; all else is balanced."""
 
-    Attributes
-    ----------
-    mass
-        Of the weight [kg].
-    radius
-        From the axis to its centre of mass [m].
-    """
-
-    mass: float
-    radius: float
+    mass: float  #: Of the weight [kg].
+    radius: float  #: From the axis to its centre of mass [m].
 
     def __post_init__(self) -> None:
         for name in ("mass", "radius"):

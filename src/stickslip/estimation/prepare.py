@@ -133,17 +133,10 @@ class PreparedLog:
 
 @dataclass(frozen=True, kw_only=True)
 class RepairedLog(AxisLog):
-    """A log with its defects repaired and with uniform samples between its gaps.
+    """A log with its defects repaired and with uniform samples between its gaps."""
 
-    Attributes
-    ----------
-    notes
-        What was done, one sentence each.
-    clipped
-        Whether the effort looks clipped: it is biased unless the drive gave what was logged.
-    """
-
-    notes: tuple[str, ...] = ()
+    notes: tuple[str, ...] = ()  #: What was done, one sentence each.
+    #: Whether the effort looks clipped: it is biased unless the drive gave what was logged.
     clipped: bool = False
 
 

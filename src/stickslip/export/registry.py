@@ -18,8 +18,8 @@ def exporters() -> Mapping[str, Exporter]:
     from stickslip.export.fmu.target import ARM, AXIS, OBSERVER
     from stickslip.export.randomisation.ranges import ISAAC_LAB_EVENTS, MJLAB_EVENTS, RANGES
     from stickslip.export.robots.mjcf import MjcfExporter
-    from stickslip.export.robots.sdf import SdfExporter
-    from stickslip.export.robots.urdf import UrdfExporter
+    from stickslip.export.robots.sdf import SDF
+    from stickslip.export.robots.urdf import URDF
     from stickslip.export.robots.usd import UsdExporter
     from stickslip.export.simulators.modelica import MODELICA
     from stickslip.export.simulators.python_control import PYTHON_CONTROL
@@ -27,8 +27,8 @@ def exporters() -> Mapping[str, Exporter]:
     from stickslip.export.simulators.simscape import SIMSCAPE
 
     every: tuple[Exporter, ...] = (
-        UrdfExporter(),
-        SdfExporter(),
+        URDF,
+        SDF,
         MjcfExporter(),
         UsdExporter(),
         ISAAC_LAB,

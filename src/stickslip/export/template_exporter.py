@@ -24,21 +24,11 @@ NO_EFFORT = "is left out: a joint has no constant effort"
 
 @dataclass(frozen=True, kw_only=True)
 class AxisToFill:
-    """An axis whose values a template is filled in with.
+    """An axis whose values a template is filled in with."""
 
-    Attributes
-    ----------
-    parameters
-        Of the axis, on the side of the target.
-    settings
-        Of the export.
-    title
-        Of the target.
-    """
-
-    parameters: ExportParameters
-    settings: ExportSettings
-    title: str
+    parameters: ExportParameters  #: Of the axis, on the side of the target.
+    settings: ExportSettings  #: Of the export.
+    title: str  #: Of the target.
 
     def needed(self, name: str, meaning: str, unit: str = "") -> float:
         """Return a setting that the target needs, which must be positive [``unit``]."""

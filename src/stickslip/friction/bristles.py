@@ -21,18 +21,10 @@ Law = TypeVar("Law", bound="BristleFriction")
 
 @dataclass(frozen=True, kw_only=True)
 class BristleFriction:
-    """A friction law whose contact bends before it slips.
+    """A friction law whose contact bends before it slips."""
 
-    Attributes
-    ----------
-    sliding
-        Friction of steady motion.
-    bristle_stiffness
-        sigma_0 [N/m or N m/rad].
-    """
-
-    sliding: CoulombViscousFriction | StribeckFriction
-    bristle_stiffness: float = quantity_field("stiffness")
+    sliding: CoulombViscousFriction | StribeckFriction  #: Friction of steady motion.
+    bristle_stiffness: float = quantity_field("stiffness")  #: sigma_0 [N/m or N m/rad].
 
     def __post_init__(self) -> None:
         check_magnitudes(self, positive=("bristle_stiffness",))

@@ -68,33 +68,20 @@ def frequencies(rows: float, most: int = MOST_FREQUENCIES) -> int:
 
 @dataclass(frozen=True, kw_only=True)
 class Overlap:
-    """Correlation of rows that are means of a signal over overlapping windows.
+    """Correlation of rows that are means of a signal over overlapping windows."""
 
-    Attributes
-    ----------
-    lags
-        Differences in time, from 0 to the width of a window [s], shape (k,).
-    correlations
-        Of two rows so far apart, if the noise of the signal is white [-], shape (k,).
-    """
-
+    #: Differences in time, from 0 to the width of a window [s], shape (k,).
     lags: Float[np.ndarray, " k"]
+    #: Of two rows so far apart, if the noise of the signal is white [-], shape (k,).
     correlations: Float[np.ndarray, " k"]
 
 
 @dataclass(frozen=True, kw_only=True)
 class Uncertainty:
-    """Covariance of an estimate, and how well it is known itself.
+    """Covariance of an estimate, and how well it is known itself."""
 
-    Attributes
-    ----------
-    covariance
-        Shape (p, p) [SI].
-    degrees_of_freedom
-        Of Student's distribution for each parameter's interval, shape (p,) [-].
-    """
-
-    covariance: Float[np.ndarray, "p p"]
+    covariance: Float[np.ndarray, "p p"]  #: Shape (p, p) [SI].
+    #: Of Student's distribution for each parameter's interval, shape (p,) [-].
     degrees_of_freedom: Float[np.ndarray, " p"]
 
 

@@ -28,20 +28,12 @@ _POSTURES = 200  # largest number for the mean inertia
 
 @dataclass(frozen=True, kw_only=True)
 class RobotModel:
-    """Links and joints of a robot, with an upright base.
+    """Links and joints of a robot, with an upright base."""
 
-    Attributes
-    ----------
-    name
-        Of the file.
-    joints
-        Kind of each joint that moves, by its name, in the order of the file.
-    bodies
-        MuJoCo model of the links, without friction, damping, limits and contacts.
-    """
-
-    name: str
+    name: str  #: Of the file.
+    #: Kind of each joint that moves, by its name, in the order of the file.
     joints: Mapping[str, AxisKind]
+    #: MuJoCo model of the links, without friction, damping, limits and contacts.
     bodies: Any = field(repr=False)
 
     def effort(

@@ -50,18 +50,10 @@ DECIMATION_PASSBAND = 0.8
 
 @dataclass(frozen=True, kw_only=True)
 class LowPass:
-    """A Butterworth low-pass run forwards and backwards, so that it does not delay.
+    """A Butterworth low-pass run forwards and backwards, so that it does not delay."""
 
-    Attributes
-    ----------
-    order
-        Of one pass.
-    cutoff
-        -3 dB frequency of one pass [Hz].
-    """
-
-    order: int
-    cutoff: float
+    order: int  #: Of one pass.
+    cutoff: float  #: -3 dB frequency of one pass [Hz].
 
     def apply(
         self, values: Float[np.ndarray, " n"], sampling_time: float

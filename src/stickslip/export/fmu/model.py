@@ -56,30 +56,15 @@ class Variable:
 
 @dataclass(frozen=True, kw_only=True)
 class FmuModel:
-    """A model of a unit.
+    """A model of a unit."""
 
-    Attributes
-    ----------
-    title
-        Its name.
-    identifier
-        Its name in C and of its binaries.
-    sampling_time
-        Of the model [s].
-    variables
-        The time first.
-    sources
-        Files in C by name; the unit's own file includes ``model.c``.
-    most_samples
-        Samples that a communication step may have.
-    """
-
-    title: str
-    identifier: str
-    sampling_time: float
-    variables: tuple[Variable, ...]
+    title: str  #: Its name.
+    identifier: str  #: Its name in C and of its binaries.
+    sampling_time: float  #: Of the model [s].
+    variables: tuple[Variable, ...]  #: The time first.
+    #: Files in C by name; the unit's own file includes ``model.c``.
     sources: Mapping[str, str] = field(repr=False)
-    most_samples: int = _ANY
+    most_samples: int = _ANY  #: Samples that a communication step may have.
 
 
 def _variables(

@@ -1,7 +1,6 @@
 """Robot descriptions whose joints have an XML element ``<dynamics>``: URDF and SDFormat."""
 
-from abc import abstractmethod
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Literal
 
@@ -10,6 +9,11 @@ from stickslip.export.parameters import ExportParameters
 from stickslip.export.robots.joints import check_kind, edited_file
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 from stickslip.export.templates import heading, notes_on, number
+
+JointEdits = Callable[
+    [XmlText, Element, Mapping[str, str], tuple[str, ...], ExportSettings], list[Edit]
+]
+"""Returns the edits that write the values of a joint into a text, with a remark before them."""
 
 _KINDS = {"revolute": "rotary", "continuous": "rotary", "prismatic": "linear"}
 _NAMES = {"damping": "viscous_friction", "friction": "coulomb_friction"}
@@ -23,6 +27,8 @@ class DynamicsExporter:
     ----------
     language
         Of the file, as messages name it.
+    joint_edits
+        Writes the values of a joint; its docstring states the format and its source.
     name, title, group, side, represents, cannot, ending, edits, several, options
         See `Exporter`.
     """
@@ -30,6 +36,7 @@ class DynamicsExporter:
     name: str
     title: str
     language: str
+    joint_edits: JointEdits
     ending: str
     group: Literal["simulator"] = "simulator"
     side: Literal["joint"] = "joint"
@@ -71,14 +78,3 @@ class DynamicsExporter:
             remark = heading(one, notes_on(self, one))
             edits += self.joint_edits(text, joint, values, remark, settings)
         return Rendered(files={"": text.edited(edits)}, notes=notes_on(self, axes))
-
-    @abstractmethod
-    def joint_edits(
-        self,
-        text: XmlText,
-        joint: Element,
-        values: Mapping[str, str],
-        remark: tuple[str, ...],
-        settings: ExportSettings,
-    ) -> list[Edit]:
-        """Return the edits that write the values of a joint, with a remark before them."""

@@ -1,7 +1,6 @@
 """Joint friction in URDF, edited as text."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 from stickslip.export.base import ExportSettings
 from stickslip.export.robots.dynamics import DynamicsExporter
@@ -9,36 +8,31 @@ from stickslip.export.robots.joints import check_present
 from stickslip.export.robots.xml_text import Edit, Element, XmlText
 
 
-@dataclass(frozen=True, kw_only=True)
-class UrdfExporter(DynamicsExporter):
+def _joint_edits(
+    text: XmlText,
+    joint: Element,
+    values: Mapping[str, str],
+    remark: tuple[str, ...],
+    settings: ExportSettings,
+) -> list[Edit]:
     """``<dynamics damping= friction=>`` of a joint.
 
     Viscous friction is ``damping`` [N m s/rad or N s/m], Coulomb friction is ``friction``
     [N m or N], which the specification calls static (https://wiki.ros.org/urdf/XML/joint). Most
     simulators take it as Coulomb friction: Gazebo, PyBullet and MuJoCo do, Drake ignores it.
     """
+    dynamics = joint.child("dynamics")
+    if dynamics is None:
+        attributes = "".join(f' {key}="{value}"' for key, value in values.items())
+        indent = text.child_indent(joint)
+        lines = [text.comment(remark, indent), f"<dynamics{attributes}/>".encode()]
+        return text.insert_child(joint, lines)
+    name = joint.attributes["name"]
+    check_present(name, dynamics.attributes, values, overwrite=settings.overwrite)
+    comment = text.comment(remark, text.indent(dynamics))
+    return [*text.insert_before(dynamics, comment), *text.set_attributes(dynamics, values)]
 
-    name: str = "urdf"
-    title: str = "URDF"
-    language: str = "URDF"
-    ending: str = ".urdf"
 
-    def joint_edits(
-        self,
-        text: XmlText,
-        joint: Element,
-        values: Mapping[str, str],
-        remark: tuple[str, ...],
-        settings: ExportSettings,
-    ) -> list[Edit]:
-        """Return the edits of the attributes; see `DynamicsExporter.joint_edits`."""
-        dynamics = joint.child("dynamics")
-        if dynamics is None:
-            attributes = "".join(f' {key}="{value}"' for key, value in values.items())
-            indent = text.child_indent(joint)
-            lines = [text.comment(remark, indent), f"<dynamics{attributes}/>".encode()]
-            return text.insert_child(joint, lines)
-        name = joint.attributes["name"]
-        check_present(name, dynamics.attributes, values, overwrite=settings.overwrite)
-        comment = text.comment(remark, text.indent(dynamics))
-        return [*text.insert_before(dynamics, comment), *text.set_attributes(dynamics, values)]
+URDF = DynamicsExporter(
+    name="urdf", title="URDF", language="URDF", joint_edits=_joint_edits, ending=".urdf"
+)

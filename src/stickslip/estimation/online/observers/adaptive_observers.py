@@ -70,26 +70,17 @@ from stickslip.records import AxisLog, InputError, positive
 
 @dataclass(frozen=True, kw_only=True)
 class AdaptiveObserver(ForceObserver):
-    """An observer whose error decays at a rate that is chosen.
+    """An observer whose error decays at a rate that is chosen."""
 
-    Attributes
-    ----------
-    inertia
-        Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
-    viscous
-        Whether viscous friction is estimated beside Coulomb friction.
-    rate
-        At which the error of the Coulomb friction decays at the typical speed [1/s]. With viscous
-        friction beside it, a rate far beyond that at which the speed varies makes both slower to
-        converge: the observer then follows the sum of the moment.
-    speed
-        Typical speed of the axis [m/s or rad/s], to which the gains refer; None takes the rms speed
-        of the log, and cannot be used on line.
-    """
-
+    #: Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
     inertia: float
-    viscous: bool = False
+    viscous: bool = False  #: Whether viscous friction is estimated beside Coulomb friction.
+    #: At which the error of the Coulomb friction decays at the typical speed [1/s]. With viscous
+    #: friction beside it, a rate far beyond that at which the speed varies makes both slower to
+    #: converge: the observer then follows the sum of the moment.
     rate: float = 3.0
+    #: Typical speed of the axis [m/s or rad/s], to which the gains refer; None takes the rms speed
+    #: of the log, and cannot be used on line.
     speed: float | None = None
 
     def __post_init__(self) -> None:

@@ -36,37 +36,25 @@ _LEAST_ROWS = 3  # a parameter
 
 @dataclass(frozen=True, kw_only=True)
 class ForceObserver(OnlineMethod):
-    """An estimator that compares the friction force of each sample with its own estimate.
+    """An estimator that compares the friction force of each sample with its own estimate."""
 
-    Attributes
-    ----------
-    inertia
-        Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
-    stiffness
-        Of the spring of a flexible arm [N/m or N m/rad], whose load's position the log must then
-        hold; None for a rigid axis.
-    offset
-        Whether a constant offset is estimated.
-    cutoff
-        Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
-        takes a tenth of the sampling rate and at most 100 Hz.
-    dead_band
-        Speed below which the axis may be at rest, and nothing is learned [m/s or rad/s]; None takes
-        none on line, and in `fit` what the log suggests.
-    initial_values
-        First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
-        as known at its first guess.
-    effort_delay
-        Samples by which the effort acts after it is logged [-], also a fraction; negative if the
-        effort is logged late. At most 30.
-    """
-
+    #: Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
     inertia: float | None
+    #: Of the spring of a flexible arm [N/m or N m/rad], whose load's position the log must then
+    #: hold; None for a rigid axis.
     stiffness: float | None = None
-    offset: bool = False
+    offset: bool = False  #: Whether a constant offset is estimated.
+    #: Of the low-pass before positions are differentiated, in a log without velocities [Hz]; None
+    #: takes a tenth of the sampling rate and at most 100 Hz.
     cutoff: float | None = None
+    #: Speed below which the axis may be at rest, and nothing is learned [m/s or rad/s]; None takes
+    #: none on line, and in `fit` what the log suggests.
     dead_band: float | None = None
+    #: First guesses by parameter name [SI]; 0 for those not named. What is not estimated is taken
+    #: as known at its first guess.
     initial_values: Mapping[str, float] | None = None
+    #: Samples by which the effort acts after it is logged [-], also a fraction; negative if the
+    #: effort is logged late. At most 30.
     effort_delay: float = 0.0
     _name: ClassVar[str]
     _kernel: ClassVar[Any]
