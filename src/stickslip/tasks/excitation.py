@@ -3,7 +3,7 @@
 import json
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from jaxtyping import Float
@@ -22,6 +22,9 @@ from stickslip.records import (
 )
 from stickslip.scenario import AXES, estimate_in, table_from
 from stickslip.simulation import Sensors
+
+if TYPE_CHECKING:
+    from stickslip.estimation import InputLimits
 
 _MOST_SAMPLES = 200_000
 """A design tries some hundred inputs: minutes for so many samples."""
@@ -122,17 +125,7 @@ def excite(
     }
     if file is not None:
         options["estimate"] = (file.name, "")
-    for name, value, quantity in (
-        ("effort_limit", limits.effort, "effort"),
-        ("speed_limit", limits.speed, "velocity"),
-        ("travel_limit", limits.travel, "position"),
-        ("position_noise", sensors.position_noise, "position"),
-        ("encoder_step", sensors.encoder_step, "position"),
-        ("velocity_noise", sensors.velocity_noise, "velocity"),
-    ):
-        if value:
-            options[name] = (value, unit_of(quantity, kind))
-    options["seed"] = (float(seed), "")
+    options |= _shown(limits, sensors, kind) | {"seed": (float(seed), "")}
     return Excitation(
         kind=kind,
         sampling_time=sampling_time,
@@ -146,6 +139,19 @@ def excite(
         options=options,
         stickslip_version=__version__,
     )
+
+
+def _shown(limits: "InputLimits", sensors: Sensors, kind: AxisKind) -> dict[str, tuple[float, str]]:
+    """Return the limits and noises that are given, with their units."""
+    given = {
+        "effort_limit": (limits.effort, "effort"),
+        "speed_limit": (limits.speed, "velocity"),
+        "travel_limit": (limits.travel, "position"),
+        "position_noise": (sensors.position_noise, "position"),
+        "encoder_step": (sensors.encoder_step, "position"),
+        "velocity_noise": (sensors.velocity_noise, "velocity"),
+    }
+    return {name: (value, unit_of(unit, kind)) for name, (value, unit) in given.items() if value}
 
 
 def _believed(name: str, values: Mapping[str, float]) -> float:
