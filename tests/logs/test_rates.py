@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from stickslip.logs import LogSchema
-from stickslip.logs.columns.assignment import assign, chosen
+from stickslip.logs.columns.assignment import assign, one_axis
 from stickslip.logs.columns.conversion import axis_log
 from stickslip.logs.table import RateGroup, Table
 from stickslip.records import InputError
@@ -28,7 +28,7 @@ def table(groups, *, units=None):
 
 def read(made):
     assigned = assign(made, LogSchema(kind="rotary"))
-    return axis_log(made, chosen(assigned, None, label="log"), "", None, default_name="log")
+    return axis_log(made, one_axis(assigned, None, label="log").checked(), "", None, default_name="log")
 
 
 FAST, SLOW = np.arange(0, 2, 0.001), np.arange(0.0003, 1.9, 0.008)

@@ -226,28 +226,22 @@ def _all_axes(
 
 def _axes(log: Path, reading: LogReading, known: KnownAxis) -> "Mapping[str, AxisLog | InputError]":
     """Return the axes of a log, with the efforts of a robot's links if there is a model of it."""
-    from stickslip.tasks.axes import axes_at, axes_of_robot
+    from stickslip.tasks.axes import axes_at, axes_of_robot, one_axis
 
     axes = axes_at(log, reading.schema, reading.columns())
     if known.urdf is not None:
         axes = axes_of_robot(axes, known.urdf, known.joint or ())
         if reading.axis is not None:
-            if reading.axis not in axes:
-                raise InputError(
-                    "axis_not_found", where=log.name, axis=reading.axis, axes=list(axes)
-                )
-            axes = {reading.axis: axes[reading.axis]}
+            axes = {reading.axis: one_axis(axes, reading.axis, label=log.name)}
     return axes
 
 
 def _other(log: Path, reading: LogReading, known: KnownAxis) -> "AxisLog | InputError":
     """Return another log of the axis that is identified."""
     if known.urdf is not None:
-        axes = _axes(log, reading, known)
-        if len(axes) == 1:
-            return next(iter(axes.values()))
-        raise InputError("axis_not_chosen", where=log.name, count=len(axes), axes=list(axes),
-                         first=next(iter(axes)))  # fmt: skip
+        from stickslip.tasks.axes import one_axis
+
+        return one_axis(_axes(log, reading, known), None, label=log.name)
     from stickslip.tasks.reading import log_at
 
     return log_at(log, reading.schema, reading.axis, reading.columns())

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 
-from stickslip.logs.columns.assignment import Assignment, assign, chosen
+from stickslip.logs.columns.assignment import Assignment, assign, one_axis
 from stickslip.logs.columns.channels import bind
 from stickslip.logs.columns.conversion import axis_log
 from stickslip.logs.formats.frames import table_of_frame
@@ -183,7 +183,7 @@ def _axis_of(
         except InputError as error:
             raise error.at(where) from None
     assigned = assign(table, whole)
-    one = chosen(assigned, axis, label=table.label)
+    one = one_axis(assigned, axis, label=table.label).checked()
     if one.axis and len(assigned) > 1 and not whole.axes:
         default_name = f"{default_name} {one.axis}"
     return axis_log(table, one, where, source, default_name=default_name)

@@ -15,6 +15,7 @@ from typing import IO, Any, cast
 from stickslip.estimation.base import EstimationTask
 from stickslip.estimation.registry import entry_of
 from stickslip.logs import AxisSchema, LogSchema, read_axes, read_schema
+from stickslip.logs.columns.assignment import one_axis
 from stickslip.records import (
     AxesIdentification,
     AxisLog,
@@ -25,6 +26,16 @@ from stickslip.records import (
 )
 from stickslip.tasks.identification import identified
 from stickslip.tasks.parallel import in_parallel
+
+__all__ = [
+    "axes_at",
+    "axes_of_robot",
+    "axes_validated",
+    "identify_axes",
+    "one_axis",
+    "serve",
+    "validated",
+]
 
 WORKERS = 2
 """Processes; each needs some 300 MB."""

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
-from typing import Any
+from typing import Any, TypeVar
 
 from stickslip.logs.columns.channels import stated_expression
 from stickslip.logs.columns.discovery import Discovery, discover
@@ -13,6 +13,8 @@ from stickslip.logs.schema import CHANNELS, AxisSchema, LogSchema, merged
 from stickslip.logs.table import Table
 from stickslip.logs.units import scale_to_si
 from stickslip.records import InputError
+
+Axis = TypeVar("Axis")
 
 _NEEDED = ("position", "effort")
 _LIKENESS = 0.75
@@ -91,28 +93,20 @@ def assign(table: Table, schema: LogSchema) -> dict[str, Assignment]:
     return {"": _filled(table, discovery, stated, axis="", key=_key(table, stated, discovery))}
 
 
-def chosen(assigned: Mapping[str, Assignment], axis: str | int | None, *, label: str) -> Assignment:
-    """Return one axis of a log, complete.
-
-    Without a name there must be one axis; what is missing or unknown is an InputError.
-    """
+def one_axis(axes: Mapping[str, Axis], axis: str | int | None, *, label: str) -> Axis:
+    """Return one axis of a log; without a name there must be only one."""
+    named = [name for name in axes if name]
+    if axis is None and len(axes) > 1:
+        raise InputError(
+            "axis_not_chosen", where=label, count=len(axes), axes=named, first=next(iter(axes))
+        )
     if axis is None:
-        if len(assigned) > 1:
-            raise InputError(
-                "axis_not_chosen",
-                where=label,
-                count=len(assigned),
-                axes=list(assigned),
-                first=next(iter(assigned)),
-            )
-        (only,) = assigned.values()
-        return only.checked()
-    if str(axis) not in assigned:
-        named = [name for name in assigned if name]
-        if not named:
-            raise InputError("axis_of_no_axes", where=label, axis=str(axis))
+        return next(iter(axes.values()))
+    if str(axis) not in axes and not named:
+        raise InputError("axis_of_no_axes", where=label, axis=str(axis))
+    if str(axis) not in axes:
         raise InputError("axis_not_found", where=label, axis=str(axis), axes=named)
-    return assigned[str(axis)].checked()
+    return axes[str(axis)]
 
 
 def _named(stated: AxisSchema, name: str) -> AxisSchema:
