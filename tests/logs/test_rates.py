@@ -28,7 +28,9 @@ def table(groups, *, units=None):
 
 def read(made):
     assigned = assign(made, LogSchema(kind="rotary"))
-    return axis_log(made, one_axis(assigned, None, label="log").checked(), "", None, default_name="log")
+    return axis_log(
+        made, one_axis(assigned, None, label="log").checked(), "", None, default_name="log"
+    )
 
 
 FAST, SLOW = np.arange(0, 2, 0.001), np.arange(0.0003, 1.9, 0.008)

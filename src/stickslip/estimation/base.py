@@ -46,7 +46,14 @@ class Estimator(Protocol):
         ...
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log."""
+        """Estimate the parameters from a whole log.
+
+        Raises
+        ------
+        InputError
+            If the log is too short, nothing moves or pushes in it, or it lacks a signal that the
+            estimator needs.
+        """
         ...
 
 

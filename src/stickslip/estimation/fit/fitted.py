@@ -58,14 +58,7 @@ class RowsEstimator(ABC):
     """Base of the estimators whose estimate is the least-squares solution of rows."""
 
     def fit(self, log: AxisLog) -> FrictionEstimate:
-        """Estimate the parameters from a whole log.
-
-        Raises
-        ------
-        InputError
-            If the log is too short, nothing moves or pushes in it, or it lacks the load of a
-            flexible arm that the estimator needs.
-        """
+        """Estimate the parameters from a whole log; see `Estimator.fit`."""
         return self.details(log).estimate
 
     @abstractmethod
