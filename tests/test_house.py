@@ -22,6 +22,11 @@ ROOT = Path(__file__).parents[1]
 LARGEST_FILE = 800  # files are split by meaning; one thought may be long
 MOST_MODULES = 12
 QUICK_EXAMPLES = ("02_stop_short.py", "03_estimate_on_line.py")
+HARDWARE_EXAMPLES = (  # tests/control/test_hardware_examples.py runs them
+    "07_a_drive_over_udp.py",
+    "08_mujoco_in_real_time.py",
+    "09_a_cia402_drive_over_can.py",
+)
 HEAVY = ("numba", "scipy", "pint", "narwhals", "pydantic", "matplotlib", "pandas")
 
 
@@ -171,6 +176,7 @@ def test_the_readme_example_runs(tmp_path: Path) -> None:
             path, id=path.name, marks=[] if path.name in QUICK_EXAMPLES else pytest.mark.slow
         )
         for path in sorted((ROOT / "examples").glob("[0-9]*.py"))
+        if path.name not in HARDWARE_EXAMPLES
     ],
 )
 def test_every_example_runs(script: Path, tmp_path: Path) -> None:

@@ -60,15 +60,14 @@ def test_the_curve_goes_through_its_cloud(stage: Identification) -> None:
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("known", [None, 3.0])
-def test_static_friction_of_a_rigid_axis_is_kept(known: float | None) -> None:
+def test_static_friction_of_a_rigid_axis_is_kept() -> None:
     law = CoulombViscousFriction.symmetric(
         coulomb_friction=2.0, viscous_friction=5.0, static_friction=3.0
     )
     effort = 6.0 * np.sin(np.arange(2000) * 0.02)
     motion = simulate(SingleMass(mass=3.0, friction=law), effort, sampling_time=0.005)
     log = Sensors(encoder_step=1e-5, velocity="none").measure(motion)
-    estimator = MaximumLikelihoodEstimator(inertia=known, static_friction=True)
+    estimator = MaximumLikelihoodEstimator(static_friction=True)
     found = examine(log, estimator)
     assert found.estimate.to_dict() == estimator.fit(log).to_dict()
     assert found.estimate.value("static_friction") == pytest.approx(3.0, rel=0.05)
