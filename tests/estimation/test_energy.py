@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -43,12 +44,14 @@ def stage_motion(law: CoulombViscousFriction, sampling_time: float = 0.001) -> S
 
 
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=2.0, viscous_friction=5.0)
-_moving = np.arange(10_000) * 0.001
-MOVE_THEN_REST = simulate(
-    SingleMass(mass=3.0, friction=LAW),
-    np.concatenate([30 * np.sin(2 * _moving) + 15 * np.sin(5 * _moving), np.zeros(100_000)]),
-    sampling_time=0.001,
-)
+
+
+@cache
+def move_then_rest() -> SimulatedMotion:
+    time = np.arange(10_000) * 0.001
+    moving = 30 * np.sin(2 * time) + 15 * np.sin(5 * time)
+    effort = np.concatenate([moving, np.zeros(100_000)])
+    return simulate(SingleMass(mass=3.0, friction=LAW), effort, sampling_time=0.001)
 
 
 def measured(motion: SimulatedMotion, sensors: Sensors, seed: int = 0) -> AxisLog:
@@ -219,8 +222,8 @@ def test_on_line_without_velocity() -> None:
 )
 def test_what_is_known_is_not_forgotten_at_rest(factor: float, noisy: bool, seed: int) -> None:
     sensors = Sensors(position_noise=1e-5, velocity_noise=1e-3) if noisy else CLEAN
-    log = measured(MOVE_THEN_REST, sensors, seed)
-    stopped = int(np.flatnonzero(np.diff(MOVE_THEN_REST.velocity != 0))[-1]) + 100
+    log = measured(move_then_rest(), sensors, seed)
+    stopped = int(np.flatnonzero(np.diff(move_then_rest().velocity != 0))[-1]) + 100
     estimator = EnergyEstimator(
         inertia=3.0, offset=False, forgetting_factor=factor, initial_variance=1e8
     )

@@ -1,5 +1,7 @@
 """Instrumental variables: unbiased where least squares is not, and alike on a real axis."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from benchmark_logs import Find, emps
@@ -10,7 +12,7 @@ from stickslip.estimation.fit.rows import Regression
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog, Status
-from stickslip.simulation import Sensors, simulate
+from stickslip.simulation import Sensors, SimulatedMotion, simulate
 
 T = 0.001
 TRUTH = {"mass": 1.0, "viscous_friction": 1.0, "coulomb_friction": 1.0, "offset": 0.2}
@@ -21,12 +23,16 @@ STANDARD_ERRORS = 4.0
 SMEARED = 0.005  # relative: low-pass and decimation smear the reversals of friction
 
 
-def log_of(noise: float, seed: int) -> AxisLog:
+@cache
+def motion() -> SimulatedMotion:
     time = np.arange(0.0, 10.0, T)
     effort = 3.0 * np.sin(2.0 * time) + 2.0 * np.sin(5.1 * time)
-    motion = simulate(SingleMass(mass=1.0, friction=LAW), effort, sampling_time=T)
+    return simulate(SingleMass(mass=1.0, friction=LAW), effort, sampling_time=T)
+
+
+def log_of(noise: float, seed: int) -> AxisLog:
     sensors = Sensors(position_noise=noise, velocity="none")
-    return sensors.measure(motion, np.random.default_rng(seed))
+    return sensors.measure(motion(), np.random.default_rng(seed))
 
 
 def solution(rows: Regression) -> np.ndarray:

@@ -1,6 +1,7 @@
 """The energy estimator on line: rests, units, and what it refuses."""
 
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -31,7 +32,11 @@ def swing(samples: int) -> np.ndarray:
     return 70.0 * np.sin(2.0 * time) + 60.0 * np.sin(7.0 * time)
 
 
-MOVE_REST_MOVE = moved(TRUTH, np.concatenate([swing(20_000), np.zeros(100_000), swing(10_000)]))
+@cache
+def move_rest_move() -> SimulatedMotion:
+    return moved(TRUTH, np.concatenate([swing(20_000), np.zeros(100_000), swing(10_000)]))
+
+
 STOPPED, STARTED = 20_600, 120_000  # samples: the axis rests in between
 
 
@@ -43,14 +48,14 @@ def log() -> AxisLog:
 @pytest.mark.parametrize("factor", [1.0, 0.9999, 0.99])
 @pytest.mark.parametrize("velocity", ["none", "measured"])
 def test_a_long_rest_changes_nothing(factor: float, velocity: str) -> None:
-    assert not np.any(MOVE_REST_MOVE.velocity[STOPPED:STARTED])
+    assert not np.any(move_rest_move().velocity[STOPPED:STARTED])
     measured = velocity == "measured"
     sensors = (
         Sensors(position_noise=1e-6, velocity_noise=1e-3)
         if measured
         else Sensors(position_noise=1e-6, velocity="none")
     )
-    log = sensors.measure(MOVE_REST_MOVE, np.random.default_rng(0))
+    log = sensors.measure(move_rest_move(), np.random.default_rng(0))
     estimator = EnergyEstimator(forgetting_factor=factor, offset=False)
     state = estimator.init(sampling_time=T, velocity_measured=measured)
     # One row may be under way when the axis stops
@@ -68,7 +73,7 @@ def test_a_long_rest_changes_nothing(factor: float, velocity: str) -> None:
 def test_noise_of_the_velocity_adds_no_way_in_a_rest() -> None:
     """Noise of 10 mm/s changes the sign of the velocity at every other sample of a rest."""
     sensors = Sensors(position_noise=1e-6, velocity_noise=1e-2)
-    log = sensors.measure(MOVE_REST_MOVE, np.random.default_rng(0))
+    log = sensors.measure(move_rest_move(), np.random.default_rng(0))
     estimator = EnergyEstimator(inertia=TRUTH[0], offset=False)
     _, history = estimator.run(estimator.init(sampling_time=T), log)
     np.testing.assert_allclose(history[-1], TRUTH[1:], rtol=0.05)

@@ -1,6 +1,7 @@
 """The balance of work with the inertia sought: the truth, the Cramer-Rao bound, coverage."""
 
 from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 import pytest
@@ -10,7 +11,7 @@ import scipy.stats
 from stickslip.estimation import EnergyEstimator, cramer_rao_bound
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import FlexibleArm, SingleMass
-from stickslip.records import AxisLog, Status
+from stickslip.records import AxisLog, FrictionEstimate, Status
 from stickslip.simulation import Sensors, simulate
 
 RUNS = 40
@@ -85,15 +86,24 @@ def test_without_noise_the_truth_is_found(plant: SingleMass | FlexibleArm) -> No
         assert estimate.value(name) == pytest.approx(true, rel=CLEAN)
 
 
+@cache
+def fits(name: str) -> list[tuple[np.ndarray, FrictionEstimate]]:
+    """Return the effort and the estimate of each run of a case."""
+    found: list[tuple[np.ndarray, FrictionEstimate]] = []
+    for seed in np.random.SeedSequence(23).spawn(RUNS):
+        generator = np.random.default_rng(seed)
+        effort = effort_of(generator)
+        log = log_of(CASES[name], effort, generator)
+        found.append((effort, estimator(CASES[name].plant).fit(log)))
+    return found
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CASES)
 def test_intervals_hold_the_truth(name: str) -> None:
     """In every case: what is measured, what disturbs, and whether a load swings."""
-    case = CASES[name]
     held = dict.fromkeys(TRUTH, 0)
-    for seed in np.random.SeedSequence(23).spawn(RUNS):
-        generator = np.random.default_rng(seed)
-        estimate = estimator(case.plant).fit(log_of(case, effort_of(generator), generator))
+    for _, estimate in fits(name):
         assert estimate.status is Status.OK
         for parameter, true in TRUTH.items():
             low, high = estimate.parameters[parameter].ci95 or (np.nan, np.nan)
@@ -105,10 +115,7 @@ def test_intervals_hold_the_truth(name: str) -> None:
 @pytest.mark.slow
 def test_the_error_is_near_the_bound() -> None:
     squares = dict.fromkeys(TRUTH, 0.0)
-    for seed in np.random.SeedSequence(29).spawn(RUNS):
-        generator = np.random.default_rng(seed)
-        effort = effort_of(generator)
-        estimate = EnergyEstimator().fit(log_of(CASES["velocity"], effort, generator))
+    for effort, estimate in fits("velocity"):
         bound = cramer_rao_bound(RIGID, effort, sampling_time=T, sensors=NOISY).std
         for name, true in TRUTH.items():
             squares[name] += ((estimate.value(name) - true) / bound[name]) ** 2 / RUNS

@@ -214,12 +214,14 @@ def test_intervals_are_no_wider_than_the_spread(loop: Loop, noise: float) -> Non
     assert np.all((ratio > 0.8 / high) & (ratio < 1.25 / low))
 
 
-MOTION = moved(swing(10_000))
+@cache
+def motion() -> SimulatedMotion:
+    return moved(swing(10_000))
 
 
 @pytest.mark.parametrize("sensors", SENSORS)
 def test_a_rigid_axis_whatever_its_sensors(sensors: str) -> None:
-    log = measured(MOTION, SENSORS[sensors])
+    log = measured(motion(), SENSORS[sensors])
     assert_true(RIGID.fit(log), TRUTH)
     state = RIGID.init(sampling_time=0.001, velocity_measured=log.measured_velocity is not None)
     _, history = RIGID.run(state, log)
@@ -343,7 +345,7 @@ def test_intervals_hold_under_a_disturbance(correlation: float, velocity: Any) -
 @pytest.mark.parametrize("sensors", ["ideal", "noise", "encoder"])
 def test_a_mass_that_is_a_little_wrong(factor: float, sensors: str) -> None:
     """Two per cent: what the mass leaves unexplained widens the intervals, and they hold."""
-    log = measured(MOTION, SENSORS[sensors])
+    log = measured(motion(), SENSORS[sensors])
     estimate = replace(RIGID, inertia=factor * MASS).fit(log)
     assert estimate.status is Status.OK
     for name, true in TRUTH.items():
@@ -362,7 +364,7 @@ def test_a_mass_that_is_a_little_wrong(factor: float, sensors: str) -> None:
 def test_other_units_scale_the_results(
     sensors: str, length: float, force: float, time: float
 ) -> None:
-    assert_scaled(measured(MOTION, SENSORS[sensors]).part(0, 4_000), length, force, time)
+    assert_scaled(measured(motion(), SENSORS[sensors]).part(0, 4_000), length, force, time)
 
 
 @pytest.mark.slow
@@ -374,7 +376,7 @@ def test_other_units_scale_the_results(
     seed=st.integers(0, 1000),
 )
 def test_any_units_scale_the_results(length: float, force: float, time: float, seed: int) -> None:
-    log = measured(MOTION, NOISY, seed).part(0, 3_000)
+    log = measured(motion(), NOISY, seed).part(0, 3_000)
     assert_scaled(log, 10.0**length, 10.0**force, 10.0**time)
 
 
