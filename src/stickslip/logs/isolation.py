@@ -8,7 +8,6 @@ import os
 import pickle
 import signal
 import subprocess
-import sys
 import threading
 import weakref
 from collections.abc import Callable, Mapping, Sequence
@@ -16,8 +15,9 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import IO, Any, cast
+from typing import Any
 
+from stickslip.child_process import ChildProcess, answer
 from stickslip.errors import StickslipError
 from stickslip.logs.formats.registry import LogFormat, format_named
 from stickslip.logs.table import Column, Table
@@ -36,7 +36,7 @@ _BYTES, _BYTES_A_BYTE = 800_000_000, 20
 _LONGEST_REASON = 120
 """Characters of a library's message that are repeated."""
 
-_CHILD = "import sys; sys.path[:] = {path!r}; from stickslip.logs.isolation import serve; serve()"
+_CHILD = "from stickslip.logs.isolation import serve; serve()"
 _ENVIRONMENT = {"ARROW_DEFAULT_MEMORY_POOL": "system"}
 """Settings of libraries: the default pool of Arrow reserves more memory than a reader may take."""
 
@@ -127,87 +127,56 @@ class _Reader:
         size = sum(file.stat().st_size for file in files)
         self._entry, self._label = entry, path.name
         self._seconds, self._late = time_limit(size), False
-        # The interpreter that runs this, with nothing of the user's in the command
-        self._process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", _CHILD.format(path=sys.path)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, **_ENVIRONMENT},
+        self._memory = memory_limit(size)
+        self._child = ChildProcess(
+            _CHILD, stderr=subprocess.DEVNULL, env={**os.environ, **_ENVIRONMENT}
         )
-        weakref.finalize(self, _end, self._process)
-        self._send((memory_limit(size), self._seconds))
+        weakref.finalize(self, self._child.end)
 
     def ask(self, *request: Any) -> Any:
         """Return the answer to a request, or raise the error that it is."""
         timer = threading.Timer(_PATIENCE * self._seconds, self._stop)
         timer.start()
         try:
-            self._send(request)
-            answer = _received(cast("IO[bytes]", self._process.stdout))
+            found = self._child.ask((self._memory, self._seconds, *request))
         except (EOFError, OSError, pickle.UnpicklingError):
             raise self._failure() from None
         finally:
             timer.cancel()
             timer.join()  # its thread refers to this, and so to the process
-        if isinstance(answer, StickslipError):
-            raise answer
-        return answer
-
-    def _send(self, request: Any) -> None:
-        with suppress(OSError):  # that the process has ended shows in the missing answer
-            pickle.dump(request, self._process.stdin)  # pyright: ignore[reportArgumentType]
-            self._process.stdin.flush()  # pyright: ignore[reportOptionalMemberAccess]
+        if isinstance(found, StickslipError):
+            raise found
+        return found
 
     def _stop(self) -> None:
         self._late = True
-        self._process.kill()
+        self._child.process.kill()
 
     def _failure(self) -> InputError:
         with suppress(subprocess.TimeoutExpired):
-            self._process.wait(timeout=1.0)
-        if self._late or self._process.returncode == -getattr(signal, "SIGXCPU", 0):
+            self._child.process.wait(timeout=1.0)
+        if self._late or self._child.process.returncode == -getattr(signal, "SIGXCPU", 0):
             return InputError("reading_takes_long", where=self._label, seconds=self._seconds)
         return _damaged(self._entry, self._label, "its library stops on it")
 
 
-def _received(pipe: IO[bytes]) -> Any:
-    """Return the next object of the other process, which is of this package."""
-    return pickle.load(pipe)  # noqa: S301
-
-
-def _end(process: "subprocess.Popen[bytes]") -> None:
-    """End the process, which has no more to do."""
-    for pipe in (process.stdin, process.stdout):
-        if pipe is not None:
-            with suppress(OSError):
-                pipe.close()
-    process.kill()
-    process.wait()
-
-
 def serve() -> None:
-    """Answer the requests of `read_apart`, until its side of the pipe closes."""
-    answers = os.fdopen(os.dup(1), "wb")
-    silent = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(silent, 1)  # what a library prints is no answer
-    memory, seconds = _received(sys.stdin.buffer)
-    limit_this_process(memory)
+    """Answer the requests of `read_apart`."""
     table: Table | None = None
-    while True:
-        try:
-            kind, *arguments = _received(sys.stdin.buffer)
-        except EOFError:
-            return
+
+    def reply(request: Any) -> Any:
+        nonlocal table
+        memory, seconds, kind, *arguments = request
+        if table is None:
+            limit_this_process(memory)
         _limit_time(seconds)
         try:
             if kind == "read" or table is None:
                 name, path = arguments
                 table = read_guarded(format_named(name), Path(path))
-                answer: Any = {field: getattr(table, field) for field in _SHOWN}
-            else:
-                answer = (table.load if kind == "load" else table.place)(*arguments)
+                return {field: getattr(table, field) for field in _SHOWN}
+            return (table.load if kind == "load" else table.place)(*arguments)
         except StickslipError as error:
-            answer = error
-        pickle.dump(answer, answers, protocol=pickle.HIGHEST_PROTOCOL)
-        answers.flush()
+            return error
+
+    answer(reply)

@@ -1,17 +1,13 @@
 """All axes of a log identified in one call, in two processes."""
 
-import os
-import pickle
-import subprocess
-import sys
 import threading
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from queue import SimpleQueue
-from typing import IO, Any, cast
+from typing import Any
 
+from stickslip.child_process import ChildProcess, answer
 from stickslip.estimation.base import EstimationTask
 from stickslip.estimation.registry import entry_of
 from stickslip.logs import AxisSchema, LogSchema, read_axes, read_schema
@@ -40,7 +36,7 @@ __all__ = [
 WORKERS = 2
 """Processes; each needs some 300 MB."""
 
-_CHILD = "import sys; sys.path[:] = {path!r}; from stickslip.tasks.axes import serve; serve()"
+_CHILD = "from stickslip.tasks.axes import serve; serve()"
 
 Progress = Callable[[str, int, int], None]
 """Called with the name of an axis that is done, the number done, and of all."""
@@ -248,16 +244,16 @@ def _identified(
     logs: Mapping[str, AxisLog], estimator: str, task: EstimationTask, progress: Progress | None
 ) -> dict[str, Identification | StickslipError]:
     """Return the identification of each log, or its error, worked out by other processes."""
-    workers: SimpleQueue[_Worker] = SimpleQueue()
+    workers: SimpleQueue[ChildProcess] = SimpleQueue()
     count, done = min(WORKERS, len(logs)), 0
     lock = threading.Lock()
-    started = [_Worker() for _ in range(count)]
+    started = [ChildProcess(_CHILD) for _ in range(count)]
 
     def one(axis: str) -> Identification | StickslipError:
         nonlocal done
         worker = workers.get()
         try:
-            return worker.ask(logs[axis], estimator, task)
+            return _asked(worker, logs[axis], estimator, task)
         finally:
             workers.put(worker)
             with lock:
@@ -276,50 +272,24 @@ def _identified(
     return dict(zip(logs, found, strict=True))
 
 
-class _Worker:
-    """A process that identifies one log after another."""
-
-    def __init__(self) -> None:
-        # The interpreter that runs this, with nothing of the user's in the command
-        self._process = subprocess.Popen(  # noqa: S603
-            [sys.executable, "-c", _CHILD.format(path=sys.path)],
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-        )
-
-    def ask(
-        self, log: AxisLog, estimator: str, task: EstimationTask
-    ) -> Identification | StickslipError:
-        """Return what the process finds, or the error that it meets."""
-        stdin = cast("IO[bytes]", self._process.stdin)
-        pickle.dump((log, estimator, task), stdin)
-        stdin.flush()
-        answer = pickle.load(cast("IO[bytes]", self._process.stdout))  # noqa: S301 - our own process
-        if isinstance(answer, Exception) and not isinstance(answer, StickslipError):
-            raise answer
-        return answer
-
-    def end(self) -> None:
-        """End the process, at once if it is at work."""
-        for pipe in (self._process.stdin, self._process.stdout):
-            with suppress(OSError):
-                cast("IO[bytes]", pipe).close()
-        self._process.kill()
-        self._process.wait()
+def _asked(
+    worker: ChildProcess, log: AxisLog, estimator: str, task: EstimationTask
+) -> Identification | StickslipError:
+    """Return what a process finds, or the error that it meets."""
+    found = worker.ask((log, estimator, task))
+    if isinstance(found, Exception) and not isinstance(found, StickslipError):
+        raise found
+    return found
 
 
 def serve() -> None:
-    """Answer the requests of a `_Worker`, until its side of the pipe closes."""
-    answers = os.fdopen(os.dup(1), "wb")
-    os.dup2(os.open(os.devnull, os.O_WRONLY), 1)  # what is printed is no answer
-    while True:
+    """Answer the requests of `identify_axes`."""
+
+    def reply(request: Any) -> Any:
+        log, estimator, task = request
         try:
-            log, estimator, task = pickle.load(sys.stdin.buffer)  # noqa: S301 - of this package
-        except (EOFError, KeyboardInterrupt):
-            return
-        try:
-            answer: Any = identified([log], estimator, task)
+            return identified([log], estimator, task)
         except Exception as error:  # noqa: BLE001 - raised again on the other side
-            answer = error
-        pickle.dump(answer, answers, protocol=pickle.HIGHEST_PROTOCOL)
-        answers.flush()
+            return error
+
+    answer(reply)
