@@ -15,7 +15,7 @@ export OPENBLAS_NUM_THREADS ?= 1
 demo: .venv/runtime.stamp ## simulate the flexible arm, identify its friction, land it, write the reports
 	$(BIN)/stickslip demo --out $(OUT)
 
-test: .venv/dev.stamp ## the tests of the package without those marked slow, in six minutes on two cores
+test: .venv/dev.stamp ## the tests of the package without those marked slow, in four minutes on two cores
 	$(PYTEST) -m "not slow" --ignore=tests/studies
 
 test-all: .venv/dev.stamp ## every test, with new examples of the property tests

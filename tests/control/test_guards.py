@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 from faulty_runs import faulty_run
 from simple_controllers import Push, T, pid_controller
-from small_scenarios import METHODS, scenario
+from small_scenarios import METHODS, Interpreted, scenario
 
 from stickslip.control import (
     ExactPulseController,
@@ -67,16 +67,6 @@ class Failing(Push):
         if sample.measured_position > 1e6:
             raise ZeroDivisionError("far away")
         return super().step(state, sample)
-
-
-class Interpreted:
-    """A controller whose loop is not compiled, which would take longer than its run."""
-
-    def __init__(self, controller: Any) -> None:
-        self.init, self._step = controller.init, controller.step
-
-    def step(self, state: Any, sample: SensorSample) -> Any:
-        return self._step(state, sample)
 
 
 def guarded(controller: Any, **limits: Any) -> GuardedController:

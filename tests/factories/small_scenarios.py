@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from stickslip.records import SensorSample
 from stickslip.scenario import (
     ARM_CONTROLLERS,
     AXES,
@@ -58,3 +59,13 @@ def scenario(variants: Variants[Controller], method: str) -> Scenario:
         controller=table,
         guess=GuessTable(**known),
     )
+
+
+class Interpreted:
+    """A controller whose loop is not compiled, which would take longer than a short run."""
+
+    def __init__(self, controller: Any) -> None:
+        self.init, self._step = controller.init, controller.step
+
+    def step(self, state: Any, sample: SensorSample) -> Any:
+        return self._step(state, sample)

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 from refusals import refuses
-from small_scenarios import AXIS, METHODS, scenario
+from small_scenarios import AXIS, METHODS, Interpreted, scenario
 
 from stickslip.control import PositionController
 from stickslip.records import PositioningOutcome, SensorSample
@@ -65,7 +65,7 @@ def test_a_controller_answers_about_its_state(variants: Variants[Controller], me
     assert isinstance(controller, PositionController)
     run = simulate_closed_loop(
         asked.axis.build(),
-        controller,
+        Interpreted(controller),
         sampling_time=asked.task.sampling_time,
         samples=asked.task.samples,
     )
@@ -108,7 +108,7 @@ def test_another_target_is_approached(variants: Variants[Controller], method: st
     state = controller.retargeted(controller.init(), target)
     run = simulate_closed_loop(
         asked.axis.build(),
-        SimpleNamespace(init=lambda: state, step=controller.step),
+        Interpreted(SimpleNamespace(init=lambda: state, step=controller.step)),
         sampling_time=asked.task.sampling_time,
         samples=asked.task.samples,
     )
@@ -127,7 +127,7 @@ def test_what_was_learned_is_where_the_next_run_begins(
         return
     run = simulate_closed_loop(
         asked.axis.build(),
-        controller,
+        Interpreted(controller),
         sampling_time=asked.task.sampling_time,
         samples=asked.task.samples,
     )

@@ -1,4 +1,4 @@
-"""Verdicts on part B follow the evidence: what the runs show, and what others would show."""
+"""Verdicts on part B follow the evidence: other runs give other verdicts."""
 
 from dataclasses import replace
 
@@ -23,68 +23,10 @@ from studies.van_de_wijdeven.records import Claim
 
 pytestmark = pytest.mark.slow
 
-VERDICTS = ("agrees", "partly", "differs")
-DIFFER = {
-    "minus root",
-    "printed regressor",
-    "nominal regressor",
-    "estimate of the friction",
-    "overshoot with the bound",
-    "largest final error of PWC",
-    "poor estimate",
-    "velocity at rest",
-    "two pulses after ten iterations",
-    "gain above the truth",
-    "only the ratio",
-    "fluctuation with P laid anew",
-}
-PARTLY = {
-    "stable loop gains": {"b̂ = b"},
-    "less overshoot with the bound": {f"PAPWC, {SMALL}", f"PAPWC, {LARGE}"},
-    "gain in range": {
-        f"PWC, {APPLIED}",
-        f"PAPWC, {SMALL}",
-        f"PAPWC, {LARGE}",
-    },
-    "choice of delta": {LARGE},
-    "one pulse in the end": {f"{SMALL}, P laid anew", f"{LARGE}, P laid anew"},
-    "error around zero": {
-        f"{SMALL}, with the bound",
-        f"{LARGE}, no bound",
-        f"{LARGE}, with the bound",
-    },
-    "one pulse very close": {LARGE},
-    "pulses die out": {
-        f"{SMALL}, with the bound",
-        f"{LARGE}, no bound",
-        f"{LARGE}, with the bound",
-    },
-    "positive pulses only": {SMALL},
-    "negative pulses without a bound": {LARGE},
-    "final error with P laid anew": {
-        f"{SMALL}, with the bound",
-        f"{LARGE}, no bound",
-        f"{LARGE}, with the bound",
-    },
-    "faster adaptation": {LARGE},
-    "opposite changes": {SMALL},
-}
-
 
 @pytest.fixture(scope="module")
 def claims(evidence: Evidence) -> dict[str, Claim]:
     return {claim.name: claim for claim in part_b_claims(evidence)}
-
-
-def test_what_differs_and_what_holds_in_part_is_known(claims: dict[str, Claim]) -> None:
-    found = {
-        verdict: {n for n, c in claims.items() if c.verdict == verdict} for verdict in VERDICTS
-    }
-    assert found["differs"] == DIFFER
-    assert found["partly"] == set(PARTLY)
-    for name, cases in PARTLY.items():
-        assert {case for case, agrees in claims[name].verdicts.items() if agrees} == cases
-    assert len(found["agrees"]) > len(DIFFER) + len(PARTLY)
 
 
 def test_every_claim_has_what_it_needs(claims: dict[str, Claim]) -> None:
