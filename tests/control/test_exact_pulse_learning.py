@@ -422,6 +422,6 @@ def test_friction_believed_above_the_limit_is_found_to_be_below(believed):
     controller = replace(CONTROLLER.resumed(replace(learned(), values=values)), tolerance=1e-5)
     run = run_pulses(PLANT, controller, sampling_time=T, duration=5.0)
     assert run.outcome is PositioningOutcome.REACHED
-    assert len(run.pulses) <= 6
+    assert len(run.pulses) <= 7  # an effort that fails is followed by one half as large again
     found = run.estimates["coulomb_friction_positive"][-1]
     assert found == pytest.approx(90.0 + 15.0, rel=0.02)

@@ -98,6 +98,7 @@ class FirstGuesses:
     sources: Mapping[str, str] = field(default_factory=dict)  # in words
     missing: Mapping[str, InputError] = field(default_factory=dict)  # why an estimate has no value
     spreads: Mapping[str, float] = field(default_factory=dict)  # standard deviation over value [-]
+    spread: float | None = None  # of friction that a rule has set, over its value [-]
     # of the means of Coulomb and viscous friction over both directions, in this order [SI]
     covariance: Float[np.ndarray, "2 2"] | None = None
     learned: LearnedPulses | None = None  # to resume from

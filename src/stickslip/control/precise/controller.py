@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
@@ -14,7 +14,7 @@ from stickslip.control.base import PositionController
 from stickslip.control.checks import check_class, check_fields
 from stickslip.control.precise import learning as at
 from stickslip.control.precise.learning import SIZE, own_fields, teach
-from stickslip.control.precise.moving import go_on, shortest, start_move
+from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
 from stickslip.control.pulses import exact_kernels
 from stickslip.control.pulses.exact import ExactPulseController
 from stickslip.control.pulses.exact_kernels import HIGHEST, law_of, pulse_for
@@ -28,6 +28,7 @@ from stickslip.control.pulses.kernel import (
     wait_for_rest,
     watch,
 )
+from stickslip.friction import CoulombViscousFriction
 from stickslip.planning.pulse_kernels import pulse_duration
 from stickslip.records import (
     InputError,
@@ -45,9 +46,13 @@ _WORTH = 5.0  # tolerances: a shorter way is that of a pulse
 _SOONER = 1.0  # times the duration of a pulse: a move that takes longer is not begun
 _EXTRA = 1.0  # samples that a move takes beyond the shortest time
 _STRONG = 0.9  # of the effort limit: friction up to which a move is begun
-_EXPLAINED = 2.0  # mean squared innovation over its variance: a move that the law explains
+_EXPLAINED = 9.0  # mean squared innovation over its variance: a move that the law explains
 _CERTAIN = 2.0  # standard deviations of friction: an effort that frees the axis
-_LEARNED = 4  # samples of motion from which the pulses learn
+_UNKNOWN = 0.9  # standard deviation of the logarithm of unknown friction: a factor 6 is two of them
+_UNKNOWN_SHARE = 0.12  # of the effort limit: between a third and a thirtieth, as usual of drives
+_UNKNOWN_VISCOUS = 0.3  # of that friction at the largest speed
+_FEWEST = 2  # samples of a rest, where the delay is known
+_LEARNED = 2  # samples of motion from which the pulses learn
 
 
 @compiled()
@@ -65,10 +70,26 @@ def _moves(p: Any, s: Any, own: Any, error: float) -> bool:
 
 
 @compiled()
+def _hasten(p: Any, s: Any, own: Any) -> None:
+    """Set the samples in which an axis that friction stops certainly shows that it still moves.
+
+    Slowed by F/m alone it goes F (n T)^2/(2 m) in the last n samples.
+    """
+    m = math.exp(own.values[0])
+    least = math.inf
+    for side in range(2):
+        i = exact_kernels.COULOMB + side
+        spread = _CERTAIN * math.sqrt(own.covariance[i, i])
+        least = min(least, math.exp(own.values[i] - spread))
+    n = math.ceil(math.sqrt(2.0 * s.spread * m / least) / p.period) + math.ceil(p.lag)
+    s.early = min(s.window, max(n + 1, _FEWEST))
+
+
+@compiled()
 def _ended(p: Any, s: Any, own: Any) -> None:
     """Give what a move has taught to the pulses, and wait for rest."""
-    moved = p.samples - at.delay_of(p.best)
-    if moved >= _LEARNED and p.misfit[p.best] <= _EXPLAINED * p.rows:
+    explained = p.misfit[p.best] <= _EXPLAINED * p.rows and p.wild <= WILD
+    if p.seen and explained and p.rows >= _LEARNED:
         side = p.backward
         before = law_of(own, side)[1]
         teach(p, own.values, own.covariance)
@@ -81,8 +102,12 @@ def _ended(p: Any, s: Any, own: Any) -> None:
             i = exact_kernels.COULOMB + each
             sure = HIGHEST * F * math.exp(_CERTAIN * math.sqrt(own.covariance[i, i]))
             own.moved_at[each] = min(own.moved_at[each], sure)
-        p.known, p.delay, p.lag = 1, at.delay_of(p.best), at.lag_of(p.best)
+        p.known = 1 if p.known or at.certain(p) else 0
+        p.delay, p.lag = at.delay_of(p.best), at.lag_of(p.best)
         s.delay = p.delay + p.lag
+    own.taught = p.seen
+    if p.known:
+        _hasten(p, s, own)
     wait_for_rest(s)
     s.pending = 0
 
@@ -107,6 +132,8 @@ def _step(
         if watch(inner, sample):
             if s.fresh:
                 exact_kernels.learn(s, own)
+                if p.known:
+                    _hasten(p, s, own)
             if s.outcome == MOVING:
                 if not _moves(p, s, own, abs(s.error)):
                     exact_kernels.plan(s, own)
@@ -179,16 +206,41 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
 
     pulses: ExactPulseController
     delay: float | None = quantity_field("time", default=None)
+    unknown_spread: ClassVar[float] = _UNKNOWN
 
     def __post_init__(self) -> None:
         check_class("pulses", self.pulses, ExactPulseController)
         check_fields(self, non_negative, {"delay": "s"})
-        longest = (at.DELAYS - 1) / at.PER_SAMPLE * self.sampling_time
+        longest = at.LONGEST_DELAY * self.sampling_time
         if self.delay is not None and self.delay > longest:
             interval = f"[0, {longest:g}]"
             raise InputError(
                 "not_in_interval", name="delay", value=self.delay, interval=interval, usual=0.0
             )
+
+    @staticmethod
+    def unknown_friction(
+        *, mass: float, effort_limit: float, distance: float
+    ) -> CoulombViscousFriction:
+        """Return a first guess of friction of which nothing is known.
+
+        Its logarithm has the standard deviation ``unknown_spread`` (``friction_uncertainty`` of the
+        pulses).
+
+        Parameters
+        ----------
+        mass
+            [kg or kg m^2].
+        effort_limit
+            [N or N m].
+        distance
+            Of the longest move [m or rad].
+        """
+        F = _UNKNOWN_SHARE * effort_limit
+        v = math.sqrt(effort_limit * distance / mass)
+        return CoulombViscousFriction.symmetric(
+            coulomb_friction=F, viscous_friction=_UNKNOWN_VISCOUS * F / v
+        )
 
     @property
     def sampling_time(self) -> float:

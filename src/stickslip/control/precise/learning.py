@@ -29,6 +29,7 @@ DELAYS, LAGS = 33, 4
 PER_SAMPLE = 4.0  # delays a sample
 LAG_STEP = 0.5  # samples
 MODELS = DELAYS * LAGS
+LONGEST_DELAY = (DELAYS - 1) / PER_SAMPLE
 HISTORY = 12  # commands kept, more than the longest delay
 ROWS = 4  # m, F, c, g
 TAUGHT = 3
@@ -56,6 +57,8 @@ OWN_DTYPE = np.dtype(
         ("start", "f8"),
         ("backward", "i8"),  # 1 if it goes in the negative direction
         ("way", "f8"),  # to the target, positive at the start
+        ("seen", "i8"),  # 1 once it has moved
+        ("wild", "i8"),  # innovations that the model does not explain
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then
@@ -64,6 +67,9 @@ OWN_DTYPE = np.dtype(
         ("slope", "f8"),
         ("x", "f8"),  # state in the sample, in the direction of the move, as estimated
         ("v", "f8"),
+        ("p_xx", "f8"),  # its covariance
+        ("p_xv", "f8"),
+        ("p_vv", "f8"),
         ("position", "f8"),  # last one, as measured
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the latest is the first
@@ -86,6 +92,7 @@ SIZE = places(OWN_DTYPE)
 
 _ROUGH = 5e-4  # of the way so far: no axis follows the law more closely
 _CLEARLY = 3.0  # difference of evidence: models side by side hardly differ
+_CERTAIN = 6.0  # such a difference excludes a model
 _DELAY_SPREAD = 0.1  # samples: standard deviation of a known delay
 _SIMPLER = 1.0  # evidence against each sample of an unknown lag
 _OUTLYING = 9.0  # squared standard deviations
@@ -233,6 +240,17 @@ def choose(p: Any) -> bool:
     if changed:
         p.best = best
     return changed
+
+
+@compiled()
+def certain(p: Any) -> bool:
+    """Return whether no model more than a sample later or earlier is nearly as good."""
+    best = delay_of(p.best) + lag_of(p.best)
+    for h in range(MODELS):
+        apart = abs(delay_of(h) + lag_of(h) - best) > 1.0
+        if apart and p.evidence[h] < p.evidence[p.best] + _CERTAIN:
+            return False
+    return True
 
 
 @compiled()

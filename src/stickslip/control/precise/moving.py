@@ -5,8 +5,9 @@ From there on there are three parts:
 
 1. Largest effort, as long as a stop at the target is possible after one more sample of it, with the
    planned share of the limit.
-2. The acceleration a after which the state is on the curve of that stop, v^2 = 2 b e:
-   (v + a T)^2 = 2 b (e - v T - a T^2/2).
+2. The acceleration a after which the state is on the curve of that stop, v^2 = 2 b (e - e_0):
+   (v + a T)^2 = 2 b (e - e_0 - v T - a T^2/2). The way e_0 = 1.5 b T^2 costs one sample, and lets
+   the last part end with a third of the braking, and so of what is wrong with it.
 3. As soon as n samples within the limit lead to rest at the target, those with the least sum of
    squares of the acceleration,
 
@@ -23,6 +24,8 @@ from typing import Any
 from stickslip.compiled import compiled
 from stickslip.control.precise.learning import (
     HISTORY,
+    LONGEST_DELAY,
+    PER_SAMPLE,
     TAUGHT,
     acting,
     begin,
@@ -37,11 +40,19 @@ from stickslip.control.precise.learning import (
 _PLANNED = 0.85  # of the limit: braking, so that the feedback can brake more
 _LAST = 8  # samples: the longest last part
 _QUIET = 0.03  # of the limit: effect of noise on an effort up to which the last part is replanned
-_LOUD = 0.15  # of the effort: what the model does not have, for the estimation of the velocity
+_ROUGH_FRICTION = 0.05  # of the friction: what no law has, for the estimation of the velocity
+_ROUGH_EFFORT = 0.003  # of the limit, likewise: steps of the effort
+_ROUGH_SWITCH = 0.03  # of a change of the effort, likewise: its delay
+_OUTLYING = 9.0  # squared standard deviations of an innovation
+_SEEN = 5.0  # standard deviations of a position: an axis that has moved
+WILD = 5  # such innovations after which an axis is left to friction
+_UNSEEN = 0.5  # of the way after which friction is complete: an axis that coasts so far has stopped
+_FINEST = 1e-12  # standard deviation of a position, at least
 _LONGER = 3.0  # times the shortest time that a move may last
 _SLACK = 40  # samples more
 _FIRST = 3  # samples: the shortest last part, so that feedback can correct it
 _USED = 0.9  # of the limit: by the last part as it is planned first
+_TAPER = 1.5  # way in samples of braking that is left for a last part which ends gently
 _STOPPING = 12  # samples: an axis that does not stop on the plan is stopped for so long
 _REACTION = 3.0  # lags after which an axis moves that can
 _GENTLY = 0.7  # of the speed is taken away in a sample then
@@ -58,22 +69,16 @@ def shortest(m: float, F: float, limit: float, d: float) -> float:
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
     """Begin a move at rest in x."""
     p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = 1, 0, 0, 0, 0, 0
+    p.seen = p.wild = 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
     p.way = p.last_error = abs(target - x)
     p.x = p.v = p.position = 0.0
+    p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, 0.0
     begin(p, values, covariance)
     m, F, _ = model(p)
     fast = shortest(m, min(F, 0.9 * p.limit), p.limit, p.way)
     p.longest = int(_LONGER * fast / p.period) + _SLACK
-
-
-@compiled()
-def _coefficients(ratio: float) -> tuple[float, float]:
-    """Return alpha and beta of a tracker by the ratio of unmodelled motion and noise (Kalata)."""
-    r = (4.0 + ratio - math.sqrt(8.0 * ratio + ratio * ratio)) / 4.0
-    alpha = 1.0 - r * r
-    return alpha, 2.0 * (2.0 - alpha) - 4.0 * math.sqrt(1.0 - alpha)
 
 
 @compiled()
@@ -101,10 +106,31 @@ def _free(
 
 
 @compiled()
-def _track(p: Any, x: float, measured: bool, f: float) -> None:
-    """Estimate the state in the sample: prediction, and correction by the position.
+def _unmodelled(p: Any, a: float, v: float, older: float, newer: float) -> float:
+    """Return the standard deviation of the acceleration in a sample.
 
-    The effort that acted at the start of the sample is ``f``.
+    It is that of m a + F + c v by what has been learned, of a switch between two commands by the
+    delay, and of what no law has.
+    """
+    h = p.best
+    row = (a, 1.0, v)
+    variance = 0.0
+    for i in range(TAUGHT):
+        for j in range(TAUGHT):
+            variance += row[i] * p.covariance[h, i, j] * row[j]
+    variance *= max(p.misfit[h] / max(p.rows, 1), 1.0)
+    m, F, _ = model(p)
+    variance += (_ROUGH_FRICTION * F + _ROUGH_EFFORT * p.limit) ** 2
+    variance += (_ROUGH_SWITCH * (newer - older)) ** 2
+    return math.sqrt(variance) / m
+
+
+@compiled()
+def _track(p: Any, x: float, measured: bool, f: float) -> None:
+    """Estimate the state in the sample by a Kalman filter: prediction, correction by the position.
+
+    The effort that acted at the start of the sample is ``f``. An innovation of more than three
+    standard deviations is that of the acceleration.
     """
     T = p.period
     m, F, c = model(p)
@@ -114,12 +140,29 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     x_0, v_0 = _free(p.x, p.v, mean, double, m, F, c, share * T)
     f, mean, double = lagging(f, newer, lag, (1.0 - share) * T)
     x_0, v_0 = _free(x_0, v_0, mean, double, m, F, c, (1.0 - share) * T)
+    q = _unmodelled(p, (v_0 - p.v) / T, v_0, older, newer) ** 2
+    p_xx = p.p_xx + T * (2.0 * p.p_xv + T * p.p_vv)
+    p_xv = p.p_xv + T * p.p_vv
+    p_vv = p.p_vv
+    p.x, p.v = x_0, v_0
+    p.p_xx, p.p_xv, p.p_vv = p_xx + 0.25 * q * T**4, p_xv + 0.5 * q * T**3, p_vv + q * T**2
     if measured:
-        alpha, beta = _coefficients(_LOUD * p.limit / m * T * T / max(p.noise, 1e-12))
-        off = x - x_0
-        p.x, p.v = x_0 + alpha * off, v_0 + beta / T * off
-    else:
-        p.x, p.v = x_0, v_0
+        off, R = x - x_0, max(p.noise * p.noise, _FINEST * _FINEST)
+        beyond = off * off / _OUTLYING - p.p_xx - R
+        if beyond > 0.0:
+            p.wild += 1
+            p.p_xx += beyond
+            p.p_xv += 2.0 * beyond / T
+            p.p_vv += 4.0 * beyond / (T * T)
+        k_x, k_v = p.p_xx / (p.p_xx + R), p.p_xv / (p.p_xx + R)
+        p.x += k_x * off
+        p.v += k_v * off
+        slow = _SEEN * p.noise / T  # as it may be while no motion is seen
+        if p.ending and abs(x - p.position) <= slow * T and m * slow * slow <= _UNSEEN * p.bend * F:
+            p.v = 0.0
+        p.p_vv -= k_v * p.p_xv
+        p.p_xx *= 1.0 - k_x
+        p.p_xv *= 1.0 - k_x
 
 
 @compiled()
@@ -200,7 +243,7 @@ def _decide(p: Any) -> float:
     x, v, speed = _ahead(p)
     T, e = p.period, p.way - x
     m, F, c = model(p)
-    if p.samples > p.longest:
+    if p.samples > p.longest or (p.open == 0 and p.wild > WILD):
         p.moving = 0
         return 0.0
     if p.left > 0:
@@ -218,11 +261,12 @@ def _decide(p: Any) -> float:
     push = (p.limit - F - c * v) / m
     x_1, v_1 = v * T + 0.5 * push * T * T, v + push * T
     b = max(_PLANNED * p.limit + F, 0.1 * p.limit) / m
-    if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - x_1):
+    gentle = _TAPER * b * T * T
+    if push > 0.0 and v_1 * v_1 <= 2.0 * b * (e - gentle - x_1):
         return p.limit
     if _can_end(p, e, v):
         return _next_of_last(p, v, speed)
-    B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - v * T)) / (T * T)
+    B, C = 2.0 * v / T + b, (v * v - 2.0 * b * (e - gentle - v * T)) / (T * T)
     root = B * B - 4.0 * C
     a = 0.5 * (math.sqrt(root) - B) if root > 0.0 else -2.0 * p.limit / m
     return _effort(p, a, v, speed)
@@ -232,10 +276,15 @@ def _decide(p: Any) -> float:
 def _stop(p: Any, e: float, v: float, speed: float) -> float:
     """Return the effort that stops the axis; end the move when friction does.
 
-    An axis that still moves towards the target has another last part.
+    An axis that still moves towards the target has another last part. One of which no motion has
+    been seen is waited for, as long as the longest delay.
     """
     m, F, c = model(p)
-    p.ending, p.open = 1, 0
+    if p.seen == 0:
+        if p.samples > LONGEST_DELAY:
+            p.moving = 0
+        return 0.0
+    p.ending = 1
     p.waited += 1
     coasts = 0.5 * m * speed * speed / max(F, 1e-300)
     if coasts > p.bend and p.waited <= _STOPPING:
@@ -243,6 +292,8 @@ def _stop(p: Any, e: float, v: float, speed: float) -> float:
         if e > 2.0 * p.bend and _can_end(p, e, v):
             return _next_of_last(p, v, speed)
         u = -_GENTLY * m * v / p.period + math.copysign(F, speed) + c * speed
+        if u * speed > 0.0:  # friction alone stops it as soon
+            return 0.0
         return min(max(u, -p.limit), p.limit)
     p.quiet += 1
     if p.quiet > delay_of(p.best) + 1.0:
@@ -255,20 +306,22 @@ def go_on(p: Any, position: float, measured: bool) -> float:
     """Take a sample of a move in; return the effort until the next one."""
     sign = -1.0 if p.backward else 1.0
     if p.samples > 0:
-        f = p.effort[p.best]
         x = sign * (position - p.start)
-        if not measured:
-            _track(p, 0.0, False, f)
-            learn(p, p.x, False)
-        else:
+        _track(p, x, measured, p.effort[p.best])
+        if p.seen and p.v <= 0.0:
+            p.open = 0  # it has stopped within the sample
+        if measured:
+            p.seen = 1 if p.seen or x > _SEEN * p.noise else 0
             learn(p, x, True)
-            changed = choose(p) if p.open else False
-            _track(p, x, True, f)
             tau = (p.samples - delay_of(p.best)) * p.period
-            if changed and tau > 0.0:
+            if p.open and choose(p) and tau > 0.0:
                 m, F, c = model(p)
                 impulse = F * tau + c * x + p.values[p.best, TAUGHT]
                 p.x, p.v = x, max((p.once[p.best] - impulse) / m, 0.0)
+                late = p.v * p.period / (PER_SAMPLE * tau)
+                p.p_xx, p.p_xv, p.p_vv = p.noise * p.noise, 0.0, p.p_vv + late * late
+        else:
+            learn(p, p.x, False)
     u = _decide(p)
     p.samples += 1
     for k in range(HISTORY - 1, 0, -1):

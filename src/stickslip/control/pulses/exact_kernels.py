@@ -73,6 +73,11 @@ OWN_DTYPE = np.dtype(
         ("half_error", "f8"),  # half of what the error was when it was last halved
         ("fruitless", "i8"),  # pulses since then
         ("reason", "i8"),  # why no pulse is fired any more
+        (
+            "more",
+            "f8",
+        ),  # samples beyond one of the shortest pulse, where shorter ones do not free it
+        ("taught", "i8"),  # 1 if something else than pulses has taught it
         ("allowed", "f8"),  # most samples of the next pulse
         ("values", "f8", (PARAMETERS,)),
         ("covariance", "f8", (PARAMETERS, PARAMETERS)),
@@ -95,9 +100,16 @@ _NEAR_LONGER = 10.0  # of the next pulse's width where the law does not hold but
 _EXPLAINED = 0.5  # of that mean square is left, or less, where it is right to widen the prior
 _DIFFERENCE = 1e-6  # of a logarithm, for slopes
 _FINEST = 1e-4  # of the displacement: no axis follows the law more closely
+_ROUGH = 0.05  # of displacement and friction, of an axis that does not follow the law along the way
 _SURPRISE = 25.0  # most that one pulse counts for, as a multiple of the variance expected
 HIGHEST = 2.0  # breakaway over Coulomb friction, where no pulse has failed
 _GROWN = 1.02  # times an effort that did not free the mass: a lower limit from before is outdated
+_STRONGER = 1.5  # times an effort that did not free the mass: the next
+_STRONG = 0.7  # of the effort limit: longer pulses follow, not stronger ones
+_WIDEST = 4.0  # samples, at which the fewest samples of a pulse end
+_PATIENT, _BOLDER = 4, 3.0  # as many may fail; then the first guess is wrong by more than that
+_CLEAR = 4.0  # standard deviations of a position
+_MOVING = 8  # samples in motion that can contradict a prior of mass and friction
 _SLOWEST_WALK = 1e-10  # variance: what the estimates forget even where friction repeats exactly
 # Choice
 _CAUTION = 2.0  # standard deviations by which a pulse falls short when it is uncertain
@@ -150,11 +162,12 @@ def _observe(
 @compiled()
 def _posterior(
     s: Any, own: Any, prior: Vector, P: Matrix, at: Vector, side: int, f: float, t: float,
-    inflation: float, value: Vector, Q: Matrix,
+    inflation: float, rough: float, value: Vector, Q: Matrix,
 ) -> float:  # fmt: skip
     """Write the posterior linearised at ``at`` into ``value`` and ``Q``.
 
-    Returns the mean square of the normalised residuals there.
+    With ``rough`` above 0, the displacement from rest to rest alone counts, and it and friction
+    are so uncertain over their values. Returns the mean square of the normalised residuals there.
     """
     value[:], Q[:] = prior, P
     m = math.exp(at[0])
@@ -162,8 +175,8 @@ def _posterior(
     sign = 1.0 if f > 0.0 else -1.0
     achieved = sign * s.last.achieved
     start = s.rest - s.last.achieved
-    coarse = (_FINEST * achieved) ** 2
-    count, total = s.position_count, 0.0
+    coarse = (max(_FINEST, rough) * achieved) ** 2
+    count, total = (1 if rough > 0.0 else s.position_count), 0.0
     u, up, row = abs(f), 1.0 + _DIFFERENCE, np.empty(4)
     ends, ends_m = pulse_ends(m, F, c, u, t), pulse_ends(m * up, F, c, u, t)
     ends_f, ends_c = pulse_ends(m, F * up, c, u, t), pulse_ends(m, F, c * up, u, t)
@@ -176,7 +189,8 @@ def _posterior(
         row[2] = (position_along(m, F * up, c, u, t, tau, ends_f) - x) / _DIFFERENCE
         row[3] = (position_along(m, F, c * up, u, t, tau, ends_c) - x) / _DIFFERENCE
         y = achieved if last else sign * (s.positions[k] - start)
-        R = own.rest_noise**2 + coarse + (own.rest_noise**2 if last else own.noise**2)
+        sensor = own.rest_noise if last else own.noise
+        R = own.rest_noise**2 + coarse + sensor**2 + (rough * row[2]) ** 2
         total += (y - row[0]) ** 2 / R
         _observe(value, Q, at, side, row, y, R * inflation)
     return total / count
@@ -193,7 +207,7 @@ def _largest_change(value: Vector, at: Vector) -> float:
 @compiled()
 def _maximum(
     s: Any, own: Any, prior: Vector, P: Matrix, at: Vector, side: int, f: float, t: float,
-    value: Vector, Q: Matrix,
+    rough: float, value: Vector, Q: Matrix,
 ) -> float:  # fmt: skip
     """Write the posterior's maximum, searched from ``at`` on, and its covariance.
 
@@ -202,10 +216,10 @@ def _maximum(
     most = math.log(_STRONGEST * abs(f))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
-    inflation = misfit = _posterior(s, own, prior, P, at, side, f, t, 1.0, value, Q)
+    inflation = misfit = _posterior(s, own, prior, P, at, side, f, t, 1.0, rough, value, Q)
     for _ in range(_ITERATIONS):
         inflation = max(min(inflation, misfit) * _COOLING, 1.0)
-        misfit = _posterior(s, own, prior, P, at, side, f, t, inflation, value, Q)
+        misfit = _posterior(s, own, prior, P, at, side, f, t, inflation, rough, value, Q)
         change = _largest_change(value, at)
         shorter = min(1.0, _LONGEST_STEP / change) if change > 0.0 else 1.0
         for a in range(prior.size):
@@ -214,7 +228,7 @@ def _maximum(
         if change <= _CONVERGED and inflation == 1.0:
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
-    _posterior(s, own, prior, P, at, side, f, t, max(misfit, 1.0), value, Q)
+    _posterior(s, own, prior, P, at, side, f, t, max(misfit, 1.0), rough, value, Q)
     # A step so long leaves the range in which the linearisation holds
     if not _largest_change(value, at) <= _LONGEST_STEP:
         value[:] = at
@@ -254,6 +268,16 @@ def _estimate(s: Any, own: Any, side: int, f: float, t: float, at: Vector) -> No
 
 
 @compiled()
+def _in_motion(s: Any, own: Any) -> int:
+    """Return how many positions of the last pulse are between those before and after it."""
+    start, clear, count = s.rest - s.last.achieved, _CLEAR * own.noise, 0
+    for k in range(s.position_count):
+        if abs(s.positions[k] - start) > clear and abs(s.positions[k] - s.rest) > clear:
+            count += 1
+    return count
+
+
+@compiled()
 def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
     """Replace mean and covariance of the parameters by those after the last pulse."""
     n = PARAMETERS
@@ -262,13 +286,13 @@ def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
     own.walk = max(own.walk, _SLOWEST_WALK)
     for i in range(COULOMB, n):
         P[i, i] += own.walk
-    misfit = _maximum(s, own, prior, P, at, side, f, t, value, Q)
+    misfit = _maximum(s, own, prior, P, at, side, f, t, 0.0, value, Q)
     i = COULOMB + side
     surprise = (value[i] - prior[i]) ** 2 / P[i, i]
     # A prior that leaves much unexplained which a wider one explains was too sure of itself. On an
     # axis that does not follow the law none explains it.
     wider, wider_Q, C = np.empty(n), np.empty((n, n)), np.empty((n, n))
-    if misfit > _UNEXPLAINED:
+    if misfit > _UNEXPLAINED and (not own.taught or _in_motion(s, own) >= _MOVING):
         _unseen(P, side, C)
         for _ in range(_WIDENINGS):
             at[:] = prior
@@ -276,17 +300,31 @@ def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
                 for b in range(n):
                     P[a, b] = C[a, b] + _WIDENING * (P[a, b] - C[a, b])
             _estimate(s, own, side, f, t, at)
-            again = _maximum(s, own, prior, P, at, side, f, t, wider, wider_Q)
-            if again < _EXPLAINED * misfit:
+            again = _maximum(s, own, prior, P, at, side, f, t, 0.0, wider, wider_Q)
+            if again <= _UNEXPLAINED or (not own.taught and again < _EXPLAINED * misfit):
                 misfit = again
                 value[:], Q[:] = wider, wider_Q
             if misfit <= _UNEXPLAINED:
                 break
+        if own.taught and misfit > _UNEXPLAINED:
+            # A law that does not hold along the way may hold for all of it
+            at[:] = prior
+            P[:] = own.covariance
+            for i in range(COULOMB, VISCOUS):
+                P[i, i] += own.walk
+            for i in range(VISCOUS, n):  # one displacement cannot teach both kinds of friction
+                P[i, :] = 0.0
+                P[:, i] = 0.0
+            _maximum(s, own, prior, P, at, side, f, t, _ROUGH, value, Q)
+            for i in range(VISCOUS, n):
+                for j in range(VISCOUS, n):
+                    Q[i, j] = own.covariance[i, j]
     ratio = s.last.predicted / s.last.achieved
     near = 1.0 / _MISSED < ratio < _MISSED
     longer = _NEAR_LONGER if near else _MISSED
     own.allowed = math.inf if misfit <= _UNEXPLAINED else longer * math.ceil(t / own.period - 0.5)
-    own.walk = max(own.walk * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
+    if misfit <= _UNEXPLAINED or not own.taught:
+        own.walk = max(own.walk * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
     own.values[:], own.covariance[:] = value, Q
 
 
@@ -298,10 +336,19 @@ def learn(s: Any, own: Any) -> None:
     side = 0 if f > 0.0 else 1
     strength = abs(f)
     if not s.last.moved:
+        if strength >= _STRONG * own.limit and own.more + 1.0 < _WIDEST:
+            own.more = (
+                2.0 * own.more + 1.0
+            )  # behind the lag of a drive a short effort does not act in full
+            own.allowed = max(own.allowed, own.more + 1.0)
+            if own.taught:
+                return
         own.held[side] = strength
         if own.moved_at[side] <= _GROWN * strength:  # it has grown since
             own.moved_at[side] = own.limit
-        own.breakaway[side] = max(own.breakaway[side], 0.5 * (own.held[side] + own.moved_at[side]))
+        growth = _STRONGER if s.idle <= _PATIENT else _BOLDER
+        next_try = min(0.5 * (strength + own.moved_at[side]), strength * growth)
+        own.breakaway[side] = max(own.breakaway[side], next_try)
         return
     if s.last.achieved * f < 0.0:  # another force has moved the axis
         return
@@ -355,9 +402,9 @@ def pulse_for(own: Any, side: int, d: float) -> tuple[float, float]:
     """
     m, F, c = law_of(own, side)
     if own.limit <= F:  # as far as is known nothing moves: try
-        return own.limit, 1.0
-    n = whole_samples(width_for(m, F, c, d, own.limit), own.period)
-    longest = min(own.longest, own.allowed)
+        return own.limit, min(own.more + 1.0, own.longest)
+    n = max(whole_samples(width_for(m, F, c, d, own.limit), own.period), own.more + 1.0)
+    longest = max(min(own.longest, own.allowed), 1.0)
     if n > longest:
         return own.limit, longest
     return min(effort_for(m, F, c, d, n * own.period), own.limit), n
@@ -366,8 +413,9 @@ def pulse_for(own: Any, side: int, d: float) -> tuple[float, float]:
 @compiled()
 def _freeing_effort(own: Any, side: int) -> float:
     """Return an effort that frees the mass by all that is known."""
-    f = own.breakaway[side] + _SURE * (own.moved_at[side] - own.breakaway[side])
-    return min(f, own.limit)
+    breakaway = own.breakaway[side]
+    f = breakaway + _SURE * (own.moved_at[side] - breakaway)
+    return min(f, _STRONGER * breakaway, own.limit)
 
 
 @compiled()
@@ -375,7 +423,7 @@ def _freeing_pulse(own: Any, side: int, d: float) -> tuple[float, float]:
     """Return a pulse that frees the mass by all that is known and moves it by d, or farther."""
     m, F, c = law_of(own, side)
     f = _freeing_effort(own, side)
-    n = whole_samples(width_for(m, F, c, d, f), own.period) if f > F else 1.0
+    n = max(whole_samples(width_for(m, F, c, d, f), own.period) if f > F else 1.0, own.more + 1.0)
     return f, min(n, own.longest, own.allowed)
 
 
@@ -391,11 +439,12 @@ def _overshoot(own: Any, side: int, error: float) -> tuple[float, float, float]:
     m, F, c = law_of(own, side)
     m_back, F_back, c_back = law_of(own, back)
     f_there, f_back = _freeing_effort(own, side), _freeing_effort(own, back)
-    f, n, spread = f_there, 1.0, 0.0
-    for n_back in range(1, _DETOURS + 1):
+    least_n = min(own.more + 1.0, own.longest)
+    f, n, spread = f_there, least_n, 0.0
+    for n_back in range(_DETOURS):
         if f_back <= F_back or f_there <= F:  # not known yet: try
             break
-        t = n_back * own.period
+        t = (n_back + least_n) * own.period
         least = pulse_displacement(m_back, F_back, c_back, f_back, t)
         most = pulse_displacement(m_back, F_back, c_back, own.limit, t)
         f, n = pulse_for(own, side, error + min(_ROOM * least, 0.5 * (least + most)))

@@ -69,6 +69,10 @@ HEAD = np.dtype(
         ("speed", "f8"),  # largest measured velocity at rest; infinite where none is measured
         ("least_motion", "f8"),  # a displacement of no more than this is none
         ("delay", "f8"),  # of the sensors, in samples
+        (
+            "early",
+            "i8",
+        ),  # samples that show the rest of an axis far from its target; 0 for the window
         # What changes
         ("phase", "i8"),
         ("outcome", "i8"),
@@ -129,18 +133,19 @@ def _see(vector: Float[np.ndarray, " s"], x: float, v: float) -> None:
 
 
 @compiled()
-def _rest_position(vector: Float[np.ndarray, " s"]) -> float:
-    """Return the mean position over the window, or NaN if the axis is not at rest."""
+def _rest_position(vector: Any, samples: int) -> float:
+    """Return the mean of the last positions, or NaN if the axis is not at rest in them."""
     s = head(vector)
-    if s.filled < s.window or s.quiet < s.window:
+    if s.filled < samples or s.quiet < samples:
         return np.nan
     start = vector.size - s.window
-    first = vector[start]
+    first = vector[start + (s.next - samples) % s.window]
     low, high, total = first, first, 0.0
-    for k in range(start, vector.size):
-        low, high = min(low, vector[k]), max(high, vector[k])
-        total += vector[k] - first  # from the first: equal positions have exactly that mean
-    return first + total / s.window if high - low <= s.spread else np.nan
+    for k in range(samples):
+        x = vector[start + (s.next - 1 - k) % s.window]
+        low, high = min(low, x), max(high, x)
+        total += x - first  # from the first: equal positions have exactly that mean
+    return first + total / samples if high - low <= s.spread else np.nan
 
 
 @compiled()
@@ -191,7 +196,8 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
 
     Then ``rest``, ``error`` and ``outcome`` (`MOVING` or `REACHED`) are those of this rest, and
     ``fresh`` says whether a pulse has led to it. It is False during a pulse, while the axis moves,
-    and after a rest that was judged until the axis rests elsewhere.
+    and after a rest that was judged until the axis rests elsewhere. An axis farther from its target
+    than the tolerance may be judged by ``early`` samples.
     """
     s = head(vector)
     x = sample.measured_position
@@ -206,7 +212,11 @@ def watch(vector: Float[np.ndarray, " s"], sample: SensorSample) -> bool:
         s.wait -= 1.0
         return False
     _see(vector, x, sample.measured_velocity)
-    rest = _rest_position(vector)
+    rest = _rest_position(vector, s.window)
+    if np.isnan(rest) and s.phase == WAITING and 0 < s.early < s.window:
+        rest = _rest_position(vector, s.early)
+        if abs(s.target - rest) <= s.tolerance + s.spread:  # takes the whole window to judge
+            return False
     if np.isnan(rest):
         return False
     if s.phase == RESTING and abs(rest - s.rest) <= s.least_motion:

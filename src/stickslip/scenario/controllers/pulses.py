@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import replace
+from itertools import pairwise
 from typing import Any, ClassVar
 
 from stickslip.control import (
@@ -35,6 +36,7 @@ spread of A1 f^2 beside that of A2 f is then the same on every axis."""
 
 _MUCH = 10.0
 
+_RUNNING = ("coulomb_friction", "viscous_friction")
 _UNCERTAINTIES = ("mass_uncertainty", "friction_uncertainty", "asymmetry")
 
 
@@ -84,9 +86,12 @@ class ExactPulses(_Pulses):
             return ExactPulseController(experience=first.learned, **settings)
         _check_guess(self, first)
         given = setup.guess.given()
-        uncertainties = first.uncertainties() | {
-            name: given[name] for name in _UNCERTAINTIES if name in given
-        }
+        unknown = {} if first.spread is None else {"friction_uncertainty": first.spread}
+        uncertainties = (
+            first.uncertainties()
+            | unknown
+            | {name: given[name] for name in _UNCERTAINTIES if name in given}
+        )
         return ExactPulseController(
             mass=first.mass(),
             friction=first.friction(default=False),
@@ -111,7 +116,30 @@ class Precise(ExactPulses):
         return FirstGuesses(kind=kind, values={}, learned=learned, source=source)
 
     def build(self, setup: Setup, first: FirstGuesses) -> PreciseController:
+        if first.learned is None:
+            first = self._completed(setup, first)
         return PreciseController(pulses=self._pulses(setup, first), delay=self.delay)
+
+    def _completed(self, setup: Setup, first: FirstGuesses) -> FirstGuesses:
+        """Return the first guesses with friction, which the first move is to teach."""
+        missing = [name for name in _RUNNING if name not in first.values]
+        if not missing:
+            return first
+        task = setup.task
+        places = (task.start, *task.all_targets)
+        longest = max(abs(b - a) for a, b in pairwise(places)) or task.tolerance
+        law = PreciseController.unknown_friction(
+            mass=first.mass(), effort_limit=self.effort_limit, distance=longest
+        )
+        coulomb, viscous = law.coulomb_friction_positive, law.viscous_friction_positive
+        coulomb = min(coulomb, *first.values.get("static_friction", (coulomb,)))
+        rule = {"coulomb_friction": (coulomb, coulomb), "viscous_friction": (viscous, viscous)}
+        spread = PreciseController.unknown_spread if "coulomb_friction" in missing else None
+        return replace(
+            first,
+            values={**first.values, **{name: rule[name] for name in missing}},
+            spread=spread,
+        )
 
 
 class _Adaptive(_Pulses):
