@@ -54,13 +54,15 @@ class Channels:
 class Case:
     """A set of faults: changes of the plant, given its sampling time, and of the channels.
 
-    ``mild`` cases must position; of the others only safety is asked.
+    ``mild`` cases must position; of the others only safety is asked. With ``retargeted`` the target
+    is halved during the first move, after that many seconds.
     """
 
     name: str
     mild: bool = True
     channels: Channels = Channels()
     plant: Callable[[Plant, float], Plant] = lambda plant, _: plant
+    retargeted: float | None = None
 
 
 def _all_mild_axis(plant: Plant, T: float) -> Plant:
@@ -84,6 +86,19 @@ def _resonance(plant: Plant, _: float) -> Plant:
         load_mass=load,
         coupling_stiffness=reduced * frequency**2,
         coupling_damping=2.0 * 0.02 * reduced * frequency,
+    )
+
+
+def _backlash(plant: Plant, _: float) -> Plant:
+    """Put 20 % of the mass behind a stiff spring (200 Hz) with a play of 10 µm."""
+    driven, load = 0.8 * plant.mass, 0.2 * plant.mass
+    reduced, frequency = driven * load / plant.mass, 2.0 * np.pi * 200.0
+    return plant._replace(
+        mass=driven,
+        load_mass=load,
+        coupling_stiffness=reduced * frequency**2,
+        coupling_damping=2.0 * 0.05 * reduced * frequency,
+        backlash=10e-6,
     )
 
 
@@ -114,6 +129,21 @@ AXIS_CASES = (
         plant=lambda p, T: p._replace(actuation_lag=T, offset=0.5 * p.coulomb_positive),
     ),
     Case(
+        name="delay of 1 sample, Stribeck effect of 50 %",
+        plant=lambda p, T: p._replace(actuation_delay=T, static_ratio=1.5, stribeck_velocity=0.005),
+    ),
+    Case(
+        name="delay of 1 sample, effort gain of 0.9",
+        channels=Channels(gain=0.9),
+        plant=lambda p, T: p._replace(actuation_delay=T),
+    ),
+    Case(
+        name="ripple of 20 %, load of 50 %",
+        plant=lambda p, _: p._replace(
+            ripple=0.2 * p.coulomb_positive, ripple_period=2e-3, offset=0.5 * p.coulomb_positive
+        ),
+    ),
+    Case(
         name="presliding of 5 µm",
         plant=lambda p, _: p._replace(presliding=5e-6, presliding_damping=0.3),
     ),
@@ -136,6 +166,8 @@ AXIS_CASES = (
     Case(name="lost samples, 2 %", channels=Channels(lost=0.02)),
     Case(name="glitches, 1 %", channels=Channels(glitches=0.01)),
     Case(name="push of 80 % of the limit", channels=Channels(push=0.8)),
+    Case(name="backlash of 10 µm", plant=_backlash),
+    Case(name="another target during the move", retargeted=0.04),
     Case(
         name="all mild faults",
         plant=_all_mild_axis,

@@ -4,7 +4,9 @@ Prints one table for each sampling time and ratio of effort limit to friction.
 """
 
 import argparse
+from collections import Counter
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 from rich.progress import track
@@ -15,6 +17,7 @@ from studies.positioning_faults.cases import AXIS_CASES, Case
 from studies.positioning_faults.run import Axis, axes, move_axis
 
 _METHODS = ("precise", "exact", "profile")
+_UNKNOWN = "precise, no guess"
 _SEED = 1
 
 
@@ -47,11 +50,20 @@ def _judged(drawn: Sequence[Axis], shortest: Sequence[float], case: Case) -> str
     inside = np.isfinite(times)
     # An axis that does not settle is later than all others
     late = np.where(inside, times, np.inf)
+    if not case.mild:
+        reasons = Counter(reason for o in outcomes for reason in o.why if reason).most_common(1)
+        return f"{reasons[0][1]}: {reasons[0][0]}" if reasons else "no reason"
     median, most = np.quantile(late, [0.5, 0.9], method="higher")
     wrong = sum(o.false for o in outcomes)
     said = f", {wrong} wrong" if wrong else ""
     shown = [f"{x:.1f}" if np.isfinite(x) else "–" for x in (median, most)]
     return f"{inside.sum()}: {shown[0]} ({shown[1]}){said}"
+
+
+def _unguessed(axis: Axis) -> Axis:
+    """Return the axis with a controller to which friction is unknown."""
+    guess = {"mass": axis.tables["guess"]["mass"]}
+    return replace(axis, tables={**axis.tables, "guess": guess})
 
 
 def study(count: int, sampling_time: float, ratio: float) -> str:
@@ -61,15 +73,21 @@ def study(count: int, sampling_time: float, ratio: float) -> str:
         for method in _METHODS
     }
     shortest = [shortest_time(axis) for axis in by_method["precise"]]
-    rows = [
-        [case.name, *(_judged(drawn, shortest, case) for drawn in by_method.values())]
-        for case in track([case for case in AXIS_CASES if case.mild], transient=True)
-    ]
+    by_method[_UNKNOWN] = [_unguessed(axis) for axis in by_method["precise"]]
+    rows, stopped = (
+        [
+            [case.name, *(_judged(drawn, shortest, case) for drawn in by_method.values())]
+            for case in track([case for case in AXIS_CASES if case.mild is mild], transient=True)
+        ]
+        for mild in (True, False)
+    )
+    names = list(by_method)
     title = f"## T = {1e3 * sampling_time:g} ms, effort limit {ratio:g} times friction\n\n"
     note = (
         f"{count} axes; the median of the shortest times is {1e3 * np.median(shortest):.0f} ms.\n\n"
     )
-    return title + note + table(["case", *_METHODS], rows)
+    ends = "\n\nAxes that stop, and the most frequent reason:\n\n"
+    return title + note + table(["case", *names], rows) + ends + table(["case", *names], stopped)
 
 
 def main() -> None:

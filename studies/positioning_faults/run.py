@@ -263,6 +263,9 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
             state = controller.retargeted(state, target)
         outside = 0
         for k in range(move * per_move, (move + 1) * per_move):
+            if case.retargeted is not None and not raised and k == round(case.retargeted / T):
+                target *= 0.5  # noqa: PLW2901 - to that end the move goes on
+                state = controller.retargeted(state, target)
             x, v, x2, v2 = plant.motion
             seen.append(_measured(axis, case, k, (x, v, x2, v2), generator, seen))
             sample = seen[max(k - channels.delay, 0)]._replace(time=k * T)
