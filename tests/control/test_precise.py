@@ -183,3 +183,17 @@ def test_another_target_during_a_move_is_reached() -> None:
 def test_a_delay_beyond_the_models_is_refused() -> None:
     with refuses("not_in_interval", name="delay"):
         PreciseController(pulses=PULSES, delay=1.0)
+
+
+@pytest.mark.parametrize("target", [0.01, -0.02])
+def test_friction_need_not_be_guessed(target: float) -> None:
+    law = PreciseController.unknown_friction(mass=MASS, effort_limit=300.0, distance=abs(target))
+    pulses = replace(
+        PULSES, friction=law, friction_uncertainty=PreciseController.unknown_spread, mass=MASS
+    )
+    run = moved(PreciseController(pulses=pulses), target=target)
+    assert abs(float(run.motion.position[-1]) - target) <= 2e-5
+    assert PRECISE.outcome(run.controller_state) is PositioningOutcome.REACHED
+    side = "positive" if target > 0.0 else "negative"
+    found = PRECISE.estimates(run.controller_state)[f"coulomb_friction_{side}"]
+    assert found == pytest.approx(100.0, rel=2.0 * FRICTION_LEARNED)
