@@ -30,14 +30,17 @@ def row(case: Case, axis: Sequence[Axis], outcomes: Sequence[Outcome]) -> list[s
         for bounds in relative
     ] or [str(sum(not any(np.isnan(o.settling)) for o in outcomes))]
     settled = [value for o in outcomes for value in o.settling if not np.isnan(value)]
+    over = [value for o in outcomes for value in o.over_shortest if not np.isnan(value)]
     reasons = Counter(reason for o in outcomes for reason in o.why if reason)
     most = reasons.most_common(1)
     return [
         case.name,
         f"{within[0]} of {n}",
         f"{np.median(settled):.2f}" if settled else "–",
+        *([f"{np.median(over):.2f}" if over else "–"] if axis[0].flexible else []),
         f"{max(o.farthest for o in outcomes):.2g}",
         str(sum(o.farthest > RUNAWAY for o in outcomes)),
+        str(sum(o.left for o in outcomes)),
         str(sum(o.false for o in outcomes)),
         f"{max(o.peak for o in outcomes):.3g}",
         str(sum(bool(o.raised) for o in outcomes)),
@@ -63,8 +66,10 @@ def study(drawn: Sequence[Axis], cases: Sequence[Case], *, workers: int = 1) -> 
             "case",
             within,
             "median settling time [s]",
+            *(["median over the shortest"] if drawn[0].flexible else []),
             "farthest beyond the path / move",
             f"runs away (over {RUNAWAY:g} moves)",
+            "leaves the travel",
             "wrong reached",
             "peak effort / limit",
             "errors raised",
@@ -84,6 +89,7 @@ def main() -> None:
     parser.add_argument("--arm-method", default="tracked", help="controller of arms")
     parser.add_argument("--cases", default="", help="part of the names of the cases")
     parser.add_argument("--sampling-time", type=float, default=0.01, help="of axes [s]")
+    parser.add_argument("--arm-sampling-time", type=float, default=0.02, help="of arms [s]")
     parser.add_argument("--ratio", type=float, default=3.0, help="effort limit over friction")
     parser.add_argument("--print", action="store_true", help="write no file")
     given = parser.parse_args()
@@ -97,6 +103,7 @@ def main() -> None:
                 known=known,
                 method=given.arm_method,
                 duration=given.duration,
+                sampling_time=given.arm_sampling_time,
             )
             cases = ARM_CASES
         else:

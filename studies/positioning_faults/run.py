@@ -1,6 +1,7 @@
 """A controller of a scenario on the plant in fine steps, with faults, and the judgement of it."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 from math import hypot, isfinite, nan
 from pathlib import Path
 from time import perf_counter
@@ -8,6 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import PulseSeriesPlanner
+from stickslip.plants import FlexibleArm
 from stickslip.records import PositioningOutcome, SensorSample
 from stickslip.scenario import (
     ARM_CONTROLLERS,
@@ -24,6 +28,7 @@ from studies.positioning_faults.cases import Case
 
 __all__ = ["Axis", "Outcome", "arms", "axes", "move_axis"]
 
+_PLANNED = 0.02  # samples of the plans of the shortest times [s]
 _FACTOR = 3.0  # of the parameters of an arm around their means
 _STOPPED = -1e9  # effort of a controller that raised an error
 
@@ -89,6 +94,11 @@ class Outcome:
         its swing included.
     settling
         Time until the error stays within the tolerance, of each move [s]; NaN if it does not.
+    over_shortest
+        Settling time over the shortest of an arm without faults, by its planner; NaN likewise, and
+        for a single mass.
+    left
+        Whether the driven mass has left the travel that the guard allows.
     farthest
         Largest distance of the driven mass beyond the path at any time.
     false
@@ -105,6 +115,8 @@ class Outcome:
 
     errors: tuple[float, ...]
     settling: tuple[float, ...]
+    over_shortest: tuple[float, ...]
+    left: bool
     farthest: float
     false: int
     peak: float
@@ -173,7 +185,13 @@ def axes(count: int, seed: int, *, method: str, sampling_time: float, ratio: flo
 
 
 def arms(
-    count: int, seed: int, *, known: bool, method: str = "tracked", duration: float = 100.0
+    count: int,
+    seed: int,
+    *,
+    known: bool,
+    method: str = "tracked",
+    duration: float = 100.0,
+    sampling_time: float = 0.02,
 ) -> list[Axis]:
     """Draw arms around that of van de Wijdeven (2002), part A; two moves each.
 
@@ -185,8 +203,8 @@ def arms(
         Whether friction is known within 5 %; otherwise nothing is known of it.
     method
         Of the controller.
-    duration
-        Of a move [s].
+    duration, sampling_time
+        Of a move, and of the controller [s].
     """
     generator = np.random.default_rng(seed)
     drawn: list[Axis] = []
@@ -229,13 +247,36 @@ def arms(
                 targets=tuple(np.cumsum(ways).tolist()),
                 tolerance=5e-5,
                 duration=duration,
-                sampling_time=0.02,
+                sampling_time=sampling_time,
                 noise=0.0,
                 encoder_step=0.0,
                 seed=int(generator.integers(2**63)),
             )
         )
     return drawn
+
+
+def shortest(axis: Axis) -> tuple[float, ...]:
+    """Return the shortest time of each move of an arm, with the mechanics known [s]."""
+    plant = axis.plant
+    law = CoulombViscousFriction.symmetric(
+        coulomb_friction=plant.coulomb_positive,
+        viscous_friction=plant.viscous_positive,
+        static_friction=plant.static_ratio * plant.coulomb_positive,
+    )
+    planner = PulseSeriesPlanner(
+        arm=FlexibleArm(
+            mass_1=plant.mass,
+            mass_2=plant.load_mass,
+            stiffness=plant.coupling_stiffness,
+            friction=law,
+        ),
+        sampling_time=_PLANNED,
+        effort_limit=float(axis.tables["controller"]["effort_limit"]),
+    )
+    ends = (0.0, *axis.targets)
+    ways = (end - start for start, end in pairwise(ends))
+    return tuple(planner.plan((0.0, 0.0, 0.0, 0.0), way).duration for way in ways)
 
 
 def move_axis(axis: Axis, case: Case) -> Outcome:
@@ -251,12 +292,14 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
     ends = np.array([0.0, *axis.targets])
     lengths = np.abs(np.diff(ends))
     low, high = float(ends.min()), float(ends.max())
+    limits = getattr(controller, "limits", None)
+    allowed = (-np.inf, np.inf) if limits is None else limits.travel
     per_move = round(axis.duration / T)
     seen: list[SensorSample] = []
     errors: list[float] = []
     settling: list[float] = []
     why: list[str] = []
-    farthest, false, peak, worst, last = 0.0, 0, 0.0, 0.0, ends[0]
+    farthest, false, peak, worst, last, left = 0.0, 0, 0.0, 0.0, ends[0], False
     frequency = np.sqrt(axis.plant.coupling_stiffness / max(axis.plant.load_mass, 1e-300))
     for move, target in enumerate(axis.targets):
         if move > 0 and not raised:
@@ -282,6 +325,7 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
             peak = max(peak, abs(effort) / limit)
             plant.advance(_sent(axis, case, effort, limit, generator), _push(axis, case, k, limit))
             farthest = max(farthest, (x - high) / lengths[move], (low - x) / lengths[move])
+            left = left or not allowed[0] <= x <= allowed[1]
             off = abs(x - target)
             if axis.flexible:
                 off = max(off, hypot(x2 - x, v2 / frequency))
@@ -293,9 +337,12 @@ def move_axis(axis: Axis, case: Case) -> Outcome:
         outcome = controller.outcome(state)
         false += outcome is PositioningOutcome.REACHED and last > 2.0 * axis.tolerance
         why.append(controller.why(state) or "")
+    least = shortest(axis) if axis.flexible else (nan,) * len(settling)
     return Outcome(
         errors=tuple(errors),
         settling=tuple(settling),
+        over_shortest=tuple(t / each for t, each in zip(settling, least, strict=True)),
+        left=left,
         farthest=farthest,
         false=false,
         peak=peak,

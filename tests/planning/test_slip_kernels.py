@@ -7,6 +7,7 @@ from hypothesis import strategies as st
 from scipy.linalg import expm
 
 from stickslip.friction import CoulombViscousFriction
+from stickslip.planning import LoadLosses
 from stickslip.planning.arm_motion import ArmMotion, short_response, steps_per_sample
 from stickslip.planning.programme import spread_over_rests
 from stickslip.plants import FlexibleArm
@@ -14,15 +15,20 @@ from stickslip.plants import FlexibleArm
 ROUNDING = 1e-13  # of values of about 1, after some tens of products
 DENSE = 400  # instants in each step that is looked at densely
 
+LOSSES = LoadLosses(damping=0.08, coulomb_friction=0.02, viscous_friction=0.05)
+OF_LOAD = (LOSSES.damping, LOSSES.viscous_friction)
+
 sizes = st.floats(0.3, 3.0)
 
 
-def generator(m1: float, m2: float, ks: float, c: float) -> np.ndarray:
-    """The arm's equations with the net force as a fifth, constant state."""
-    A = np.zeros((5, 5))
+def generator(
+    m1: float, m2: float, ks: float, c: float, d: float = 0.0, c2: float = 0.0
+) -> np.ndarray:
+    """The arm's equations with the net forces on both masses as further, constant states."""
+    A = np.zeros((6, 6))
     A[0, 1] = A[2, 3] = 1.0
-    A[1] = np.array([-ks, -c, ks, 0.0, 1.0]) / m1
-    A[3] = np.array([ks, 0.0, -ks, 0.0, 0.0]) / m2
+    A[1] = np.array([-ks, -c - d, ks, d, 1.0, 0.0]) / m1
+    A[3] = np.array([ks, d, -ks, -d - c2, 0.0, 1.0]) / m2
     return A
 
 
@@ -37,15 +43,18 @@ def motion(m1: float, m2: float, ks: float, c: float, T: float, samples: int) ->
         step=T / parts,
         steps=samples * parts,
         start=np.array([0.0, 0.0, 0.05, -0.1]),
+        losses=LOSSES,
     )
 
 
-@given(sizes, sizes, sizes, st.floats(0.0, 3.0), st.floats(0.0, 0.15))
+@given(sizes, sizes, sizes, st.floats(0.0, 3.0), st.floats(0.0, 0.15), st.floats(0.0, 0.3))
 def test_the_short_response_is_the_matrix_exponential(
-    m1: float, m2: float, ks: float, c: float, t: float
+    m1: float, m2: float, ks: float, c: float, t: float, d: float
 ) -> None:
     np.testing.assert_allclose(
-        short_response((m1, m2, ks, c), t), expm(generator(m1, m2, ks, c) * t)[1], atol=ROUNDING
+        short_response((m1, m2, ks, c, d, 0.1), t),
+        expm(generator(m1, m2, ks, c, d, 0.1) * t)[1],
+        atol=ROUNDING,
     )
 
 
@@ -60,11 +69,11 @@ def test_every_dip_of_the_velocity_is_found(
     effort = np.repeat(generate.uniform(-1.0, 1.0, 12), moving.steps // 12)
     states = moving.states(effort)
     found = moving.minima(effort, states)
-    A = generator(m1, m2, ks, c)
+    A = generator(m1, m2, ks, c, *OF_LOAD)
     fine = expm(A * moving.step / DENSE)
     velocities = []
     for state, u in zip(states, effort, strict=False):
-        each = np.append(state, u - 0.1)
+        each = np.append(state, (u - 0.1, -LOSSES.coulomb_friction))
         for _ in range(DENSE):
             velocities.append(each[1])
             each = fine @ each
@@ -92,8 +101,9 @@ def test_rows_and_prices_are_those_of_the_motion(
     within = np.array([0.0, 0.0, 0.0, 0.3, 0.6, 0.9]) * moving.step
     rows, without = moving.velocity_rows(np.column_stack([steps, within]), edges)
     for k, t, v in zip(steps, within, rows @ effort + without, strict=True):
-        state = np.append(states[k], effort[k] - 0.1)
-        assert v == pytest.approx(expm(generator(m1, m2, ks, 0.2) * t)[1] @ state, abs=1e-12)
+        state = np.append(states[k], (effort[k] - 0.1, -LOSSES.coulomb_friction))
+        A = generator(m1, m2, ks, 0.2, *OF_LOAD)
+        assert v == pytest.approx(expm(A * t)[1] @ state, abs=1e-12)
     final, price = generate.uniform(-1.0, 1.0, 4), generate.uniform(0.0, 1.0, 6)
     worth = moving.worth(final, np.column_stack([steps, within]), price)
     effects = (moving.forced[::-1][:-1] - moving.forced[::-1][1:]) @ final

@@ -1,15 +1,19 @@
 """Forward motion of the flexible arm, as linear maps of the efforts.
 
 While the driven mass slips one way the arm is linear (van de Wijdeven 2002 A Eqs. 2.1-2.3 for
-x1' > 0). With the state x = (x1, v1, x2, v2) and the net force f = u - F (effort less Coulomb
-friction and offset), held over each step:
+x1' > 0). With the state x = (x1, v1, x2, v2), the net force f = u - F (effort less Coulomb
+friction and offset), held over each step, and losses of the load (damping d of the spring, Coulomb
+friction f2, opposed to forward motion, and viscous friction c2 of mass 2), none of them in the
+source:
 
-    x1' = v1,  v1' = (f - c v1 - ks (x1 - x2))/m1,  x2' = v2,  v2' = ks (x1 - x2)/m2.
+    x1' = v1,  m1 v1' = f - c v1 - p,  x2' = v2,  m2 v2' = p - c2 v2 - f2,
+    p = ks (x1 - x2) + d (v1 - v2).
 """
 
 import math
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
+from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float, Int
@@ -23,27 +27,46 @@ _TERMS = 16  # of that series: 0.5^17/17! = 2e-20
 _HALVINGS = 60
 
 Values = NDArray[np.float64]
-Constants = tuple[float, float, float, float]  # m1, m2, ks, c
+Constants = tuple[float, float, float, float, float, float]  # m1, m2, ks, c, d, c2
+
+
+class LoadLosses(NamedTuple):
+    """What brakes mass 2 of an arm beside the spring's force.
+
+    Attributes
+    ----------
+    damping
+        Of the spring [N s/m or N m s/rad].
+    coulomb_friction, viscous_friction
+        Of mass 2 [N or N m, N s/m or N m s/rad].
+    """
+
+    damping: float = 0.0
+    coulomb_friction: float = 0.0
+    viscous_friction: float = 0.0
+
+
+NO_LOSSES = LoadLosses()
 
 
 @lru_cache(maxsize=256)
-def _step_matrix(constants: Constants, h: float) -> Float[np.ndarray, "4 5"]:
-    """Return [A_d B_d] of a step h under zero-order hold."""
+def _step_matrix(constants: Constants, h: float) -> Float[np.ndarray, "4 6"]:
+    """Return [A_d B_d] of a step h under zero-order hold, of forces on mass 1 and on mass 2."""
     from scipy.linalg import expm
 
-    m1, m2, ks, c = constants
-    M = np.zeros((5, 5))
+    m1, m2, ks, c, d, c2 = constants
+    M = np.zeros((6, 6))
     M[0, 1] = M[2, 3] = h
-    M[1] = np.array([-ks, -c, ks, 0.0, 1.0]) * (h / m1)
-    M[3] = np.array([ks, 0.0, -ks, 0.0, 0.0]) * (h / m2)
-    matrix: Float[np.ndarray, "4 5"] = np.ascontiguousarray(expm(M)[:4])
+    M[1] = np.array([-ks, -c - d, ks, d, 1.0, 0.0]) * (h / m1)
+    M[3] = np.array([ks, d, -ks, -d - c2, 0.0, 1.0]) * (h / m2)
+    matrix: Float[np.ndarray, "4 6"] = np.ascontiguousarray(expm(M)[:4])
     matrix.flags.writeable = False
     return matrix
 
 
 @compiled()
-def _forced_states(M: Values, x: Values, f: Values) -> Values:
-    """Return the states from x on under net forces: x_{k+1} = A_d x_k + B_d f_k."""
+def _forced_states(M: Values, x: Values, f: Values, g: float) -> Values:
+    """Return the states from x on under net forces f_k on mass 1 and a constant g on mass 2."""
     n = f.shape[0]
     X = np.empty((n + 1, 4))
     for i in range(4):
@@ -56,6 +79,7 @@ def _forced_states(M: Values, x: Values, f: Values) -> Values:
                 + M[i, 2] * X[k, 2]
                 + M[i, 3] * X[k, 3]
                 + M[i, 4] * f[k]
+                + M[i, 5] * g
             )
     return X
 
@@ -80,16 +104,17 @@ def _worth_of_steps(M: Values, final: Values, W: Values, D: Values) -> Values:
 
 
 @compiled()
-def _series(constants: Constants, x: Values, f: float, C: Values) -> None:
-    """Write the Taylor coefficients of v1 under the held net force f: v1(t) = sum C_i t^i."""
-    m1, m2, ks, c = constants
-    a, b, d, g = x[1], x[3], x[0] - x[2], f  # coefficients of v1, v2, x1 - x2 and the net force
+def _series(constants: Constants, x: Values, f: float, g: float, C: Values) -> None:
+    """Write the Taylor coefficients of v1 under held net forces: v1(t) = sum C_i t^i."""
+    m1, m2, ks, c, d, c2 = constants
+    a, b, s = x[1], x[3], x[0] - x[2]  # coefficients of v1, v2 and x1 - x2
     C[0] = a
     for i in range(1, _TERMS + 1):
-        a_next = (g - c * a - ks * d) / m1 / i
-        b_next = ks * d / m2 / i
-        d = (a - b) / i
-        a, b, g = a_next, b_next, 0.0
+        p = ks * s + d * (a - b)
+        a_next = (f - c * a - p) / m1 / i
+        b_next = (g + p - c2 * b) / m2 / i
+        s = (a - b) / i
+        a, b, f, g = a_next, b_next, 0.0, 0.0
         C[i] = a
 
 
@@ -141,37 +166,38 @@ def _dip(C: Values, h: float) -> float:
 
 @compiled()
 def short_response(constants: Constants, t: float) -> Values:
-    """Return v1 at a short time t per unit of x1, v1, x2, v2 at its start and of the net force."""
-    C, g = np.empty(_TERMS + 1), np.empty(5)
-    for k in range(5):
+    """Return v1 at a short time t per unit of x1, v1, x2, v2 at its start and of both forces."""
+    C, g = np.empty(_TERMS + 1), np.empty(6)
+    for k in range(6):
         x = np.zeros(4)
         if k < 4:
             x[k] = 1.0
-        _series(constants, x, 0.0 if k < 4 else 1.0, C)
+        _series(constants, x, 1.0 if k == 4 else 0.0, 1.0 if k == 5 else 0.0, C)
         g[k] = _derivative(C, 0, t)
     return g
 
 
 @compiled()
-def _velocity_minima(constants: Constants, h: float, X: Values, f: Values) -> Values:
+def _velocity_minima(constants: Constants, h: float, X: Values, f: Values, g: float) -> Values:
     """Return the local minima of v1 strictly between the first and the last instant.
 
     One row each: step, time within the step, v1. A minimum at the begin of a step has time 0.
     """
-    m1, _, ks, c = constants
+    m1, _, ks, c, d, _ = constants
     n = f.shape[0]
     found = np.empty((2 * n, 3))
     count = 0
     before = 1.0  # slope at the end of the step before
     C = np.empty(_TERMS + 1)
     for k in range(n):
-        force = f[k] - ks * (X[k, 0] - X[k, 2])
+        force = f[k] - ks * (X[k, 0] - X[k, 2]) - d * (X[k, 1] - X[k, 3])
         begin = (force - c * X[k, 1]) / m1
         if k > 0 and before <= 0.0 <= begin:
             found[count, 0], found[count, 1], found[count, 2] = k, 0.0, X[k, 1]
             count += 1
-        before = (f[k] - ks * (X[k + 1, 0] - X[k + 1, 2]) - c * X[k + 1, 1]) / m1
-        _series(constants, X[k], f[k], C)
+        pull = ks * (X[k + 1, 0] - X[k + 1, 2]) + d * (X[k + 1, 1] - X[k + 1, 3])
+        before = (f[k] - pull - c * X[k + 1, 1]) / m1
+        _series(constants, X[k], f[k], g, C)
         t = _dip(C, h)
         if t > 0.0:
             found[count, 0], found[count, 1], found[count, 2] = k, t, _derivative(C, 0, t)
@@ -196,34 +222,41 @@ class ArmMotion:
     step: float  # [s]
     steps: int
     start: Float[np.ndarray, " 4"]  # state at the begin
+    losses: LoadLosses = NO_LOSSES
 
     @property
     def _constants(self) -> Constants:
-        return self.arm.mass_1, self.arm.mass_2, self.arm.stiffness, self.viscous_friction
+        return _constants(self.arm, self.viscous_friction, self.losses)
 
     @property
-    def _matrix(self) -> Float[np.ndarray, "4 5"]:
+    def _on_load(self) -> float:
+        return -self.losses.coulomb_friction
+
+    @property
+    def _matrix(self) -> Float[np.ndarray, "4 6"]:
         return _step_matrix(self._constants, self.step)
 
     @cached_property
     def forced(self) -> Float[np.ndarray, "n 4"]:
         """States from rest at 0 under the net force 1, at every instant."""
-        return _forced_states(self._matrix, np.zeros(4), np.ones(self.steps))
+        return _forced_states(self._matrix, np.zeros(4), np.ones(self.steps), 0.0)
 
     @cached_property
     def free(self) -> Float[np.ndarray, "n 4"]:
         """States from the start on without effort, as if friction always opposed forward motion."""
-        return _forced_states(self._matrix, self.start, np.full(self.steps, -self.resistance))
+        resistance = np.full(self.steps, -self.resistance)
+        return _forced_states(self._matrix, self.start, resistance, self._on_load)
 
     def states(self, effort: Float[np.ndarray, " k"]) -> Float[np.ndarray, "n 4"]:
         """Return the states under an effort for each of the first k steps."""
-        return _forced_states(self._matrix, self.start, effort - self.resistance)
+        return _forced_states(self._matrix, self.start, effort - self.resistance, self._on_load)
 
     def minima(
         self, effort: Float[np.ndarray, " k"], states: Float[np.ndarray, "n 4"]
     ) -> Float[np.ndarray, "r 3"]:
         """Return the local minima of v1 between begin and end: step, time in it, v1."""
-        return _velocity_minima(self._constants, self.step, states, effort - self.resistance)
+        net = effort - self.resistance
+        return _velocity_minima(self._constants, self.step, states, net, self._on_load)
 
     def velocity_rows(
         self, instants: Float[np.ndarray, "r 2"], edges: Int[np.ndarray, " b"]
@@ -234,16 +267,17 @@ class ArmMotion:
         which the last is where it ends.
         """
         at = instants[:, 0].astype(np.intp)
-        rows = np.empty((at.size, 5))
-        rows[:] = (0.0, 1.0, 0.0, 0.0, 0.0)
+        rows = np.zeros((at.size, 6))
+        rows[:, 1] = 1.0
         for r in np.flatnonzero(instants[:, 1] > 0.0):
             rows[r] = short_response(self._constants, float(instants[r, 1]))
         since = at[:, None] - edges[None, :]
         states = self.forced[np.maximum(since, 0)]
         steps = np.where(
-            since >= 0, np.einsum("rk,rbk->rb", rows[:, :4], states) + rows[:, 4:], 0.0
+            since >= 0, np.einsum("rk,rbk->rb", rows[:, :4], states) + rows[:, 4:5], 0.0
         )
-        without = np.einsum("rk,rk->r", rows[:, :4], self.free[at]) - self.resistance * rows[:, 4]
+        without = np.einsum("rk,rk->r", rows[:, :4], self.free[at])
+        without += rows[:, 4:] @ (-self.resistance, self._on_load)
         return steps[:, :-1] - steps[:, 1:], without
 
     def worth(
@@ -293,5 +327,47 @@ def forward_motion(
     effort
         Of each sample [N or N m].
     """
-    constants = (arm.mass_1, arm.mass_2, arm.stiffness, viscous_friction)
-    return _forced_states(_step_matrix(constants, sampling_time), start, effort - resistance)
+    matrix = _step_matrix(_constants(arm, viscous_friction, NO_LOSSES), sampling_time)
+    return _forced_states(matrix, start, effort - resistance, 0.0)
+
+
+def _constants(arm: FlexibleArm, viscous_friction: float, losses: LoadLosses) -> Constants:
+    damping, _, viscous = losses
+    return arm.mass_1, arm.mass_2, arm.stiffness, viscous_friction, damping, viscous
+
+
+@lru_cache(maxsize=256)
+def _resting_matrix(frequency: float, damping: float, step: float) -> Float[np.ndarray, "2 3"]:
+    from scipy.linalg import expm
+
+    M = np.zeros((3, 3))
+    M[0, 1] = step
+    M[1] = -(frequency**2) * step, -damping * step, step
+    matrix: Float[np.ndarray, "2 3"] = expm(M)[:2]
+    return matrix
+
+
+def resting_motion(
+    arm: FlexibleArm,
+    losses: LoadLosses,
+    *,
+    sampling_time: float,
+    start: Float[np.ndarray, " 4"],
+    samples: int,
+) -> Float[np.ndarray, "n 4"]:
+    """Return the states at every sample while mass 1 rests and mass 2 swings about it.
+
+    Coulomb friction of mass 2 opposes forward motion. The arguments are those of `forward_motion`.
+    """
+    frequency = math.sqrt(arm.stiffness / arm.mass_2)
+    damping = (losses.damping + losses.viscous_friction) / arm.mass_2
+    M = _resting_matrix(frequency, damping, sampling_time)
+    x1, _, x2, v2 = start.tolist()
+    states = np.zeros((samples + 1, 4))
+    states[:, 0] = x1
+    swing = np.array([x2 - x1, v2])
+    drift = M[:, 2] * (-losses.coulomb_friction / arm.mass_2)
+    for k in range(samples + 1):
+        states[k, 2], states[k, 3] = x1 + swing[0], swing[1]
+        swing = M[:, :2] @ swing + drift
+    return states

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from stickslip.planning.arm_motion import ArmMotion, steps_per_sample
+from stickslip.planning.arm_motion import NO_LOSSES, ArmMotion, LoadLosses, steps_per_sample
 from stickslip.planning.programme import REFUTED, Programme, Solution, solve
 from stickslip.planning.tuning import TUNING
 from stickslip.plants import FlexibleArm
@@ -81,6 +81,7 @@ class Move:
     start: tuple[float, float, float, float]  # state at the begin
     travel: float  # to the target, positive
     longest: float = math.inf  # duration of a series
+    losses: LoadLosses = NO_LOSSES
 
     @property
     def pulse_width(self) -> float:
@@ -121,6 +122,7 @@ class Move:
                 step=self.sampling_time / parts,
                 steps=pulses * per_pulse,
                 start=np.array(self.start),
+                losses=self.losses,
             ),
             pulses=pulses,
             steps_per_pulse=per_pulse,
@@ -135,7 +137,12 @@ class Move:
     def fewest(self) -> int:
         """So many pulses it takes at least, by the swing of mass 2 alone; 0 if none are enough."""
         time = swing_time(self.arm, self.start, self.travel) / self.pulse_width
-        return max(FEWEST_PULSES, math.ceil(time - _ROUNDING)) if math.isfinite(time) else 0
+        if not math.isfinite(time):
+            return 0
+        # Losses take up a swing too, so that the bound does not hold with them
+        return (
+            FEWEST_PULSES if any(self.losses) else max(FEWEST_PULSES, math.ceil(time - _ROUNDING))
+        )
 
     @cached_property
     def frees_too_far(self) -> bool:

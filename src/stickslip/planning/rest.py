@@ -6,13 +6,13 @@ Resting, mass 1 is held by static friction with an effort in the middle of what 
 left of an error is what it did before the rest, and the swing meets mass 1 where it is.
 """
 
-import math
 from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.planning.arm_motion import resting_motion
 from stickslip.planning.move import FEWEST_PULSES, Move
 from stickslip.planning.programme import Programme, Solution, landed
 from stickslip.planning.tuning import TUNING
@@ -60,7 +60,13 @@ def _second_part(
     before = programme.states(stopped)
     earliest = max(first + TUNING.min_rest_pulses, last - TUNING.earlier_pulses)
     for end in range(last, earliest - 1, -1):
-        resting = _resting(move, before[-1], (end - first) * each, programme.motion.step)
+        resting = resting_motion(
+            move.arm,
+            move.losses,
+            sampling_time=programme.motion.step,
+            start=before[-1],
+            samples=(end - first) * each,
+        )
         held = _holding(move, resting, each)
         if held is None or programme.pulses - end < FEWEST_PULSES:
             continue
@@ -106,26 +112,13 @@ def _longest(slow: np.ndarray) -> tuple[int, int] | None:
     return int(begins[k]) + 1, int(ends[k])
 
 
-def _resting(
-    move: Move, state: Float[np.ndarray, " 4"], steps: int, step: float
-) -> Float[np.ndarray, "k 4"]:
-    """Return the states while mass 1 rests and mass 2 swings about it."""
-    frequency = math.sqrt(move.arm.stiffness / move.arm.mass_2)
-    x1, _, x2, v2 = state
-    angle = frequency * step * np.arange(steps + 1)
-    states = np.zeros((steps + 1, 4))
-    states[:, 0] = x1
-    states[:, 2] = x1 + (x2 - x1) * np.cos(angle) + v2 / frequency * np.sin(angle)
-    states[:, 3] = v2 * np.cos(angle) - (x2 - x1) * frequency * np.sin(angle)
-    return states
-
-
 def _holding(
     move: Move, states: Float[np.ndarray, "k 4"], each: int
 ) -> Float[np.ndarray, " p"] | None:
     """Return an effort for each pulse in the middle of what holds mass 1; None if none does."""
     law = move.arm.friction
     spring = move.arm.stiffness * (states[:, 0] - states[:, 2])
+    spring -= move.losses.damping * states[:, 3]
     pulses = (spring.size - 1) // each
     within = np.lib.stride_tricks.sliding_window_view(spring, each + 1)[::each]
     low, high = within.min(axis=1), within.max(axis=1)

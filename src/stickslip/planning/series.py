@@ -12,6 +12,7 @@ from typing import Literal
 import numpy as np
 from jaxtyping import Float
 
+from stickslip.planning.arm_motion import NO_LOSSES, LoadLosses
 from stickslip.planning.move import FEWEST_PULSES, Move, Search
 from stickslip.planning.programme import Solution, landed, solve
 from stickslip.planning.rest import with_rest
@@ -180,6 +181,9 @@ class PulseSeriesPlanner:
     longest
         Duration that no series may exceed where the number of pulses is not given; None for ten
         times a rough guess of the shortest.
+    losses
+        Of the load, whose Coulomb friction opposes motion towards the target; with any, less is
+        proven of the shortest time.
 
     Raises
     ------
@@ -210,6 +214,7 @@ class PulseSeriesPlanner:
     impulse_gap: float = 0.02
     rest_on_the_way: bool = False
     longest: float | None = quantity_field("time", default=None)
+    losses: LoadLosses = NO_LOSSES
 
     def __post_init__(self) -> None:
         check_affine(self.arm)
@@ -316,6 +321,7 @@ class PulseSeriesPlanner:
             ),
             travel=abs(float(target) - float(state[0])),
             longest=math.inf if self.longest is None else self.longest,
+            losses=self.losses,
         )
 
     def _series(

@@ -1,6 +1,6 @@
 """Tracked series: what is learned of the drive, the computed load, and landings with faults."""
 
-from dataclasses import replace
+from dataclasses import fields, replace
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,7 @@ import pytest
 from landing_runs import landing_settings
 from scipy.integrate import solve_ivp
 
-from stickslip.control import TrackedLandingController
+from stickslip.control import TrackedBeside, TrackedLandingController
 from stickslip.control.landing.drive_fit import DriveFit
 from stickslip.estimation import EnergyEstimator
 from stickslip.friction import CoulombViscousFriction
@@ -176,3 +176,39 @@ def test_a_tolerance_that_no_series_meets_ends_near_the_target() -> None:
     assert "no nearer" in str(landing.why(state))
     assert off(path, 1.0) <= WITHIN
     assert state.series_since_target <= landing.most_series
+
+
+class Waited:
+    """A loop in which every plan beside it is there one sample later."""
+
+    def __init__(self, landing: TrackedBeside) -> None:
+        self.landing = landing
+
+    def step(self, state: Any, sample: SensorSample) -> Any:
+        for each in self.landing._pending.values():
+            each.result()
+        return self.landing.step(state, sample)
+
+
+@pytest.mark.slow
+def test_plans_beside_the_loop_land_the_arm_and_what_follows_a_rest_is_planned_anew() -> None:
+    soft = replace(ARM, mass_2=2.7, stiffness=0.45)  # slow enough for a rest on the way
+    estimator = EnergyEstimator(
+        force_noise=0.0, inertia=1.2, load_inertia=2.7, stiffness=0.45, offset=False
+    )
+    inside = controller(arm=replace(soft, friction=UNKNOWN), estimator=estimator)
+    settings = {each.name: getattr(inside, each.name) for each in fields(inside)}
+    landing = TrackedBeside(**settings | {"plans_inside": False, "planning_time": 0.4})
+    loop = Waited(landing)
+    plant = PlantStepper(soft, sampling_time=T)
+    arm, motion = plant.init(), (0.0, 0.0, 0.0, 0.0)
+    state = landing.init()
+    waiting = [0.0]
+    for k in range(round(60.0 / T)):
+        state, effort = loop.step(state, SensorSample(k * T, *motion))
+        waiting.append(1.03 * effort)
+        arm, motion = plant.step(arm, waiting.pop(0))
+    assert landing.outcome(state) is PositioningOutcome.REACHED
+    assert abs(motion[0] - 1.0) <= WITHIN
+    assert state.drive.gain == pytest.approx(1.03, rel=1e-3)
+    assert any("anew" in phase.reason for phase in state.phases)

@@ -3,7 +3,7 @@
 from stickslip.control.landing.arm import LandingController, scaled_notch, scaled_pd
 from stickslip.control.landing.arm_plan import Flight, LandingState, PlanAnswer, PlanRequest
 from stickslip.control.landing.axis import AxisLandingController, AxisLandingState
-from stickslip.control.landing.beside import PlannedBeside
+from stickslip.control.landing.beside import PlannedBeside, TrackedBeside
 from stickslip.control.landing.supervisor import Supervisor, SupervisorState
 from stickslip.control.landing.tracked import TrackedLandingController, TrackedState
 
@@ -18,6 +18,7 @@ __all__ = [
     "PlannedBeside",
     "Supervisor",
     "SupervisorState",
+    "TrackedBeside",
     "TrackedLandingController",
     "TrackedState",
     "scaled_notch",

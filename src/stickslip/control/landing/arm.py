@@ -17,6 +17,7 @@ from stickslip.control.landing.arm_belief import (
     check_learned,
 )
 from stickslip.control.landing.arm_plan import LATE, ArmPlans, LandingState, PlanRequest
+from stickslip.control.landing.growing import Growing
 from stickslip.planning import PulseSeries
 from stickslip.plants import FlexibleArm
 from stickslip.records import (
@@ -261,7 +262,7 @@ class LandingController(ArmPlans):
             return state
         if state.phase.name != "series" and len(state.track) > state.sent:
             return state
-        return replace(state, track=(*state.track, sample))
+        return replace(state, track=state.track.after(sample))
 
     def _braked(self, state: LandingState, sample: SensorSample) -> tuple[LandingState, float]:
         """Return the state and the effort that slows mass 1, until friction stops it at once."""
@@ -276,7 +277,7 @@ class LandingController(ArmPlans):
         self, state: LandingState, sample: SensorSample, reason: str
     ) -> LandingState:
         # Of a series that a new target has cut short nothing is learned
-        state = replace(state, track=(), request=None, answer=None, braking=False)
+        state = replace(state, track=Growing(), request=None, answer=None, braking=False)
         return self._enter(state, sample, "resting", reason)
 
     def _transition(self, state: LandingState, sample: SensorSample) -> LandingState:
@@ -287,7 +288,11 @@ class LandingController(ArmPlans):
             flight = state.flights[-1]
             due = flight.start + state.sent * self.sampling_time
             if abs(sample.time - due) > 0.5 * self.sampling_time:
-                state, name, reason = replace(state, track=()), "resting", "samples were missed"
+                state, name, reason = (
+                    replace(state, track=Growing()),
+                    "resting",
+                    "samples were missed",
+                )
             elif state.sent == flight.planned.effort.size:
                 name, reason = "resting", "the last pulse was sent"
             elif self._off(state, sample):
@@ -321,17 +326,17 @@ class LandingController(ArmPlans):
         """Return the state of an arm at rest: landed, stopped, or with a plan asked for."""
         swing = self._swing(state)
         landed = self._miss(state, swing) <= self.tolerance
-        spent = state.series_since_target >= self.most_series
+        spent = self._spent(state)
         request = PlanRequest(
             number=state.request_count + 1,
             state=state,
             swing=swing,
             made=sample.time,
-            begin=sample.time + (0.0 if landed or spent else self.planning_time),
+            begin=sample.time + (0.0 if landed or spent is not None else self.planning_time),
             samples=state.window.count,
         )
         state = replace(state, request_count=request.number, answer=None)
-        if landed or spent:
+        if landed or spent is not None:
             # What the last series has taught is for the next one: there is no hurry
             if self.planning_time == 0.0:
                 state = self._learned_of(state, self.plan(request, series=False))
@@ -339,9 +344,14 @@ class LandingController(ArmPlans):
                 state = replace(state, request=request)
             if landed:
                 return self._enter(state, sample, "done", "both masses are within the tolerance")
-            reason = f"{self.most_series} series have not landed it"
-            return self._enter(state, sample, "stopped", reason)
+            return self._enter(state, sample, "stopped", spent or "")
         return self._awaited(replace(state, request=request), sample)
+
+    def _spent(self, state: LandingState) -> str | None:
+        """Return why no further series shall follow; None if one may."""
+        if state.series_since_target < self.most_series:
+            return None
+        return f"{self.most_series} series have not landed it"
 
     def _awaited(self, state: LandingState, sample: SensorSample) -> LandingState:
         """Return the state while a plan is awaited, or with its series begun."""

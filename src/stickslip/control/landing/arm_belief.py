@@ -85,7 +85,9 @@ class Swing:
         of_position = max(position_noise, _TINY * velocity_noise / w) if known else 1.0
         of_velocity = max(velocity_noise, _TINY * position_noise * w) if known else w
         weight = np.repeat((1.0 / of_position, 1.0 / of_velocity), len(samples))
-        a, b = np.linalg.lstsq(rows * weight[:, None], values * weight, rcond=None)[0]
+        weighted = rows * weight[:, None]
+        # Two columns that are never alike: normal equations do
+        a, b = np.linalg.solve(weighted.T @ weighted, weighted.T @ (values * weight))
         return cls(position=x1, offset=float(a), velocity=float(w * b), frequency=w)
 
     @property

@@ -1,8 +1,10 @@
 """What a landing of a flexible arm learns from a series, and the plan of the next one."""
 
 from dataclasses import dataclass, replace
+from itertools import product
 from math import ceil, inf, isfinite, pi, sqrt
 from statistics import NormalDist
+from typing import ClassVar
 
 import numpy as np
 
@@ -14,6 +16,9 @@ from stickslip.control.landing.arm_belief import (
     RunningFriction,
     Swing,
 )
+from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.control.landing.growing import Growing
+from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import (
     FRICTION,
     LEAST_FRICTION,
@@ -22,7 +27,7 @@ from stickslip.control.landing.supervisor import (
     Window,
 )
 from stickslip.friction import CoulombViscousFriction
-from stickslip.planning import PulseLaw, PulseSeries, PulseSeriesPlanner
+from stickslip.planning import NO_LOSSES, LoadLosses, PulseLaw, PulseSeries, PulseSeriesPlanner
 from stickslip.plants import FlexibleArm
 from stickslip.records import (
     AxisKind,
@@ -113,7 +118,7 @@ class LandingState(SupervisorState):
 
     flights: tuple[Flight, ...] = ()
     sent: int = 0
-    track: tuple[SensorSample, ...] = ()
+    track: Growing[SensorSample] = Growing()
     static_ratio: float
     belief: ArmBelief | None = None
     braking: bool = False
@@ -177,12 +182,21 @@ class PlanAnswer:
 
 
 @dataclass(frozen=True, kw_only=True)
+class TrackedAnswer(PlanAnswer):
+    """Answer to a request, with what the last series has taught of drive and load."""
+
+    drive: DriveFit | None
+    load: LoadFit
+
+
+@dataclass(frozen=True, kw_only=True)
 class ArmPlans(Supervisor[LandingState]):
     """Settings of a landing of a flexible arm, and what its plans depend on.
 
     `LandingController` documents the settings.
     """
 
+    _longer: ClassVar[tuple[float, ...]] = (1.0,)  # times the longest series, one after the other
     arm: FlexibleArm
     arm_uncertainty: float = 0.0
     experience: LearnedPulses | None = None
@@ -252,6 +266,12 @@ class ArmPlans(Supervisor[LandingState]):
             planned = self._next_series(state, swing, later) if series else None
         except (ArithmeticError, MemoryError, np.linalg.LinAlgError, ValueError) as error:
             planned = f"no series could be planned ({type(error).__name__})"
+        return self._answer(request, state, planned)
+
+    def _answer(
+        self, request: PlanRequest, state: LandingState, planned: PulseSeries | str | None
+    ) -> PlanAnswer:
+        """Return the answer of a state that has learned, with a plan."""
         return PlanAnswer(
             number=request.number,
             flights=state.flights,
@@ -275,7 +295,7 @@ class ArmPlans(Supervisor[LandingState]):
             flights=answer.flights,
             static_ratio=answer.static_ratio,
             belief=answer.belief,
-            track=(),
+            track=Growing(),
         )
 
     def _next_series(
@@ -300,6 +320,7 @@ class ArmPlans(Supervisor[LandingState]):
                 static_friction=static,
                 offset=arm.friction.offset,
             )
+            longest = self._longest(arm, coulomb, abs(error) + amplitude)
             planner = PulseSeriesPlanner(
                 arm=replace(arm, friction=friction),
                 sampling_time=self.sampling_time,
@@ -307,7 +328,9 @@ class ArmPlans(Supervisor[LandingState]):
                 excess=_EXCESS,
                 impulse_gap=_GAP,
                 rest_on_the_way=True,
-                longest=self._longest(arm, coulomb, abs(error) + amplitude),
+                longest=longest,
+                losses=self._losses(state),
+                pulse_samples=self._pulse_samples,
             )
             alone = PulseLaw(
                 mass=arm.mass_1,
@@ -323,10 +346,12 @@ class ArmPlans(Supervisor[LandingState]):
         places = self._places(state, swing, least)
         low, high = (-inf, inf) if self.travel is None else self.travel
         why = ""
-        for place in (each for each in places if low <= each <= high):
+        reachable = [each for each in places if low <= each <= high]
+        for times, place in product(self._longer, reachable):
             slowest = self._slowest(state, abs(place - swing.position))
+            each = replace(planner, slowest=slowest, longest=times * longest)
             try:
-                return replace(planner, slowest=slowest).plan(swing.state(later), place)
+                return each.plan(swing.state(later), place)
             except StickslipError as refusal:
                 why = why or str(refusal)
         return why or "every place that a series could lead to is outside the travel"
@@ -355,6 +380,16 @@ class ArmPlans(Supervisor[LandingState]):
         """Longest series over the time of a rigid arm and a swing."""
         return _LONGEST
 
+    @property
+    def _pulse_samples(self) -> int:
+        """Samples in each pulse of a series."""
+        return 1
+
+    def _losses(self, state: LandingState) -> LoadLosses:
+        """Return what brakes mass 2, as estimated."""
+        del state
+        return NO_LOSSES
+
     def _longest(self, arm: FlexibleArm, coulomb: float, travel: float) -> float:
         """Return the longest duration of a series over a travel [s]."""
         if self.longest_series is not None:
@@ -375,7 +410,9 @@ class ArmPlans(Supervisor[LandingState]):
             coulomb_friction=coulomb,
             viscous_friction=viscous,
         )
-        return replace(state, flights=(*state.flights, flight), sent=0, track=(sample,))
+        return replace(
+            state, flights=(*state.flights, flight), sent=0, track=Growing((), (sample,))
+        )
 
     def _settled(self, state: LandingState, waited: float) -> bool:
         """Return whether mass 1 has rested long enough for the swing to be known.
@@ -429,11 +466,11 @@ class ArmPlans(Supervisor[LandingState]):
         ended = replace(last, final_position=swing.position, final_swing=swing.amplitude)
         flight = FlightLog.of(
             last.planned,
-            state.track,
+            tuple(state.track),
             position_noise=self.position_noise,
             velocity_noise=self.velocity_noise,
         )
-        state = replace(state, flights=(*state.flights[:-1], ended), track=())
+        state = replace(state, flights=(*state.flights[:-1], ended), track=Growing())
         stayed = abs(swing.position - last.planned.position[0]) <= self._band
         if stayed or flight.late:
             coulomb, _ = self._friction(state)

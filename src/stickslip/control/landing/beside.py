@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_plan import LandingState, PlanAnswer, PlanRequest
+from stickslip.control.landing.tracked import TrackedLandingController
 from stickslip.records import InputError, SensorSample
 
 
@@ -57,7 +58,15 @@ class PlannedBeside(LandingController):
             for old in self._pending.values():
                 old.cancel()
             self._pending.clear()
-            series = state.phase.name == "resting"
+            series = state.phase.name not in ("done", "stopped")
             self._pending[request.number] = self._thread.submit(self.plan, request, series=series)
             return state
         return self.answered(state, pending.result()) if pending.done() else state
+
+
+@dataclass(frozen=True, kw_only=True)
+class TrackedBeside(PlannedBeside, TrackedLandingController):
+    """A `TrackedLandingController` that plans in a thread beside the loop, as `PlannedBeside`.
+
+    What follows a rest on the way is planned anew only where the plan is there in time.
+    """

@@ -7,7 +7,7 @@ from jaxtyping import Float
 
 from stickslip.plants import FlexibleArm
 
-_LAGS = 4  # samples of the effort that may act in one
+LAGS = 4  # samples of the effort that may act in one
 _LAG_SPREAD = 0.5  # prior standard deviation of the share of each
 _GAINS = (0.7, 1.3)  # of the drive: others are an error of the model
 _FEWEST = 20  # rows of a fit
@@ -34,33 +34,33 @@ class DriveFit:
         cls, coulomb: float, viscous: float, covariance: Float[np.ndarray, "2 2"]
     ) -> "DriveFit":
         """Return the prior: no delay, a gain of 1, and friction as known."""
-        P = np.zeros((_LAGS + 2, _LAGS + 2))
-        P[range(_LAGS), range(_LAGS)] = _LAG_SPREAD**2
-        P[_LAGS:, _LAGS:] = covariance
-        values = np.array([1.0, *[0.0] * (_LAGS - 1), coulomb, viscous])
+        P = np.zeros((LAGS + 2, LAGS + 2))
+        P[range(LAGS), range(LAGS)] = _LAG_SPREAD**2
+        P[LAGS:, LAGS:] = covariance
+        values = np.array([1.0, *[0.0] * (LAGS - 1), coulomb, viscous])
         return cls(information=np.linalg.inv(P), values=values)
 
     @property
     def covariance(self) -> Float[np.ndarray, "2 2"]:
         """Of Coulomb and viscous friction."""
-        P = np.linalg.inv(self.information)[_LAGS:, _LAGS:]
+        P = np.linalg.inv(self.information)[LAGS:, LAGS:]
         return 0.5 * (P + P.T)
 
     @property
     def delay(self) -> float:
         """Delay of the drive, in samples [-]."""
-        share = np.maximum(self.values[:_LAGS], 0.0)
-        return float(share @ np.arange(_LAGS) / share.sum()) if self.rows else 0.0
+        share = np.maximum(self.values[:LAGS], 0.0)
+        return float(share @ np.arange(LAGS) / share.sum()) if self.rows else 0.0
 
     @property
     def gain(self) -> float:
         """Gain of the drive [-]."""
-        return float(np.clip(self.values[:_LAGS].sum(), *_GAINS)) if self.rows else 1.0
+        return float(np.clip(self.values[:LAGS].sum(), *_GAINS)) if self.rows else 1.0
 
     @property
     def friction(self) -> tuple[float, float]:
         """Coulomb and viscous friction [N or N m, N s/m or N m s/rad]."""
-        coulomb, viscous = self.values[_LAGS:].tolist()
+        coulomb, viscous = self.values[LAGS:].tolist()
         return coulomb, viscous
 
     def after(
@@ -83,8 +83,8 @@ class DriveFit:
         way = 1.0 if np.nansum(v) > 0.0 else -1.0
         fast = way * v > 4.0 * velocity_noise
         slips = fast[1:] & fast[:-1] & np.isfinite(pulled)
-        past = np.concatenate((np.zeros(_LAGS - 1), effort[:n]))
-        lags = [T * past[_LAGS - 1 - j : _LAGS - 1 - j + n] for j in range(_LAGS)]
+        past = np.concatenate((np.zeros(LAGS - 1), effort[:n]))
+        lags = [T * past[LAGS - 1 - j : LAGS - 1 - j + n] for j in range(LAGS)]
         columns = (*lags, np.full(n, -way * T), -np.diff(x))
         rows = np.column_stack(columns)[slips]
         # Not a row in which mass 1 breaks away or stops
@@ -97,13 +97,13 @@ class DriveFit:
             information = self.information + rows.T @ rows / variance
             moment = self.information @ self.values + rows.T @ values / variance
             found = np.linalg.solve(information, moment)
-            variance = max(least, _variance(values - rows @ found))
+            variance = max(least, variance_of(values - rows @ found))
         if not np.isfinite(found).all():
             return self
         return replace(self, information=information, values=found, rows=self.rows + len(values))
 
 
-def _variance(residuals: Float[np.ndarray, " n"]) -> float:
+def variance_of(residuals: Float[np.ndarray, " n"]) -> float:
     """Return the variance of residuals, over the share of them that are independent."""
     power = float(residuals @ residuals)
     if power == 0.0:

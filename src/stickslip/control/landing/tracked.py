@@ -1,18 +1,34 @@
 """Landing of a flexible arm by series of pulses that feedback on both masses tracks."""
 
 from dataclasses import dataclass, fields, replace
-from math import inf, isfinite, sqrt
-from typing import Any
+from itertools import pairwise
+from math import ceil, exp, hypot, inf, isfinite, pi, sqrt
+from typing import Any, ClassVar
 
 import numpy as np
 from jaxtyping import Float
 
 from stickslip.control.landing.arm import LandingController
 from stickslip.control.landing.arm_belief import Swing
-from stickslip.control.landing.arm_plan import LandingState
-from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.control.landing.arm_plan import (
+    LandingState,
+    PlanAnswer,
+    PlanRequest,
+    TrackedAnswer,
+)
+from stickslip.control.landing.correction import (
+    NONE,
+    CorrectedSeries,
+    Deviation,
+    Goal,
+    before,
+)
+from stickslip.control.landing.drive_fit import LAGS, DriveFit
+from stickslip.control.landing.growing import Growing
+from stickslip.control.landing.load_fit import LoadFit
 from stickslip.control.landing.supervisor import LEAST_FRICTION
-from stickslip.planning import PulseSeries
+from stickslip.planning import LoadLosses, PulseSeries
+from stickslip.plants import FlexibleArm
 from stickslip.records import SensorSample, quantity_field
 
 # Feedback
@@ -23,7 +39,17 @@ _POLE_RESONANCES = 12.0  # double pole over the resonance of the free arm at mos
 _INTEGRAL = 0.2  # pole of the integral over the double pole
 _SETTLING = 3.0  # time constants of feedback after the last pulse
 
+# Correction
+_SEEN = 2.0  # time constants of feedback in which a deviation of mass 2 is taken over
+_CORRECTING = 0.95  # of the effort limit, that a correction may lead to
+_KEPT = LAGS + 2  # deviations, for the delay
+
 # Plans
+_ROUNDING = 1e-6  # samples
+_STAYS = 0.02  # of the move, planned while mass 1 rests: it does not move, or is not seen to
+_PULSES = 300.0  # in half a swing at most
+_DELAYED, _STRONGER, _LOST = 0.05, 3e-3, 1e-3  # samples, gain, losses: from which a plan is another
+_NUDGED, _NUDGES = 0.02, 8  # of the move; pulses on mass 1 alone
 _SHARE = 0.85  # of the effort limit; the rest is for feedback
 _GUESSED = 0.1  # Coulomb friction over the effort limit, where nothing is known
 _SLACK = 1.5  # longest series over the time of a rigid arm and a swing
@@ -52,6 +78,20 @@ class TrackedState(LandingState):
         Sent in the present series.
     drive
         Friction, delay and gain of the drive by the series so far; None before the first.
+    load
+        Stiffness and losses of the load by the series so far.
+    deviations
+        Of the corrected series from the plan, in the present sample and some before.
+    goal
+        Final deviation that the correction of the series aims at.
+    computed
+        Whether the load was computed in some sample of the last series.
+    quick
+        Whether series that correct may be as quick as others, as slower ones have not helped.
+    nudges, nudge
+        Pulses on mass 1 alone since the last series; samples and effort left of one.
+    spent
+        Why no further series shall follow; None if one may.
     last
         The last sample with a position and a velocity of mass 1, its load as measured or, where it
         is not measured, as computed from the motion of mass 1; None before the first.
@@ -61,14 +101,23 @@ class TrackedState(LandingState):
     travel: float = quantity_field("position", default=0.0)
     best: float = quantity_field("position", default=inf)
     integral: float = quantity_field("effort", default=0.0)
-    efforts: tuple[float, ...] = ()
+    efforts: Growing[float] = Growing()
     last: SensorSample | None = None
     drive: DriveFit | None = None
+    load: LoadFit = LoadFit()
+    deviations: tuple[Deviation, ...] = ()
+    goal: Goal = NONE
+    computed: bool = False
+    spent: str | None = None
+    quick: bool = False
+    nudges: int = 0
+    nudge: tuple[int, float] = (0, 0.0)
 
     @property
     def series_since_target(self) -> int:
-        """How many series have begun since the last target."""
-        return [phase.name for phase in self.phases[self.begun :]].count("series")
+        """How many series have begun since the last target, parts planned anew not counted."""
+        names = ["", *(phase.name for phase in self.phases[self.begun :])]
+        return sum(now == "series" != before for before, now in pairwise(names))
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -79,21 +128,27 @@ class TrackedLandingController(LandingController):
     known or, where nothing is, a tenth of the effort limit. It is planned with 0.85 of the effort
     limit; the rest is for feedback. Its effort is
 
-        u = [u_p + m1 p (p e + 2 e') + ks (x1 - x2 - x1p + x2p) + I] / g,  e = x1p - x1,
+        u = [u_p + m1 (a + p (p e + 2 e')) + ks (x1 - x2 - x1p + x2p) + d (x1 - x2 - x1p + x2p)'
+             + c v1r + I] / g,  e = x1p + x1r - x1,
 
     with the planned motion and effort (p), an integral I and the gain g of the drive. The spring's
     force is balanced, so that mass 1 follows its plan, and mass 2, which the motion of mass 1 alone
-    drives, follows with it: errors of friction and effort matter little. Coulomb and viscous
-    friction, the delay of the drive and its gain are estimated from each series; the next one
-    tracks a reference later by the delay, with the pole p that the delay allows.
+    drives, follows with it. Where mass 2 is not where it was planned to be, mass 1 leaves its plan
+    by x1r, with the acceleration a, so that both end on the target all the same
+    (`landing.correction`).
 
-    An arm off its target by little is corrected by two series: to a place beyond, and back. Where
-    they bring it no nearer, it is *stopped*. A load that is not measured is computed from the
-    motion of mass 1, from rest at the begin.
+    Coulomb and viscous friction, delay and gain of the drive are estimated from each series, and so
+    are the frequency of mass 2, the damping d of the spring and the friction of mass 2, where the
+    load is measured. The next series is planned and tracked with them. Where mass 1 rests on the
+    way and the estimates are others than those planned with, what follows is planned anew.
+
+    An arm off its target by little is corrected by two series, to a place beyond and back, or,
+    where mass 1 alone is off, by a pulse. Where two corrections bring it no nearer, it is
+    *stopped*. A load that is not measured is computed from the motion of mass 1, from rest at the
+    begin.
 
     The settings are those of `LandingController`; ``pd`` and ``notch`` are not used. Masses and
-    spring are learned only with an ``arm_uncertainty``. Damping of the spring and friction on mass
-    2 are not modelled.
+    spring are learned only with an ``arm_uncertainty``, and then no losses of the load.
 
     Examples
     --------
@@ -112,6 +167,8 @@ class TrackedLandingController(LandingController):
     'reached'
     """
 
+    _longer: ClassVar[tuple[float, ...]] = (1.0, 2.0)
+
     def init(self) -> TrackedState:
         """Return the state before the first sample."""
         plain = super().init()
@@ -121,6 +178,19 @@ class TrackedLandingController(LandingController):
     def channels(self) -> tuple[str, ...]:
         """Position and velocity of mass 1; the load is computed where it is not measured."""
         return ("measured_position", "measured_velocity")
+
+    def warm_up(self) -> None:
+        """Compile and load all that steps and plans use."""
+        super().warm_up()
+        state = self.init()
+        state = replace(state, target=state.target or 1.0)
+        swing = Swing(position=0.0, offset=0.0, velocity=0.0, frequency=pi / self.half_swing)
+        series = self._next_series(state, swing)
+        if isinstance(series, CorrectedSeries):
+            series.goal(0, NONE, NONE)
+            series.after(0, NONE, series.acceleration(0, NONE, NONE))
+            seen = (series.position, series.velocity, series.load_position, series.load_velocity)
+            self._fitted(state, series.effort, np.column_stack(seen))
 
     def pole(self, delay: float = _UNKNOWN) -> float:
         """Return the double pole of the feedback [rad/s].
@@ -144,9 +214,14 @@ class TrackedLandingController(LandingController):
     def _plan_limit(self) -> float:
         return _SHARE * self.effort_limit
 
+    @property
+    def _pulse_samples(self) -> int:
+        # The work of a search grows with the number of pulses
+        return max(1, int(self.half_swing / (_PULSES * self.sampling_time)))
+
     def _slowest(self, state: Any, travel: float) -> float:
         corrects = travel < 0.5 * state.travel
-        return _SLOWEST if corrects else super()._slowest(state, travel)
+        return _SLOWEST if corrects and not state.quick else super()._slowest(state, travel)
 
     @property
     def _slack(self) -> float:
@@ -155,8 +230,9 @@ class TrackedLandingController(LandingController):
     def step(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         """Take a sample; return the state after it and the effort until the next [N or N m]."""
         if self._readable(sample):
-            sample = self._with_load(state, sample)
-            state = replace(state, last=sample)
+            seen = self._with_load(state, sample)
+            state = replace(state, last=seen, computed=state.computed or seen is not sample)
+            sample = seen
         return super().step(state, sample)
 
     def _with_load(self, state: TrackedState, sample: SensorSample) -> SensorSample:
@@ -191,14 +267,16 @@ class TrackedLandingController(LandingController):
         )
 
     def _towards(self, state: Any, sample: SensorSample) -> Any:
-        """Return the state at rest, or braked, before the first series to a target."""
         state = replace(
             state,
             renewed=False,
             begun=len(state.phases),
             best=inf,
+            spent=None,
+            quick=False,
             travel=abs(state.target - sample.measured_position),
-            track=(),
+            track=Growing(),
+            deviations=(),
             request=None,
             answer=None,
             braking=True,
@@ -234,7 +312,6 @@ class TrackedLandingController(LandingController):
         return state.drive is not None and self.velocity_noise == 0.0
 
     def _drive(self, state: Any) -> DriveFit:
-        """Return the estimate of the drive; before the first series what is known of friction."""
         if state.drive is not None:
             return state.drive
         coulomb, viscous = self._friction(state)
@@ -243,115 +320,275 @@ class TrackedLandingController(LandingController):
             covariance = np.diag([coulomb**2, (coulomb * self.pole()) ** 2])
         return DriveFit.first(coulomb, viscous, covariance)
 
+    def _estimated_arm(self, state: Any) -> FlexibleArm:
+        arm = super()._estimated_arm(state)
+        by_load: FlexibleArm | None = state.load.arm
+        return arm if state.belief is not None or by_load is None else by_load
+
+    def _miss(self, state: LandingState, swing: Swing) -> float:
+        # Friction may hold mass 2 beside mass 1, where it does not swing
+        x1, x2 = state.window.seen()[-1, :2].tolist()
+        beside = abs(x2 - x1) - 6.0 * self.position_noise
+        return max(super()._miss(state, swing), beside)
+
     def _places(self, state: Any, swing: Swing, least: float) -> list[float]:
+        if state.phases and state.phase.name == "series":  # on the way
+            return [state.target]
         # A short series is slow, where friction differs from that of a long one
         error = state.target - swing.position
         if abs(error) > self._near(state):
             return super()._places(state, swing, least)
         return super()._places(state, swing, max(least, _SHORTEST * state.travel))[-4:]
 
-    def _next_series(
-        self, state: LandingState, swing: Swing, later: float = 0.0
-    ) -> PulseSeries | str:
-        later += self._drive(state).delay * self.sampling_time
-        series = super()._next_series(state, swing, later)
-        return series if isinstance(series, str) else self._held(series)
-
-    def _held(self, series: PulseSeries) -> PulseSeries:
-        """Return the series with a time at its target, in which feedback settles."""
-        n = max(1, round(_SETTLING / self.pole() / self.sampling_time))
-        rest, place = np.zeros(n), np.full(n, series.target)
-        return replace(
+    def _next_series(self, state: Any, swing: Swing, later: float = 0.0) -> PulseSeries | str:
+        if state.phases and state.phase.name == "series" and self._as_planned(state):
+            return "the series goes as planned"
+        drive = self._drive(state)
+        series = super()._next_series(state, swing, later + drive.delay * self.sampling_time)
+        if isinstance(series, str):
+            return series
+        pole = self.pole(drive.delay if drive.rows else _UNKNOWN)
+        settling = max(1, ceil(_SETTLING / pole / self.sampling_time))
+        return CorrectedSeries.of(
             series,
-            effort=np.append(series.effort, rest),
-            position=np.append(series.position, place),
-            velocity=np.append(series.velocity, rest),
-            load_position=np.append(series.load_position, place),
-            load_velocity=np.append(series.load_velocity, rest),
+            self._estimated_arm(state),
+            state.load.losses,
+            drive,
+            pole=pole,
+            settling=settling,
+            limit=_CORRECTING * self.effort_limit,
         )
+
+    def _losses(self, state: Any) -> LoadLosses:
+        return state.load.losses
 
     def _launched(self, state: Any, sample: SensorSample, series: PulseSeries) -> Any:
         state = super()._launched(state, sample, series)
-        return replace(state, integral=0.0, efforts=())
+        return replace(
+            state,
+            integral=0.0,
+            efforts=Growing(),
+            deviations=(NONE,) * _KEPT,
+            goal=NONE,
+            computed=False,
+            nudges=0,
+        )
 
     def _planned_effort(self, state: Any) -> tuple[Any, float]:
-        """Return the effort of a lost sample: the planned one and the integral."""
-        sent = state.sent
-        state, effort = super()._planned_effort(state)
-        if state.sent == sent:
+        k, (state, effort) = state.sent, super()._planned_effort(state)
+        if state.sent == k:
             return state, effort
-        return self._recorded(state, effort + state.integral)
+        series, r = state.flights[-1].planned, state.deviations[-1]
+        a = series.acceleration(k, r, state.goal)
+        state = self._deviated(state, k, r, a)
+        effort += self._estimated_arm(state).mass_1 * a + state.integral
+        return self._recorded(state, effort / series.drive.gain)
 
     def _landing(self, state: Any, sample: SensorSample) -> tuple[Any, float]:
         state = self._tracked(state, sample)
         state = self._transition(state, sample)
         if state.braking:
             return self._braked(state, sample)
-        planned = state.flights[-1].planned if state.flights else None
-        if state.phase.name != "series" or planned is None or state.sent >= planned.effort.size:
+        left, effort = state.nudge
+        if left > 0:
+            if state.phase.name != "resting":
+                return replace(state, nudge=(0, 0.0)), 0.0
+            return replace(state, nudge=(left - 1, effort)), effort
+        series = state.flights[-1].planned if state.flights else None
+        if state.phase.name != "series" or series is None or state.sent >= series.effort.size:
             return state, 0.0
-        drive = self._drive(state)
-        p = self.pole(drive.delay if drive.rows else _UNKNOWN)
-        k, m1 = state.sent, self._estimated_arm(state).mass_1
-        x, v, x2 = _planned_at(planned, k - drive.delay)
-        e, e_dot = x - sample.measured_position, v - sample.measured_velocity
+        drive, p, k = series.drive, series.pole, state.sent
+        arm, T = self._estimated_arm(state), self.sampling_time
+        x, v, x2, v2 = series.at(k - drive.delay)
+        dx, dv, dx2, dv2 = before(state.deviations, drive.delay)
+        rx, rv, rx2, rv2 = state.deviations[-1]
+        share = 1.0 - exp(-p * T / _SEEN)
+        if series.corrects(k):
+            rx2 += share * (sample.measured_load_position - x2 - dx2)
+            rv2 += share * (sample.measured_load_velocity - v2 - dv2)
+        held = k < series.moving and series.rests[k] and v == 0.0
+        if held and abs(sample.measured_velocity) <= 4.0 * self.velocity_noise:
+            rx += share * (sample.measured_position - x - dx)
+        r = rx, rv, rx2, rv2
+        state = replace(state, goal=series.goal(k, r, state.goal))
+        a = series.acceleration(k, r, state.goal)
+        e, e_dot = x + dx - sample.measured_position, v + dv - sample.measured_velocity
         stretch = sample.measured_position - sample.measured_load_position - (x - x2)
-        feedback = m1 * p * (p * e + 2.0 * e_dot)
-        feedback += self._estimated_arm(state).stiffness * stretch
-        u = (float(planned.effort[k]) + feedback + state.integral) / drive.gain
+        feedback = arm.mass_1 * (a + p * (p * e + 2.0 * e_dot)) + drive.values[-1] * rv
+        feedback += arm.stiffness * stretch
+        rate = sample.measured_velocity - sample.measured_load_velocity - (v - v2)
+        feedback += series.losses.damping * rate
+        u = (float(series.effort[k]) + feedback + state.integral) / drive.gain
         limit = self.effort_limit
-        moves = v != 0.0
-        if abs(u) < limit and moves:
-            gain = _INTEGRAL * m1 * p**3
-            state = replace(state, integral=state.integral + gain * e * self.sampling_time)
+        if abs(u) < limit and v != 0.0:
+            gain = _INTEGRAL * arm.mass_1 * p**3
+            state = replace(state, integral=state.integral + gain * e * T)
         state = replace(state, sent=k + 1)
-        return self._recorded(state, min(max(u, -limit), limit))
+        return self._recorded(self._deviated(state, k, r, a), min(max(u, -limit), limit))
+
+    def _transition(self, state: Any, sample: SensorSample) -> Any:
+        if state.phase.name == "series" and state.flights[-1].planned.rest is not None:
+            state = self._on_the_way(state, sample)
+        if state.phase.name == "series":
+            series = state.flights[-1].planned
+            if self._stays(state):
+                reason = "mass 1 does not move as planned, or its sensor does not show it"
+                return self._enter(state, sample, "stopped", reason)
+            over = state.sent >= series.moving + series.drive.delay + _AT_ONCE
+            if over and self._settled(state, 0.0):
+                return self._enter(
+                    state, sample, "resting", "mass 1 rests at the end of the series"
+                )
+        return super()._transition(state, sample)
+
+    def _stays(self, state: Any) -> bool:
+        """Return whether mass 1 rests where it was to move: it cannot, or its sensor is frozen."""
+        series, k = state.flights[-1].planned, state.sent
+        since = max(k - state.window.count, 0)
+        planned = abs(float(series.position[k] - series.position[since]))
+        return planned > _STAYS * state.travel
+
+    def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
+        """Return the state, with what follows a rest on the way planned anew where it is off."""
+        series, k, T = state.flights[-1].planned, state.sent, self.sampling_time
+        end = round(series.rest[1] / T)
+        if state.request is None:
+            ahead = end - k
+            if ahead < 0 or ahead != ceil(self.planning_time / T - _ROUNDING):
+                return state
+            if not self._settled(state, 0.0):
+                return state
+            request = PlanRequest(
+                number=state.request_count + 1,
+                state=state,
+                swing=self._swing(state),
+                made=sample.time,
+                begin=sample.time + ahead * T,
+                samples=state.window.count,
+            )
+            state = replace(state, request=request, request_count=request.number, answer=None)
+        if k < end:
+            return state
+        request, answer = state.request, state.answer
+        if self.plans_inside and k == end:
+            answer = self.plan(request)
+        rested = state.window.count >= request.samples
+        state = replace(state, request=None, answer=None)
+        if k > end or answer is None or not rested:
+            return state
+        if not isinstance(answer.series, PulseSeries):
+            return state
+        state = self._launched(self._learned_of(state, answer), sample, answer.series)
+        return self._enter(state, sample, "series", "what follows the rest is planned anew")
+
+    def _as_planned(self, state: Any) -> bool:
+        """Return whether a series goes as planned: drive and load are about what it assumed."""
+        series, drive = state.flights[-1].planned, self._drive(state)
+        if state.goal != NONE or abs(drive.delay - series.drive.delay) > _DELAYED:
+            return False
+        arm, (coulomb, _) = self._estimated_arm(state), self._friction(state)
+        viscous = sqrt(arm.stiffness * arm.mass_2)
+        scales = (viscous, coulomb, viscous)
+        pairs = zip(state.load.losses, series.losses, scales, strict=True)
+        lost = any(abs(new - old) > _LOST * scale for new, old, scale in pairs)
+        return not lost and abs(drive.gain - series.drive.gain) <= _STRONGER
+
+    def _deviated(self, state: Any, k: int, r: Deviation, a: float) -> Any:
+        """Return the state with the deviation of the corrected series after sample k."""
+        after = state.flights[-1].planned.after(k, r, a)
+        return replace(state, deviations=(*state.deviations[1 - _KEPT : -1], r, after))
 
     def _judged(self, state: Any, sample: SensorSample) -> Any:
-        """Return the state of an arm at rest; friction, delay and gain are those of its series."""
-        if state.track and state.efforts:
-            n = min(len(state.efforts), len(state.track) - 1)
-            drive = self._drive(state).after(
-                self._estimated_arm(state),
-                np.array(state.efforts[:n]),
-                np.array(state.track)[: n + 1, 1:],
-                sampling_time=self.sampling_time,
-                velocity_noise=self.velocity_noise,
-            )
-            state = replace(state, drive=drive)
         swing = self._swing(state)
         miss = self._miss(state, swing)
+        nudged = self._nudged(state, swing)
+        if nudged is not None:
+            return nudged
         tried, best = state.series_since_target, state.best
         if tried > 0 and abs(state.target - swing.position) <= self._near(state):
             state = replace(state, best=min(best, miss))
-            spent = tried + 2 > self.most_series  # to a place beyond, and back
-            if miss > self.tolerance and (spent or miss > _IMPROVES * best):
-                state = replace(state, track=())
+            worse = miss > _IMPROVES * best
+            if tried + 2 > self.most_series or (worse and state.quick):
                 reason = "its series bring the arm no nearer to the target"
-                return self._enter(state, sample, "stopped", reason)
+                state = replace(state, spent=reason)
+            elif worse:
+                state = replace(state, quick=True)
         return super()._judged(state, sample)
+
+    def _nudged(self, state: Any, swing: Swing) -> Any:
+        """Return the state with a pulse that takes mass 1 alone to the target; None without one.
+
+        It is for an arm of which mass 2 rests on the target already, about. From rest, an effort u
+        of time t takes mass 1 u (u - F) t^2/(2 m1 F) far.
+        """
+        error, tolerance = state.target - swing.position, self.tolerance
+        load = hypot(swing.position + swing.offset - state.target, swing.velocity / swing.frequency)
+        near = tolerance < abs(error) <= _NUDGED * state.travel
+        alone = near and load <= max(0.7 * tolerance, 0.5 * abs(error))
+        if not alone or state.nudges >= _NUDGES or state.series_since_target == 0:
+            return None
+        coulomb, _ = self._friction(state)
+        mass, T = self._estimated_arm(state).mass_1, self.sampling_time
+        product = 2.0 * mass * coulomb * abs(error)
+        largest = self._plan_limit
+        if largest <= coulomb:
+            return None
+        samples = max(1, ceil(sqrt(product / (largest * (largest - coulomb))) / T))
+        effort = 0.5 * coulomb + sqrt(0.25 * coulomb**2 + product / (samples * T) ** 2)
+        effort = min(max(effort, coulomb * state.static_ratio), self.effort_limit)
+        signed = effort if error > 0.0 else -effort
+        state = replace(state, nudges=state.nudges + 1, nudge=(samples, signed))
+        return replace(state, window=state.window.empty())
+
+    def _spent(self, state: Any) -> str | None:
+        return super()._spent(state) or state.spent
 
     def _near(self, state: TrackedState) -> float:
         """Return the distance from which no series leads straight to the target [m or rad]."""
         return 0.5 * _SHORTEST * state.travel
 
     def _recorded(self, state: TrackedState, effort: float) -> tuple[TrackedState, float]:
-        return replace(state, efforts=(*state.efforts, effort)), effort
+        return replace(state, efforts=state.efforts.after(effort)), effort
 
     def _after_series(self, state: Any, swing: Swing) -> Any:
-        """Note how the last series ended; learn from the efforts as sent."""
         if not state.track or not state.efforts:
             return super()._after_series(state, swing)
         last = state.flights[-1]
-        n = min(len(state.efforts), last.planned.effort.size)
+        sent, seen = np.array(tuple(state.efforts)), np.array(tuple(state.track))[:, 1:]
+        n = min(sent.size, last.planned.effort.size, len(seen) - 1)
         effort = last.planned.effort.copy()
-        effort[:n] = state.efforts[:n]
-        sent = replace(last, planned=replace(last.planned, effort=effort))
+        effort[:n] = sent[:n]
+        flown = replace(last, planned=replace(last.planned, effort=effort))
+        learned = self._fitted(state, sent[:n], seen[: n + 1])
         ratio = state.static_ratio
-        state = super()._after_series(replace(state, flights=(*state.flights[:-1], sent)), swing)
+        state = replace(state, flights=(*state.flights[:-1], flown))
+        state = replace(super()._after_series(state, swing), **learned)
         moved = abs(swing.position - last.planned.position[0]) > self._band
         # Feedback has freed a mass that began late
         return replace(state, static_ratio=ratio) if moved else state
+
+    def _fitted(
+        self, state: Any, sent: Float[np.ndarray, " n"], seen: Float[np.ndarray, "m 4"]
+    ) -> dict[str, Any]:
+        """Return the estimates of drive and load after a series."""
+        settings = {"sampling_time": self.sampling_time, "velocity_noise": self.velocity_noise}
+        drive = self._drive(state).after(self._estimated_arm(state), sent, seen, **settings)
+        if state.computed or state.belief is not None:
+            return {"drive": drive}
+        coulomb, _ = self._friction(state)
+        load = state.load.after(self.arm, seen, coulomb_friction=coulomb, **settings)
+        return {"drive": drive, "load": load}
+
+    def _answer(self, request: PlanRequest, state: Any, planned: Any) -> PlanAnswer:
+        plain = super()._answer(request, state, planned)
+        values = {each.name: getattr(plain, each.name) for each in fields(plain)}
+        return TrackedAnswer(**values, drive=state.drive, load=state.load)
+
+    def _learned_of(self, state: LandingState, answer: PlanAnswer) -> Any:
+        state = super()._learned_of(state, answer)
+        if not isinstance(answer, TrackedAnswer):
+            return state
+        return replace(state, drive=answer.drive, load=answer.load)
 
     def _by_noise(self, planned: PulseSeries) -> float:
         del planned
@@ -360,16 +597,3 @@ class TrackedLandingController(LandingController):
 
     def _running(self, state: LandingState) -> Any:
         return None if state.belief is None else super()._running(state)
-
-
-def _planned_at(series: PulseSeries, k: float) -> tuple[float, float, float]:
-    """Return positions of both masses and the velocity of mass 1 as planned, between samples."""
-    k = min(max(k, 0.0), float(series.effort.size))
-    i = min(int(k), series.effort.size - 1)
-    s, T = k - i, series.sampling_time
-    x, v, x2 = series.position, series.velocity, series.load_position
-    place = (1.0 - s) * float(x[i]) + s * float(x[i + 1])
-    # The straight line, and half of the constant acceleration
-    place -= 0.5 * s * (1.0 - s) * T * float(v[i + 1] - v[i])
-    speed = (1.0 - s) * float(v[i]) + s * float(v[i + 1])
-    return place, speed, (1.0 - s) * float(x2[i]) + s * float(x2[i + 1])

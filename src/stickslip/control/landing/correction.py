@@ -1,0 +1,316 @@
+"""Correction of a series on its way, so that both masses end on its target all the same.
+
+The planned motion of mass 1 is changed a little, by an acceleration a, where mass 2 is not where
+it was planned to be. With the deviation r = (x1, v1, x2, v2) from the plan,
+
+    x1'' = a,  m2 x2'' = ks (x1 - x2) + d (v1 - v2) - c2 v2 + g(t),
+
+where g is the Coulomb friction of mass 2 where the planned motion has another: while mass 2 rests
+or moves back. Of all accelerations that end with r = 0 it is the one of least sum a^2/w, with
+weights w that leave slow motion alone, so that mass 1 does not turn back. It is computed anew in
+every sample, from the deviation seen then: a state feedback whose gains vary along the series.
+"""
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import sqrt
+
+import numpy as np
+from jaxtyping import Bool, Float
+from numpy.typing import NDArray
+
+from stickslip.compiled import compiled
+from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.planning import LoadLosses, PulseSeries
+from stickslip.plants import FlexibleArm
+
+_SLOW = 0.2  # of the highest speed: below it the weight falls with the square of the speed
+_REGULAR = 1e-10  # of the largest covariance of the reachable states
+_TURNS = 1e-3  # of the planned speed
+_HALVINGS = 6
+_LOOKS = 64  # along a series, for what can be reached
+_LAST = 0.5  # radians of the swing before the end in which what is seen no longer counts
+
+Deviation = tuple[float, float, float, float]
+Values = NDArray[np.float64]
+Goal = tuple[float, float, float, float]  # positions, and velocities over the frequency
+NONE: Deviation = (0.0, 0.0, 0.0, 0.0)
+
+
+@lru_cache(maxsize=64)
+def _matrices(
+    w: float, d: float, c: float, T: float
+) -> tuple[Float[np.ndarray, "4 6"], Float[np.ndarray, "4 6"]]:
+    """Return [A B_a B_g] over a sample while mass 1 slips, and while it rests.
+
+    Of the state (x1, v1/w, x2, v2/w), with d and c over m2.
+    """
+    from scipy.linalg import expm
+
+    found: list[Float[np.ndarray, "4 6"]] = []
+    for slips in (True, False):
+        M = np.zeros((6, 6))
+        if slips:
+            M[0, 1], M[1, 4] = w, 1.0 / w
+        M[2, 3] = w
+        M[3] = w, d, -w, -d - c, 0.0, 1.0 / w
+        step: Float[np.ndarray, "4 6"] = np.ascontiguousarray(expm(M * T)[:4])
+        if not slips:
+            step[1] = 0.0
+        step.flags.writeable = False
+        found.append(step)
+    return found[0], found[1]
+
+
+@compiled()
+def _gains(
+    slip: Values, rest: Values, rests: NDArray[np.bool_], weight: Values, g: Values
+) -> tuple[Values, Values, Values]:
+    """Return the map to the final state, that without a deviation, and gains of the final state.
+
+    With the final state z = P_i r_i + D_i if nothing is corrected, a_i = -G_i (z - goal).
+    """
+    n = weight.shape[0]
+    P, D, G = np.zeros((n + 1, 4, 4)), np.zeros((n + 1, 4)), np.zeros((n, 4))
+    W = np.zeros((4, 4))
+    for j in range(4):
+        P[n, j, j] = 1.0
+    for i in range(n - 1, -1, -1):
+        M = rest if rests[i] else slip
+        b = np.zeros(4)
+        for j in range(4):
+            D[i, j] = D[i + 1, j]
+            for m in range(4):
+                b[j] += P[i + 1, j, m] * M[m, 4]
+                D[i, j] += P[i + 1, j, m] * M[m, 5] * g[i]
+                for q in range(4):
+                    P[i, j, m] += P[i + 1, j, q] * M[q, m]
+        if weight[i] <= 0.0:
+            continue
+        for j in range(4):
+            for m in range(4):
+                W[j, m] += weight[i] * b[j] * b[m]
+        R = W.copy()
+        size = max(W[0, 0], W[1, 1], W[2, 2], W[3, 3])
+        for j in range(4):
+            R[j, j] += _REGULAR * size
+        G[i] = weight[i] * np.linalg.solve(R, b)
+    return P, D, G
+
+
+Motion = tuple[
+    tuple[Values, Values, Values], tuple[Values, Values], NDArray[np.bool_], Values
+]  # maps to the final state, steps, rests, what is forced
+Bounds = tuple[Values, Values, Values]  # planned speed, bounds of the acceleration
+
+
+@compiled()
+def _feasible(k: int, start: Values, goal: Values, motion: Motion, bounds: Bounds) -> bool:
+    """Return whether the corrections to a goal keep to their bounds, and mass 1 to its way."""
+    maps, steps, rests, forced = motion
+    speed, low, high = bounds
+    P, D, G = maps
+    slip, rest = steps
+    r, after = start.copy(), np.empty(4)
+    for i in range(k, rests.shape[0]):
+        a = 0.0
+        for j in range(4):
+            z = D[i, j] - goal[j]
+            for m in range(4):
+                z += P[i, j, m] * r[m]
+            a -= G[i, j] * z
+        if a < low[i] or a > high[i]:
+            return False
+        M = rest if rests[i] else slip
+        for j in range(4):
+            after[j] = M[j, 4] * a + M[j, 5] * forced[i]
+            for m in range(4):
+                after[j] += M[j, m] * r[m]
+        r, after = after, r
+        if speed[i + 1] + r[1] < -_TURNS * speed[i + 1] and i + 1 < rests.shape[0]:
+            return False
+    return True
+
+
+@compiled()
+def _nearest(k: int, r: Values, motion: Motion, bounds: Bounds) -> Values:
+    """Return the final state nearest to 0 that corrections within their bounds lead to."""
+    maps = motion[0]
+    P, D, _ = maps
+    z = D[k] + P[k] @ r
+    z[0], z[1] = 0.0, 0.0
+    goal = np.zeros(4)
+    if _feasible(k, r, goal, motion, bounds):
+        return goal
+    none, all_of_it = 0.0, 1.0
+    for _ in range(_HALVINGS):
+        share = 0.5 * (none + all_of_it)
+        if _feasible(k, r, share * z, motion, bounds):
+            all_of_it = share
+        else:
+            none = share
+    return all_of_it * z
+
+
+@dataclass(frozen=True, kw_only=True)
+class CorrectedSeries(PulseSeries):
+    """A series with what corrects it on its way, and a time on its target.
+
+    Attributes
+    ----------
+    losses
+        Of the load.
+    drive
+        What was known of it.
+    pole
+        Double pole of the feedback [rad/s].
+    moving
+        Samples before the time on the target.
+    frequency
+        Of mass 2 while mass 1 rests [rad/s].
+    maps
+        To the final state: of a state, of none, and the gains of the final state.
+    forced
+        Coulomb friction that the plan has not, over mass 2.
+    rests
+        Whether mass 1 is planned to rest in a sample.
+    steps
+        State after a sample, of that before, the acceleration and the losses; while mass 1 slips
+        and while it rests.
+    low, high
+        Bounds of the acceleration that corrects.
+    """
+
+    losses: LoadLosses
+    drive: DriveFit
+    pole: float
+    moving: int
+    frequency: float
+    maps: tuple[Float[np.ndarray, "n 4 4"], Float[np.ndarray, "n 4"], Float[np.ndarray, "m 4"]]
+    forced: Float[np.ndarray, " m"]
+    rests: Bool[np.ndarray, " m"]
+    steps: tuple[Float[np.ndarray, "4 6"], Float[np.ndarray, "4 6"]]
+    low: Float[np.ndarray, " m"]
+    high: Float[np.ndarray, " m"]
+
+    @classmethod
+    def of(
+        cls,
+        series: PulseSeries,
+        arm: FlexibleArm,
+        losses: LoadLosses,
+        drive: DriveFit,
+        *,
+        pole: float,
+        settling: int,
+        limit: float,
+    ) -> "CorrectedSeries":
+        """Return a series followed by some samples on its target.
+
+        It was planned with the losses. No correction leads to an effort beyond ``limit``.
+        """
+        n, T, m2 = series.effort.size, series.sampling_time, arm.mass_2
+        w = sqrt(arm.stiffness / m2)
+        d, dry, viscous = losses
+        steps = _matrices(w, d / m2, viscous / m2, T)
+        speed = 0.5 * np.abs(series.velocity[1:] + series.velocity[:-1])
+        weight = np.minimum(1.0, speed / (_SLOW * float(speed.max()))) ** 2
+        rests = np.zeros(n, dtype=np.bool_)
+        if series.rest is not None:
+            begin, end = (round(each / T) for each in series.rest)
+            rests[begin:end] = True
+        weight[rests] = 0.0
+        v2 = 0.5 * (series.load_velocity[1:] + series.load_velocity[:-1])
+        spring = arm.stiffness * (series.position - series.load_position)[1:]
+        held = np.abs(series.load_velocity[0]) * m2 * w <= dry
+        stuck = np.logical_and.accumulate(np.abs(spring) <= dry) & held
+        friction = np.where(stuck, spring, dry * np.sign(v2))
+        forced = (dry * series.direction - friction) / m2
+        rest, place = np.zeros(settling), np.full(settling, series.target)
+        values = {name: getattr(series, name) for name in PulseSeries.__dataclass_fields__}
+        values |= {
+            "effort": np.append(series.effort, rest),
+            "position": np.append(series.position, place),
+            "velocity": np.append(series.velocity, rest),
+            "load_position": np.append(series.load_position, place),
+            "load_velocity": np.append(series.load_velocity, rest),
+        }
+        return cls(
+            **values,
+            losses=losses,
+            drive=drive,
+            pole=pole,
+            moving=n,
+            frequency=w,
+            maps=_gains(*steps, rests, weight, forced),
+            forced=forced,
+            rests=rests,
+            steps=steps,
+            low=np.minimum(0.0, -limit - series.effort) / arm.mass_1,
+            high=np.maximum(0.0, limit - series.effort) / arm.mass_1,
+        )
+
+    def corrects(self, k: int) -> bool:
+        """Return whether what is seen in sample k still counts."""
+        return k < self.moving - _LAST / (self.frequency * self.sampling_time)
+
+    def at(self, k: float) -> Deviation:
+        """Return the planned state, also between samples."""
+        k = min(max(k, 0.0), float(self.effort.size))
+        i = min(int(k), self.effort.size - 1)
+        s, T = k - i, self.sampling_time
+        x, v, x2, v2 = self.position, self.velocity, self.load_position, self.load_velocity
+        # The straight line, and half of the constant acceleration
+        bent = 0.5 * s * (1.0 - s) * T
+        return (
+            (1.0 - s) * float(x[i]) + s * float(x[i + 1]) - bent * float(v[i + 1] - v[i]),
+            (1.0 - s) * float(v[i]) + s * float(v[i + 1]),
+            (1.0 - s) * float(x2[i]) + s * float(x2[i + 1]) - bent * float(v2[i + 1] - v2[i]),
+            (1.0 - s) * float(v2[i]) + s * float(v2[i + 1]),
+        )
+
+    def _scaled(self, r: Deviation) -> Float[np.ndarray, " 4"]:
+        return np.array([r[0], r[1] / self.frequency, r[2], r[3] / self.frequency])
+
+    def goal(self, k: int, r: Deviation, last: Goal) -> Goal:
+        """Return the final deviation to aim at in sample k: 0, or the nearest within reach.
+
+        It is looked for now and then; in between it is the ``last`` one.
+        """
+        if k >= self.moving or k % max(1, self.moving // _LOOKS) != 0:
+            return last
+        way = self.direction
+        speed = way * self.velocity[: self.moving + 1] / self.frequency
+        bounds = (self.low, self.high) if way > 0 else (-self.high, -self.low)
+        motion = (self.maps, self.steps, self.rests, way * self.forced)
+        x, v, x2, v2 = _nearest(k, way * self._scaled(r), motion, (speed, *bounds)).tolist()
+        return way * x, way * v, way * x2, way * v2
+
+    def acceleration(self, k: int, r: Deviation, goal: Goal) -> float:
+        """Return the acceleration of mass 1 in sample k beside that of the plan."""
+        if k >= self.moving:
+            return 0.0
+        P, D, G = self.maps
+        a = -float(G[k] @ (P[k] @ self._scaled(r) + D[k] - goal))
+        return min(max(a, float(self.low[k])), float(self.high[k]))
+
+    def after(self, k: int, r: Deviation, a: float) -> Deviation:
+        """Return the deviation of the changed plan one sample later."""
+        if k + 1 >= self.moving:
+            return NONE
+        w, M = self.frequency, self.steps[int(self.rests[k])]
+        state = np.append(self._scaled(r), (a, self.forced[k]))
+        x, v, x2, v2 = (M @ state).tolist()
+        ahead = self.direction * (float(self.velocity[k + 1]) + w * v)
+        # Mass 1 does not turn back
+        v = -float(self.velocity[k + 1]) / w if ahead < 0.0 else v
+        return x, w * v, x2, w * v2
+
+
+def before(deviations: tuple[Deviation, ...], delay: float) -> Deviation:
+    """Return the deviation some samples before the last one."""
+    i = min(int(delay), len(deviations) - 2)
+    s = delay - i
+    later, earlier = deviations[-1 - i], deviations[-2 - i]
+    x, v, x2, v2 = ((1.0 - s) * b + s * a for a, b in zip(earlier, later, strict=True))
+    return x, v, x2, v2

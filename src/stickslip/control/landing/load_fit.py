@@ -1,0 +1,93 @@
+"""Stiffness and losses of the load of an arm by the momentum of mass 2."""
+
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from jaxtyping import Float
+
+from stickslip.control.landing.drive_fit import variance_of
+from stickslip.planning import NO_LOSSES, LoadLosses
+from stickslip.plants import FlexibleArm
+
+_STIFFER = 0.02  # prior standard deviation of the stiffness over that known
+_DAMPING = 0.1  # of the damping of the spring and of mass 2, over sqrt(ks m2)
+_DRY = 0.2  # of the Coulomb friction of mass 2, over that of mass 1
+_SURE = 3.0  # standard deviations
+_FEWEST = 20  # rows of a fit
+_REFITS = 4
+_EXACT = 1e-6  # residual of a row over the largest force of the spring in it
+
+
+@dataclass(frozen=True, kw_only=True)
+class LoadFit:
+    """Estimate of the share of the stiffness, of the spring's damping, and of friction on mass 2.
+
+    m2 (v2_{k+1} - v2_k) = kappa ks int (x1 - x2) dt + d D(x1 - x2) - f_2 T sign(v2) - c_2 D(x2),
+    with D(.) the change over a sample. It is Bayesian linear regression with normal prior; the
+    prior of all losses is 0. ``arm`` has the mass 2 of which the frequency is as estimated; None
+    before the first samples.
+    """
+
+    information: Float[np.ndarray, "4 4"] = field(default_factory=lambda: np.zeros((4, 4)))
+    values: Float[np.ndarray, " 4"] = field(
+        default_factory=lambda: np.array([1.0, 0.0, 0.0, 0.0])
+    )  # kappa, d, f_2, c_2
+    rows: int = 0
+    arm: FlexibleArm | None = None
+
+    @property
+    def losses(self) -> LoadLosses:
+        """What brakes mass 2, for the mass 2 of ``arm``; less than is certain counts as none."""
+        if not self.rows:
+            return NO_LOSSES
+        spread = np.sqrt(np.diag(np.linalg.inv(self.information)))
+        sure = np.where(self.values > _SURE * spread, self.values, 0.0)
+        return LoadLosses(*(sure[1:] / self.values[0]).tolist())
+
+    def after(
+        self,
+        arm: FlexibleArm,
+        seen: Float[np.ndarray, "n 4"],
+        *,
+        coulomb_friction: float,
+        sampling_time: float,
+        velocity_noise: float,
+    ) -> "LoadFit":
+        """Return the estimate after samples of positions and velocities of both masses.
+
+        ``arm`` has the masses and the spring as known.
+        """
+        T, m2 = sampling_time, arm.mass_2
+        x, v, x2, v2 = seen.T
+        stretch, rate = x - x2, v - v2
+        pulled = 0.5 * T * (stretch[1:] + stretch[:-1]) + T * T / 12.0 * (rate[:-1] - rate[1:])
+        force = arm.stiffness * pulled
+        way = np.sign(v2)
+        # Not a row in which mass 2 turns or sticks
+        moves = np.abs(v2) > 4.0 * velocity_noise
+        used = moves[1:] & moves[:-1] & (way[1:] == way[:-1]) & np.isfinite(force)
+        values = (m2 * np.diff(v2))[used]
+        if len(values) < _FEWEST:
+            return self
+        columns = (force, np.diff(stretch), -T * way[1:], -np.diff(x2))
+        rows = np.column_stack(columns)[used]
+        viscous = _DAMPING * np.sqrt(arm.stiffness * m2)
+        spread = np.array([_STIFFER, viscous, _DRY * coulomb_friction, viscous])
+        before = self.information if self.rows else np.diag(spread**-2.0)
+        largest = float(np.abs(force[used]).max())
+        least = (_EXACT * largest) ** 2 + 2.0 * (m2 * velocity_noise) ** 2
+        variance, information, found = least, before, self.values
+        for _ in range(_REFITS):
+            information = before + rows.T @ rows / variance
+            moment = before @ self.values + rows.T @ values / variance
+            found = np.linalg.solve(information, moment)
+            variance = max(least, variance_of(values - rows @ found))
+        if not np.isfinite(found).all() or abs(found[0] - 1.0) > 10.0 * _STIFFER:
+            return self
+        return replace(
+            self,
+            information=information,
+            values=found,
+            rows=self.rows + len(values),
+            arm=replace(arm, mass_2=m2 / float(found[0])),
+        )
