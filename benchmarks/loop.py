@@ -88,8 +88,11 @@ class _Timed:
 
 
 def _beside(controller: Any) -> TrackedBeside:
-    settings = {each.name: getattr(controller, each.name) for each in fields(controller)}
-    return TrackedBeside(**settings | {"plans_inside": False, "planning_time": _PLANNING})
+    settings: dict[str, Any] = {
+        each.name: getattr(controller, each.name) for each in fields(controller)
+    }
+    settings.update(plans_inside=False, planning_time=_PLANNING)
+    return TrackedBeside(**settings)
 
 
 def compare(progress: Progress) -> list[Comparison]:

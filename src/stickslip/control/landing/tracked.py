@@ -443,10 +443,11 @@ class TrackedLandingController(LandingController):
 
     def _stays(self, state: Any) -> bool:
         """Return whether mass 1 rests where it was to move: it cannot, or its sensor is frozen."""
-        series, k = state.flights[-1].planned, state.sent
-        since = max(k - state.window.count, 0)
-        planned = abs(float(series.position[k] - series.position[since]))
-        return planned > _STAYS * state.travel
+        series = state.flights[-1].planned
+        now = min(state.sent, len(series.position) - 1)
+        since = max(now - state.window.count, 0)
+        planned = abs(float(series.position[now] - series.position[since]))
+        return bool(planned > _STAYS * state.travel)
 
     def _on_the_way(self, state: Any, sample: SensorSample) -> Any:
         """Return the state, with what follows a rest on the way planned anew where it is off."""

@@ -26,8 +26,8 @@ from stickslip.scenario.table import Variants
 __all__ = ["ARM_CONTROLLERS", "AXIS_CONTROLLERS"]
 
 _AXIS: Mapping[str, type[Controller]] = {
-    "landing": AxisLanding,
     "precise": Precise,
+    "landing": AxisLanding,
     "exact": ExactPulses,
     "papwc": PulseAmplitudeWidth,
     "pwc": PulseWidth,
@@ -44,7 +44,7 @@ _ARM: Mapping[str, type[Controller]] = {
 }
 
 AXIS_CONTROLLERS: Variants[Controller] = Variants(
-    key="method", default="landing", models=_AXIS, where="a rigid axis", others=_ARM
+    key="method", default="precise", models=_AXIS, where="a rigid axis", others=_ARM
 )
 ARM_CONTROLLERS: Variants[Controller] = Variants(
     key="method", default="tracked", models=_ARM, where="a flexible arm", others=_AXIS
