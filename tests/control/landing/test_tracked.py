@@ -153,6 +153,21 @@ def test_one_series_does_with_friction_known() -> None:
     assert state.phases[-1].start < 1.35 * state.flights[0].planned.least_duration + 0.5
 
 
+def test_a_series_whose_motion_is_not_seen_is_stopped() -> None:
+    """Sensors that froze while the arm rested: it moves, and nobody sees it."""
+    landing = controller(arm=ARM)
+    plant = PlantStepper(ARM, sampling_time=T)
+    arm, motion, state = plant.init(), (0.0, 0.0, 0.0, 0.0), landing.init()
+    farthest = 0.0
+    for k in range(round(20.0 / T)):
+        state, effort = landing.step(state, SensorSample(k * T, 0.0, 0.0, 0.0, 0.0))
+        arm, motion = plant.step(arm, effort)
+        farthest = max(farthest, abs(motion[0]))
+    assert landing.outcome(state) is PositioningOutcome.STOPPED
+    assert "its sensor" in str(landing.why(state))
+    assert 0.0 < farthest < 0.5  # of a move of 1 m
+
+
 @pytest.mark.slow
 def test_a_new_target_in_motion_brakes_and_goes_there() -> None:
     landing = controller()
