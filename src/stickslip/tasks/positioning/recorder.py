@@ -23,9 +23,10 @@ class Recorder:
     """A controller that steps another one, sets its targets, and records its results.
 
     It runs in Python, so that nothing has to be compiled for a single short run. Estimates are
-    recorded at the first sample, whenever the outcome of a pulse becomes known, and, on a rigid
-    axis, when a phase begins; those with standard deviations also at regular times. Of a flexible
-    arm, estimates without a standard deviation are left out.
+    recorded at the first sample, whenever the outcome of a pulse becomes known, on a rigid axis
+    when a phase begins, and at the end of a move that has changed them; those with standard
+    deviations also at regular times. Of a flexible arm, estimates without a standard deviation are
+    left out.
 
     ``targets`` [m or rad] are one a move, the first of which is set already; ``samples`` are those
     of a move; ``advance`` is called now and then with the number of samples done.
@@ -46,6 +47,7 @@ class Recorder:
         self._flexible, self._advance = flexible, advance
         self._every = ceil(max(len(targets), 1) * samples / _NOTED)
         self._k = self._known = self._seen = 0
+        self._time = 0.0
         self._times: list[float] = []
         self._values: list[dict[str, float]] = []
         self._deviations: list[dict[str, float]] = []
@@ -72,9 +74,10 @@ class Recorder:
         return state, effort
 
     def end_move(self, state: Any) -> None:
-        """Record the outcome of a move."""
+        """Record the outcome of a move, and the estimates if they have changed."""
         self.outcomes.append(self._controller.outcome(state))
         self.reasons.append(self._controller.why(state))
+        self._note(state, self._time, changed=True)
 
     def _record(self, state: Any, time: float) -> None:
         controller = self._controller
@@ -90,12 +93,21 @@ class Recorder:
         regular = self._k % self._every == 0 and bool(self._deviations and self._deviations[0])
         if self._k == 0 or regular or events != self._seen:
             self._seen = events
-            values, spread = controller.estimates(state), controller.deviations(state)
-            if values:
-                names = spread if self._flexible else values
-                self._times.append(time)
-                self._values.append({name: values[name] for name in names})
-                self._deviations.append(spread)
+            self._note(state, time)
+        self._time = time
+
+    def _note(self, state: Any, time: float, *, changed: bool = False) -> None:
+        """Record the estimates, if there are any; or only if they have changed."""
+        values = self._controller.estimates(state)
+        spread = self._controller.deviations(state)
+        if not values:
+            return
+        noted = {name: values[name] for name in (spread if self._flexible else values)}
+        if changed and self._values and noted == self._values[-1]:
+            return
+        self._times.append(time)
+        self._values.append(noted)
+        self._deviations.append(spread)
 
     @property
     def times(self) -> Float[np.ndarray, " k"]:
