@@ -74,7 +74,9 @@ def test_moves_follow_each_other(run: Run) -> None:
 
 
 def test_what_a_move_without_pulses_teaches_is_in_the_result(run: Run) -> None:
-    each = run("precise", guess=FULLER).runs[0]
+    result = run(guess=FULLER)
+    assert result.method == "precise"  # the default
+    (each,) = result.runs
     assert not each.pulses
     assert each.estimates["coulomb_friction_positive"][0] == pytest.approx(80.0)
     assert each.estimates["coulomb_friction_positive"][-1] == pytest.approx(100.0, rel=0.02)

@@ -32,7 +32,7 @@ def run(tmp_path_factory: pytest.TempPathFactory) -> Run:
 
 @pytest.fixture(scope="module")
 def landed(run: Run) -> Positioning:
-    return run()
+    return run("landing")
 
 
 def test_rigid_axis_lands(landed: Positioning) -> None:
@@ -68,7 +68,7 @@ def test_estimates_and_their_deviations(landed: Positioning) -> None:
 def test_landing_and_exact_pulses_resume_from_each_other(landed: Positioning, run: Run) -> None:
     assert landed.learned is not None
     assert landed.learned.method == "exact"
-    again = run(guess="", learned=landed)
+    again = run("landing", guess="", learned=landed)
     assert again.ending is Ending.REACHED
     assert again.believed["mass"] == "learned learned.json"
     first = again.runs[0].estimates
@@ -77,19 +77,19 @@ def test_landing_and_exact_pulses_resume_from_each_other(landed: Positioning, ru
     )
     exact = run("exact", guess="", learned=landed)
     assert exact.ending is Ending.REACHED
-    back = run(guess="", learned=exact)
+    back = run("landing", guess="", learned=exact)
     assert back.ending is Ending.REACHED
 
 
 def test_next_run_resumes(run: Run) -> None:
-    first, second = run(task=f"{TASK}\nruns = 2").runs
+    first, second = run("landing", task=f"{TASK}\nruns = 2").runs
     for name in ("coulomb_friction_positive", "mass"):
         assert second.estimates[name][0] == pytest.approx(first.estimates[name][-1])
     assert second.moves[-1].ending is Ending.REACHED
 
 
 def test_note_without_a_guess_of_friction(run: Run) -> None:
-    result = run(guess="mass = 150.0")
+    result = run("landing", guess="mass = 150.0")
     assert result.ending is Ending.REACHED
     assert any("No friction is guessed" in note for note in result.notes)
 
@@ -97,6 +97,7 @@ def test_note_without_a_guess_of_friction(run: Run) -> None:
 def test_landing_with_gravity_and_an_encoder(run: Run) -> None:
     axis = AXIS.replace("coulomb_friction = 100.0", "coulomb_friction = 100.0\noffset = 20.0")
     result = run(
+        "landing",
         settings="rest_samples = 12\nlongest_width = 0.1\nposition_gain = 2e4\nvelocity_gain = 3e3",
         axis=axis,
         sensors="encoder_step = 1e-6\nposition_noise = 1e-6\nvelocity_noise = 1e-4",
@@ -106,14 +107,18 @@ def test_landing_with_gravity_and_an_encoder(run: Run) -> None:
 
 
 def test_too_short_a_task_ends_under_way(run: Run) -> None:
-    result = run(task="target = 0.3\ntolerance = 1e-5\nduration = 0.1\nsampling_time = 0.01")
+    result = run(
+        "landing", task="target = 0.3\ntolerance = 1e-5\nduration = 0.1\nsampling_time = 0.01"
+    )
     assert result.ending is Ending.UNDER_WAY
 
 
 def test_rotary_axis(run: Run) -> None:
     kind = 'kind = "rotary"\n'
     result = run(
-        axis=kind + AXIS.replace("mass", "inertia"), guess=GUESS.replace("mass", "inertia")
+        "landing",
+        axis=kind + AXIS.replace("mass", "inertia"),
+        guess=GUESS.replace("mass", "inertia"),
     )
     assert result.ending is Ending.REACHED
     assert result.scenario["guess"]["inertia"] == (150.0, "kg m^2")

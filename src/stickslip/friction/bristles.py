@@ -23,7 +23,7 @@ Law = TypeVar("Law", bound="BristleFriction")
 class BristleFriction:
     """A friction law whose contact bends before it slips."""
 
-    sliding: CoulombViscousFriction | StribeckFriction  #: Friction of steady motion.
+    sliding: CoulombViscousFriction | StribeckFriction  # Friction of steady motion.
     bristle_stiffness: float = quantity_field("stiffness")  #: sigma_0 [N/m or N m/rad].
 
     def __post_init__(self) -> None:

@@ -31,19 +31,11 @@ Constants = tuple[float, float, float, float, float, float]  # m1, m2, ks, c, d,
 
 
 class LoadLosses(NamedTuple):
-    """What brakes mass 2 of an arm beside the spring's force.
+    """What brakes mass 2 of an arm beside the spring's force."""
 
-    Attributes
-    ----------
-    damping
-        Of the spring [N s/m or N m s/rad].
-    coulomb_friction, viscous_friction
-        Of mass 2 [N or N m, N s/m or N m s/rad].
-    """
-
-    damping: float = 0.0
-    coulomb_friction: float = 0.0
-    viscous_friction: float = 0.0
+    damping: float = 0.0  #: Of the spring [N s/m or N m s/rad].
+    coulomb_friction: float = 0.0  #: Of mass 2 [N or N m].
+    viscous_friction: float = 0.0  #: Of mass 2 [N s/m or N m s/rad].
 
 
 NO_LOSSES = LoadLosses()

@@ -74,7 +74,7 @@ class AdaptiveObserver(ForceObserver):
 
     #: Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
     inertia: float
-    viscous: bool = False  #: Whether viscous friction is estimated beside Coulomb friction.
+    viscous: bool = False  # Whether viscous friction is estimated beside Coulomb friction.
     #: At which the error of the Coulomb friction decays at the typical speed [1/s]. With viscous
     #: friction beside it, a rate far beyond that at which the speed varies makes both slower to
     #: converge: the observer then follows the sum of the moment.

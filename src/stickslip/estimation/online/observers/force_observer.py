@@ -38,7 +38,7 @@ _LEAST_ROWS = 3  # a parameter
 class ForceObserver(OnlineMethod):
     """An estimator that compares the friction force of each sample with its own estimate."""
 
-    #: Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
+    # Moving mass or inertia [kg or kg m^2], of a flexible arm that of the driven side.
     inertia: float | None
     #: Of the spring of a flexible arm [N/m or N m/rad], whose load's position the log must then
     #: hold; None for a rigid axis.
