@@ -51,7 +51,9 @@ def _judged(drawn: Sequence[Axis], shortest: Sequence[float], case: Case) -> str
     # An axis that does not settle is later than all others
     late = np.where(inside, times, np.inf)
     if not case.mild:
-        reasons = Counter(reason for o in outcomes for reason in o.why if reason).most_common(1)
+        reasons = Counter(
+            reason.split(": ")[0] for o in outcomes for reason in o.why if reason
+        ).most_common(1)
         return f"{reasons[0][1]}: {reasons[0][0]}" if reasons else "no reason"
     median, most = np.quantile(late, [0.5, 0.9], method="higher")
     wrong = sum(o.false for o in outcomes)

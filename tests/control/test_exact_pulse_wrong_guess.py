@@ -26,7 +26,7 @@ PLANT = SingleMass(
 )
 IDEAL = RestDetection(samples=1, spread=0.0, speed=0.0)
 ENCODER = RestDetection.for_encoder(resolution=1e-6, noise=1e-6, samples=10)
-MOST_PULSES = 12
+MOST_PULSES = 16  # efforts grow by half at a time: eleven from a hundredth of what frees the axis
 BEYOND = 1.0  # of the move: how far such a first guess may take the axis beyond its target
 
 
