@@ -12,6 +12,7 @@ import numpy as np
 from rich import print as say
 
 from stickslip.tasks.parallel import in_parallel
+from studies.documentation.style import no_arguments
 from studies.van_de_wijdeven.conjunction.cases import EXACT, NOISY
 from studies.van_de_wijdeven.conjunction.contenders import (
     FASTEST,
@@ -54,4 +55,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

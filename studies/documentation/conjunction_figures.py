@@ -5,7 +5,7 @@ They are figures C.1, C.3 and C.5 of ``python -m studies.van_de_wijdeven conjunc
 
 from rich.progress import Progress
 
-from studies.documentation.style import FIGURES
+from studies.documentation.style import FIGURES, no_arguments
 from studies.van_de_wijdeven.conjunction.figures import conjunction_figures
 from studies.van_de_wijdeven.conjunction.landings import LANDING_PIECES, gather_landings
 from studies.van_de_wijdeven.conjunction.series import SERIES_PIECES, gather_series
@@ -32,4 +32,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

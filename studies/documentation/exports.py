@@ -8,7 +8,7 @@ from stickslip.export import render
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
 from stickslip.simulation import simulate
-from studies.documentation.style import BLUE, GREY, ORANGE, save, style
+from studies.documentation.style import BLUE, GREY, ORANGE, no_arguments, save, style
 
 INERTIA, COULOMB, VISCOUS = 0.05, 0.5, 0.2
 LAW = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
@@ -91,4 +91,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -28,7 +28,7 @@ from stickslip.tasks.surrogate import (
     surrogate_arm,
     surrogate_sensors,
 )
-from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, save, style
+from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, no_arguments, save, style
 
 
 def surrogate_motion() -> SimulatedMotion:
@@ -250,4 +250,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

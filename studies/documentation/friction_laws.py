@@ -19,7 +19,7 @@ from stickslip.friction import (
 from stickslip.plants import SingleMass
 from stickslip.records import AxisLog
 from stickslip.simulation import Sensors, SimulatedMotion, simulate
-from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, save, style
+from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, no_arguments, save, style
 
 # The values of Canudas de Wit et al. (1995), with a mass of 1 kg
 FRICTION = {"coulomb_friction": 1.0, "static_friction": 1.5, "viscous_friction": 0.4}
@@ -186,4 +186,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

@@ -11,7 +11,7 @@ from os import cpu_count
 import numpy as np
 from rich import print as say
 
-from studies.documentation.style import DOCS
+from studies.documentation.style import DOCS, no_arguments
 from studies.van_de_wijdeven.part_b.contenders import HOW_TUNED, PID_TUNINGS
 from studies.van_de_wijdeven.part_b.pid_tuning import (
     FASTEST,
@@ -97,4 +97,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

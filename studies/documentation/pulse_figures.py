@@ -18,7 +18,7 @@ from stickslip.planning import PulseLaw
 from stickslip.plants import SingleMass
 from stickslip.records import PositioningOutcome
 from stickslip.simulation import Sensors
-from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, save, style
+from studies.documentation.style import BLUE, GREEN, GREY, ORANGE, no_arguments, save, style
 from studies.pulse_run import PulseRun, run_pulses
 from studies.van_de_wijdeven.part_b.resolution import resolution_pieces, resolution_scores
 
@@ -246,4 +246,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

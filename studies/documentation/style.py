@@ -1,5 +1,6 @@
 """The look that all figures of the documentation share, its folders, and tables in Markdown."""
 
+import argparse
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -9,11 +10,27 @@ mpl.use("agg")
 
 import matplotlib.pyplot as plt  # the backend is chosen first
 
-__all__ = ["BLUE", "DOCS", "FIGURES", "GREEN", "GREY", "ORANGE", "save", "style", "table"]
+__all__ = [
+    "BLUE",
+    "DOCS",
+    "FIGURES",
+    "GREEN",
+    "GREY",
+    "ORANGE",
+    "no_arguments",
+    "save",
+    "style",
+    "table",
+]
 
 DOCS = Path(__file__).parents[2] / "docs"
 FIGURES = DOCS / "figures"
 BLUE, ORANGE, GREEN, GREY = "#0072b2", "#d55e00", "#009e73", "#6b7280"
+
+
+def no_arguments(description: str | None) -> None:
+    """Refuse arguments of the command line; end with the description where help is asked for."""
+    argparse.ArgumentParser(description=description).parse_args()
 
 
 def style() -> None:

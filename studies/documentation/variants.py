@@ -9,7 +9,16 @@ import matplotlib.pyplot as plt
 import numpy as np
 from rich.progress import Progress
 
-from studies.documentation.style import BLUE, DOCS, FIGURES, ORANGE, save, style, table
+from studies.documentation.style import (
+    BLUE,
+    DOCS,
+    FIGURES,
+    ORANGE,
+    no_arguments,
+    save,
+    style,
+    table,
+)
 from studies.van_de_wijdeven import reproduce_part_a
 from studies.van_de_wijdeven.records import Reproduction, VariantScore
 
@@ -122,4 +131,5 @@ def main() -> None:
 
 
 if __name__ == "__main__":
+    no_arguments(__doc__)
     main()

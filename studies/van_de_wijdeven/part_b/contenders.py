@@ -7,6 +7,7 @@ from types import MappingProxyType
 
 from stickslip.control import (
     ExactPulseController,
+    PreciseController,
     PulseAmplitudeWidthController,
     PulseWidthController,
     RestDetection,
@@ -77,6 +78,10 @@ def _exact_pulse(axis: RandomAxis) -> ExactPulseController:
         friction=axis.believed_friction,
         position_noise=SAMPLE_NOISE,
     )
+
+
+def _precise_move(axis: RandomAxis) -> PreciseController:
+    return PreciseController(pulses=_exact_pulse(axis))
 
 
 PID_TUNINGS: Mapping[str, PIDTuning] = MappingProxyType(
@@ -155,5 +160,6 @@ CONTENDERS: Mapping[str, Make] = MappingProxyType(
         ),
         **PID_TUNINGS,
         SUCCESSOR: _exact_pulse,
+        "precise move, then exact pulses": _precise_move,
     }
 )
