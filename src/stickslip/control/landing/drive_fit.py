@@ -79,7 +79,7 @@ class DriveFit:
         n, T, m1 = min(effort.size, len(seen) - 1), sampling_time, arm.mass_1
         x, v = seen[: n + 1, 0], seen[: n + 1, 1]
         stretch, rate = x - seen[: n + 1, 2], v - seen[: n + 1, 3]
-        pulled = 0.5 * T * (stretch[1:] + stretch[:-1]) + T * T / 12.0 * (rate[:-1] - rate[1:])
+        pulled = integrals(stretch, rate, T)
         way = 1.0 if np.nansum(v) > 0.0 else -1.0
         fast = way * v > 4.0 * velocity_noise
         slips = fast[1:] & fast[:-1] & np.isfinite(pulled)
@@ -92,18 +92,41 @@ class DriveFit:
         if len(values) < _FEWEST:
             return self
         least = (_EXACT * T * float(np.abs(effort).max())) ** 2 + 2.0 * (m1 * velocity_noise) ** 2
-        variance, information, found = least, self.information, self.values
-        for _ in range(_REFITS):
-            information = self.information + rows.T @ rows / variance
-            moment = self.information @ self.values + rows.T @ values / variance
-            found = np.linalg.solve(information, moment)
-            variance = max(least, variance_of(values - rows @ found))
+        information, found = regressed(self.information, self.values, rows, values, least)
         if not np.isfinite(found).all():
             return self
         return replace(self, information=information, values=found, rows=self.rows + len(values))
 
 
-def variance_of(residuals: Float[np.ndarray, " n"]) -> float:
+def integrals(
+    signal: Float[np.ndarray, " n"], rate: Float[np.ndarray, " n"], sampling_time: float
+) -> Float[np.ndarray, " m"]:
+    """Return the integral of a signal over each sample, of it and its rate (Hermite)."""
+    T = sampling_time
+    return 0.5 * T * (signal[1:] + signal[:-1]) + T * T / 12.0 * (rate[:-1] - rate[1:])
+
+
+def regressed(
+    prior: Float[np.ndarray, "p p"],
+    mean: Float[np.ndarray, " p"],
+    rows: Float[np.ndarray, "n p"],
+    values: Float[np.ndarray, " n"],
+    least: float,
+) -> tuple[Float[np.ndarray, "p p"], Float[np.ndarray, " p"]]:
+    """Return information and mean of a Bayesian linear regression with a normal prior.
+
+    The variance of the rows is that of their residuals, and ``least`` at least.
+    """
+    variance, information, found = least, prior, mean
+    for _ in range(_REFITS):
+        information = prior + rows.T @ rows / variance
+        moment = prior @ mean + rows.T @ values / variance
+        found = np.linalg.solve(information, moment)
+        variance = max(least, _variance(values - rows @ found))
+    return information, found
+
+
+def _variance(residuals: Float[np.ndarray, " n"]) -> float:
     """Return the variance of residuals, over the share of them that are independent."""
     power = float(residuals @ residuals)
     if power == 0.0:

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from jaxtyping import Float
 
-from stickslip.control.landing.drive_fit import variance_of
+from stickslip.control.landing.drive_fit import integrals, regressed
 from stickslip.planning import NO_LOSSES, LoadLosses
 from stickslip.plants import FlexibleArm
 
@@ -14,7 +14,6 @@ _DAMPING = 0.1  # of the damping of the spring and of mass 2, over sqrt(ks m2)
 _DRY = 0.2  # of the Coulomb friction of mass 2, over that of mass 1
 _SURE = 3.0  # standard deviations
 _FEWEST = 20  # rows of a fit
-_REFITS = 4
 _EXACT = 1e-6  # residual of a row over the largest force of the spring in it
 
 
@@ -60,8 +59,7 @@ class LoadFit:
         T, m2 = sampling_time, arm.mass_2
         x, v, x2, v2 = seen.T
         stretch, rate = x - x2, v - v2
-        pulled = 0.5 * T * (stretch[1:] + stretch[:-1]) + T * T / 12.0 * (rate[:-1] - rate[1:])
-        force = arm.stiffness * pulled
+        force = arm.stiffness * integrals(stretch, rate, T)
         way = np.sign(v2)
         # Not a row in which mass 2 turns or sticks
         moves = np.abs(v2) > 4.0 * velocity_noise
@@ -73,15 +71,10 @@ class LoadFit:
         rows = np.column_stack(columns)[used]
         viscous = _DAMPING * np.sqrt(arm.stiffness * m2)
         spread = np.array([_STIFFER, viscous, _DRY * coulomb_friction, viscous])
-        before = self.information if self.rows else np.diag(spread**-2.0)
+        prior = self.information if self.rows else np.diag(spread**-2.0)
         largest = float(np.abs(force[used]).max())
         least = (_EXACT * largest) ** 2 + 2.0 * (m2 * velocity_noise) ** 2
-        variance, information, found = least, before, self.values
-        for _ in range(_REFITS):
-            information = before + rows.T @ rows / variance
-            moment = before @ self.values + rows.T @ values / variance
-            found = np.linalg.solve(information, moment)
-            variance = max(least, variance_of(values - rows @ found))
+        information, found = regressed(prior, self.values, rows, values, least)
         if not np.isfinite(found).all() or abs(found[0] - 1.0) > 10.0 * _STIFFER:
             return self
         return replace(

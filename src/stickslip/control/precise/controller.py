@@ -1,4 +1,4 @@
-"""A controller of a rigid axis: a move with feedback, then pulses for what is left."""
+"""The default controller of a rigid axis: a move with feedback, then pulses for what is left."""
 
 import math
 from collections.abc import Callable
