@@ -288,11 +288,8 @@ class LandingController(ArmPlans):
             flight = state.flights[-1]
             due = flight.start + state.sent * self.sampling_time
             if abs(sample.time - due) > 0.5 * self.sampling_time:
-                state, name, reason = (
-                    replace(state, track=Growing()),
-                    "resting",
-                    "samples were missed",
-                )
+                state = replace(state, track=Growing())
+                name, reason = "resting", "samples were missed"
             elif state.sent == flight.planned.effort.size:
                 name, reason = "resting", "the last pulse was sent"
             elif self._off(state, sample):

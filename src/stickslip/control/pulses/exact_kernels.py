@@ -73,10 +73,7 @@ OWN_DTYPE = np.dtype(
         ("half_error", "f8"),  # half of what the error was when it was last halved
         ("fruitless", "i8"),  # pulses since then
         ("reason", "i8"),  # why no pulse is fired any more
-        (
-            "more",
-            "f8",
-        ),  # samples beyond one of the shortest pulse, where shorter ones do not free it
+        ("more", "f8"),  # samples of the shortest pulse beyond one, where shorter ones free nothing
         ("taught", "i8"),  # 1 if something else than pulses has taught it
         ("allowed", "f8"),  # most samples of the next pulse
         ("values", "f8", (PARAMETERS,)),

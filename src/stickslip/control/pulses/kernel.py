@@ -69,10 +69,7 @@ HEAD = np.dtype(
         ("speed", "f8"),  # largest measured velocity at rest; infinite where none is measured
         ("least_motion", "f8"),  # a displacement of no more than this is none
         ("delay", "f8"),  # of the sensors, in samples
-        (
-            "early",
-            "i8",
-        ),  # samples that show the rest of an axis far from its target; 0 for the window
+        ("early", "i8"),  # samples of a rest far from the target; 0 for the window
         # What changes
         ("phase", "i8"),
         ("outcome", "i8"),
