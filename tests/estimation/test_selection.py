@@ -266,6 +266,45 @@ def test_a_rival_widens_where_the_log_does_not_distinguish_it(
         )
 
 
+def swing_log(load: Extra, noise: float, seed: int = 0) -> AxisLog:
+    """Return a log of a rotary axis that swings by 2.4 rad."""
+    motion, acts = Motion(time=TIME), Motion(time=MIDDLE)
+    noise = noise * np.random.default_rng(seed).standard_normal(TIME.size)
+    return AxisLog(
+        name="joint",
+        kind="rotary",
+        time=TIME,
+        effort=20.0 * (plain_effort(acts) + noise) + load(acts),
+        measured_position=20.0 * motion.position,
+    )
+
+
+def test_gravity_that_explains_a_log_as_well_as_a_spring_widens_stiffness_and_offset() -> None:
+    found = SelectedModelEstimator().fit(
+        swing_log(lambda m: 8.0 * np.sin(20.0 * m.position + 0.8), 2.0)
+    )
+    assert found.selection is not None
+    assert found.selection.selected == ("spring",)
+    assert found.status is Status.OK
+    assert any(note.startswith("gravity on a swinging load") for note in found.diagnostics.notes)
+    # 8 sin(x + 0.8) has no stiffness, and its offset beside gravity is that of the friction
+    for name, truth in (("spring_stiffness", 0.0), ("offset", 4.0)):
+        interval = found.parameters[name].ci95
+        assert interval is not None
+        assert interval[0] < truth < interval[1]
+
+
+def test_gravity_does_not_widen_the_stiffness_of_a_spring_that_a_log_shows() -> None:
+    found = SelectedModelEstimator().fit(swing_log(lambda m: 100.0 * m.position, 0.5))
+    assert found.selection is not None
+    assert found.selection.selected == ("spring",)
+    assert not any("gravity" in note for note in found.diagnostics.notes)
+    stiffness = found.parameters["spring_stiffness"]
+    assert stiffness.value == pytest.approx(5.0, rel=0.05)
+    assert stiffness.std is not None
+    assert stiffness.std < 0.1 * 5.0
+
+
 @pytest.mark.slow
 def test_intervals_hold_where_the_log_does_not_show_the_true_law() -> None:
     """Friction with the 2/3 power of the speed, of which half of the logs show viscous friction."""

@@ -1,4 +1,4 @@
-"""Other laws of friction that explain a log as well."""
+"""Other laws of friction, and gravity for a spring, that explain a log as well."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -43,7 +43,7 @@ make them nonlinear (`BENDS`)."""
 
 @dataclass(frozen=True, kw_only=True)
 class Rival:
-    """The model with another law of friction, and its weight.
+    """The model with another law of friction or another load, and its weight.
 
     Attributes
     ----------
@@ -55,6 +55,8 @@ class Rival:
         Least-squares weight w of the other law, and its standard error [-] (`rival_laws`).
     larger
         Whether it has more parameters than the selected law.
+    load
+        Whether it is another load, with the selected law of friction.
     """
 
     model: Model
@@ -62,6 +64,7 @@ class Rival:
     weight: float
     std: float
     larger: bool = False
+    load: bool = False
 
     @property
     def explains_as_well(self) -> bool:
@@ -76,8 +79,18 @@ class Rival:
         """
         return self.weight > (_LARGER if self.larger else 1.0) * self.std
 
+    @property
+    def counts(self) -> bool:
+        """Whether intervals contain its parameters."""
+        return self.explains_as_well and (self.load or self.explains_more)
+
 
 _LARGER = 2.0  # standard errors
+
+_GRAVITY = (
+    "gravity on a swinging load explains this log as well as a spring, so that stiffness and "
+    "offset are uncertain; record a longer travel, or exclude the term that the axis does not have"
+)
 
 
 def rival_laws(
@@ -85,7 +98,10 @@ def rival_laws(
     terms: Sequence[Term] = (),
     tuning: RivalTuning | None = None,
 ) -> list[Rival]:
-    """Return the model with other laws of friction that have the right signs.
+    """Return the model with other laws of friction that have the right signs, or another load.
+
+    The other load is gravity in place of a selected spring: within a short swing they differ
+    little, but the constant part of gravity is offset beside a spring.
 
     A selected law and another one are nested in ``y = y_own + w (y_other - y_own)``, where y are
     the fitted efforts: the weight w is 0 where the selected law is right, 1 where the other one is,
@@ -119,7 +135,22 @@ def rival_laws(
             larger = rival.columns().shape[1] > model.columns().shape[1]
             weight, std = weighed
             found.append(Rival(model=rival, law=words, weight=weight, std=std, larger=larger))
-    return found
+    load = _gravity_for_spring(model, terms, tuning)
+    return [*found, load] if load is not None else found
+
+
+def _gravity_for_spring(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Rival | None:
+    """Return the model with gravity in place of its spring; None without either."""
+    gravity = [term for term in terms if term.name == "gravity"]
+    if "spring" not in model.names or "gravity" in model.names or not gravity:
+        return None
+    kept = tuple(pair for pair in model.chosen if pair[0].name != "spring")
+    rival = _with_bends(replace(model, chosen=kept), gravity, tuning)
+    weighed = None if rival is None else _weighed(model, rival)
+    if rival is None or weighed is None:
+        return None
+    weight, std = weighed
+    return Rival(model=rival, law="gravity", weight=weight, std=std, larger=True, load=True)
 
 
 def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
@@ -181,14 +212,16 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
 
     Returns
     -------
-    On the rival whose Coulomb friction differs most; empty if the log distinguishes the laws, or
-    they agree about Coulomb friction.
+    On gravity, or on the rival whose Coulomb friction differs most; empty if the log distinguishes
+    the laws, or they agree about Coulomb friction.
     """
     own = model.friction()[0]
+    if any(rival.load and rival.counts for rival in rivals):
+        return _GRAVITY
     others = [
         (abs(rival.model.friction()[0] - own), rival.model.friction()[0], rival.law)
         for rival in rivals
-        if rival.explains_as_well and (rival.explains_more or not rival.larger)
+        if rival.explains_as_well and (rival.explains_more or not rival.larger) and not rival.load
     ]
     difference, other, law = max(others, default=(0.0, own, ""))
     if difference <= tuning.smallest_difference * abs(own):
@@ -224,7 +257,7 @@ def rival_shifts(
     own = dict(zip(rows.names, rows.values().tolist(), strict=True))
     shifts: list[list[float]] = []
     for rival, other in zip(rivals, others, strict=True):
-        if not (rival.explains_as_well and rival.explains_more):
+        if not rival.counts:
             continue
         values = dict(zip(other.names, other.values().tolist(), strict=True))
         shifts.append([_value(values, name, own[name]) - own[name] for name in rows.names])
