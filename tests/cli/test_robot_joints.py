@@ -21,7 +21,15 @@ def test_command_line(run, tmp_path):
     friction = document["parameters"]["coulomb_friction"]["value"]
     assert friction == pytest.approx(robot_arm.COULOMB[3], rel=CLOSE)
     assert "mean posture" in " ".join(outcome.out.split())
+    checked = run("inspect", log, "--kind", "rotary", "--check", "--urdf", model, "--joint",
+                  "joint_4", "--json", tmp_path / "check.json")  # fmt: skip
+    (axis,) = json.loads((tmp_path / "check.json").read_text())["axes"]
+    about = {each["parameter"]: each for each in axis["expected"]}
+    assert about["coulomb_friction"]["sufficient"]
+    assert about["coulomb_friction"]["value"] == pytest.approx(robot_arm.COULOMB[3], rel=CLOSE)
+    assert checked.code == 1  # it never rests, so that static friction is not identifiable
     assert run("identify", log, "--joint", "joint_4").code == 2
+    assert run("inspect", log, "--joint", "joint_4").code == 2
     assert run("identify", log, log, "--urdf", model).code == 2
     assert run("identify", log, "--kind", "rotary", "--urdf", model, "--joint", "x").code == 2
     outcome = run("identify", log, "--kind", "rotary", "--urdf", model, "--axis", "joint_7",

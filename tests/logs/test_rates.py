@@ -87,3 +87,12 @@ def test_groups_that_do_not_fit(stamps, code):
     with pytest.raises(InputError) as caught:
         read(made)
     assert caught.value.code == code
+
+
+def test_a_group_that_is_cut_off():
+    """In a damaged file a column may end before the time stamps of its group."""
+    made = table({"encoder": {"ta": FAST, "angle": np.cos(FAST)},
+                  "drive": {"tb": SLOW, "torque": np.sin(SLOW)[:-1]}})  # fmt: skip
+    with pytest.raises(InputError) as caught:
+        read(made)
+    assert caught.value.code == "unequal_lengths"

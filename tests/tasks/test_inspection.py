@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from stickslip.logs import AxisSchema, LogSchema, read_axes, read_log, read_schema
-from stickslip.records import AxisLog
+from stickslip.records import AxisLog, InputError
 from stickslip.tasks import inspect, write_schema
 from stickslip.tasks.inspection import effort_lag
 
@@ -92,6 +92,15 @@ def test_lag_of_the_effort(lag):
     assert error < 0.003
 
 
+def test_lag_beside_gravity():
+    lag, gravity = 4 * 0.002, 5.0 * np.sin(Q)
+    log = AxisLog(name="a", kind="rotary", time=TIME, measured_position=Q, model_effort=gravity,
+                  effort=np.interp(TIME + 0.001 + lag, TIME, U + gravity))  # fmt: skip
+    found, error = effort_lag(log)
+    assert found == pytest.approx(lag, abs=3 * error)
+    assert error < 0.001
+
+
 def test_lag_of_a_real_drive(benchmark_data):
     """Its effort is logged some 4 to 6.5 ms after its motion, with uneven stamps."""
     log = read_log(benchmark_data("real_axes/moteus_14-29-55.csv"), axis="1")
@@ -103,6 +112,59 @@ def test_lag_of_a_real_drive(benchmark_data):
 def test_flags_take_part(robot):
     found = inspect(robot, columns=AxisSchema(start_time=1.0, end_time=3.0))
     assert found.axes[0].duration == pytest.approx(2.0)
+
+
+def test_one_axis(robot):
+    found = inspect(robot, axis="wrist")
+    assert [each.name for each in found.axes] == ["wrist"]
+    with pytest.raises(InputError) as caught:
+        inspect(robot, axis="knee")
+    assert caught.value.code == "axis_not_found"
+
+
+PENDULUM = """<robot name="pendulum"><link name="base"/>
+  <joint name="elbow" type="revolute"><parent link="base"/><child link="rod"/>
+    <axis xyz="0 1 0"/><limit lower="-6" upper="6" effort="9" velocity="9"/></joint>
+  <link name="rod"><inertial><origin xyz="0 0 -0.4"/><mass value="1.5"/>
+    <inertia ixx="1e-6" iyy="1e-6" izz="1e-6" ixy="0" ixz="0" iyz="0"/></inertial></link></robot>"""
+
+
+@pytest.fixture
+def pendulum(tmp_path):
+    """Return log and model of a pendulum whose effort is written in closed form."""
+    acceleration = 3 * np.cos(2 * TIME) + 5 * np.cos(5 * TIME)
+    effort = (0.3 + 1.5 * 0.4**2) * acceleration + 0.5 * np.sign(V) + 0.2 * V
+    effort += 1.5 * 9.81 * 0.4 * np.sin(Q)
+    path = write(tmp_path / "pendulum.csv", {"t [s]": TIME, "elbow_pos [rad]": Q,
+                                             "elbow_torque [Nm]": effort})  # fmt: skip
+    (tmp_path / "pendulum.urdf").write_text(PENDULUM)
+    return path, tmp_path / "pendulum.urdf"
+
+
+def test_check_of_a_robot_joint(pendulum):
+    """Gravity of the links is no friction: with the model the values are those of the joint."""
+    log, urdf = pendulum
+    pytest.importorskip("mujoco", reason="the links need MuJoCo")
+    (axis,), (alone,) = (inspect(log, urdf=each, limit=0.05).axes for each in (urdf, None))
+    expected = {each.parameter: each for each in axis.expected}
+    truth = {"inertia": 0.54, "coulomb_friction": 0.5, "viscous_friction": 0.2}
+    for name, value in truth.items():
+        assert expected[name].value == pytest.approx(value, abs=expected[name].half_width)
+        assert expected[name].sufficient
+    without = {each.parameter: each for each in alone.expected}
+    assert not without["coulomb_friction"].sufficient
+    assert any("mean posture" in each for each in axis.reasons)
+    assert not any(each.startswith("check:") for each in axis.reasons)
+    assert any(each.startswith("check:") for each in alone.reasons)
+
+
+def test_a_model_of_another_robot(robot, pendulum):
+    pytest.importorskip("mujoco", reason="the links need MuJoCo")
+    found = {each.name: each for each in inspect(robot, urdf=pendulum[1]).axes}
+    assert not found["elbow"].problem
+    assert "wrist" in found["wrist"].problem
+    (only,) = inspect(robot, urdf=pendulum[1], joints=["elbow"]).axes
+    assert only.name == "elbow"
 
 
 @pytest.mark.slow

@@ -145,21 +145,13 @@ class KnownAxis:
         float | None,
         _known(help="Stiffness of a flexible arm's spring in N/m or N m/rad, with --load-inertia."),
     ] = None
-    urdf: Annotated[
-        Path | None,
-        _known(
-            help="URDF file of the robot whose joints the log holds: gravity, the other joints and "
-            "the changes of inertia act as its links have them. Needs the extra robot."
-        ),
-    ] = None
-    joint: Annotated[
-        list[str] | None,
-        _known(
-            negative="",
-            help="Joint of the URDF to identify, or AXIS=JOINT for the joint that an axis of the "
-            "log is; repeat the option for several. [default: all, by their names]",
-        ),
-    ] = None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class KnownLoad:
+    """Known weight on the axis."""
+
     known_load: Annotated[
         str | None,
         _known(
@@ -180,6 +172,37 @@ class KnownAxis:
             return float(mass), float(radius)
         except ValueError:
             raise InputError("known_load_not_understood", word=self.known_load) from None
+
+
+@Parameter(name="*")
+@dataclass(frozen=True, kw_only=True)
+class RobotJoints:
+    """Model of a robot whose joints the axes of a log are."""
+
+    urdf: Annotated[
+        Path | None,
+        _known(
+            help="URDF file of the robot whose joints the log holds: gravity, the other joints and "
+            "the changes of inertia act as its links have them. Needs the extra robot."
+        ),
+    ] = None
+    joint: Annotated[
+        list[str] | None,
+        _known(
+            negative="",
+            help="Joint of the URDF, or AXIS=JOINT for the joint that an axis of the "
+            "log is; repeat the option for several. [default: all, by their names]",
+        ),
+    ] = None
+
+    @property
+    def inputs(self) -> list[Path]:
+        """Return the files that are read; an error if joints are named without a model."""
+        from stickslip.records import InputError
+
+        if self.joint and self.urdf is None:
+            raise InputError("joint_without_urdf")
+        return [] if self.urdf is None else [self.urdf]
 
 
 @Parameter(name="*")

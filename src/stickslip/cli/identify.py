@@ -7,7 +7,14 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.arguments import EstimatedFriction, KnownAxis, LogReading, wanted
+from stickslip.cli.arguments import (
+    EstimatedFriction,
+    KnownAxis,
+    KnownLoad,
+    LogReading,
+    RobotJoints,
+    wanted,
+)
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.terminal import axis_progress, working
 from stickslip.records import AxisLog, EffortKind, InputError
@@ -40,6 +47,8 @@ def identify(
     *others: Path,
     reading: LogReading | None = None,
     known: KnownAxis | None = None,
+    robot: RobotJoints | None = None,
+    weight: KnownLoad | None = None,
     estimator: Annotated[
         str,
         wanted(help="Name of the estimator: one that stickslip compare lists."),
@@ -127,17 +136,15 @@ def identify(
     and what was assumed is printed.
     """
     reading, known = reading or LogReading(), known or KnownAxis()
+    robot, weight = robot or RobotJoints(), weight or KnownLoad()
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
     logs = [log, *others]
     read = logs if validate is None else [*logs, validate]
-    models = [] if known.urdf is None else [known.urdf]
-    files.check(inputs=[*models, *(path for each in read for path in reading.inputs(each))])
-    if others and known.urdf is not None:
+    files.check(inputs=[*robot.inputs, *(path for each in read for path in reading.inputs(each))])
+    if others and robot.urdf is not None:
         raise InputError("robot_of_several_logs")
-    if known.joint and known.urdf is None:
-        raise InputError("joint_without_urdf")
     reading.units()  # refused before anything is loaded
-    load = known.load()
+    load = weight.load()
     delay = _effort_delay(effort_delay or [])
     what = log.name if not others else f"{len(logs)} logs"
     delays = delay if isinstance(delay, dict) else {}
@@ -162,14 +169,14 @@ def identify(
             effort_delay=None if isinstance(delay, dict) else delay,
             effort_kind=effort_kind,
         )
-        if not others and (reading.axis is None or known.urdf is not None):
-            axes = _axes(log, reading, known)
+        if not others and (reading.axis is None or robot.urdf is not None):
+            axes = _axes(log, reading, robot)
     if len(axes) > 1:
         if load is not None:
             raise InputError("known_load_of_several_axes", where=log.name, axes=list(axes))
         if delays:
             raise InputError("effort_delays_of_axes")
-        return _all_axes(log, axes, reading, known, estimator, task, validate, files)
+        return _all_axes(log, axes, reading, robot, estimator, task, validate, files)
     for only in axes.values():
         if isinstance(only, InputError):
             raise only
@@ -187,7 +194,7 @@ def identify(
             known_load=load,
         )
         if validate is not None:
-            other = _other(validate, reading, known)
+            other = _other(validate, reading, robot)
             found = validated(found, other, validate.name, known.inertia)
         files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_identification
@@ -200,7 +207,7 @@ def _all_axes(
     log: Path,
     axes: "Mapping[str, AxisLog | InputError]",
     reading: LogReading,
-    known: KnownAxis,
+    robot: RobotJoints,
     estimator: str,
     task: "EstimationTask",
     validate: Path | None,
@@ -215,7 +222,7 @@ def _all_axes(
             axes, name=log.stem, estimator=estimator, task=task, progress=progress
         )
         if validate is not None:
-            others = _axes(validate, reading, known)
+            others = _axes(validate, reading, robot)
             found = axes_validated(found, others, validate.name, task.inertia)
         files.write(found.to_dict, partial(write_report, found))
     from stickslip.presentation.terminal import print_axes
@@ -224,24 +231,26 @@ def _all_axes(
     return 0 if found.trusted else 1
 
 
-def _axes(log: Path, reading: LogReading, known: KnownAxis) -> "Mapping[str, AxisLog | InputError]":
+def _axes(
+    log: Path, reading: LogReading, robot: RobotJoints
+) -> "Mapping[str, AxisLog | InputError]":
     """Return the axes of a log, with the efforts of a robot's links if there is a model of it."""
     from stickslip.tasks.axes import axes_at, axes_of_robot, one_axis
 
     axes = axes_at(log, reading.schema, reading.columns())
-    if known.urdf is not None:
-        axes = axes_of_robot(axes, known.urdf, known.joint or ())
+    if robot.urdf is not None:
+        axes = axes_of_robot(axes, robot.urdf, robot.joint or ())
         if reading.axis is not None:
             axes = {reading.axis: one_axis(axes, reading.axis, label=log.name)}
     return axes
 
 
-def _other(log: Path, reading: LogReading, known: KnownAxis) -> "AxisLog | InputError":
+def _other(log: Path, reading: LogReading, robot: RobotJoints) -> "AxisLog | InputError":
     """Return another log of the axis that is identified."""
-    if known.urdf is not None:
+    if robot.urdf is not None:
         from stickslip.tasks.axes import one_axis
 
-        return one_axis(_axes(log, reading, known), None, label=log.name)
+        return one_axis(_axes(log, reading, robot), None, label=log.name)
     from stickslip.tasks.reading import log_at
 
     return log_at(log, reading.schema, reading.axis, reading.columns())

@@ -6,14 +6,15 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from stickslip.cli.arguments import LogReading
+from stickslip.cli.arguments import LogReading, RobotJoints
 from stickslip.cli.outputs import check_outputs, json_file, print_result
 from stickslip.cli.terminal import working
 
 EXAMPLES = """Examples:
   stickslip inspect robot.csv
   stickslip inspect robot.csv --kind rotary --schema-out robot.toml
-  stickslip inspect stage.csv --check"""
+  stickslip inspect stage.csv --check
+  stickslip inspect robot.mcap --check --urdf robot.urdf"""
 
 _LIMIT = 0.05
 
@@ -23,6 +24,7 @@ def inspect(
     /,
     *,
     reading: LogReading | None = None,
+    robot: RobotJoints | None = None,
     check: Annotated[
         bool,
         Parameter(
@@ -48,9 +50,10 @@ def inspect(
     each column, the lag between effort and motion, and what is missing.
     Exit code 1: an axis cannot be read or, with --check, a parameter cannot be identified to 5 %.
     """
-    reading = reading or LogReading()
+    reading, robot = reading or LogReading(), robot or RobotJoints()
     check_outputs(
-        {"--json": json_file(json), "--schema-out": schema_out}, inputs=reading.inputs(log)
+        {"--json": json_file(json), "--schema-out": schema_out},
+        inputs=[*reading.inputs(log), *robot.inputs],
     )
     reading.units()  # refused before anything is loaded
     with working(f"inspecting {log.name}"):
@@ -59,7 +62,15 @@ def inspect(
 
         schema = LogSchema() if reading.schema is None else read_schema(reading.schema)
         columns = reading.columns()
-        found = inspect(log, schema=schema, columns=columns, limit=_LIMIT if check else None)
+        found = inspect(
+            log,
+            schema=schema,
+            axis=reading.axis,
+            columns=columns,
+            urdf=robot.urdf,
+            joints=robot.joint or (),
+            limit=_LIMIT if check else None,
+        )
         if schema_out is not None:
             write_schema(log, schema_out, schema.overridden(None, columns))
         if (path := json_file(json)) is not None:

@@ -1,6 +1,6 @@
 """From a file or a data frame to an `AxisLog` in SI units, checked for plausibility."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -124,9 +124,22 @@ def read_axes(
     """
     whole, where = schema_at(schema)
     table, source, name = open_log(path, whole.files, where)
-    table = remembered(table)
+    logs = logs_of_axes(remembered(table), assign(table, whole), where, source, name)
+    errors = [each for each in logs.values() if isinstance(each, InputError)]
+    if errors and len(errors) == len(logs):
+        raise errors[0]
+    return logs
+
+
+def logs_of_axes(
+    table: Table,
+    every: Mapping[str, Assignment],
+    where: str,
+    source: LogSource | None,
+    name: str,
+) -> dict[str, AxisLog | InputError]:
+    """Return the log of each axis of a table, or why it has none; one without a name has `name`."""
     logs: dict[str, AxisLog | InputError] = {}
-    every = assign(table, whole)
     if len(every) > 1:
         _load_at_once(table, every.values())
     for axis, assigned in every.items():
@@ -140,9 +153,6 @@ def read_axes(
             )
         except InputError as error:
             logs[axis or name] = error
-    errors = [each for each in logs.values() if isinstance(each, InputError)]
-    if errors and len(errors) == len(logs):
-        raise errors[0]
     return logs
 
 

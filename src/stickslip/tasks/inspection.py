@@ -1,6 +1,6 @@
 """What a log holds and how it would be read, before anything is identified from it."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -8,22 +8,21 @@ import numpy as np
 from jaxtyping import Float
 
 from stickslip.logs import AxisSchema, LogSchema
-from stickslip.logs.columns.assignment import Assignment, assign
-from stickslip.logs.columns.conversion import axis_log
+from stickslip.logs.columns.assignment import Assignment, assign, one_axis
 from stickslip.logs.columns.discovery import Discovery, discover
 from stickslip.logs.columns.words import Meaning
 from stickslip.logs.opening import open_log
-from stickslip.logs.reading import schema_at
+from stickslip.logs.reading import logs_of_axes, schema_at
 from stickslip.logs.schema import CHANNELS, toml_text
-from stickslip.logs.table import Table
+from stickslip.logs.table import Table, remembered
 from stickslip.outputs import whole_file
 from stickslip.records import (
     AxisLog,
     AxisProposal,
     ExpectedPrecision,
+    InputError,
     Inspection,
     LogColumn,
-    LogSource,
     StickslipError,
 )
 
@@ -33,6 +32,11 @@ _LARGEST_LAG = 0.05
 _MOST_SAMPLES = 50_000
 """Samples that the lag is estimated from."""
 
+_PRESUMED = (
+    "check: the inertia is taken as constant, and gravity and other joints as absent; the joint of "
+    "a robot needs a model of its links"
+)
+
 _EVEN = 0.01
 """Jitter up to which samples count as even [-]; others are interpolated before a lag is sought."""
 
@@ -41,7 +45,10 @@ def inspect(
     log: Path | str,
     *,
     schema: Path | str | LogSchema | None = None,
+    axis: str | int | None = None,
     columns: AxisSchema | None = None,
+    urdf: Path | str | None = None,
+    joints: Sequence[str] = (),
     limit: float | None = None,
 ) -> Inspection:
     """Return what a log holds, the axes that its columns make, and what is missing.
@@ -52,8 +59,14 @@ def inspect(
         Path of the log.
     schema
         How to read it, as far as it is known.
+    axis
+        Name of the only axis to return; None returns all.
     columns
         What single columns are, in place of what the schema says of them.
+    urdf, joints
+        Model of the robot whose joints the axes are, and those wanted, as
+        `stickslip.tasks.axes_of_robot` takes them: the lag and the prediction then hold with
+        gravity, the other joints and the changes of inertia.
     limit
         Half width of a 95 % interval over its value, up to which a parameter counts as identifiable
         [-]; None predicts no precision.
@@ -65,13 +78,26 @@ def inspect(
     Raises
     ------
     InputError
-        If the log cannot be read.
+        If the log cannot be read, it has no such axis, or the model does not fit it.
+    MissingExtraError
+        If a model is given and MuJoCo is not installed.
     """
     whole, where = schema_at(schema)
     if columns is not None:
-        whole = whole.overridden(None, columns)
+        whole = whole.overridden(axis if whole.axes else None, columns)
     table, source, name = open_log(log, whole.files, where)
+    table = remembered(table)
     values, discovery = _values(table), discover(table)
+    assigned = assign(table, whole)
+    logs = logs_of_axes(table, assigned, where, source, name)
+    if urdf is not None and any(isinstance(each, AxisLog) for each in logs.values()):
+        from stickslip.tasks.axes import axes_of_robot
+
+        logs = axes_of_robot(logs, urdf, joints)
+    schemas = {each or name: own for each, own in assigned.items()}
+    if axis is not None:
+        own = one_axis(assigned, axis, label=table.label)
+        logs = {each: log for each, log in logs.items() if schemas[each] is own}
     return Inspection(
         name=name,
         rates=_rates(table, discovery, values),
@@ -79,10 +105,7 @@ def inspect(
             _column(table, column, discovery.by_column.get(column), values[column])
             for column in table.headers
         ),
-        axes=tuple(
-            _proposal(table, assigned, where, source, axis or name, limit)
-            for axis, assigned in assign(table, whole).items()
-        ),
+        axes=tuple(_proposal(each, schemas[each], log, limit) for each, log in logs.items()),
         notes=table.notes,
         limit=limit,
     )
@@ -144,7 +167,8 @@ def _column(
     ends = (float(finite.min()), float(finite.max())) if finite.size else (None, None)
     repeated = 0.0
     if finite.size and ends[0] != ends[1]:
-        repeated = max(float(np.mean(finite == end)) for end in ends)
+        times = max(int(np.sum(finite == end)) for end in ends)
+        repeated = times / finite.size if times > 1 else 0.0
     return LogColumn(
         name=name,
         origin=table.origins.get(name, ""),
@@ -192,12 +216,7 @@ def _rates(
 
 
 def _proposal(
-    table: Table,
-    assigned: Assignment,
-    where: str,
-    source: LogSource,
-    name: str,
-    limit: float | None,
+    name: str, assigned: Assignment, log: AxisLog | InputError, limit: float | None
 ) -> AxisProposal:
     """Return an axis with what reading it shows."""
     texts = {
@@ -205,12 +224,13 @@ def _proposal(
         for channel in CHANNELS
         if (text := getattr(assigned.schema, channel)) is not None
     }
-    try:
-        log = axis_log(table, assigned.checked(), where, source, default_name=name)
-    except StickslipError as error:
-        return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=str(error))
+    if isinstance(log, InputError):
+        return AxisProposal(name=name, columns=texts, kind=assigned.schema.kind, problem=str(log))
     lag, resolution = effort_lag(log)
     expected, problem = _expected(log, limit)
+    reasons = () if log.source is None else log.source.assumptions
+    if limit is not None and log.model_effort is None:
+        reasons = (*reasons, _PRESUMED)
     extremes = np.isin(log.effort, [log.effort.min(), log.effort.max()])
     in_a_row = extremes[1:] & extremes[:-1]
     return AxisProposal(
@@ -218,7 +238,7 @@ def _proposal(
         columns=texts,
         kind=log.kind,
         units={"position": log.unit("position"), "effort": log.unit("effort")},
-        reasons=() if log.source is None else log.source.assumptions,
+        reasons=reasons,
         problem=problem,
         samples=len(log),
         duration=log.duration,
@@ -247,18 +267,21 @@ def _expected(log: AxisLog, limit: float | None) -> tuple[tuple[ExpectedPrecisio
 def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
     """Return the time by which the effort acts later than logged, and its standard error [s].
 
-    It is the shift at which acceleration, velocity, direction and a constant explain the effort
-    best, by least squares over the faster half of the samples, refined by a parabola. None where
-    the best shift is the largest one, or the log is too short.
+    It is the shift at which acceleration, velocity, direction, a constant and the effort of a
+    model of the links, if there is one, explain the effort best, by least squares over the faster
+    half of the samples, refined by a parabola. None where the best shift is the largest one, or the
+    log is too short.
     """
     from scipy.signal import savgol_filter
 
     longest = max(log.segments(), key=len, default=log)
     step, time = log.sampling_time, longest.time[:_MOST_SAMPLES]
-    position, effort = longest.measured_position[: time.size], longest.effort[: time.size]
+    stated = longest.model_effort if longest.model_effort is not None else np.zeros(len(longest))
+    every = [each[: time.size] for each in (longest.measured_position, longest.effort, stated)]
     if longest.timing_jitter > _EVEN:
         even = np.arange(time[0], time[-1], step)
-        position, effort = (np.interp(even, time, each) for each in (position, effort))
+        every = [np.interp(even, time, each) for each in every]
+    position, effort, stated = every
     most = min(max(int(_LARGEST_LAG / step), 4), 60, position.size // 10)
     length = 2 * max(4, min(int(0.01 / step), 40)) + 1
     if position.size < 10 * length or most < 2:
@@ -272,9 +295,10 @@ def effort_lag(log: AxisLog) -> tuple[float | None, float | None]:
     inside = inside[speed > np.median(speed)]
     if inside.size < 20:
         return None, None
-    rows = np.column_stack(
-        [acceleration[inside], velocity[inside], np.sign(velocity[inside]), np.ones(inside.size)]
-    )
+    columns = [acceleration, velocity, np.sign(velocity), np.ones(velocity.size)]
+    if np.any(stated):
+        columns.append(savgol_filter(stated, window_length=length, polyorder=3))
+    rows = np.column_stack(columns)[inside]
     basis, _ = np.linalg.qr(rows / np.linalg.norm(rows, axis=0))
     shifts = np.arange(-most, most + 1)
     left = np.empty(shifts.size)

@@ -196,6 +196,8 @@ def _sampled(
             time, note = _time_of(table, group, bound, clock)
             notes.append(note)
         members = {name: channels[name] for name in channels if groups[name] == group}
+        # The columns of a group that is cut off in a damaged file may differ in length
+        check_lengths({"time": time, **members}, group.name or table.label)
         parts[group.name or table.label] = Sampled(time=time, channels=members)
     sampled, resampled = together(parts, label=table.label)
     return sampled, [*notes, *resampled], in_seconds
