@@ -18,9 +18,11 @@ pytestmark = pytest.mark.skipif(sys.platform != "linux", reason="memory is limit
 
 READER = """
 import os
+import time
 from dataclasses import replace
 from stickslip.errors import InputError, MissingExtraError
 from stickslip.logs.formats import registry
+from stickslip.logs.table import Table
 
 def read(path):
     kind = path.read_text()
@@ -29,6 +31,13 @@ def read(path):
     if kind == "compute":
         while True:
             pass
+    if kind == "slow":
+        def load(names):
+            end = time.process_time() + 0.9
+            while time.process_time() < end:
+                pass
+            return {}
+        return Table(label="log", headers={}, units={}, load=load, place=str)
     if kind == "memory":
         return bytearray(1 << 32)
     if kind == "recursion":
@@ -51,11 +60,13 @@ def refusal(tmp_path, monkeypatch):
         isolation, "_CHILD", isolation._CHILD.replace("serve()", f"exec({READER!r}); serve()")
     )
 
-    def ends(conduct):
+    def ends(conduct, loads=0):
         path = tmp_path / "log.npz"
         path.write_text(conduct)
-        with pytest.raises((InputError, MissingExtraError)) as caught:
-            read_apart(FORMATS[".npz"], path)
+        with pytest.raises((InputError, MissingExtraError)) as caught:  # noqa: PT012 - all of it
+            table = read_apart(FORMATS[".npz"], path)
+            for _ in range(loads):
+                table.load([])
         assert "\n" not in str(caught.value)
         return caught.value
 
@@ -82,6 +93,11 @@ def test_a_reader_that_does_not_end(refusal, monkeypatch):
     begin = time.perf_counter()
     assert refusal("compute").code == "reading_takes_long"
     assert time.perf_counter() - begin < 60.0
+
+
+def test_the_time_of_all_requests_is_limited(refusal, monkeypatch):
+    monkeypatch.setattr(isolation, "_SECONDS", 1.0)
+    assert refusal("slow", loads=5).code == "reading_takes_long"
 
 
 ENDS = """

@@ -24,7 +24,7 @@ from stickslip.logs.table import Column, Table
 from stickslip.records import InputError
 
 _SECONDS, _SECONDS_A_BYTE = 8.0, 1e-6
-"""Time of the processor for a file, and what a byte adds to it: the slowest library reads ten times
+"""Time of the processor for a file, opened and loaded, and what a byte adds to it: the slowest library reads ten times
 as fast."""
 
 _PATIENCE = 5.0
@@ -167,9 +167,9 @@ def serve() -> None:
     def reply(request: Any) -> Any:
         nonlocal table
         memory, seconds, kind, *arguments = request
-        if table is None:
+        if table is None:  # both limits hold for all requests together
             limit_this_process(memory)
-        _limit_time(seconds)
+            _limit_time(seconds)
         try:
             if kind == "read" or table is None:
                 name, path = arguments
