@@ -3,6 +3,7 @@
 import json
 import platform
 from collections.abc import Callable
+from functools import partial
 from importlib import metadata
 from pathlib import Path
 from typing import Annotated, Literal
@@ -47,6 +48,7 @@ def run(
         "simulator", "recursion", "pulses", "loop", "logs", "planning", "fits", "exported"
     ],
     json_file: Annotated[Path | None, Parameter(name="--json")] = None,
+    messages: int = logs.MESSAGES,
 ) -> None:
     """Run topics, all if none is named, and print a table of each.
 
@@ -56,6 +58,8 @@ def run(
         What to compare.
     json_file
         Also write the results to this file.
+    messages
+        Joint states of the bag in topic logs; 2300000 make a file of 1 GB.
     """
     console = Console()
     versions = {name: metadata.version(name) for name in ("stickslip", *_COMPARED)}
@@ -66,9 +70,10 @@ def run(
     )
     results: dict[str, list[Comparison]] = {}
     columns = (TextColumn("{task.description}"), BarColumn(), TimeElapsedColumn())
+    run_topic = {**TOPICS, "logs": partial(logs.compare, messages=messages)}
     for topic in topics or TOPICS:
         with Progress(*columns, console=Console(stderr=True), transient=True) as progress:
-            results[topic] = TOPICS[topic](progress)
+            results[topic] = run_topic[topic](progress)
         for comparison in results[topic]:
             print_comparison(comparison, console)
     if json_file is not None:
