@@ -218,7 +218,10 @@ def compare(progress: Progress, messages: int = MESSAGES) -> list[Comparison]:
             progress.advance(task)
         path.unlink()
         further: list[Comparison] = []
-        for title, measured in (("ten million rows", _many_rows), ("a bag", partial(_bag, messages=messages))):
+        for title, measured in (
+            ("ten million rows", _many_rows),
+            ("a bag", partial(_bag, messages=messages)),
+        ):
             task = progress.add_task(f"reading {title}", total=1)
             further.append(measured(Path(folder)))
             progress.advance(task)

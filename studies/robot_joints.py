@@ -1,30 +1,35 @@
 """Friction of the joints of public arms, all of which move at once, beside published values.
 
-``python -m studies.robot_joints --data DATA --extra EXTRA`` prints a table. DATA has the folder
+``python -m studies.robot_joints --data DATA --extra EXTRA`` prints two tables. DATA has the folder
 ``staubli_tx40`` of the tests; `FILES` says where those of EXTRA are from. They are not part of the
 project. The published values are Coulomb and viscous friction, so that no term that bends the
-friction curve is selected here.
+friction curve is selected here. The second table has the published method on the log of the UR10e,
+with and without samples near reversals.
 """
 
 import hashlib
 from argparse import ArgumentParser
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
 from jaxtyping import Float
+from scipy.signal import butter, filtfilt
 
 from stickslip.estimation import SelectedModelEstimator
 from stickslip.logs import read_axes, read_schema
 from stickslip.records import AxisLog, FrictionEstimate
 from stickslip.tasks import axes_of_robot
+from studies.arm_regression import Chain, Friction, arm_friction
 from studies.real_axes.sources import ExtraFile
 
 __all__ = ["FILES", "Published", "row"]
 
 _BENDS = ("two-thirds", "quadratic", "stribeck", "low speed")
 _CLOSE = 0.1  # of a published value [-]
+_SLOWEST = 0.05  # of the largest speed of a joint: the axis slides above, with and without noise
+_MOTORS = 100.0  # Hz, of the low-pass of motor speeds, as published
 _TX40 = ("thanhndv212/figaroh-examples", "c0b5c7f0fda10078be55104f9ee76ac106b7a5ee")
 _UR10E = ("shamilmamedov/dynamic_calibration", "11af40e7deb758ec080a175fed8fcdd6c99aca29")
 _PANDA = ("marcocognetti/FrankaEmikaPandaDynModel", "24d85ce4e648e2e894c832bfeee9b16711eb1a1a")
@@ -50,8 +55,8 @@ FILES: Mapping[str, ExtraFile] = {
         (
             "ur10e.csv",
             _UR10E,
-            "dataset_ur10e/identification_data/ur-20_02_12-50sec_12harm.csv",
-            "bb48cca42716a88f8b255d2d1b3eb3fa4a6eac4a9a52b694d4c1066ce8b4ca51",
+            "dataset_ur10e/identification_data/ur-20_02_10-30sec_12harm.csv",
+            "341fff80f177be564c8720ea898165addfd46d7cbe6f3ffd8923eeaae0eef000",
         ),
         (
             "panda.urdf",
@@ -83,7 +88,7 @@ FILES: Mapping[str, ExtraFile] = {
 
 @dataclass(frozen=True, kw_only=True)
 class Published:
-    """Published friction of a joint [N m, N m s/rad], and its log."""
+    """Published friction of a joint or a reference for it [N m, N m s/rad], and its log."""
 
     arm: str
     joint: str
@@ -100,11 +105,11 @@ def _checked(folder: Path, file: str) -> Path:
 
 
 def _tx40(data: Path, extra: Path) -> Iterator[Published]:
-    """Yield joints 1 to 5; joint 6 has the friction of two motions on one motor.
+    """Yield joints 1 to 5 and the motor of joint 6, which turns by the sum of joints 5 and 6.
 
-    Zeros, and the coupling of motor 6 to joints 5 and 6, as in ``staubli_tx40_tools.py``;
-    published values of ``TX40_config.yaml``. The viscous friction that is published for joint 5
-    holds that of motor 6 (0.616 N m s/rad), which its own torque does not overcome.
+    Zeros, the coupling, and published values as in ``staubli_tx40_tools.py`` and
+    ``TX40_config.yaml``. The viscous friction that is published for joint 5 holds that of motor 6
+    (0.616 N m s/rad), which its own torque does not overcome.
     """
     coulomb, viscous = (7.14, 8.26, 6.34, 2.48, 3.03), (8.05, 5.53, 1.97, 1.11, 1.86 - 0.616)
     schema = read_schema(_SCHEMA)
@@ -118,18 +123,83 @@ def _tx40(data: Path, extra: Path) -> Iterator[Published]:
         schema = replace(schema, axes={**schema.axes, axis: own})
     logs = axes_of_robot(read_axes(data / "staubli_tx40", schema), _checked(extra, "tx40.urdf"))
     yield from _published("TX40", logs, coulomb, viscous)
+    five, six = logs["5"], logs["6"]
+    if isinstance(five, AxisLog) and isinstance(six, AxisLog):
+        yield _motor_6(five, six)
+
+
+def _motor_6(five: AxisLog, six: AxisLog) -> Published:
+    """Return the motor of joint 6 with its published friction as that of one axis.
+
+    That is 1.95 N m and 0.616 N m s/rad of the motor, 0.282 N m and 0.65 - 0.616 N m s/rad of joint
+    6 alone: along the logged motion, the line over the speed of the motor that is nearest.
+    """
+    low_pass = butter(4, _MOTORS, fs=1.0 / six.sampling_time)
+    joint_5, joint_6 = (
+        np.gradient(filtfilt(*low_pass, log.measured_position), log.sampling_time)
+        for log in (five, six)
+    )
+    motor = joint_5 + joint_6
+    friction = 0.616 * motor + 1.95 * np.sign(motor)
+    friction += (0.65 - 0.616) * joint_6 + 0.282 * np.sign(joint_6)
+    slides = np.abs(motor) > _SLOWEST * np.abs(motor).max()
+    line = _line(motor[slides], friction[slides])
+    log = replace(six, measured_position=five.measured_position + six.measured_position)
+    return Published(arm="TX40", joint="motor 6", coulomb=line[0], viscous=line[1], log=log)
+
+
+def _line(speed: Float[np.ndarray, " n"], friction: Float[np.ndarray, " n"]) -> tuple[float, float]:
+    """Return the Coulomb and viscous friction of the line nearest to a friction curve."""
+    columns = np.column_stack([np.sign(speed), speed, np.ones(speed.size)])
+    coulomb, viscous, _ = np.linalg.lstsq(columns, friction, rcond=None)[0].tolist()
+    return coulomb, viscous
+
+
+_UR10E_FRICTION = Friction(  # of `UR10E_parameters.txt`
+    coulomb=np.array([12.548, 13.266, 4.994, 1.998, 2.690, 2.298]),
+    viscous=np.array([21.256, 20.221, 10.378, 3.575, 2.491, 3.026]),
+)
+_UR10E_JOINTS = tuple(
+    f"{name}_joint"
+    for name in ("shoulder_pan", "shoulder_lift", "elbow", "wrist_1", "wrist_2", "wrist_3")
+)
+
+
+def _ur10e_log(extra: Path) -> dict[str, Float[np.ndarray, "..."]]:
+    """Return the log behind the published values: file and rows of ``main.m``, published gains."""
+    gains = np.array([10.0, 10.6956, 8.4566, 9.0029, 9.4800, 10.1232])  # N m/A
+    table = np.loadtxt(_checked(extra, "ur10e.csv"), delimiter=",")[634:3510]
+    return {
+        "time": table[:, 0] - table[0, 0],
+        "position": table[:, 1:7],
+        "velocity": table[:, 7:13],
+        "effort": gains * table[:, 13:19],
+    }
 
 
 def _ur10e(extra: Path) -> Iterator[Published]:
-    """Yield the joints, with the gains and values of ``UR10E_parameters.txt``."""
-    gains = np.array([10.0, 10.6956, 8.4566, 9.0029, 9.4800, 10.1232])  # N m/A
-    coulomb = (12.548, 13.266, 4.994, 1.998, 2.690, 2.298)
-    viscous = (21.256, 20.221, 10.378, 3.575, 2.491, 3.026)
-    table = np.loadtxt(_checked(extra, "ur10e.csv"), delimiter=",")[355:5090]  # as its authors
-    time, position, current = table[:, 0] - table[0, 0], table[:, 1:7], table[:, 13:19]
-    logs = _logs(time, position, gains * current)
-    yield from _published("UR10e", axes_of_robot(logs, _checked(extra, "ur10e.urdf")),
-                          coulomb, viscous)  # fmt: skip
+    """Yield the joints with the published method over the samples in which they slide."""
+    log = _ur10e_log(extra)
+    urdf = _checked(extra, "ur10e.urdf")
+    slides = arm_friction(Chain.of(urdf, _UR10E_JOINTS), **log, slowest=_SLOWEST)
+    logs = axes_of_robot(_logs(log["time"], log["position"], log["effort"]), urdf)
+    yield from _published("UR10e", logs, slides.coulomb.tolist(), slides.viscous.tolist())
+
+
+def method_rows(extra: Path) -> Iterator[str]:
+    """Yield rows of the published friction of the UR10e, and of the published method on its log."""
+    log, chain = _ur10e_log(extra), Chain.of(_checked(extra, "ur10e.urdf"), _UR10E_JOINTS)
+    every, slides = (arm_friction(chain, **log, slowest=each) for each in (0.0, _SLOWEST))
+    speed = np.median(np.abs(log["velocity"]), axis=0)
+    published, found = (each.coulomb + each.viscous * speed for each in (_UR10E_FRICTION, slides))
+    for k in range(len(_UR10E_JOINTS)):
+        cells = [
+            f"{values[k]:.3g}"
+            for kind in ("coulomb", "viscous")
+            for values in (getattr(each, kind) for each in (_UR10E_FRICTION, every, slides))
+        ]
+        more = 100.0 * (found[k] / published[k] - 1.0)
+        yield f"| UR10e {k + 1} | {' | '.join(cells)} | {speed[k]:.2f} rad/s: {more:+.1f} % |"
 
 
 def _panda(extra: Path) -> Iterator[Published]:
@@ -150,8 +220,7 @@ def _panda(extra: Path) -> Iterator[Published]:
         speed = (position[span:, k] - position[:-span, k]) / (time[span:] - time[:-span])
         speed = speed[np.abs(speed) > 0.02 * np.max(np.abs(speed))]
         friction = size[k] / (1.0 + np.exp(-slope[k] * (speed + shift[k])))
-        columns = np.column_stack([speed, np.sign(speed), np.ones(speed.size)])
-        viscous[k], coulomb[k], _ = np.linalg.lstsq(columns, friction, rcond=None)[0]
+        coulomb[k], viscous[k] = _line(speed, friction)
     logs = axes_of_robot(_logs(time, position, torque), _checked(extra, "panda.urdf"))
     yield from _published("Panda", logs, coulomb.tolist(), viscous.tolist())
 
@@ -211,16 +280,23 @@ def _cell(estimate: FrictionEstimate, name: str, published: float) -> str:
 
 
 def main() -> None:
-    """Print the table."""
+    """Print the tables."""
     parser = ArgumentParser(prog="python -m studies.robot_joints", description=__doc__)
     parser.add_argument("--data", type=Path, required=True, help="folder with staubli_tx40")
     parser.add_argument("--extra", type=Path, required=True, help="folder with the other files")
     given = parser.parse_args()
-    titles = "joint;status;Coulomb, published;found;;viscous, published;found;;by default"
-    head = titles.split(";")
-    lines = [f"| {' | '.join(head)} |", f"|{' --- |' * len(head)}"]
+    titles = "joint;status;Coulomb, reference;found;;viscous, reference;found;;by default"
     every = (*_tx40(given.data, given.extra), *_ur10e(given.extra), *_panda(given.extra))
-    print("\n".join([*lines, *(row(each) for each in every)]))  # noqa: T201
+    print(_table(titles, (row(each) for each in every)))  # noqa: T201
+    kinds = ("published", "all samples", "sliding")
+    quantities = [f"{kind}, {each}" for kind in ("Coulomb", "viscous") for each in kinds]
+    titles = ";".join(["joint", *quantities, "median speed: friction, sliding to published"])
+    print(_table(titles, method_rows(given.extra)))  # noqa: T201
+
+
+def _table(titles: str, rows: Iterable[str]) -> str:
+    head = titles.split(";")
+    return "\n".join([f"| {' | '.join(head)} |", f"|{' --- |' * len(head)}", *rows, ""])
 
 
 if __name__ == "__main__":
