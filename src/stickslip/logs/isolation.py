@@ -24,8 +24,8 @@ from stickslip.logs.table import Column, Table
 from stickslip.records import InputError
 
 _SECONDS, _SECONDS_A_BYTE = 8.0, 1e-6
-"""Time of the processor for a file, opened and loaded, and what a byte adds to it: the slowest library reads ten times
-as fast."""
+"""Time of the processor for a file, opened and loaded, and what a byte adds to it: the slowest
+library reads ten times as fast."""
 
 _PATIENCE = 5.0
 """A process that computes for its time takes at most so many times as long on a busy machine."""
