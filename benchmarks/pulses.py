@@ -1,6 +1,7 @@
 """What pulse controllers take: a sample of rest, and the sample in which a pulse is planned."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from math import sqrt
 from typing import Any
 
@@ -43,7 +44,6 @@ def _controllers() -> dict[str, PulseController]:
         "target": 0.01,
         "tolerance": 2e-5,
         "rest": rest,
-        "max_idle_pulses": None,
     }
     return {
         "exact law": ExactPulseController(
@@ -58,8 +58,8 @@ def _controllers() -> dict[str, PulseController]:
             ),
             position_noise=_STEP * sqrt(13.0 / 12.0),
         ),
-        "PAPWC": PulseAmplitudeWidthController.from_friction(**told),
-        "PWC": PulseWidthController.from_friction(**told),
+        "PAPWC": replace(PulseAmplitudeWidthController.from_friction(**told), max_idle_pulses=None),
+        "PWC": replace(PulseWidthController.from_friction(**told), max_idle_pulses=None),
     }
 
 

@@ -9,6 +9,7 @@ for rest waits in vain, or learns from creep. Stiff settings slow that down to 4
 noslip solver ends it.
 """
 
+from dataclasses import replace
 from typing import Any, cast
 
 import mujoco as _mujoco
@@ -95,13 +96,15 @@ def controllers() -> dict[str, PulseController]:
     guess = CoulombViscousFriction.symmetric(
         coulomb_friction=0.8 * COULOMB, viscous_friction=0.8 * VISCOUS
     )
-    papwc = PulseAmplitudeWidthController.from_friction(
-        mass=MASS, coulomb_friction=0.8 * COULOMB, pulse_effort=300.0, sampling_time=T, target=0.0,
-        tolerance=TOLERANCE, rest=rest, longest_width=0.03,
-    )  # fmt: skip
-    pwc = PulseWidthController.from_friction(
-        mass=MASS, coulomb_friction=0.8 * COULOMB, pulse_effort=300.0, sampling_time=T, target=0.0,
-        tolerance=TOLERANCE, rest=rest, longest_width=0.03,
+    papwc, pwc = (
+        replace(
+            method.from_friction(
+                mass=MASS, coulomb_friction=0.8 * COULOMB, pulse_effort=300.0, sampling_time=T,
+                target=0.0, tolerance=TOLERANCE, rest=rest,
+            ),
+            longest_width=0.03,
+        )
+        for method in (PulseAmplitudeWidthController, PulseWidthController)
     )  # fmt: skip
     exact = ExactPulseController(
         mass=MASS, friction=guess, effort_limit=300.0, sampling_time=T, target=0.0,

@@ -24,6 +24,7 @@ from stickslip.control import (
     LoopSettings,
     Playback,
     RestDetection,
+    SensorErrors,
     run,
 )
 
@@ -157,7 +158,7 @@ def commission(axis: UdpAxis) -> None:
             effort_limit=LIMIT,
             sampling_time=T,
             places=(start, target),
-            encoder_step=ENCODER,
+            sensors=SensorErrors(encoder_step=ENCODER),
         ),
     )
     limits = LoopSettings(

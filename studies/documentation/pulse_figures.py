@@ -1,5 +1,6 @@
 """Make the figures of pulse control: ``python -m studies.documentation.pulse_figures``."""
 
+from dataclasses import replace
 from math import sqrt
 
 import matplotlib.pyplot as plt
@@ -84,17 +85,15 @@ def controllers() -> dict[str, PulseController]:
     told = {
         "mass": MASS,
         "coulomb_friction": GUESS.coulomb_friction_positive,
-        "static_friction": GUESS.static_friction_positive,
         "pulse_effort": EFFORT,
         "sampling_time": T,
         "target": TARGET,
         "tolerance": TOLERANCE,
         "rest": REST,
-        "max_idle_pulses": None,
     }
     return {
-        "PWC": PulseWidthController.from_friction(**told),
-        "PAPWC": PulseAmplitudeWidthController.from_friction(**told),
+        "PWC": replace(PulseWidthController.from_friction(**told), max_idle_pulses=None),
+        "PAPWC": replace(PulseAmplitudeWidthController.from_friction(**told), max_idle_pulses=None),
         "exact law": ExactPulseController(
             sampling_time=T,
             target=TARGET,

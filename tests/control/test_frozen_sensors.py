@@ -8,7 +8,7 @@ from typing import Any
 import pytest
 from simple_controllers import Push, T, pid_controller
 
-from stickslip.control import GuardedController, Limits
+from stickslip.control import GuardedController, Limits, SensorErrors
 from stickslip.records import SensorSample
 
 MASS, LIMIT, FRICTION = 2.0, 10.0, 1.0
@@ -81,7 +81,11 @@ def test_without_masses_the_effort_is_zero() -> None:
 @pytest.mark.parametrize("step", [0.0, 1e-3, 0.02])
 def test_no_false_alarm_with_a_coarse_encoder(step: float, velocity: bool) -> None:
     limits = Limits.for_task(
-        mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 1.0), encoder_step=step
+        mass=MASS,
+        effort_limit=LIMIT,
+        sampling_time=T,
+        places=(0.0, 1.0),
+        sensors=SensorErrors(encoder_step=step),
     )
     control = pid() if velocity else pid(velocity="differentiated", filter_time=0.05)
     guard = GuardedController(controller=control, limits=limits)

@@ -17,6 +17,7 @@ from stickslip.control import (
     GuardedController,
     Limits,
     RestDetection,
+    SensorErrors,
 )
 from stickslip.friction import CoulombViscousFriction
 from stickslip.plants import SingleMass
@@ -243,8 +244,8 @@ def test_frozen_sensors_are_detected() -> None:
     assert "frozen" in str(guard.why(state))
     # By the noise that is missing, and not where it is there
     noisy = Limits.for_task(
-        mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 0.05), noise=1e-6,
-        encoder_step=1e-6,
+        mass=MASS, effort_limit=LIMIT, sampling_time=T, places=(0.0, 0.05),
+        sensors=SensorErrors(noise=1e-6, encoder_step=1e-6),
     )  # fmt: skip
     guard = GuardedController(
         controller=pid(velocity="differentiated", filter_time=T), limits=noisy

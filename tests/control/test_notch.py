@@ -86,7 +86,7 @@ def test_the_kernel_filters_as_scipy_does():
     z1 = z2 = 0.0
     y = np.empty_like(e)
     for k, value in enumerate(e):
-        y[k], z1, z2 = notch_step(*c, z1, z2, value)
+        y[k], z1, z2 = notch_step(c, z1, z2, value)
     expected = signal.lfilter([c.b0, c.b1, c.b2], [1.0, c.a1, c.a2], e)
     np.testing.assert_allclose(y, expected, rtol=0, atol=1e-12)
 

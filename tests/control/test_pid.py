@@ -245,11 +245,11 @@ def on_axis(static: float, law: str | None) -> ClosedLoopRun[NDArray[np.float64]
         rule = ResetIntegral(law=law, rest_speed=1e-6, rest_samples=1)  # type: ignore[arg-type]
     controller = PIDController.for_mass(
         sampling_time=FINE, target=0.01, mass=MASS, bandwidth=4.0, effort_limit=300.0,
-        integral_ratio=3.0, reset=rule,
+        integral_ratio=3.0,
     )  # fmt: skip
     return simulate_closed_loop(
         SingleMass(mass=MASS, friction=friction),
-        replace(controller, velocity="measured"),
+        replace(controller, velocity="measured", reset=rule),
         sampling_time=FINE,
         samples=60_000,
     )

@@ -249,8 +249,8 @@ def test_on_any_axis_it_keeps_its_limits(
             target=error,
             tolerance=2e-5,
             rest=IDEAL,
-            longest_width=longest,
         ),
+        longest_width=longest,
         initial_covariance=variance,
     )
     run = run_pulses(plant, controller, sampling_time=T, duration=1.0)

@@ -209,9 +209,6 @@ def test_impossible_settings_are_refused(wrong, code, without_shape_checks):
         ({"mass": 0.0}, "not_positive"),
         ({"coulomb_friction": -1.0}, "not_positive"),
         ({"coulomb_friction": 300.0}, "effort_below_breakaway"),
-        ({"static_friction": 310.0}, "effort_below_breakaway"),
-        ({"static_friction": 70.0}, "static_below_coulomb"),
-        ({"kind": "rotary", "static_friction": 310.0}, "effort_below_breakaway"),
     ],
 )
 def test_pulses_that_cannot_overcome_the_friction_are_refused(wrong, code):

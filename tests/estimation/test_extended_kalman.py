@@ -34,8 +34,7 @@ def swings(duration: float = 10.0) -> np.ndarray:
 
 
 def end_of(at: np.ndarray, u: float, slopes: np.ndarray) -> tuple[float, float]:
-    x, v, c, f_c, o = at.tolist()
-    return predicted(1.3, x, v, c, f_c, o, u, 0.2, slopes)
+    return predicted(1.3, at, u, 0.2, slopes)
 
 
 def log_of(noise: float, seed: int, *, measured: bool = True) -> AxisLog:
@@ -61,7 +60,7 @@ def test_it_moves_as_the_exact_simulator_does(
     law = CoulombViscousFriction.symmetric(coulomb_friction=f_c, viscous_friction=c, offset=o)
     plant = SingleMass(mass=1.3, friction=law)
     motion = simulate(plant, [u], sampling_time=0.2, initial_state=(0.1, v))
-    x1, v1 = predicted(1.3, 0.1, v, c, f_c, o, u, 0.2, np.empty((2, 5)))
+    x1, v1 = predicted(1.3, np.array([0.1, v, c, f_c, o]), u, 0.2, np.empty((2, 5)))
     assert x1 == pytest.approx(motion.position[-1], abs=1e-12)
     assert v1 == pytest.approx(motion.velocity[-1], abs=1e-12)
 
@@ -93,7 +92,7 @@ def test_small_viscous_friction_in_high_precision() -> None:
             force = (u - f_c) / mpmath.mpf(c)
             end = force + (v - force) * mpmath.exp(-h * t)
             way = force * t + (v - force) * (1 - mpmath.exp(-h * t)) / h
-            found = predicted(1.3, 0.0, 0.4, c, 0.5, 0.0, 2.0, 0.2, np.empty((2, 5)))
+            found = predicted(1.3, np.array([0.0, 0.4, c, 0.5, 0.0]), 2.0, 0.2, np.empty((2, 5)))
             assert found == pytest.approx((float(way), float(end)), rel=1e-11)
 
 

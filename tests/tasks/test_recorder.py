@@ -1,5 +1,7 @@
 """The recorder records what the controller estimates and leaves the run as it is."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from pulse_runs import PulseRun, run_pulses
@@ -17,14 +19,16 @@ PLANT = SingleMass(
         coulomb_friction=100.0, viscous_friction=700.0, static_friction=130.0
     ),
 )
-CONTROLLER = PulseAmplitudeWidthController.from_friction(
-    mass=150.0,
-    coulomb_friction=80.0,
-    pulse_effort=300.0,
-    sampling_time=T,
-    target=0.01,
-    tolerance=2e-5,
-    rest=RestDetection(samples=1, spread=0.0, speed=0.0),
+CONTROLLER = replace(
+    PulseAmplitudeWidthController.from_friction(
+        mass=150.0,
+        coulomb_friction=80.0,
+        pulse_effort=300.0,
+        sampling_time=T,
+        target=0.01,
+        tolerance=2e-5,
+        rest=RestDetection(samples=1, spread=0.0, speed=0.0),
+    ),
     longest_width=0.03,
 )
 

@@ -12,7 +12,7 @@ from stickslip.control.feedback.linear_parts import PD, Notch, NotchCoefficients
 from stickslip.control.feedback.pid import Dither, PIDController, ResetIntegral
 from stickslip.control.feedback.profile import ProfileController
 from stickslip.control.feedback.reference import Move, PointToPoint, Reference
-from stickslip.control.guards import GuardedController, GuardedState, Limits
+from stickslip.control.guards import GuardedController, GuardedState, Limits, SensorErrors
 from stickslip.control.hardware.loop import (
     AxisIO,
     Clock,
@@ -92,6 +92,7 @@ __all__ = [
     "ResetIntegral",
     "RestDetection",
     "RunningEstimator",
+    "SensorErrors",
     "Supervisor",
     "SupervisorState",
     "TrackedBeside",

@@ -65,6 +65,22 @@ _STALL = 0.25  # of the longest move that a blocked axis would have made
 _STALL_STEPS = 10.0  # largest errors of a position, at least
 
 
+class SensorErrors(NamedTuple):
+    """Errors of the samples of an axis's sensors.
+
+    Attributes
+    ----------
+    noise, velocity_noise
+        Standard deviations of a sample [m or rad, m/s or rad/s].
+    encoder_step
+        [m or rad].
+    """
+
+    noise: float = 0.0
+    velocity_noise: float = 0.0
+    encoder_step: float = 0.0
+
+
 @dataclass(frozen=True, kw_only=True)
 class Limits:
     """Limits of an axis, and the reaction to samples that are lost.
@@ -175,10 +191,7 @@ class Limits:
         places: tuple[float, ...],
         duration: float | None = None,
         load_mass: float = 0.0,
-        noise: float = 0.0,
-        velocity_noise: float = 0.0,
-        encoder_step: float = 0.0,
-        lost: Reaction = "hold",
+        sensors: SensorErrors | None = None,
     ) -> "Limits":
         """Return the default limits of a task.
 
@@ -200,13 +213,10 @@ class Limits:
             Of a move [s]; None for no time limit.
         load_mass
             Of a second mass behind a spring [kg or kg m^2]; 0 for none.
-        noise, velocity_noise
-            Standard deviations of a sample [m or rad, m/s or rad/s].
-        encoder_step
-            [m or rad].
-        lost
-            As of the class.
+        sensors
+            Their errors; None for none.
         """
+        noise, velocity_noise, encoder_step = sensors or SensorErrors()
         low, high = min(places), max(places)
         moves = [abs(b - a) for a, b in pairwise(places)]
         longest = max(moves, default=0.0)
@@ -221,7 +231,6 @@ class Limits:
             braking_gain=mass / (_BRAKING * sampling_time),
             braking=0.5 * effort_limit / (mass + load_mass),
             time=None if duration is None else _TIMES * duration,
-            lost=lost,
             resolution=_CERTAIN * noise + encoder_step,
             velocity_resolution=_CERTAIN * velocity_noise,
             same=_same(noise, encoder_step),

@@ -200,18 +200,18 @@ def _filter(
     measured: Float[np.ndarray, "n c"],
     first: Float[np.ndarray, " s"],
     spread: Float[np.ndarray, "s s"],
-    means: Float[np.ndarray, "k s"],
-    spreads: Float[np.ndarray, "k s s"],
+    kept: tuple[Float[np.ndarray, "k s"], Float[np.ndarray, "k s s"]],
     s: int,
 ) -> float:
-    """Return `cost` for s states; keep the predictions where there is room for them."""
+    """Return `cost` for s states; keep means and covariances predicted, as far as there is room."""
     A, B, Q, factors, sensors, R = model
+    means, spreads = kept
     n, channels = measured.shape
-    m, kept = B.shape[1], means.shape[0]
+    m, room = B.shape[1], means.shape[0]
     z, moved, gain = first.copy(), np.empty(s), np.empty(s)
     P, work = spread.copy(), np.empty((s, s))
     cost = 0.0
-    if kept > 0:
+    if room > 0:
         means[0], spreads[0] = z, P
     for k in range(n):
         for i in range(s):
@@ -223,7 +223,7 @@ def _filter(
             moved[i] = total
         z, moved = moved, z
         predict(A, Q, P, work, s, factors[k])
-        if k + 1 < kept:
+        if k + 1 < room:
             means[k + 1], spreads[k + 1] = z, P
         for c in range(channels):
             S = measure(sensors[c], R[c], P, gain, s)
@@ -250,12 +250,12 @@ def cost(
         As of `whiten` [any units].
     """
     s = model.A.shape[0]
-    none, nothing = np.empty((0, s)), np.empty((0, s, s))
+    none = np.empty((0, s)), np.empty((0, s, s))
     if s == 3:
-        return _filter(model, inputs, measured, first, spread, none, nothing, 3)
+        return _filter(model, inputs, measured, first, spread, none, 3)
     if s == 5:
-        return _filter(model, inputs, measured, first, spread, none, nothing, 5)
-    return _filter(model, inputs, measured, first, spread, none, nothing, s)
+        return _filter(model, inputs, measured, first, spread, none, 5)
+    return _filter(model, inputs, measured, first, spread, none, s)
 
 
 @compiled(inline=True)
@@ -358,11 +358,12 @@ def smooth(
     """
     n, s = measured.shape[0], model.A.shape[0]
     means, spreads = np.empty((n + 1, s)), np.empty((n + 1, s, s))
+    kept = means, spreads
     if s == 3:
-        _filter(model, inputs, measured, first, spread, means, spreads, 3)
+        _filter(model, inputs, measured, first, spread, kept, 3)
         return _smooth(model, measured, means, spreads, spreads_of, 3)
     if s == 5:
-        _filter(model, inputs, measured, first, spread, means, spreads, 5)
+        _filter(model, inputs, measured, first, spread, kept, 5)
         return _smooth(model, measured, means, spreads, spreads_of, 5)
-    _filter(model, inputs, measured, first, spread, means, spreads, s)
+    _filter(model, inputs, measured, first, spread, kept, s)
     return _smooth(model, measured, means, spreads, spreads_of, s)

@@ -66,22 +66,21 @@ _OK, _FAILED, _EFFORT = 0, 1, 2
 
 def _loop(
     plant_step: Any,
+    plant: Any,
     controller_step: Any,
-    model: Vector,
-    state: Any,
     controller_state: Any,
-    settings: Any,
-    delay: int,
-    noise: Any,
-    output: tuple[float, float, float, float],
+    sensors: Any,
     effort: Vector,
     samples: Vector,
 ) -> Any:
     """Run the loop; the same function is compiled or interpreted, as the controller is.
 
-    ``effort`` (n,) and ``samples`` (4, n+1), without the delay, are written. Returns the
-    controller's state, a status, and the sample it arose at.
+    ``plant`` is its model, state and output; ``sensors`` are settings, delay and noise. ``effort``
+    (n,) and ``samples`` (4, n+1), without the delay, are written. Returns the controller's state, a
+    status, and the sample it arose at.
     """
+    model, state, output = plant
+    settings, delay, noise = sensors
     n = effort.size
     T = settings[4]
     for k in range(n + 1):
@@ -192,14 +191,10 @@ def simulate_closed_loop(
     loop: Any = _compiled_loop if is_jitted(step) else _loop
     controller_state, status, at = loop(
         kernels_of(plant).loop_step,
+        (model, state, at_start),
         step,
-        model,
-        state,
         controller.init(),
-        sensors.settings(float(sampling_time)),
-        sensors.delay,
-        tuple(noise),
-        at_start,
+        (sensors.settings(float(sampling_time)), sensors.delay, tuple(noise)),
         effort,
         seen,
     )

@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 from stickslip.plants import Plant, check_affine
 from stickslip.simulation.kernels.sensitivity import (
     FRICTION_COLUMNS,
+    Modes,
+    Trajectory,
     sample_matrices,
     sensitivity_run,
 )
@@ -136,19 +138,13 @@ def simulate_sensitivity(
     law: Any = plant.friction
     s = len(rows)
     out = np.empty((motion.position.size, s, len(names)))
+    increments, increment_slopes = (np.stack(each) for each in zip(*made, strict=True))
     sensitivity_run(
-        rates,
-        slopes,
-        np.stack([of[0] for of in made]),
-        np.stack([of[1] for of in made]),
-        norms,
+        Modes(rates, slopes, norms, increments, increment_slopes),
         np.array([getattr(law, name) for name in _FRICTION]),
         getattr(plant, "stiffness", 0.0),
         motion.sampling_time,
-        motion.commanded_effort,
-        np.stack(rows),
-        motion.event_time,
-        motion.event_mode,
+        Trajectory(motion.commanded_effort, np.stack(rows), motion.event_time, motion.event_mode),
         out,
     )
     if not plant.flexible:

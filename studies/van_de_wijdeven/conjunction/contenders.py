@@ -198,8 +198,8 @@ def _papwc(leg: Leg) -> PulseAmplitudeWidthController:
         rest=RestDetection.for_encoder(
             resolution=_REST_STEP, noise=leg.case.position_noise, samples=_REST_SAMPLES
         ),
-        max_idle_pulses=None,
     )
+    controller = replace(controller, max_idle_pulses=None)
     return controller if leg.learned is None else controller.resumed(leg.learned)
 
 

@@ -88,10 +88,10 @@ def pwc(
         target=start_error,
         tolerance=TOLERANCE,
         rest=_REST,
-        longest_width=longest_width,
-        max_idle_pulses=None,
     )
-    return replace(controller, regressor=regressor)
+    return replace(
+        controller, longest_width=longest_width, max_idle_pulses=None, regressor=regressor
+    )
 
 
 def papwc(
@@ -125,10 +125,13 @@ def papwc(
         target=START_ERROR,
         tolerance=tolerance,
         rest=_REST,
+    )
+    return replace(
+        controller,
         longest_width=longest_width,
         max_idle_pulses=None,
+        initial_covariance=covariance,
     )
-    return replace(controller, initial_covariance=covariance)
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -59,9 +59,8 @@ class _Adaptive:
             target=axis.start_error,
             tolerance=_AIM,
             rest=_REST,
-            longest_width=self.longest_width,
-            max_idle_pulses=None,
         )
+        controller = replace(controller, longest_width=self.longest_width, max_idle_pulses=None)
         if self.initial_covariance is None:
             return controller
         return replace(controller, initial_covariance=self.initial_covariance)

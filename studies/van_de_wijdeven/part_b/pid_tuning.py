@@ -64,12 +64,12 @@ class PIDTuning:
     def __call__(self, axis: RandomAxis) -> PIDController:
         """Return the controller for an axis."""
         mass, target, limit = axis.believed_mass, axis.start_error, axis.effort_limit
+        shaped = self._shaped(mass, target, limit)
         reset = dither = None
         if self.reset is not None:
-            tau = self._shaped(mass, target, limit, None, None).filter_time
             reset = ResetIntegral(
                 law=self.reset,
-                rest_speed=_REST * _derivative_noise(tau),
+                rest_speed=_REST * _derivative_noise(shaped.filter_time),
                 rest_samples=_REST_SAMPLES,
             )
         if self.dither > 0.0:
@@ -78,16 +78,9 @@ class PIDTuning:
                 frequency=self.dither_frequency,
                 shape="square",
             )
-        return self._shaped(mass, target, limit, reset, dither)
+        return replace(shaped, dead_band=self.dead_band * TOLERANCE, dither=dither, reset=reset)
 
-    def _shaped(
-        self,
-        mass: float,
-        target: float,
-        limit: float,
-        reset: ResetIntegral | None,
-        dither: Dither | None,
-    ) -> PIDController:
+    def _shaped(self, mass: float, target: float, limit: float) -> PIDController:
         return PIDController.for_mass(
             sampling_time=SAMPLING_TIME,
             target=target,
@@ -96,9 +89,6 @@ class PIDTuning:
             effort_limit=limit,
             phase_margin=radians(self.phase_margin),
             integral_ratio=self.integral_ratio,
-            dead_band=self.dead_band * TOLERANCE,
-            dither=dither,
-            reset=reset,
         )
 
 

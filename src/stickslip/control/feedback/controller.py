@@ -48,7 +48,7 @@ _HEAD = np.dtype(
         ("velocity_gain", "f8"),
         ("inertia", "f8"),
         ("effort_limit", "f8"),
-        ("notch", "f8", (5,)),  # coefficients
+        ("notch", [(name, "f8") for name in NotchCoefficients._fields]),
         ("coulomb", "f8", (2,)),  # in positive, in negative direction
         ("viscous", "f8", (2,)),  # likewise
         ("offset", "f8"),
@@ -87,8 +87,7 @@ def _command(vector: Float[np.ndarray, " s"], t: float, x: float, v: float) -> f
         raise ValueError("not a state of a FeedbackController: begin with the one of its init()")
     r, r_dot, r_ddot = reference_at(vector, _REFERENCE, s.moves, t)
     e = pd_effort(s.position_gain, s.velocity_gain, r, x, r_dot, v)
-    n = s.notch
-    y, z1, z2 = notch_step(n[0], n[1], n[2], n[3], n[4], s.z[0], s.z[1], e)
+    y, z1, z2 = notch_step(s.notch, s.z[0], s.z[1], e)
     if s.coulomb_at > 0:
         f_pos = physical(float(vector[s.coulomb_at]))
         c_pos = physical(float(vector[s.viscous_at]))
@@ -259,7 +258,7 @@ class FeedbackController(PositionController[Float[np.ndarray, " s"]]):
         s.position_gain, s.velocity_gain = self.pd.position_gain, self.pd.velocity_gain
         s.inertia = self.inertia
         s.effort_limit = np.inf if self.effort_limit is None else self.effort_limit
-        s.notch = (
+        s.notch = tuple(
             _STRAIGHT_THROUGH if self.notch is None else self.notch.coefficients(self.sampling_time)
         )
         if self.compensation is not None:

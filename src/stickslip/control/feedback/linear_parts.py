@@ -1,7 +1,7 @@
 """The linear parts of a feedback loop: proportional and derivative action, and a notch."""
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -50,15 +50,15 @@ class PD:
 
 
 @compiled(inline=True)
-def notch_step(
-    b0: float, b1: float, b2: float, a1: float, a2: float, z1: float, z2: float, e: float
-) -> tuple[float, float, float]:
+def notch_step(n: Any, z1: float, z2: float, e: float) -> tuple[float, float, float]:
     """Return output and memory of a second-order filter (transposed direct form II).
+
+    ``n`` has the coefficients by name, as `NotchCoefficients`.
 
     y(k) = b0 e(k) + z1(k), z1(k+1) = b1 e(k) - a1 y(k) + z2(k), z2(k+1) = b2 e(k) - a2 y(k).
     """
-    y = b0 * e + z1
-    return y, b1 * e - a1 * y + z2, b2 * e - a2 * y
+    y = n.b0 * e + z1
+    return y, n.b1 * e - n.a1 * y + z2, n.b2 * e - n.a2 * y
 
 
 class NotchCoefficients(NamedTuple):

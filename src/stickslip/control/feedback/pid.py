@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from math import atan, cos, pi, sqrt, tan
 from types import NoneType
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from jaxtyping import Float
@@ -74,10 +74,9 @@ def _dither(A: float, cycles: float, square: bool) -> float:
 
 @compiled(inline=True)
 def _reset(
-    law: float, alpha: float, band: float, armed: float, u_p: float, u_i: float,
-    e: float, e_last: float, moving: bool, stopped: bool,
-) -> tuple[float, float]:  # fmt: skip
-    """Return the integral action and the logic state after the reset that is due, if any.
+    s: Any, u_p: float, u_i: float, e: float, e_last: float, moving: bool, stopped: bool
+) -> float:
+    """Return the integral action after the reset that is due, if any; the logic state follows.
 
     With phi = u_p + u_i, the force of proportional and integral action:
 
@@ -88,18 +87,18 @@ def _reset(
     zero while the mass moves: phi+ = -phi, b+ = -1, so that the force brakes; b = -1, the mass
     stops: u_i+ = 0, b+ = 1.
     """
-    if law == _COULOMB:
-        if stopped and abs(e) > band and (u_p + u_i) * e < 0.0:
-            u_i = -alpha * (u_p + u_i) - u_p
-    elif law == _STRIBECK:
-        if armed > 0.0:
+    if s.reset_law == _COULOMB:
+        if stopped and abs(e) > s.dead_band and (u_p + u_i) * e < 0.0:
+            u_i = -s.reset_factor * (u_p + u_i) - u_p
+    elif s.reset_law == _STRIBECK:
+        if s.armed > 0.0:
             if moving and e * e_last < 0.0:
                 u_i = -(u_p + u_i) - u_p
-                armed = -1.0
+                s.armed = -1.0
         elif stopped:
             u_i = 0.0
-            armed = 1.0
-    return u_i, armed
+            s.armed = 1.0
+    return u_i
 
 
 @compiled()
@@ -142,10 +141,7 @@ def _step(
     moving = abs(v) > s.rest_speed
     s.rested = 0 if moving else s.rested + 1
     stopped = s.rested >= s.rest_samples or v * v_last < 0.0
-    u_i, s.armed = _reset(
-        s.reset_law, s.reset_factor, s.dead_band, s.armed, u_p, u_i + growth, e, e_last,
-        moving, stopped,
-    )  # fmt: skip
+    u_i = _reset(s, u_p, u_i + growth, e, e_last, moving, stopped)
 
     u = u_p + u_i - s.K_d * v
     u += _dither(s.dither_amplitude, s.dither_cycles * (s.samples + 0.5), s.dither_square > 0)
@@ -359,9 +355,6 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
         effort_limit: float,
         phase_margin: float = pi / 4,
         integral_ratio: float = 10.0,
-        dead_band: float = 0.0,
-        dither: Dither | None = None,
-        reset: ResetIntegral | None = None,
     ) -> "PIDController":
         """Return the controller shaped for a free mass of which only the position is measured.
 
@@ -374,8 +367,8 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
 
         Parameters
         ----------
-        sampling_time, target, effort_limit, dead_band, dither, reset
-            As of the class [s], [m or rad], [N or N m], [m or rad].
+        sampling_time, target, effort_limit
+            As of the class [s], [m or rad], [N or N m].
         mass
             Moving mass or inertia [kg or kg m^2].
         bandwidth
@@ -415,9 +408,6 @@ class PIDController(PositionController[Float[np.ndarray, " s"]]):
             velocity_gain=K * T_d - K_p * tau,
             effort_limit=effort_limit,
             filter_time=tau,
-            dead_band=dead_band,
-            dither=dither,
-            reset=reset,
         )
 
     @property

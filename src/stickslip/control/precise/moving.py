@@ -83,12 +83,14 @@ def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) ->
 
 @compiled()
 def _free(
-    x: float, v: float, mean: float, double: float, m: float, F: float, c: float, h: float
+    x: float, v: float, mean: float, double: float, law: tuple[float, float, float], h: float
 ) -> tuple[float, float]:
     """Return position and speed after the time h under an effort; it may stop, and turn round.
 
-    The effort has this mean, and this double integral over h^2.
+    The effort has this mean, and this double integral over h^2. The law is mass, Coulomb and
+    viscous friction.
     """
+    m, F, c = law
     for part in range(2):
         if v == 0.0 and abs(mean) <= F:
             break
@@ -133,13 +135,14 @@ def _track(p: Any, x: float, measured: bool, f: float) -> None:
     standard deviations is that of the acceleration.
     """
     T = p.period
-    m, F, c = model(p)
+    law = model(p)
+    m, F, _ = law
     older, newer, share = acting(p, p.best)
     lag = lag_of(p.best) * T
     f, mean, double = lagging(f, older, lag, share * T)
-    x_0, v_0 = _free(p.x, p.v, mean, double, m, F, c, share * T)
+    x_0, v_0 = _free(p.x, p.v, mean, double, law, share * T)
     f, mean, double = lagging(f, newer, lag, (1.0 - share) * T)
-    x_0, v_0 = _free(x_0, v_0, mean, double, m, F, c, (1.0 - share) * T)
+    x_0, v_0 = _free(x_0, v_0, mean, double, law, (1.0 - share) * T)
     q = _unmodelled(p, (v_0 - p.v) / T, v_0, older, newer) ** 2
     p_xx = p.p_xx + T * (2.0 * p.p_xv + T * p.p_vv)
     p_xv = p.p_xv + T * p.p_vv
@@ -172,7 +175,8 @@ def _ahead(p: Any) -> tuple[float, float, float]:
     Behind a lag tau, X = x + tau v and V = v + tau (f - F)/m obey V' = (u - F)/m as a mass without
     a lag does, and X is where the axis comes to rest once V = 0. Returns X, V and v.
     """
-    m, F, c = model(p)
+    law = model(p)
+    m, F, _ = law
     T, delay = p.period, delay_of(p.best)
     lag, f = lag_of(p.best) * T, p.effort[p.best]
     whole = int(delay)
@@ -181,7 +185,7 @@ def _ahead(p: Any) -> tuple[float, float, float]:
         step = (delay - whole) * T if k == whole else T
         if step > 0.0:
             f, mean, double = lagging(f, p.commands[k], lag, step)
-            x, v = _free(x, v, mean, double, m, F, c, step)
+            x, v = _free(x, v, mean, double, law, step)
     if lag > 0.0 and (v > 0.0 or f > F):
         return x + lag * v, v + lag * (f - F) / m, v
     return x, v, v

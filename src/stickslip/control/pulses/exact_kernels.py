@@ -157,16 +157,25 @@ def _observe(
 
 
 @compiled()
-def _posterior(
-    s: Any, own: Any, prior: Vector, P: Matrix, at: Vector, side: int, f: float, t: float,
-    inflation: float, rough: float, value: Vector, Q: Matrix,
-) -> float:  # fmt: skip
-    """Write the posterior linearised at ``at`` into ``value`` and ``Q``.
+def _last_pulse(s: Any, own: Any) -> tuple[int, float, float]:
+    """Return the direction of the last pulse (0: positive), its effort and its width."""
+    f = s.last.levels[0, 0]
+    return 0 if f > 0.0 else 1, f, s.last.levels[0, 1] * own.period
 
-    With ``rough`` above 0, the displacement from rest to rest alone counts, and it and friction
-    are so uncertain over their values. Returns the mean square of the normalised residuals there.
+
+@compiled()
+def _posterior(
+    s: Any, own: Any, P: Matrix, at: Vector, doubt: tuple[float, float], value: Vector, Q: Matrix
+) -> float:
+    """Write the posterior linearised at ``at`` into ``value`` and ``Q``; P is the prior covariance.
+
+    ``doubt`` is the inflation of the variance of the residuals, and a rough share. Where that is
+    above 0, the displacement from rest to rest alone counts, and it and friction are so uncertain
+    over their values. Returns the mean square of the normalised residuals there.
     """
-    value[:], Q[:] = prior, P
+    inflation, rough = doubt
+    side, f, t = _last_pulse(s, own)
+    value[:], Q[:] = own.values, P
     m = math.exp(at[0])
     F, c = math.exp(at[COULOMB + side]), math.exp(at[VISCOUS + side])
     sign = 1.0 if f > 0.0 else -1.0
@@ -203,29 +212,29 @@ def _largest_change(value: Vector, at: Vector) -> float:
 
 @compiled()
 def _maximum(
-    s: Any, own: Any, prior: Vector, P: Matrix, at: Vector, side: int, f: float, t: float,
-    rough: float, value: Vector, Q: Matrix,
-) -> float:  # fmt: skip
+    s: Any, own: Any, P: Matrix, at: Vector, rough: float, value: Vector, Q: Matrix
+) -> float:
     """Write the posterior's maximum, searched from ``at`` on, and its covariance.
 
     Returns the mean square of the normalised residuals there.
     """
+    side, f, _ = _last_pulse(s, own)
     most = math.log(_STRONGEST * abs(f))
     at[COULOMB + side] = min(at[COULOMB + side], most)
     # Far from the prior the slopes there mislead: the observation gains its weight step by step
-    inflation = misfit = _posterior(s, own, prior, P, at, side, f, t, 1.0, rough, value, Q)
+    inflation = misfit = _posterior(s, own, P, at, (1.0, rough), value, Q)
     for _ in range(_ITERATIONS):
         inflation = max(min(inflation, misfit) * _COOLING, 1.0)
-        misfit = _posterior(s, own, prior, P, at, side, f, t, inflation, rough, value, Q)
+        misfit = _posterior(s, own, P, at, (inflation, rough), value, Q)
         change = _largest_change(value, at)
         shorter = min(1.0, _LONGEST_STEP / change) if change > 0.0 else 1.0
-        for a in range(prior.size):
+        for a in range(at.size):
             at[a] += shorter * (value[a] - at[a])
         at[COULOMB + side] = min(at[COULOMB + side], most)
         if change <= _CONVERGED and inflation == 1.0:
             break
     # Where the law does not hold to within the noise, the noise is taken to be as large as needed
-    _posterior(s, own, prior, P, at, side, f, t, max(misfit, 1.0), rough, value, Q)
+    _posterior(s, own, P, at, (max(misfit, 1.0), rough), value, Q)
     # A step so long leaves the range in which the linearisation holds
     if not _largest_change(value, at) <= _LONGEST_STEP:
         value[:] = at
@@ -249,12 +258,13 @@ def _unseen(P: Matrix, side: int, C: Matrix) -> None:
 
 
 @compiled()
-def _estimate(s: Any, own: Any, side: int, f: float, t: float, at: Vector) -> None:
+def _estimate(s: Any, own: Any, at: Vector) -> None:
     """Write into ``at`` the mass and friction that the pulse alone implies, viscous friction small.
 
     The work of the effort over its part of the travel is that of friction over the whole; Eq. 2
     then gives the mass.
     """
+    side, f, t = _last_pulse(s, own)
     k = min(math.ceil((t / own.period + s.delay) / s.stride), s.position_count - 1)
     u, d = abs(f), abs(s.last.achieved)
     under_effort = abs(s.positions[k] - (s.rest - s.last.achieved))
@@ -275,15 +285,16 @@ def _in_motion(s: Any, own: Any) -> int:
 
 
 @compiled()
-def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
+def _fit(s: Any, own: Any) -> None:
     """Replace mean and covariance of the parameters by those after the last pulse."""
+    side, _, t = _last_pulse(s, own)
     n = PARAMETERS
     prior, at, value = own.values.copy(), own.values.copy(), np.empty(n)
     P, Q = own.covariance.copy(), np.empty((n, n))
     own.walk = max(own.walk, _SLOWEST_WALK)
     for i in range(COULOMB, n):
         P[i, i] += own.walk
-    misfit = _maximum(s, own, prior, P, at, side, f, t, 0.0, value, Q)
+    misfit = _maximum(s, own, P, at, 0.0, value, Q)
     i = COULOMB + side
     surprise = (value[i] - prior[i]) ** 2 / P[i, i]
     # A prior that leaves much unexplained which a wider one explains was too sure of itself. On an
@@ -296,8 +307,8 @@ def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
             for a in range(n):
                 for b in range(n):
                     P[a, b] = C[a, b] + _WIDENING * (P[a, b] - C[a, b])
-            _estimate(s, own, side, f, t, at)
-            again = _maximum(s, own, prior, P, at, side, f, t, 0.0, wider, wider_Q)
+            _estimate(s, own, at)
+            again = _maximum(s, own, P, at, 0.0, wider, wider_Q)
             if again <= _UNEXPLAINED or (not own.taught and again < _EXPLAINED * misfit):
                 misfit = again
                 value[:], Q[:] = wider, wider_Q
@@ -312,7 +323,7 @@ def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
             for i in range(VISCOUS, n):  # one displacement cannot teach both kinds of friction
                 P[i, :] = 0.0
                 P[:, i] = 0.0
-            _maximum(s, own, prior, P, at, side, f, t, _ROUGH, value, Q)
+            _maximum(s, own, P, at, _ROUGH, value, Q)
             for i in range(VISCOUS, n):
                 for j in range(VISCOUS, n):
                     Q[i, j] = own.covariance[i, j]
@@ -328,9 +339,7 @@ def _fit(s: Any, own: Any, side: int, f: float, t: float) -> None:
 @compiled()
 def learn(s: Any, own: Any) -> None:
     """Learn from the last pulse."""
-    f = s.last.levels[0, 0]
-    t = s.last.levels[0, 1] * own.period
-    side = 0 if f > 0.0 else 1
+    side, f, _ = _last_pulse(s, own)
     strength = abs(f)
     if not s.last.moved:
         if strength >= _STRONG * own.limit and own.more + 1.0 < _WIDEST:
@@ -349,7 +358,7 @@ def learn(s: Any, own: Any) -> None:
         return
     if s.last.achieved * f < 0.0:  # another force has moved the axis
         return
-    _fit(s, own, side, f, t)
+    _fit(s, own)
     own.moved_at[side] = min(own.moved_at[side], strength)
     for each in range(2):
         most = HIGHEST * math.exp(own.values[COULOMB + each])

@@ -36,7 +36,6 @@ from stickslip.control.pulses.kernel import (
 from stickslip.control.rest_detection import RestDetection
 from stickslip.numerics.named_fields import fields_at, places
 from stickslip.records import (
-    AxisKind,
     InputError,
     LearnedPulses,
     PulseMethod,
@@ -44,7 +43,6 @@ from stickslip.records import (
     one_of,
     positive,
     quantity_field,
-    unit_of,
     whole,
 )
 
@@ -260,20 +258,16 @@ class PublishedPulseController(PulseController):
         *,
         mass: float,
         coulomb_friction: float,
-        static_friction: float | None = None,
         pulse_effort: float,
         sampling_time: float,
         target: float,
         tolerance: float,
         rest: RestDetection,
-        kind: AxisKind = "linear",
-        gain: float = 1.0,
-        longest_width: float | None = None,
-        max_idle_pulses: int | None = 3,
     ) -> C:
         """Return one whose first guesses follow from mass and friction.
 
-        Van de Wijdeven (2002) B, Eqs. 4 and 16. All but the first three are settings of the class.
+        Van de Wijdeven (2002) B, Eqs. 4 and 16. All but the first two are settings of the class;
+        the others have their defaults (`dataclasses.replace` changes them).
 
         Parameters
         ----------
@@ -281,36 +275,23 @@ class PublishedPulseController(PulseController):
             Moving mass or inertia [kg or kg m^2].
         coulomb_friction
             First guess of it [N or N m].
-        static_friction
-            Effort it takes to break away, if known; the pulses must exceed it [N or N m].
 
         Raises
         ------
         InputError
             If a value is out of its range, or the pulses cannot overcome the friction.
         """
-        unit = unit_of("effort", kind)
-        positive("mass", mass, unit_of("mass", kind))
+        unit = "N or N m"
+        positive("mass", mass, "kg or kg m^2")
         positive("coulomb_friction", coulomb_friction, unit)
         positive("pulse_effort", pulse_effort, unit)
-        limit, name = coulomb_friction, "Coulomb friction"
-        if static_friction is not None:
-            if not static_friction >= coulomb_friction:
-                raise InputError(
-                    "static_below_coulomb",
-                    name="static_friction",
-                    value=static_friction,
-                    coulomb=coulomb_friction,
-                    unit=unit,
-                )
-            limit, name = static_friction, "breakaway (static) friction"
-        if not pulse_effort > limit:
+        if not pulse_effort > coulomb_friction:
             raise InputError(
                 "effort_below_breakaway",
                 name="pulse_effort",
                 value=pulse_effort,
-                limit_name=name,
-                limit=limit,
+                limit_name="Coulomb friction",
+                limit=coulomb_friction,
                 unit=unit,
             )
         return cls(
@@ -320,10 +301,6 @@ class PublishedPulseController(PulseController):
             target=target,
             tolerance=tolerance,
             rest=rest,
-            kind=kind,
-            gain=gain,
-            longest_width=longest_width,
-            max_idle_pulses=max_idle_pulses,
         )
 
     @classmethod
@@ -490,6 +467,7 @@ class PulseAmplitudeWidthController(PublishedPulseController):
 
     Examples
     --------
+    >>> from dataclasses import replace
     >>> from stickslip.control import RestDetection
     >>> from stickslip.friction import CoulombViscousFriction
     >>> from stickslip.plants import SingleMass
@@ -498,8 +476,8 @@ class PulseAmplitudeWidthController(PublishedPulseController):
     ...                                        viscous_friction=700.0)
     >>> controller = PulseAmplitudeWidthController.from_friction(
     ...     mass=150.0, coulomb_friction=80.0, pulse_effort=300.0, sampling_time=0.01,
-    ...     target=0.01, tolerance=2e-5, rest=RestDetection(samples=1, spread=0.0, speed=0.0),
-    ...     longest_width=0.03)
+    ...     target=0.01, tolerance=2e-5, rest=RestDetection(samples=1, spread=0.0, speed=0.0))
+    >>> controller = replace(controller, longest_width=0.03)
     >>> run = simulate_closed_loop(SingleMass(mass=150.0, friction=law), controller,
     ...                            sampling_time=0.01, samples=200)
     >>> controller.outcome(run.controller_state).value

@@ -330,7 +330,7 @@ def _tried(
         return trial if delayed.settled or certain else None
     more, folds = np.column_stack([columns, own]), model.rows.folds
     gains = errors - held_out_errors(more, basis.target, folds)
-    return _scored(term, shape, model, basis, partial, p_value, errors, gains)
+    return _scored(term, shape, model, basis.share(partial), p_value, errors, gains)
 
 
 def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
@@ -358,15 +358,14 @@ def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
     errors = held_out_errors(before.columns(), before.target(), before.rows.folds)
     gains = errors - held_out_errors(delayed.columns(), delayed.target(), delayed.rows.folds)
     p_value = significance(basis, partial, own)
-    return _scored(term, shape, late, basis, partial, p_value, errors, gains)
+    return _scored(term, shape, late, basis.share(partial), p_value, errors, gains)
 
 
 def _scored(
     term: Term,
     shape: Shape,
     model: Model,
-    basis: Basis,
-    partial: Partial,
+    share: float,
     p_value: float,
     errors: Float[np.ndarray, " folds"],
     gains: Float[np.ndarray, " folds"],
@@ -384,7 +383,7 @@ def _scored(
         p_value=min(p_value * term.trials, 1.0),
         gain=float(np.sum(gains)) / total,
         gain_std=float(np.std(gains, ddof=1)) * float(np.sqrt(gains.size)) / total,
-        share=basis.share(partial),
+        share=share,
     )
     return _Trial(term=term, shape=shape, score=score, ratio=smallest_ratio(every))
 

@@ -9,7 +9,14 @@ from typing import Any, ClassVar
 
 from pydantic import model_validator
 
-from stickslip.control import PD, ExactPulseController, Limits, PositionController, RestDetection
+from stickslip.control import (
+    PD,
+    ExactPulseController,
+    Limits,
+    PositionController,
+    RestDetection,
+    SensorErrors,
+)
 from stickslip.presentation.words import prefixed
 from stickslip.records import (
     AxisKind,
@@ -205,9 +212,9 @@ class Controller(Table):
             sampling_time=task.sampling_time,
             places=places,
             duration=task.duration,
-            noise=sensors.position_noise,
-            velocity_noise=sensors.velocity_noise,
-            encoder_step=sensors.encoder_step,
+            sensors=SensorErrors(
+                sensors.position_noise, sensors.velocity_noise, sensors.encoder_step
+            ),
         )
 
     def used(self) -> tuple[str, ...]:

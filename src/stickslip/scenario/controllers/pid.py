@@ -1,5 +1,6 @@
 """``[controller]`` of servos: methods profile, pd, pid, pid-dither and pid-reset."""
 
+from dataclasses import replace
 from typing import Any, ClassVar, Literal
 
 from pydantic import model_validator
@@ -125,14 +126,14 @@ class PIDControl(_Feedback):
     def build(self, setup: Setup, first: FirstGuesses) -> PIDController:
         if self.bandwidth is None:
             return super().build(setup, first)
-        return PIDController.for_mass(
+        shaped = PIDController.for_mass(
             sampling_time=setup.task.sampling_time,
             target=setup.task.all_targets[0],
             mass=first.mass(),
             bandwidth=self.bandwidth,
             effort_limit=self.effort_limit,
-            **self._parts(),
         )
+        return replace(shaped, **self._parts())
 
 
 class PIDDither(PIDControl):

@@ -16,7 +16,7 @@ from stickslip.control import (
 )
 from stickslip.estimation import EnergyEstimator
 from stickslip.plants import SingleMass
-from stickslip.records import AxisKind, LearnedPulses, non_negative, positive, unit_of
+from stickslip.records import AxisKind, InputError, LearnedPulses, non_negative, positive, unit_of
 from stickslip.scenario.axis import DIRECTIONAL
 from stickslip.scenario.controllers.base import (
     LONGEST_WIDTH,
@@ -162,13 +162,20 @@ class _Adaptive(_Pulses):
             gains = {name: learned.values[each] for each, name in self.first_gains.items()}
             return self.controller(**gains, **own, **settings).resumed(learned)
         _check_guess(self, first)
-        begun = self.controller.from_friction(
-            mass=first.mass(),
-            coulomb_friction=first.value("coulomb_friction"),
-            static_friction=first.known("static_friction").get("static_friction"),
-            **settings,
-        )
-        return replace(begun, **own)
+        coulomb = first.value("coulomb_friction")
+        static = first.known("static_friction").get("static_friction", coulomb)
+        if static < coulomb:
+            raise InputError(
+                "static_below_coulomb",
+                name="static_friction",
+                value=static,
+                coulomb=coulomb,
+                unit=unit_of("effort", setup.kind),
+            )
+        names = "pulse_effort", "sampling_time", "target", "tolerance", "rest"
+        needed = {name: settings.pop(name) for name in names}
+        begun = self.controller.from_friction(mass=first.mass(), coulomb_friction=coulomb, **needed)
+        return replace(begun, **own, **settings)
 
 
 class PulseWidth(_Adaptive):

@@ -29,7 +29,7 @@ from stickslip.compiled import compiled
 from stickslip.numerics.named_fields import fields_at
 from stickslip.simulation.kernels.double_double import accumulate
 from stickslip.simulation.kernels.first_root import DEGREE, WORK_SIZE, first_root
-from stickslip.simulation.kernels.single_mass import GRAZING, record_event
+from stickslip.simulation.kernels.single_mass import GRAZING, Sample, record_event
 
 ARM_MODEL = np.dtype(
     [
@@ -261,14 +261,15 @@ def _taylor(
 @compiled()
 def arm_events(
     m: Any, work: Vector, event_time: Vector, event_mode: NDArray[np.int8], count: int,
-    t0: float, mode: int, U: float, y: State,
+    sample: Sample, y: State,
 ) -> tuple[State, int, int, int]:  # fmt: skip
     """Propagate over one sample through every event in it.
 
-    ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
-    as there is room. Returns the state, the mode, the new count and the flags. From an effort or a
-    state that is not finite follows a state of NaN.
+    Events (time, mode after it) are appended at ``count`` as far as there is room. Returns the
+    state, the mode, the new count and the flags. From an effort or a state that is not finite
+    follows a state of NaN.
     """
+    mode, U, t0 = sample
     T, ks, omega = m.sampling_time, m.ks, m.omega
     fc_n, fc_p, fs_n, fs_p = m.fc_n, m.fc_p, m.fs_n, m.fs_p
     sudden = fs_n > fc_n or fs_p > fc_p  # only then is the flow discontinuous at a graze
@@ -394,7 +395,7 @@ def arm_step(
     flags = 0
     if not ok:
         ny, mode, _, flags = arm_events(
-            m, np.empty(WORK_SIZE), np.empty(0), np.empty(0, np.int8), 0, 0.0, mode, U, y
+            m, np.empty(WORK_SIZE), np.empty(0), np.empty(0, np.int8), 0, (mode, U, 0.0), y
         )
     failed = flags & BUDGET_EXCEEDED != 0 or not abs(ny[1]) < math.inf
     new_mode = math.nan if failed else float(mode)
@@ -453,7 +454,7 @@ def arm_run(
                     x1[k], v1[k], x2[k], v2[k] = y[0], y[1], y[4], y[3]
             if k < stop:
                 y, mode, count, flags = arm_events(
-                    m, work, event_time, event_mode, count, k * T, mode, effort[k] - offset, y
+                    m, work, event_time, event_mode, count, (mode, effort[k] - offset, k * T), y
                 )
                 if flags:
                     grazing[k] = flags & GRAZING

@@ -206,8 +206,8 @@ def arm_batch(
                             b = start + min(i, lanes - 1)
                             m = arm_fields(models[b if models.shape[0] > 1 else 0])
                             state, mode, _, flags = arm_events(
-                                m, work, no_time, no_mode, 0, 0.0, modes[i],
-                                u[j, i] - m.offset, _state(y, i),
+                                m, work, no_time, no_mode, 0,
+                                (modes[i], u[j, i] - m.offset, 0.0), _state(y, i),
                             )  # fmt: skip
                             if flags & BUDGET_EXCEEDED:
                                 return b, k0 + j

@@ -26,6 +26,8 @@ from stickslip.simulation.kernels.single_mass import record_event
 
 Vector = NDArray[np.float64]
 Memory = tuple[NDArray[np.float64], Vector, Vector]  # stages of a step, and two states
+Events = tuple[Vector, NDArray[np.int8], float]  # their times and modes; time of the sample's start
+Progress = tuple[float, int, int]  # length of the next step, mode, and count of events
 State = tuple[float, ...]  # (x1, v1, z, v2, x2, length of the next step, mode)
 
 TWO_PI = 2.0 * math.pi
@@ -77,20 +79,21 @@ def _rest(m: Any, y: Vector, time: float) -> None:
 def _speed_after(
     m: Any, s: float, U: float, y: Vector, h: float, work: Vector, new: Vector
 ) -> float:
-    """Return s v after a step of length h, which is left in ``new``."""
+    """Return s v after a step of length h; the state is left in ``new``."""
     rosenbrock_step(m, s, U, y, h, work, new)
     return s * new[1]
 
 
 @compiled()
 def _until_zero(
-    m: Any, s: float, U: float, y: Vector, low: float, high: float, work: Vector, new: Vector
+    m: Any, s: float, U: float, y: Vector, bracket: tuple[float, float], work: Vector, new: Vector
 ) -> float:
-    """Return the length of the step that ends where v is zero: between ``low`` and ``high``.
+    """Return the length of the step that ends where v is zero, in a bracket.
 
     Newton's method on the length of the step, with the bracket kept; the state there is left in
     ``new``.
     """
+    low, high = bracket
     h = high
     speed = _speed_after(m, s, U, y, h, work, new)
     for _ in range(TUNING.iterations):
@@ -127,12 +130,13 @@ def _dip(v0: float, a0: float, v1: float, a1: float, h: float) -> float:
 
 @compiled()
 def _crossing(
-    m: Any, s: float, U: float, y: Vector, h: float, work: Vector, new: Vector, spare: Vector
-) -> float:
+    m: Any, s: float, U: float, y: Vector, h: float, memory: Memory
+) -> float:  # fmt: skip
     """Return how long the step may be until v is zero in it; h if it is nowhere.
 
-    ``new`` holds the state after the step of length h, and after what is returned.
+    ``memory`` holds the state after the step of length h, and after what is returned.
     """
+    work, new, spare = memory
     v0, v1 = s * y[1], s * new[1]
     end = h
     if v1 > 0.0:
@@ -145,13 +149,13 @@ def _crossing(
             return h
         end = t * h
     if v0 > 0.0:
-        return _until_zero(m, s, U, y, 0.0, end, work, new)
+        return _until_zero(m, s, U, y, (0.0, end), work, new)
     # From rest: find where it moves forward, if it does
     low = end
     for _ in range(TUNING.halvings):
         low *= 0.5
         if _speed_after(m, s, U, y, low, work, spare) > 0.0:
-            return _until_zero(m, s, U, y, low, 2.0 * low, work, new)
+            return _until_zero(m, s, U, y, (low, 2.0 * low), work, new)
     return h
 
 
@@ -181,13 +185,14 @@ def _direction(m: Any, U: float, y: Vector, mode: int) -> float:
 
 @compiled()
 def _attempt(
-    m: Any, s: float, U: float, y: Vector, rem: float, h: float, work: Vector, new: Vector
+    m: Any, s: float, U: float, y: Vector, rem: float, h: float, memory: Memory
 ) -> tuple[float, float]:
-    """Try a step of length h or of all that remains; ``new`` holds the state after it.
+    """Try a step of length h or of all that remains; ``memory`` holds the state after it.
 
     Returns its length, 0 if it is not good enough, and the h to try next; that is NaN if there is
     no step, because the motion is too large.
     """
+    work, new, _ = memory
     step = min(h, rem)
     error = rosenbrock_step(m, s, U, y, step, work, new)
     if math.isnan(error):
@@ -208,11 +213,12 @@ def _attempt(
 
 @compiled()
 def _with_stiction(
-    m: Any, U: float, y: Vector, h: float, mode: int, t0: float,
-    event_time: Vector, event_mode: NDArray[np.int8], count: int, memory: Memory,
-) -> tuple[float, int, int, bool]:  # fmt: skip
+    m: Any, U: float, y: Vector, last: Progress, events: Events, memory: Memory
+) -> tuple[float, int, int, bool]:
     """Propagate over one sample with a law that rests, see `_law_sample`."""
-    work, new, spare = memory
+    h, mode, count = last
+    event_time, event_mode, t0 = events
+    new = memory[1]
     t = 0.0
     for _ in range(int(m.budget)):
         rem = m.sampling_time - t
@@ -233,12 +239,12 @@ def _with_stiction(
             count = record_event(event_time, event_mode, count, t0 + t, mode)
             continue
         s = float(mode)
-        step, h = _attempt(m, s, U, y, rem, h, work, new)
+        step, h = _attempt(m, s, U, y, rem, h, memory)
         if math.isnan(h):
             return h, mode, count, True
         if step == 0.0:
             continue
-        taken = _crossing(m, s, U, y, step, work, new, spare)
+        taken = _crossing(m, s, U, y, step, memory)
         y[:] = new
         t += taken
         if taken < step or s * y[1] <= 0.0:
@@ -251,11 +257,12 @@ def _with_stiction(
 
 @compiled()
 def _with_bristles(
-    m: Any, U: float, y: Vector, h: float, mode: int, t0: float,
-    event_time: Vector, event_mode: NDArray[np.int8], count: int, memory: Memory,
-) -> tuple[float, int, int, bool]:  # fmt: skip
+    m: Any, U: float, y: Vector, last: Progress, events: Events, memory: Memory
+) -> tuple[float, int, int, bool]:
     """Propagate over one sample with a law that has bristles, see `_law_sample`."""
-    work, new, spare = memory
+    h, mode, count = last
+    event_time, event_mode, t0 = events
+    new = memory[1]
     significant = TUNING.significant * m.typical_v
     t = 0.0
     turned = False
@@ -266,7 +273,7 @@ def _with_bristles(
         s = _direction(m, U, y, mode)
         if turned:
             s = -s
-        step, after = _attempt(m, s, U, y, rem, h, work, new)
+        step, after = _attempt(m, s, U, y, rem, h, memory)
         if math.isnan(after):
             return after, mode, count, True
         if step == 0.0:
@@ -276,7 +283,7 @@ def _with_bristles(
             if y[1] == 0.0 and s * new[1] < 0.0 and not turned:
                 turned = True  # at rest it was not to be seen which way it would go
                 continue
-            taken = _crossing(m, s, U, y, step, work, new, spare)
+            taken = _crossing(m, s, U, y, step, memory)
         else:
             taken = step
         turned = False
@@ -293,28 +300,23 @@ def _with_bristles(
 
 @compiled()
 def _law_sample(
-    m: Any, U: float, y: Vector, h: float, mode: int, t0: float,
-    event_time: Vector, event_mode: NDArray[np.int8], count: int, memory: Memory,
-) -> tuple[float, int, int, bool]:  # fmt: skip
+    m: Any, U: float, y: Vector, last: Progress, events: Events, memory: Memory
+) -> tuple[float, int, int, bool]:
     """Propagate y = (x1, v1, z, v2, x2) over one sample, in place.
 
-    ``U`` is the effort less the offset, ``h`` the length of the step to try first, ``t0`` the time
-    at the start. The mode is -1, 0 or +1: slipping or resting without bristles; with them, where it
-    last went. Events are appended at ``count``, as far as there is room. Returns the next h, mode
-    and count, and whether the sample was finished within the budget. From what is not finite
-    follows a state of NaN.
+    ``U`` is the effort less the offset. The mode is -1, 0 or +1: slipping or resting without
+    bristles; with them, where it last went. Events are appended as far as there is room. Returns
+    what comes next of ``last``, and whether the sample was finished within the budget. From what is
+    not finite follows a state of NaN.
     """
+    h, mode, count = last
     finite = abs(U) + abs(y[0]) + abs(y[1]) + abs(y[3]) + abs(y[4]) < math.inf
     finished = True
     if finite:
         if m.sigma_0 > 0.0:
-            first, mode, count, finished = _with_bristles(
-                m, U, y, h, mode, t0, event_time, event_mode, count, memory
-            )
+            first, mode, count, finished = _with_bristles(m, U, y, last, events, memory)
         else:
-            first, mode, count, finished = _with_stiction(
-                m, U, y, h, mode, t0, event_time, event_mode, count, memory
-            )
+            first, mode, count, finished = _with_stiction(m, U, y, last, events, memory)
         finite = not math.isnan(first)
         h = first if finite else h
     if not finite:
@@ -338,10 +340,8 @@ def law_step(
     U = math.nan if math.isnan(mode_float) else effort - m.offset
     finished = False
     if abs(U) < math.inf:
-        no_time, no_mode = np.empty(0), np.empty(0, dtype=np.int8)
-        h, mode, _, finished = _law_sample(
-            m, U, y, h, mode, 0.0, no_time, no_mode, 0, _new_memory()
-        )
+        none = np.empty(0), np.empty(0, dtype=np.int8), 0.0
+        h, mode, _, finished = _law_sample(m, U, y, (h, mode, 0), none, _new_memory())
     good = finished and abs(y[0]) + abs(y[1]) + abs(y[3]) + abs(y[4]) < math.inf
     last = (y[0], y[1], y[2], y[3], y[4], h, float(mode) if good else math.nan)
     if m.ks == 0.0:
@@ -377,10 +377,10 @@ def law_run(
             out[2, k], out[3, k] = y[4], y[3]
         if k == effort.size:
             break
+        events = event_time, event_mode, k * m.sampling_time
         h, mode, count, finished = _law_sample(
-            m, effort[k] - m.offset, y, h, mode, k * m.sampling_time, event_time, event_mode,
-            count, memory,
-        )  # fmt: skip
+            m, effort[k] - m.offset, y, (h, mode, count), events, memory
+        )
         if not finished:
             return count, k
     return count, -1
@@ -393,7 +393,7 @@ def law_batch(
 ) -> tuple[int, int]:  # fmt: skip
     """Propagate trajectories ``first`` to ``last`` (exclusive), as `PlantKernels.batch`."""
     memory = _new_memory()
-    no_time, no_mode = np.empty(0), np.empty(0, dtype=np.int8)
+    none = np.empty(0), np.empty(0, dtype=np.int8), 0.0
     for b in range(first, last):
         m = law_fields(models[b if models.shape[0] > 1 else 0])
         effort = efforts[b if efforts.shape[0] > 1 else 0]
@@ -401,7 +401,7 @@ def law_batch(
         h, mode = states[b, 5], int(states[b, 6])
         for k in range(effort.size):
             h, mode, _, finished = _law_sample(
-                m, effort[k] - m.offset, y, h, mode, 0.0, no_time, no_mode, 0, memory
+                m, effort[k] - m.offset, y, (h, mode, 0), none, memory
             )
             if not finished:
                 return b, k

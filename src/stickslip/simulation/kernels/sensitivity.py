@@ -18,6 +18,7 @@ Where and when an event is, the simulator has found: only its list of events is 
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,18 +32,37 @@ _LONGEST = 0.5
 Vector = NDArray[np.float64]
 Matrix = NDArray[np.float64]
 Blocks = NDArray[np.float64]
+Mode = tuple[Matrix, Blocks, float]
+"""Rates, shape (s, s+1), the last column that of F; their derivatives by the first q parameters;
+the fastest of the rates [1/s]."""
+
+
+class Modes(NamedTuple):
+    """What moves the state in the modes -1, 0, +1: rates as of `Mode`, and `sample_matrices`."""
+
+    rates: Blocks
+    slopes: NDArray[np.float64]
+    norms: Vector
+    increments: Blocks
+    increment_slopes: NDArray[np.float64]
+
+
+class Trajectory(NamedTuple):
+    """A motion as simulated: its efforts, y at every sample, shape (s, n+1), and its events."""
+
+    effort: Vector
+    states: Matrix
+    event_time: Vector
+    event_mode: NDArray[np.int8]
 
 
 @compiled()
-def _piece(
-    R: Matrix, dR: Blocks, y: Vector, F: float, S: Matrix, dF: Vector, norm: float, h: float,
-    work: Blocks,
-) -> None:  # fmt: skip
+def _piece(mode: Mode, F: float, dF: Vector, h: float, y: Vector, S: Matrix, work: Blocks) -> None:
     """Carry state and sensitivities over a time h without an event, in place.
 
-    ``R`` are the rates, shape (s, s+1), the last column that of F; ``dR`` their derivatives by the
-    first parameters; ``work`` has shape (2, s, p + 1) and holds one Taylor coefficient of both.
+    ``work`` has shape (2, s, p + 1) and holds one Taylor coefficient of both.
     """
+    R, dR, norm = mode
     s, p = S.shape
     q = dR.shape[0]
     steps = max(math.ceil(norm * h / _LONGEST), 1)
@@ -92,7 +112,7 @@ def sample_matrices(
         y[:], S[:] = 0.0, 0.0
         if j < s:
             y[j] = 1.0
-        _piece(R, dR, y, 1.0 if j == s else 0.0, S, none, norm, T, work)
+        _piece((R, dR, norm), 1.0 if j == s else 0.0, none, T, y, S, work)
         E[:, j], dE[:, :, j] = y, S.T
         if j < s:
             E[j, j] -= 1.0
@@ -114,13 +134,12 @@ def _enter(law: Vector, mode: int, q: int, u: float, dF: Vector) -> float:
 
 
 @compiled()
-def _free(
-    law: Vector, mode: int, q: int, ks: float, y: Vector, S: Matrix, dF: Vector, gain: float
-) -> None:
+def _free(law: Vector, mode: int, ks: float, y: Vector, S: Matrix, dF: Vector, gain: float) -> None:
     """Let the spring free a resting mass within a sample: S_v+ = -a+ dt*/dp.
 
     ``gain`` is 1/m1. The parameters of the rates are (m1, m2, ks, c+, c-).
     """
+    q = S.shape[1] - y.size - FRICTION_COLUMNS
     fs = law[2] if mode > 0 else law[3]
     fc = law[0] if mode > 0 else law[1]
     rate = ks * y[3]  # of the force
@@ -136,19 +155,15 @@ def _free(
 
 @compiled()
 def sensitivity_run(
-    rates: Blocks, slopes: NDArray[np.float64], increments: Blocks,
-    increment_slopes: NDArray[np.float64], norms: Vector, law: Vector, ks: float, T: float,
-    effort: Vector, states: Matrix, event_time: Vector, event_mode: NDArray[np.int8],
-    out: NDArray[np.float64],
-) -> None:  # fmt: skip
+    modes: Modes, law: Vector, ks: float, T: float, motion: Trajectory, out: NDArray[np.float64]
+) -> None:
     """Write dy/dp of every sample of a simulated motion to ``out``, shape (n+1, s, p).
 
-    ``rates``, shape (3, s, s+1), and ``slopes``, their derivatives by the first q parameters, are
-    those of the modes -1, 0, +1; `sample_matrices` makes the increments of them; ``norms`` are the
-    fastest rates [1/s]. ``law`` is (fc+, fc-, fs+, fs-, f0), ``ks`` the stiffness (0 for a single
-    mass), ``states`` y at every sample, shape (s, n+1), with the events as simulated. The
-    parameters are the q of the rates, fc+, fc-, fs+, fs-, f0 and the s initial states.
+    ``law`` is (fc+, fc-, fs+, fs-, f0), ``ks`` the stiffness (0 for a single mass). The parameters
+    are the q of the rates, fc+, fc-, fs+, fs-, f0 and the s initial states.
     """
+    rates, slopes, norms, increments, increment_slopes = modes
+    effort, states, event_time, event_mode = motion
     n = effort.size
     s, q = rates.shape[1], slopes.shape[1]
     p = out.shape[2]
@@ -192,12 +207,13 @@ def sensitivity_run(
             new = int(event_mode[e])
             h = max(event_time[e] - start - passed, 0.0)
             if mode != new or mode != 0:
-                _piece(rates[mode + 1], slopes[mode + 1], y, force, S, dF, norms[mode + 1], h, work)
+                now = rates[mode + 1], slopes[mode + 1], norms[mode + 1]
+                _piece(now, force, dF, h, y, S, work)
                 passed += h
                 y[1] = 0.0
                 if mode == 0:
                     if event_time[e] != start:
-                        _free(law, new, q, ks, y, S, dF, rates[new + 1, 1, s])
+                        _free(law, new, ks, y, S, dF, rates[new + 1, 1, s])
                     force = _enter(law, new, q, effort[k], dF)
                 else:
                     r = rates[mode + 1]
@@ -209,10 +225,8 @@ def sensitivity_run(
                     S[1] *= ratio
                 mode = new
             e += 1
-        _piece(
-            rates[mode + 1], slopes[mode + 1], y, force, S, dF, norms[mode + 1],
-            max(T - passed, 0.0), work,
-        )  # fmt: skip
+        now = rates[mode + 1], slopes[mode + 1], norms[mode + 1]
+        _piece(now, force, dF, max(T - passed, 0.0), y, S, work)
     out[n] = S
     if states[1, n] == 0.0:
         out[n, 1] = 0.0

@@ -43,6 +43,7 @@ GRAZING_TOLERANCE = 1e-10  # of the velocity at the start of a sample
 
 Vector = NDArray[np.float64]
 State = tuple[float, ...]  # (x, v, their low parts, mode)
+Sample = tuple[int, float, float]  # mode, effort less the offset, and time at its start
 
 
 @compiled()
@@ -86,15 +87,17 @@ def _sudden(m: Any) -> bool:
 
 @compiled()
 def _events(
-    p: Any, event_time: Vector, event_mode: NDArray[np.int8], count: int, t0: float,
-    mode: int, U: float, x: float, v: float, xl: float, vl: float,
+    p: Any, event_time: Vector, event_mode: NDArray[np.int8], count: int, sample: Sample,
+    y: tuple[float, float, float, float],
 ) -> tuple[float, float, float, float, int, int, int]:  # fmt: skip
-    """Propagate over one sample in which the mass starts to move, stops or reverses.
+    """Propagate y = (x, v, their low parts) over one sample in which it starts, stops or reverses.
 
-    ``t0`` is the time at its start; events (time, mode after it) are appended at ``count`` as far
-    as there is room. Returns the state, the mode, the new count and the flags. From an effort or a
-    state that is not finite follows a state of NaN.
+    Events (time, mode after it) are appended at ``count`` as far as there is room. Returns the
+    state, the mode, the new count and the flags. From an effort or a state that is not finite
+    follows a state of NaN.
     """
+    mode, U, t0 = sample
+    x, v, xl, vl = y
     if not abs(U) + abs(v) < math.inf:
         return math.nan, math.nan, math.nan, math.nan, mode, count, 0
     T, m = p.sampling_time, p.mass
@@ -166,7 +169,7 @@ def mass_step(model: Vector, state: State, effort: float) -> tuple[State, tuple[
     nx, nv, nxl, nvl, ok = _sample(m, mode, U, x, v, xl, vl)
     if not ok:
         nx, nv, nxl, nvl, mode, _, _ = _events(
-            m, np.empty(0), np.empty(0, dtype=np.int8), 0, 0.0, mode, U, x, v, xl, vl
+            m, np.empty(0), np.empty(0, dtype=np.int8), 0, (mode, U, 0.0), (x, v, xl, vl)
         )
     return (nx, nv, nxl, nvl, float(mode) if abs(nv) < math.inf else math.nan), (nx, nv)
 
@@ -207,7 +210,7 @@ def mass_run(
                 position[k], velocity[k] = x, v
         if k < n:
             x, v, xl, vl, mode, count, flags = _events(
-                m, event_time, event_mode, count, k * T, mode, effort[k] - offset, x, v, xl, vl
+                m, event_time, event_mode, count, (mode, effort[k] - offset, k * T), (x, v, xl, vl)
             )
             if flags:
                 grazing[k] = True
@@ -236,7 +239,7 @@ def mass_batch(
             nx, nv, nxl, nvl, ok = _sample(m, mode, U, x, v, xl, vl)
             if not ok:
                 nx, nv, nxl, nvl, mode, _, _ = _events(
-                    m, no_time, no_mode, 0, 0.0, mode, U, x, v, xl, vl
+                    m, no_time, no_mode, 0, (mode, U, 0.0), (x, v, xl, vl)
                 )
             x, v, xl, vl = nx, nv, nxl, nvl
             due -= 1

@@ -60,21 +60,14 @@ def _stop_time(m: float, c: float, force: float, v: float) -> float:
 
 @compiled()
 def predicted(
-    m: float,
-    x: float,
-    v: float,
-    c: float,
-    f_c: float,
-    o: float,
-    u: float,
-    T: float,
-    F: Float[np.ndarray, "2 5"],
+    m: float, z: Float[np.ndarray, "5"], u: float, T: float, F: Float[np.ndarray, "2 5"]
 ) -> tuple[float, float]:
-    """Return position and velocity after a sample; F gets their derivatives to (x, v, c, f_c, o).
+    """Return position and velocity after a sample from z = (x, v, c, f_c, o); F gets their slopes.
 
     Where the axis stops at t* inside the sample, v(t*) = 0 whatever the state was, so that only the
     place depends on it; if it goes on the other way, dt* / dp = -(dv / dp) / v' comes in as well.
     """
+    x, v, c, f_c, o = z[0], z[1], z[2], z[3], z[4]
     for i in range(2):
         for j in range(5):
             F[i, j] = 0.0

@@ -54,7 +54,7 @@ def _predict(s: Any, f: Any, careful: bool, u: float) -> bool:
         F[0, 0], F[0, 1], F[1, 1] = 1.0, T, 1.0
         x += v * T
     else:
-        x, v = predicted(m, x, v, f.z[2], f.z[3], f.z[4], u, T, F)
+        x, v = predicted(m, f.z, u, T, F)
     f.z[0], f.z[1] = x, v
     moved = np.zeros((2, STATES))
     for i in range(2):
