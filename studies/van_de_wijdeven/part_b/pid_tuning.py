@@ -56,7 +56,7 @@ class PIDTuning:
     def is_possible(self) -> bool:
         """Whether a loop can be shaped so at this sampling time."""
         try:
-            self._shaped(1.0, 0.0, 1.0, None, None)
+            self._shaped(1.0, 0.0, 1.0)
         except InputError:
             return False
         return True

@@ -305,7 +305,7 @@ class PublishedPulseController(PulseController):
 
     @classmethod
     @abstractmethod
-    def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, float]:
+    def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, Any]:
         """Return the first guesses of the method's parameters by field."""
 
     def init(self) -> Float[np.ndarray, " s"]:
@@ -384,7 +384,7 @@ class PulseWidthController(PublishedPulseController):
         one_of("regressor", self.regressor, ("nominal", "applied"))
 
     @classmethod
-    def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, float]:
+    def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, Any]:
         return {"first_gain": f_p * (f_p - f_c) / (2.0 * m * f_c)}
 
     def _initialise(self, own: Any) -> None:
@@ -530,7 +530,7 @@ class PulseAmplitudeWidthController(PublishedPulseController):
         return self.first_gain_2 / self.first_gain_1
 
     @classmethod
-    def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, float]:
+    def _first_gains(cls, m: float, f_c: float, f_p: float) -> dict[str, Any]:
         del f_p
         return {"first_gain_1": 1.0 / (2.0 * m * f_c), "first_gain_2": 1.0 / (2.0 * m)}
 
