@@ -197,3 +197,50 @@ def test_friction_need_not_be_guessed(target: float) -> None:
     side = "positive" if target > 0.0 else "negative"
     found = PRECISE.estimates(run.controller_state)[f"coulomb_friction_{side}"]
     assert found == pytest.approx(100.0, rel=2.0 * FRICTION_LEARNED)
+
+
+FINE = 2e-5  # step of the plant below [s]
+
+
+def pushed_run(controller: PreciseController, force: float, begin: float = 1.0) -> list[float]:
+    """Return the positions of an axis that is pushed for 50 ms, in explicit steps of 20 us."""
+    x = v = 0.0
+    state, positions = controller.init(), [0.0]
+    steps = round(controller.sampling_time / FINE)
+    for k in range(round(3.0 / controller.sampling_time)):
+        seen = 1e-6 * round(x / 1e-6)
+        state, effort = controller.step(state, SensorSample(k * T, seen, nan, nan, nan))
+        assert abs(effort) <= controller.pulses.effort_limit
+        for i in range(steps):
+            time = (k * steps + i) * FINE
+            f = effort + (force if begin <= time < begin + 0.05 else 0.0)
+            slips = abs(v) > 1e-6 or abs(f) > 130.0
+            friction = 100.0 * np.sign(v if abs(v) > 1e-6 else f) + 700.0 * v
+            after = v + FINE * (f - friction) / MASS if slips else 0.0
+            v = 0.0 if after * v < 0.0 else after
+            x += FINE * v
+        positions.append(x)
+    return positions
+
+
+def test_a_push_is_held_and_the_axis_returns_to_its_target() -> None:
+    """Coasting would take the axis from 10 mm to 61 mm: 0.32 m/s, and friction brakes by 0.7 m/s^2.
+
+    Held with the limit from the second sample on, it goes 10 mm.
+    """
+    strong = replace(PRECISE, pulses=replace(PULSES, effort_limit=1500.0))
+    positions = pushed_run(strong, 1200.0)
+    assert max(positions) < 0.03
+    assert positions[99] == pytest.approx(0.01, abs=2e-5)
+    assert positions[-1] == pytest.approx(0.01, abs=2e-5)
+
+
+def test_a_glitch_at_rest_is_no_push() -> None:
+    state = PRECISE.init()
+    x = 0.0
+    for k in range(60):
+        seen = 0.01 if k != 40 else 0.03
+        state, effort = PRECISE.step(
+            state, SensorSample(k * T, seen + (k % 2) * 1e-6 + x, nan, nan, nan)
+        )
+        assert effort == 0.0

@@ -13,11 +13,12 @@ from stickslip.compiled import compiled
 from stickslip.control.base import PositionController
 from stickslip.control.checks import check_class, check_fields
 from stickslip.control.precise import learning as at
-from stickslip.control.precise.learning import SIZE, own_fields, teach
+from stickslip.control.precise.braking import brake, hold, pushed, remember, start_holding
+from stickslip.control.precise.learning import BRAKING, HOLDING, MOVE, SIZE, own_fields, teach
 from stickslip.control.precise.moving import WILD, go_on, shortest, start_move
 from stickslip.control.pulses import exact_kernels
 from stickslip.control.pulses.exact import ExactPulseController
-from stickslip.control.pulses.exact_kernels import HIGHEST, law_of, pulse_for
+from stickslip.control.pulses.exact_kernels import COULOMB, HIGHEST, law_of, pulse_for
 from stickslip.control.pulses.kernel import (
     EXACT,
     MOVING,
@@ -78,7 +79,7 @@ def _hasten(p: Any, s: Any, own: Any) -> None:
     m = math.exp(own.values[0])
     least = math.inf
     for side in range(2):
-        i = exact_kernels.COULOMB + side
+        i = COULOMB + side
         spread = _CERTAIN * math.sqrt(own.covariance[i, i])
         least = min(least, math.exp(own.values[i] - spread))
     n = math.ceil(math.sqrt(2.0 * s.spread * m / least) / p.period) + math.ceil(p.lag)
@@ -99,13 +100,13 @@ def _ended(p: Any, s: Any, own: Any) -> None:
             if own.held[each] == 0.0:
                 own.breakaway[each] = max(own.breakaway[each] * ratio, F)
             own.breakaway[each] = min(max(own.breakaway[each], F), HIGHEST * F)
-            i = exact_kernels.COULOMB + each
+            i = COULOMB + each
             sure = HIGHEST * F * math.exp(_CERTAIN * math.sqrt(own.covariance[i, i]))
             own.moved_at[each] = min(own.moved_at[each], sure)
         p.known = 1 if p.known or at.certain(p) else 0
         p.delay, p.lag = at.delay_of(p.best), at.lag_of(p.best)
         s.delay = p.delay + p.lag
-    own.taught = p.seen
+    own.taught = max(own.taught, p.seen)
     if p.known:
         _hasten(p, s, own)
     wait_for_rest(s)
@@ -128,8 +129,15 @@ def _step(
         p.begun, s.error = 1, s.target - x
         if _moves(p, s, own, abs(s.error)):
             start_move(p, x, s.target, own.values, own.covariance)
+    remember(p, x)
+    m, F = math.exp(own.values[0]), math.exp(min(own.values[COULOMB], own.values[COULOMB + 1]))
+    if p.moving == 0 and s.pending == 0 and pushed(p, m, F):
+        start_holding(p)
+        p.seen = p.wild = p.moves = 0
+        p.last_error = math.inf
     if p.moving == 0:
         if watch(inner, sample):
+            p.brakings = 0
             if s.fresh:
                 exact_kernels.learn(s, own)
                 if p.known:
@@ -141,7 +149,13 @@ def _step(
                 start_move(p, s.rest, s.target, own.values, own.covariance)
         if p.moving == 0:
             return vector, emit(s)
-    u = go_on(p, x, True)
+    u = 0.0
+    if p.moving == MOVE:
+        u = go_on(p, x, True)
+    if p.moving == BRAKING:
+        u = brake(p, m, F)
+    elif p.moving == HOLDING:
+        u = hold(p, m, F)
     if p.moving == 0:
         _ended(p, s, own)
     return vector, u
@@ -156,6 +170,12 @@ def _blind(state: Float[np.ndarray, " s"]) -> tuple[Float[np.ndarray, " s"], flo
         after, u = blind_step(inner)
         inner[:] = after
         return vector, u
+    if p.moving == HOLDING:
+        return vector, 0.0
+    if p.moving == BRAKING:
+        left = p.brake_left > 0
+        p.brake_left -= left
+        return vector, p.brake if left else 0.0
     u = go_on(p, 0.0, False)
     if p.moving == 0:
         _ended(p, head(inner), exact_kernels.own_fields(inner))
@@ -169,7 +189,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
     A way that a pulse would take longer for is gone as a move from rest to rest, with the largest
     effort first and a planned braking. Mass, friction and delay are learned during the move
     (`stickslip.control.precise.learning`), and the feedback plans each sample with them. The pulses
-    of an `ExactPulseController` begin with what it has learned, and correct what is left.
+    of an `ExactPulseController` begin with what it has learned, and correct what is left. An axis
+    that is pushed from its rest is held, and moves to the target again.
 
     The first move begins with the first sample; the axis is taken to be at rest then.
 
@@ -293,8 +314,8 @@ class PreciseController(PositionController[Float[np.ndarray, " s"]]):
         inner = self.pulses.retargeted(state[SIZE:], target)
         vector = np.concatenate([state[:SIZE], inner])
         p = own_fields(vector)
-        p.moves, p.last_error = 0, inf
-        if p.moving:
+        p.moves, p.last_error, p.wild = 0, inf, 0
+        if p.moving == MOVE:
             p.way = (target - p.start) * (-1.0 if p.backward else 1.0)
             p.left, p.longest = 0, p.samples + p.longest
         return vector

@@ -33,6 +33,9 @@ LONGEST_DELAY = (DELAYS - 1) / PER_SAMPLE
 HISTORY = 12  # commands kept, more than the longest delay
 ROWS = 4  # m, F, c, g
 TAUGHT = 3
+PAST = 4  # positions kept
+
+MOVE, BRAKING, HOLDING = 1, 2, 3  # a move; braking after one that no plan explains; a push
 
 OWN_DTYPE = np.dtype(
     [
@@ -48,7 +51,7 @@ OWN_DTYPE = np.dtype(
         ("lag", "f8"),  # samples
         ("most_moves", "i8"),  # to one target
         # What changes
-        ("moving", "i8"),  # 1 during a move
+        ("moving", "i8"),
         ("begun", "i8"),  # 1 after the first sample
         ("moves", "i8"),  # to this target
         ("last_error", "f8"),  # before the last one
@@ -71,6 +74,14 @@ OWN_DTYPE = np.dtype(
         ("p_xv", "f8"),
         ("p_vv", "f8"),
         ("position", "f8"),  # last one, as measured
+        ("past", "f8", (PAST,)),  # the last positions of all, as measured; the latest is the first
+        ("past_count", "i8"),  # of them so far
+        ("brakings", "i8"),  # since the axis was seen at rest
+        ("push", "f8"),  # force that acts beside the effort, as estimated
+        ("speed", "f8"),  # velocity over the last samples
+        ("brake", "f8"),  # effort of the present one
+        ("brake_left", "i8"),  # samples of it
+        ("brake_wait", "i8"),  # samples until it is seen what it has done
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the latest is the first
         ("open", "i8"),  # 1 as long as it moves one way, and its samples teach

@@ -23,8 +23,10 @@ from typing import Any
 
 from stickslip.compiled import compiled
 from stickslip.control.precise.learning import (
+    BRAKING,
     HISTORY,
     LONGEST_DELAY,
+    MOVE,
     PER_SAMPLE,
     TAUGHT,
     acting,
@@ -68,8 +70,8 @@ def shortest(m: float, F: float, limit: float, d: float) -> float:
 @compiled()
 def start_move(p: Any, x: float, target: float, values: Any, covariance: Any) -> None:
     """Begin a move at rest in x."""
-    p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = 1, 0, 0, 0, 0, 0
-    p.seen = p.wild = 0
+    p.moving, p.samples, p.left, p.ending, p.waited, p.quiet = MOVE, 0, 0, 0, 0, 0
+    p.seen = p.wild = p.brakings = 0
     p.moves += 1
     p.start, p.backward = x, (1 if target < x else 0)
     p.way = p.last_error = abs(target - x)
@@ -248,7 +250,7 @@ def _decide(p: Any) -> float:
     T, e = p.period, p.way - x
     m, F, c = model(p)
     if p.samples > p.longest or (p.open == 0 and p.wild > WILD):
-        p.moving = 0
+        p.moving, p.brake_left, p.brake_wait = BRAKING, 0, 0
         return 0.0
     if p.left > 0:
         n = p.left
