@@ -59,7 +59,7 @@ def run(
     json_file
         Also write the results to this file.
     messages
-        Joint states of the bag in topic logs; 2300000 make a file of 1 GB.
+        Joint states of the bag in topic logs; 2900000 make a file of 1 GB.
     """
     console = Console()
     versions = {name: metadata.version(name) for name in ("stickslip", *_COMPARED)}

@@ -28,7 +28,7 @@ _SECONDS_OF_MANY, _GIGABYTES_OF_MANY = 5.0, 1.5
 """Processor time [s] and memory [GB] in which ten million rows are to be read."""
 
 MESSAGES = 100_000
-"""Joint states of the bag; a file of 1 GB has 2.3 million."""
+"""Joint states of the bag; a file of 1 GB has 2.9 million."""
 
 _AT_ONCE = 10_000
 _SHARE_OF_ROSBAGS = 0.5

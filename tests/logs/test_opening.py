@@ -79,6 +79,19 @@ def test_the_only_log_in_an_archive_is_taken(columns, expected, same, tmp_path):
     assert error.quantities["names"] == ["data/run.csv", "data/other.csv"]
 
 
+@pytest.mark.parametrize("name", ["run.csv", "", "..", "data/..", "x" * 5000 + ".csv"])
+def test_names_in_an_archive(name, columns, expected, same, tmp_path):
+    path = tmp_path / "run.zip"
+    with zipfile.ZipFile(path, "w") as archive:
+        archive.writestr("run.csv" if not name else name, text_of(columns))
+        if not name:  # as a damaged archive has it
+            archive.filelist[0].filename = ""
+    if name.endswith(".csv"):
+        same(read_log(path, LINEAR), expected, name=False)
+    else:
+        refused(path, "logs_in_archive")
+
+
 def test_a_file_that_is_made_to_fill_the_disk(tmp_path):
     path = tmp_path / "bomb.csv.gz"
     path.write_bytes(gzip.compress(b"0,0,0\n" * 20_000_000, compresslevel=1))

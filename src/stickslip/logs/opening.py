@@ -55,6 +55,9 @@ the dullest text is compressed less, and a file that is made to fill a disk more
 _MOST_NAMES = 5
 """Files of an archive that a message lists."""
 
+_LONGEST_NAME = 100
+"""Characters at the end of the name of a file in an archive that are kept."""
+
 _BLOCK = 1 << 20
 
 
@@ -182,8 +185,13 @@ def _decompressed(path: Path, ending: str) -> _Opened:
 def _unzipped(path: Path) -> _Opened:
     """Return the log in an archive: its only file, or the only one that has a known ending."""
     with zipfile.ZipFile(path) as archive:
-        members = [each for each in archive.infolist() if not each.is_dir()]
-        members = [each for each in members if not each.filename.startswith("__MACOSX/")]
+        members = [
+            each
+            for each in archive.infolist()
+            if not each.filename.endswith("/")
+            and not each.filename.startswith("__MACOSX/")
+            and PurePosixPath(each.filename).name not in {"", ".."}  # of a damaged archive
+        ]
         known = [each for each in members if Path(each.filename).suffix.lower() in FORMATS]
         chosen = known if len(members) > 1 else members
         if len(chosen) != 1:
@@ -196,7 +204,8 @@ def _unzipped(path: Path) -> _Opened:
         if chosen[0].flag_bits & 1:
             raise InputError("archive_with_password", where=printable(path.name))
         with archive.open(chosen[0]) as stream:
-            return _spooled(stream, PurePosixPath(chosen[0].filename).name, given=path)
+            name = PurePosixPath(chosen[0].filename).name[-_LONGEST_NAME:]
+            return _spooled(stream, name, given=path)
 
 
 def _standard_input() -> _Opened:
