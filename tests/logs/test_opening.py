@@ -83,7 +83,7 @@ def test_the_only_log_in_an_archive_is_taken(columns, expected, same, tmp_path):
 def test_names_in_an_archive(name, columns, expected, same, tmp_path):
     path = tmp_path / "run.zip"
     with zipfile.ZipFile(path, "w") as archive:
-        archive.writestr("run.csv" if not name else name, text_of(columns))
+        archive.writestr(name or "run.csv", text_of(columns))
         if not name:  # as a damaged archive has it
             archive.filelist[0].filename = ""
     if name.endswith(".csv"):
