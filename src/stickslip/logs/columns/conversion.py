@@ -123,7 +123,13 @@ def _part(time: Column, schema: AxisSchema, label: str) -> tuple[slice, list[str
     last = time.size if end is None else int(np.searchsorted(elapsed, end, side="right"))
     if last - first < 2:
         duration = float(elapsed[-1]) if elapsed.size else 0.0
-        raise InputError("range_empty", where=label, start=start, end=end, duration=duration)
+        raise InputError(
+            "range_empty",
+            where=label,
+            start=0.0 if start is None else start,
+            end=duration if end is None else end,
+            duration=duration,
+        )
     return slice(first, last), [
         f"of {elapsed[-1]:.6g} s, {elapsed[first]:.6g} s to {elapsed[last - 1]:.6g} s are read"
     ]
