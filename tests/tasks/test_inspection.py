@@ -70,6 +70,27 @@ def test_a_written_schema_reads_the_same(robot, tmp_path):
         np.testing.assert_array_equal(with_schema[name].measured_position, log.measured_position)
 
 
+@pytest.mark.parametrize(
+    "names",
+    [
+        ("time", "q_0", "dq_0", "tau_0"),
+        ("timestamp", "actual_q_0", "actual_qd_0", "actual_current_0"),
+        ("__time", "elbow/position", "elbow/velocity", "elbow/torque"),
+        ("t [ms]", "position_rev", "velocity_rev_s", "torque_Nm"),
+    ],
+)
+def test_a_written_schema_has_what_names_imply(names, tmp_path):
+    scale = 1e3 if "[ms]" in names[0] else 1.0
+    log = write(tmp_path / "log.csv", dict(zip(names, (TIME * scale, Q, V, U), strict=True)))
+    read, again = (
+        next(iter(read_axes(log, each).values()))
+        for each in (None, write_schema(log, tmp_path / "log.toml", LogSchema()))
+    )
+    assert (read.kind, read.effort_unit) == (again.kind, again.effort_unit)
+    for channel in ("time", "effort", "measured_position"):
+        np.testing.assert_array_equal(getattr(read, channel), getattr(again, channel))
+
+
 def test_a_written_schema_of_one_axis_with_odd_names(tmp_path):
     columns = {"t [s]": TIME, 'motor "A" angle [deg]': np.rad2deg(Q), "torque [Nm]": U}
     log = write(tmp_path / "log.csv", {k.replace('"', ""): v for k, v in columns.items()})

@@ -1,6 +1,7 @@
 """What a log holds and how it would be read, before anything is identified from it."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from jaxtyping import Float
 
 from stickslip.logs import AxisSchema, LogSchema
 from stickslip.logs.columns.assignment import Assignment, assign, one_axis
+from stickslip.logs.columns.channels import axis_kind, bind
 from stickslip.logs.columns.discovery import Discovery, discover
 from stickslip.logs.columns.words import Meaning
 from stickslip.logs.opening import open_log
@@ -130,11 +132,24 @@ def write_schema(log: Path | str, path: Path | str, schema: LogSchema) -> Path:
     """
     table, _, _ = open_log(log, schema.files, "schema")
     assigned = assign(table, schema)
-    axes = {axis: each.schema for axis, each in assigned.items() if each.problem is None}
+    axes = {
+        axis: _with_kind(table, each) for axis, each in assigned.items() if each.problem is None
+    }
     target = Path(path)
     with whole_file(target, what="the schema") as stream:
         stream.write(toml_text(axes, schema.files))
     return target
+
+
+def _with_kind(table: Table, assigned: Assignment) -> AxisSchema:
+    """Return the schema of an axis with its kind: names of columns that are stated imply none."""
+    schema = assigned.schema
+    try:
+        bound = bind(table, schema, assigned.found, "schema")
+        kind, _ = axis_kind(bound.values(), schema.kind, table.label)
+    except InputError:  # to be stated by the user
+        return schema
+    return replace(schema, kind=kind)
 
 
 def _values(table: Table) -> dict[str, Float[np.ndarray, " n"] | None]:
