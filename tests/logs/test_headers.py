@@ -128,7 +128,9 @@ def test_kollmorgen(file, preset):
 def test_moteus(file):
     q, dq, tau = motion(0)
     header = ["time_s", "position_rev", "velocity_rev_s", "torque_Nm", "control_position_rev"]
-    check(read_log(file(header, [TIME, q / TURN, dq / TURN, tau, 0 * q])), 0)
+    log = read_log(file(header, [TIME, q / TURN, dq / TURN, tau, 0 * q]))
+    check(log, 0)
+    np.testing.assert_allclose(log.measured_velocity, dq, atol=1e-8)
 
 
 def test_moteus_telemetry(file):

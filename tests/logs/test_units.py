@@ -107,6 +107,7 @@ def test_any_text_is_a_unit_or_refused(text):
         ("x [wibble]", "x", "wibble"),
         ("x []", "x", None),
         ("time_ms", "time_ms", "ms"),
+        ("vel_rad_s", "vel_rad_s", "rad_s"),
         ("q_m", "q_m", None),
         ("  torque ", "torque", None),
         ("[mm]", "[mm]", None),

@@ -47,7 +47,7 @@ _KNOWN = re.compile(
 )
 _BRACKETED = re.compile(r"(?P<name>.*\S)\s*(?:\[(?P<square>[^][]*)\]|\((?P<round>[^()]*)\))")
 _SUFFIXED = re.compile(
-    r".*(?:[A-Za-z0-9]_(?P<unit>ms|us|ns|[mun]?sec|mm|um|deg|rad|revs?|turns?|counts?|kN|m?Nm|mA|"
+    r".*?(?:[A-Za-z0-9]_(?P<unit>ms|us|ns|[mun]?sec|mm|um|deg|rad|revs?|turns?|counts?|kN|m?Nm|mA|"
     r"rpm|rps|dps|(?:rad|deg|mm|m|revs?|turns?)_s)|[A-Za-z]{3}_(?P<letter>[smNA]))"
 )
 
