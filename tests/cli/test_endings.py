@@ -213,3 +213,14 @@ def test_help(arguments: list[str], words: list[str], run: Run) -> None:
     assert (outcome.code, outcome.err) == (0, "")
     for word in words:
         assert word in outcome.out
+
+
+def test_help_loads_no_numbers() -> None:
+    """NumPy takes longer to load than all else of the help."""
+    code = "import sys; from stickslip.cli import main; main(sys.argv[1:]); print(*sys.modules)"
+    for command in ([], ["identify"], ["inspect"]):
+        done = subprocess.run(
+            [sys.executable, "-c", code, *command, "--help"],
+            capture_output=True, text=True, check=True,
+        )  # fmt: skip
+        assert "numpy" not in done.stdout.splitlines()[-1].split()

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from cyclopts import Parameter
 
@@ -17,10 +17,10 @@ from stickslip.cli.arguments import (
 )
 from stickslip.cli.outputs import ResultFiles
 from stickslip.cli.terminal import axis_progress, working
-from stickslip.records import AxisLog, EffortKind, InputError
 
 if TYPE_CHECKING:
     from stickslip import EstimationTask
+    from stickslip.records import AxisLog, InputError
 
 EXAMPLES = """Examples:
   stickslip identify stage.csv --report stage.html
@@ -111,7 +111,7 @@ def identify(
         ),
     ] = None,
     effort_kind: Annotated[
-        EffortKind | None,
+        Literal["held", "sampled", "mean"] | None,
         wanted(
             help="What a logged effort is, with estimator auto: held from its time stamp to the "
             "next, the value sampled at its time stamp, or the mean since the time stamp before. "
@@ -135,6 +135,8 @@ def identify(
     interval allows for residuals that are correlated. Without a schema obvious columns are found,
     and what was assumed is printed.
     """
+    from stickslip.records import InputError
+
     reading, known = reading or LogReading(), known or KnownAxis()
     robot, weight = robot or RobotJoints(), weight or KnownLoad()
     friction, files = friction or EstimatedFriction(), files or ResultFiles()
@@ -258,6 +260,8 @@ def _other(log: Path, reading: LogReading, robot: RobotJoints) -> "AxisLog | Inp
 
 def _effort_delay(words: list[str]) -> float | dict[str, float] | None:
     """Return the delay of all logs, or of some by name [s], from numbers and ``log=number``."""
+    from stickslip.records import InputError
+
     delays: dict[str, float] = {}
     for word in words:
         log, _, number = word.rpartition("=")

@@ -67,6 +67,14 @@ def test_stamps_since_1601_are_exact_to_100_ns(columns, tmp_path):
     np.testing.assert_allclose(np.diff(loaded["time"]), 0.0100001, rtol=1e-12)
 
 
+def test_a_stamp_that_lost_its_comma_is_a_number(columns, tmp_path):
+    path = tmp_path / "scope.csv"
+    write_twincat(path, columns)
+    path.write_text(path.read_text().replace("\n0,0\t", "\n10123028476644624\t", 1))
+    _, loaded = read(path)
+    assert loaded["time #1"].dtype == np.float64
+
+
 @pytest.mark.parametrize(
     ("old", "new", "place"),
     [

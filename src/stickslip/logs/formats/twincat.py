@@ -176,7 +176,8 @@ def _read(
 def _floats(cells: list[str], column: int, first: int, label: str) -> np.ndarray:
     numbers = [cell.replace(",", ".") for cell in cells]
     try:
-        if numbers and len(numbers[0]) > _EXACT_DIGITS and numbers[0].isdigit():
+        long = bool(numbers) and len(numbers[0]) > _EXACT_DIGITS
+        if long and all(map(str.isdigit, numbers)):
             return np.array([int(number) for number in numbers], dtype=np.int64)
         return np.array(numbers, dtype=np.float64)
     except OverflowError:
