@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from stickslip import AxisSchema, LearnedPulses, LogSchema
+from stickslip import ESTIMATORS, AxisSchema, LearnedPulses, LogSchema
 from stickslip.records import InputError, MissingExtraError
 
 OBJECTS = (
+    ESTIMATORS,
     AxisSchema(kind="linear", position="encoder", units={"position": "mm"}),
     LogSchema(files={"a": "axis.csv"}, axes={"x": AxisSchema(units={"effort": "A"})}),
     LearnedPulses(method="pwc", kind="linear", values={"pulse_gain": 2.5}, covariance=np.eye(1)),
@@ -29,6 +30,10 @@ def test_public_objects_pickle_and_copy(original: Any) -> None:
         assert again is not original
         if isinstance(original, LearnedPulses):
             assert again.to_dict() == original.to_dict()
+        elif original is ESTIMATORS:  # its factories compare by identity
+            assert {n: e.settings for n, e in again.items()} == {
+                n: e.settings for n, e in original.items()
+            }
         elif isinstance(original, Exception):
             assert (str(again), vars(again)) == (str(original), vars(original))
         else:

@@ -24,30 +24,46 @@ class LogReading:
 
     schema: Annotated[
         Path | None,
-        _reading(help="TOML file that says which column is what, in which unit."),
+        _reading(
+            help="TOML file that states columns and units. [default: columns found by their names]"
+        ),
     ] = None
-    axis: Annotated[str | None, _reading(help="Which axis of a log that has several.")] = None
+    axis: Annotated[str | None, _reading(help="Axis of a log that has several.")] = None
     kind: Annotated[
         Literal["linear", "rotary"] | None,
-        _reading(help="Linear (m, N, kg) or rotary (rad, N m, kg m²) axis."),
+        _reading(
+            help="Linear (m, N, kg) or rotary (rad, N m, kg m²) axis. [default: by the units]"
+        ),
     ] = None
     time: Annotated[
         str | None,
-        _column(help='Column of the time stamps, or an expression such as "us / 1e6".'),
+        _column(
+            help='Column of the time stamps, or an expression such as "us / 1e6". [default: found '
+            "by its name]"
+        ),
     ] = None
-    position: Annotated[str | None, _column(help="Column or expression of the position.")] = None
+    position: Annotated[
+        str | None,
+        _column(help="Column or expression of the position. [default: found by its name]"),
+    ] = None
     velocity: Annotated[
-        str | None, _column(help="Column or expression of the velocity, if it was measured.")
+        str | None,
+        _column(help="Column or expression of a measured velocity. [default: found by its name]"),
     ] = None
     effort: Annotated[
         str | None,
-        _column(help='Column or expression of the force or torque, such as "35.15 * vir".'),
+        _column(
+            help='Column or expression of the force or torque, such as "35.15 * vir". [default: '
+            "found by its name]"
+        ),
     ] = None
     load_position: Annotated[
-        str | None, _column(help="Position of the second mass of a flexible arm.")
+        str | None,
+        _column(help="Position of the second mass of a flexible arm. [default: found by its name]"),
     ] = None
     load_velocity: Annotated[
-        str | None, _column(help="Velocity of the second mass of a flexible arm.")
+        str | None,
+        _column(help="Velocity of the second mass of a flexible arm. [default: found by its name]"),
     ] = None
     sampling_time: Annotated[
         float | None, _reading(help="Sampling time in s, of a log without time stamps.")
@@ -83,16 +99,24 @@ class LogReading:
     start_time: Annotated[
         float | None,
         _reading(
-            name="--from", help="Time from which on the log is read, in s from its beginning."
+            name="--from",
+            help="Time from which on the log is read, in s from its beginning. [default: 0]",
         ),
     ] = None
     end_time: Annotated[
         float | None,
-        _reading(name="--to", help="Time up to which the log is read, in s from its beginning."),
+        _reading(
+            name="--to",
+            help="Time up to which the log is read, in s from its beginning. [default: its end]",
+        ),
     ] = None
     unit: Annotated[
         list[str] | None,
-        _reading(negative="", help="Unit of a channel, as in --unit position=mm; may be repeated."),
+        _reading(
+            negative="",
+            help="Unit of a channel, as in --unit position=mm; may be repeated. [default: that of "
+            "the header, or the SI unit]",
+        ),
     ] = None
 
     def inputs(self, log: Path) -> list[Path]:

@@ -55,7 +55,8 @@ def excite(
         float | None,
         _axis(
             name=("--load-inertia", "--load-mass"),
-            help="Inertia in kg m² or mass in kg of a flexible arm's load side.",
+            help="Inertia in kg m² or mass in kg of a flexible arm's load side. [default: a rigid "
+            "axis]",
         ),
     ] = None,
     stiffness: Annotated[
@@ -63,10 +64,12 @@ def excite(
         _axis(help="Of a flexible arm's spring, in N/m or N m/rad."),
     ] = None,
     effort_limit: Annotated[float, _limits(help="Largest effort, in N or N m.")],
-    speed_limit: Annotated[float | None, _limits(help="Largest speed, in m/s or rad/s.")] = None,
+    speed_limit: Annotated[
+        float | None, _limits(help="Largest speed, in m/s or rad/s. [default: no limit]")
+    ] = None,
     travel_limit: Annotated[
         float | None,
-        _limits(help="Largest distance from the start, in m or rad."),
+        _limits(help="Largest distance from the start, in m or rad. [default: no limit]"),
     ] = None,
     position_noise: Annotated[
         float, _sensors(help="Standard deviation of the positions, in m or rad.")

@@ -4,17 +4,13 @@
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from functools import partial
-from types import MappingProxyType
-from typing import TYPE_CHECKING
+from importlib import import_module
+from typing import Any
 
 from stickslip.estimation.base import EstimationTask, Estimator
-from stickslip.records import AxisKind, InputError, mass_name
-
-if TYPE_CHECKING:
-    from stickslip.estimation.energy.estimator import EnergyEstimator
-    from stickslip.estimation.regression.idim import IdimLeastSquares
+from stickslip.records import AxisKind, InputError, ReadOnlyMapping, mass_name
 
 __all__ = ["ESTIMATORS", "EstimatorEntry", "entry_of"]
 
@@ -140,14 +136,6 @@ def entry_of(name: str) -> EstimatorEntry:
     return entry
 
 
-def _known_inertia(task: EstimationTask) -> float:
-    """Return the inertia of a task that was checked to hold one."""
-    if task.inertia is None:
-        message = "the entry of the estimator lacks needs_inertia"
-        raise ValueError(message)
-    return task.inertia
-
-
 def _those(applies: Callable[[EstimatorEntry], bool]) -> list[str]:
     """Return the names of the estimators that a remedy can point to."""
     return [name for name, entry in ESTIMATORS.items() if applies(entry)]
@@ -177,137 +165,42 @@ def _selected(task: EstimationTask) -> Estimator:
     )
 
 
-def _energy(task: EstimationTask) -> "EnergyEstimator":
-    from stickslip.estimation.energy.estimator import EnergyEstimator
+def _made(module: str, name: str, task: EstimationTask, **settings: Any) -> Any:
+    """Return an estimator of a class by its name, with the settings of a task that it has.
 
-    return EnergyEstimator(
-        inertia=task.inertia,
-        load_inertia=task.load_inertia,
-        stiffness=task.stiffness,
-        per_direction=task.per_direction,
-        offset=task.offset,
-        cutoff=task.cutoff,
-    )
+    Its module is imported only here.
+    """
+    cls = getattr(import_module(f"stickslip.estimation.{module}"), name)
+    own = {each.name for each in fields(cls)} - {"stribeck"}  # in the classes a velocity
+    values = {each.name: getattr(task, each.name) for each in fields(task) if each.name in own}
+    given = {key: value for key, value in values.items() if value != getattr(_DEFAULT, key)}
+    return cls(**given | settings)
 
 
-def _stribeck_energy(task: EstimationTask) -> Estimator:
+_energy = partial(_made, "energy.estimator", "EnergyEstimator")
+_idim = partial(_made, "regression.idim", "IdimLeastSquares")
+
+
+def _stribeck(method: Callable[[EstimationTask], Any], task: EstimationTask) -> Estimator:
     from stickslip.estimation.regression.stribeck import StribeckEstimator
 
-    return StribeckEstimator(method=_energy(task))
-
-
-def _published_energy(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.energy.published.estimator import PublishedEnergyEstimator
-
-    factor, variance = task.forgetting_factor, task.initial_variance
-    return PublishedEnergyEstimator(
-        inertia=_known_inertia(task),
-        load_inertia=task.load_inertia,
-        stiffness=task.stiffness,
-        cutoff=task.cutoff,
-        forgetting_factor=1.0 if factor is None else factor,
-        initial_variance=1e3 if variance is None else variance,
-    )
+    return StribeckEstimator(method=method(task))
 
 
 def _maximum_likelihood(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.likelihood import MaximumLikelihoodEstimator
-
     guess = None
     if task.flexible and task.inertia is None:
         if task.inertia_guess is None:
             raise InputError("likelihood_needs_mass")
         guess = {"mass": task.inertia_guess, "inertia": task.inertia_guess}
-    return MaximumLikelihoodEstimator(
-        inertia=task.inertia,
-        load_inertia=task.load_inertia,
-        stiffness=task.stiffness,
-        per_direction=task.per_direction,
-        offset=task.offset,
-        largest_delay=task.largest_delay,
-        initial_values=guess,
-    )
+    return _made("likelihood", "MaximumLikelihoodEstimator", task, initial_values=guess)
 
 
-def _process_noise_likelihood(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.likelihood.process_noise import ProcessNoiseLikelihoodEstimator
-
-    return ProcessNoiseLikelihoodEstimator(
-        inertia=task.inertia,
-        per_direction=task.per_direction,
-        offset=task.offset,
-        largest_delay=task.largest_delay,
-    )
+def _observer(module: str, name: str, task: EstimationTask, **settings: bool) -> Estimator:
+    return _made(f"online.{module}", name, task, offset=task.has_offset, **settings)
 
 
-def _idim_least_squares(task: EstimationTask) -> "IdimLeastSquares":
-    from stickslip.estimation.regression.idim import IdimLeastSquares
-
-    return IdimLeastSquares(
-        inertia=task.inertia,
-        per_direction=task.per_direction,
-        offset=task.offset,
-        cutoff=task.cutoff,
-    )
-
-
-def _stribeck_idim(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.regression.stribeck import StribeckEstimator
-
-    return StribeckEstimator(method=_idim_least_squares(task))
-
-
-def _idim_instrumental(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.regression.idim import IdimInstrumentalVariables
-
-    return IdimInstrumentalVariables(
-        inertia=task.inertia,
-        per_direction=task.per_direction,
-        offset=task.offset,
-        cutoff=task.cutoff,
-    )
-
-
-def _free_decay(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.regression.free_decay import FreeDecayEstimator
-
-    return FreeDecayEstimator(inertia=_known_inertia(task))
-
-
-def _kalman(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.kalman.extended_kalman import ExtendedKalmanFilter
-
-    return ExtendedKalmanFilter(inertia=_known_inertia(task), offset=task.has_offset)
-
-
-def _recursive_least_squares(task: EstimationTask) -> Estimator:
-    from stickslip.estimation.online.observers.least_squares_observer import LeastSquaresObserver
-
-    return LeastSquaresObserver(
-        inertia=task.inertia,
-        stiffness=task.stiffness,
-        offset=task.has_offset,
-        cutoff=task.cutoff,
-    )
-
-
-def _adaptive(name: str, **settings: bool) -> Callable[[EstimationTask], Estimator]:
-    """Return the factory of an adaptive observer."""
-
-    def build(task: EstimationTask) -> Estimator:
-        from stickslip.estimation.online.observers import adaptive_observers
-
-        return getattr(adaptive_observers, name)(
-            inertia=_known_inertia(task),
-            stiffness=task.stiffness,
-            offset=task.has_offset,
-            cutoff=task.cutoff,
-            **settings,
-        )
-
-    return build
-
-
+_adaptive = partial(_observer, "observers.adaptive_observers")
 _observer_entry = partial(
     EstimatorEntry,
     settings=frozenset({"offset", "cutoff"}),
@@ -344,14 +237,14 @@ _ENTRIES = (
     EstimatorEntry(
         name="maximum-likelihood-process-noise",
         summary="greatest likelihood under noise of the effort, of the sensors and of forces",
-        build=_process_noise_likelihood,
+        build=partial(_made, "likelihood.process_noise", "ProcessNoiseLikelihoodEstimator"),
         settings=frozenset({"offset", "largest_delay"}),
         rigid_only=True,
     ),
     EstimatorEntry(
         name="idim-ls",
         summary="inverse dynamic model by least squares",
-        build=_idim_least_squares,
+        build=_idim,
         settings=frozenset({"offset", "cutoff"}),
         rigid_only=True,
         with_stribeck="stribeck-idim-ls",
@@ -359,21 +252,21 @@ _ENTRIES = (
     EstimatorEntry(
         name="idim-iv",
         summary="inverse dynamic model by instrumental variables",
-        build=_idim_instrumental,
+        build=partial(_made, "regression.idim", "IdimInstrumentalVariables"),
         settings=frozenset({"offset", "cutoff"}),
         rigid_only=True,
     ),
     EstimatorEntry(
         name="stribeck-energy",
         summary="energy balance with static friction and Stribeck velocity",
-        build=_stribeck_energy,
+        build=partial(_stribeck, _energy),
         settings=frozenset({"offset", "cutoff", "stribeck"}),
         with_stribeck="stribeck-energy",
     ),
     EstimatorEntry(
         name="stribeck-idim-ls",
         summary="inverse dynamic model with static friction and Stribeck velocity",
-        build=_stribeck_idim,
+        build=partial(_stribeck, _idim),
         settings=frozenset({"offset", "cutoff", "stribeck"}),
         rigid_only=True,
         with_stribeck="stribeck-idim-ls",
@@ -381,7 +274,7 @@ _ENTRIES = (
     EstimatorEntry(
         name="ekf",
         summary="extended Kalman filter with exact stops and breakaways",
-        build=_kalman,
+        build=partial(_observer, "kalman.extended_kalman", "ExtendedKalmanFilter"),
         settings=frozenset({"offset"}),
         needs_inertia=True,
         rigid_only=True,
@@ -391,7 +284,7 @@ _ENTRIES = (
     EstimatorEntry(
         name="rls",
         summary="recursive least squares on the friction force",
-        build=_recursive_least_squares,
+        build=partial(_observer, "observers.least_squares_observer", "LeastSquaresObserver"),
         settings=frozenset({"offset", "cutoff"}),
         symmetric_only=True,
         online=True,
@@ -399,27 +292,27 @@ _ENTRIES = (
     _observer_entry(
         name="friedland-park",
         summary="reduced-order observer of Friedland and Park",
-        build=_adaptive("FriedlandParkObserver", viscous=True),
+        build=partial(_adaptive, "FriedlandParkObserver", viscous=True),
     ),
     _observer_entry(
         name="yazdizadeh-khorasani",
         summary="adaptive observer of Yazdizadeh and Khorasani",
-        build=_adaptive("YazdizadehKhorasaniObserver", viscous=True),
+        build=partial(_adaptive, "YazdizadehKhorasaniObserver", viscous=True),
     ),
     _observer_entry(
         name="liao-chien",
         summary="adaptive observer of Liao and Chien",
-        build=_adaptive("LiaoChienObserver", viscous=True),
+        build=partial(_adaptive, "LiaoChienObserver", viscous=True),
     ),
     _observer_entry(
         name="gradient",
         summary="gradient descent on the prediction error (Slotine and Li)",
-        build=_adaptive("GradientEstimator"),
+        build=partial(_adaptive, "GradientEstimator"),
     ),
     EstimatorEntry(
         name="published-energy",
         summary="energy balance as published by van de Wijdeven (2002)",
-        build=_published_energy,
+        build=partial(_made, "energy.published.estimator", "PublishedEnergyEstimator"),
         settings=frozenset({"cutoff", "forgetting_factor", "initial_variance"}),
         needs_inertia=True,
         symmetric_only=True,
@@ -428,12 +321,12 @@ _ENTRIES = (
     EstimatorEntry(
         name="free-decay",
         summary="decaying extremes of a free oscillation at the end of the log",
-        build=_free_decay,
+        build=partial(_made, "regression.free_decay", "FreeDecayEstimator"),
         needs_inertia=True,
         rigid_only=True,
         symmetric_only=True,
     ),
 )
 
-ESTIMATORS: Mapping[str, EstimatorEntry] = MappingProxyType({e.name: e for e in _ENTRIES})
+ESTIMATORS: Mapping[str, EstimatorEntry] = ReadOnlyMapping({e.name: e for e in _ENTRIES})
 """Every estimator by its name, in the order of tables."""

@@ -20,6 +20,7 @@ from jaxtyping import Float, Int
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.numerics.held_step import held_step
 from stickslip.plants import FlexibleArm
 
 _SHORT = 0.5  # (w + c/m1) h of a step: its Taylor series converges at once, v1 bends at most once
@@ -44,16 +45,12 @@ NO_LOSSES = LoadLosses()
 @lru_cache(maxsize=256)
 def _step_matrix(constants: Constants, h: float) -> Float[np.ndarray, "4 6"]:
     """Return [A_d B_d] of a step h under zero-order hold, of forces on mass 1 and on mass 2."""
-    from scipy.linalg import expm
-
     m1, m2, ks, c, d, c2 = constants
-    M = np.zeros((6, 6))
+    M = np.zeros((4, 6))
     M[0, 1] = M[2, 3] = h
     M[1] = np.array([-ks, -c - d, ks, d, 1.0, 0.0]) * (h / m1)
     M[3] = np.array([ks, d, -ks, -d - c2, 0.0, 1.0]) * (h / m2)
-    matrix: Float[np.ndarray, "4 6"] = np.ascontiguousarray(expm(M)[:4])
-    matrix.flags.writeable = False
-    return matrix
+    return held_step(M)
 
 
 @compiled()
@@ -330,13 +327,10 @@ def _constants(arm: FlexibleArm, viscous_friction: float, losses: LoadLosses) ->
 
 @lru_cache(maxsize=256)
 def _resting_matrix(frequency: float, damping: float, step: float) -> Float[np.ndarray, "2 3"]:
-    from scipy.linalg import expm
-
-    M = np.zeros((3, 3))
+    M = np.zeros((2, 3))
     M[0, 1] = step
     M[1] = -(frequency**2) * step, -damping * step, step
-    matrix: Float[np.ndarray, "2 3"] = expm(M)[:2]
-    return matrix
+    return held_step(M)
 
 
 def resting_motion(

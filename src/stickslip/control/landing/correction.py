@@ -21,6 +21,7 @@ from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
 from stickslip.control.landing.drive_fit import DriveFit
+from stickslip.numerics.held_step import held_step
 from stickslip.planning import LoadLosses, PulseSeries
 from stickslip.plants import FlexibleArm
 
@@ -45,21 +46,15 @@ def _matrices(
 
     Of the state (x1, v1/w, x2, v2/w), with d and c over m2.
     """
-    from scipy.linalg import expm
-
-    found: list[Float[np.ndarray, "4 6"]] = []
-    for slips in (True, False):
-        M = np.zeros((6, 6))
-        if slips:
-            M[0, 1], M[1, 4] = w, 1.0 / w
-        M[2, 3] = w
-        M[3] = w, d, -w, -d - c, 0.0, 1.0 / w
-        step: Float[np.ndarray, "4 6"] = np.ascontiguousarray(expm(M * T)[:4])
-        if not slips:
-            step[1] = 0.0
-        step.flags.writeable = False
-        found.append(step)
-    return found[0], found[1]
+    rests = np.zeros((4, 6))
+    rests[2, 3] = w
+    rests[3] = w, d, -w, -d - c, 0.0, 1.0 / w
+    slips = rests.copy()
+    slips[0, 1], slips[1, 4] = w, 1.0 / w
+    resting = held_step(rests, T).copy()
+    resting[1] = 0.0
+    resting.flags.writeable = False
+    return held_step(slips, T), resting
 
 
 @compiled()

@@ -108,6 +108,7 @@ def _online_structs(parameters: int) -> dict[str, tuple[Any, Any, str]]:
     return {
         "errors": _variable(admission, "_ERRORS"),
         "mass": _variable(admission, "_MASS"),
+        "admitted": _variable(admission, "_SAMPLE"),
         "admission": _variable(admission, "ADMISSION_DTYPE"),
         "information": (kept["snapshots"].base, batches.batches_dtype, ""),
         "batches": (kept, batches.batches_dtype, ""),

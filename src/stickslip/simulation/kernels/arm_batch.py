@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from stickslip.compiled import compiled
+from stickslip.numerics.named_fields import fields_at, places
 from stickslip.simulation.kernels.arm import (
     BUDGET_EXCEEDED,
     State,
@@ -26,14 +27,28 @@ from stickslip.simulation.kernels.first_root import WORK_SIZE
 BATCH_BLOCK = 64  # samples between renewals of the energy bound
 LANES = 16  # trajectories propagated in lockstep
 
-# Rows of the lockstep table t, one number a lane in each: increments of the lane's mode (high and
-# low parts), and:
-_F0 = 40  # F = U - F0
-_PV, _PD, _PU = 41, 42, 43  # the tested quantity p = PV v1 + PD d + PU U
-_MIN, _MAX = 44, 45  # its bounds at both ends of a sample
-_OFFSET = 46
-_PASSED = 47
-_ROWS = 48
+_EACH = ("f8", (LANES,))
+_STATES = np.dtype(
+    [(name, *_EACH) for name in ("x", "v", "d", "w", "z", "xl", "vl", "dl", "wl", "zl")]
+)
+_LOCKSTEP = np.dtype(
+    [
+        # Increments of the lane's mode, as `increments` gives them
+        ("high", "f8", (20, LANES)),
+        ("low", "f8", (20, LANES)),
+        ("f0", *_EACH),  # F = U - f0
+        # The tested quantity p = pv v1 + pd d + pu U, and its bounds at both ends of a sample
+        ("pv", *_EACH),
+        ("pd", *_EACH),
+        ("pu", *_EACH),
+        ("lowest", *_EACH),
+        ("highest", *_EACH),
+        ("offset", *_EACH),
+        ("passed", *_EACH),  # 1 if the lane had no event in the last sample
+    ]
+)
+_lanes, _table = fields_at(_STATES), fields_at(_LOCKSTEP)
+_TABLE_SIZE = places(_LOCKSTEP)
 
 
 @compiled()
@@ -45,74 +60,77 @@ def _aligned(size: int) -> Vector:
 
 
 @compiled()
-def _enter(t: Vector, i: int, m: Any, mode: int) -> None:
+def _enter(table: Vector, i: int, m: Any, mode: int) -> None:
     """Prepare lane i for samples in a mode."""
+    t = _table(table)
     low_part = 1.0 if m.fine != 0.0 else 0.0
     for j in range(20):
-        t[j * LANES + i] = m.high[mode + 1, j]
-        t[(20 + j) * LANES + i] = low_part * m.low[mode + 1, j]
-    t[_OFFSET * LANES + i] = m.offset
-    t[_F0 * LANES + i] = m.fc_p if mode > 0 else (-m.fc_n if mode < 0 else 0.0)
-    t[_PV * LANES + i] = float(mode)
-    t[_PD * LANES + i] = -m.ks if mode == 0 else 0.0
-    t[_PU * LANES + i] = 1.0 if mode == 0 else 0.0
+        t.high[j, i] = m.high[mode + 1, j]
+        t.low[j, i] = low_part * m.low[mode + 1, j]
+    t.offset[i] = m.offset
+    t.f0[i] = m.fc_p if mode > 0 else (-m.fc_n if mode < 0 else 0.0)
+    t.pv[i] = float(mode)
+    t.pd[i] = -m.ks if mode == 0 else 0.0
+    t.pu[i] = 1.0 if mode == 0 else 0.0
 
 
 @compiled()
-def _bound(t: Vector, i: int, m: Any, mode: int, R: float, u_max: float) -> None:
+def _bound(table: Vector, i: int, m: Any, mode: int, R: float, u_max: float) -> None:
     """Renew the bounds of lane i; R and u_max hold for the block of samples to come."""
+    t = _table(table)
     if mode == 0:
         margin = stick_margin(m, R, u_max)
-        t[_MIN * LANES + i], t[_MAX * LANES + i] = margin - m.fs_n, m.fs_p - margin
+        t.lowest[i], t.highest[i] = margin - m.fs_n, m.fs_p - margin
     else:
-        t[_MIN * LANES + i], t[_MAX * LANES + i] = slip_threshold(m, R, u_max), np.inf
+        t.lowest[i], t.highest[i] = slip_threshold(m, R, u_max), np.inf
 
 
 @compiled(inline=True)
-def _lockstep(y: Vector, new: Vector, t: Vector, u: Vector, k: int, fine: bool) -> int:
+def _lockstep(
+    state: Vector, following: Vector, table: Vector, u: Vector, k: int, fine: bool
+) -> int:
     """Propagate all lanes over one sample without events; return how many may have had one.
 
     The loop over the lanes has no branch in it, so that it becomes vector instructions. Sums are
     taken in the order of `slip` and `rest`, so that lanes and single runs agree to the last bit.
     """
-    L = LANES
+    y, new, t = _lanes(state), _lanes(following), _table(table)
     failed = 0
     for i in range(LANES):
-        x, v, d, w, z = y[i], y[L + i], y[2 * L + i], y[3 * L + i], y[4 * L + i]
-        xl, vl, dl, wl, zl = y[5 * L + i], y[6 * L + i], y[7 * L + i], y[8 * L + i], y[9 * L + i]
-        U = u[k, i] - t[_OFFSET * L + i]
-        F = U - t[_F0 * L + i]
-        dx = (t[0 * L + i] * v + t[3 * L + i] * F) + (t[1 * L + i] * d + t[2 * L + i] * w)
-        dv = (t[4 * L + i] * v + t[7 * L + i] * F) + (t[5 * L + i] * d + t[6 * L + i] * w)
-        dd = (t[8 * L + i] * v + t[11 * L + i] * F) + (t[9 * L + i] * d + t[10 * L + i] * w)
-        dw = (t[12 * L + i] * v + t[15 * L + i] * F) + (t[13 * L + i] * d + t[14 * L + i] * w)
-        dz = (t[16 * L + i] * v + t[19 * L + i] * F) + (t[17 * L + i] * d + t[18 * L + i] * w)
+        x, v, d, w, z = y.x[i], y.v[i], y.d[i], y.w[i], y.z[i]
+        xl, vl, dl, wl, zl = y.xl[i], y.vl[i], y.dl[i], y.wl[i], y.zl[i]
+        U = u[k, i] - t.offset[i]
+        F = U - t.f0[i]
+        dx = (t.high[0, i] * v + t.high[3, i] * F) + (t.high[1, i] * d + t.high[2, i] * w)
+        dv = (t.high[4, i] * v + t.high[7, i] * F) + (t.high[5, i] * d + t.high[6, i] * w)
+        dd = (t.high[8, i] * v + t.high[11, i] * F) + (t.high[9, i] * d + t.high[10, i] * w)
+        dw = (t.high[12, i] * v + t.high[15, i] * F) + (t.high[13, i] * d + t.high[14, i] * w)
+        dz = (t.high[16, i] * v + t.high[19, i] * F) + (t.high[17, i] * d + t.high[18, i] * w)
         if fine:
-            dx += (t[20 * L + i] * v + t[23 * L + i] * F) + (t[21 * L + i] * d + t[22 * L + i] * w)
-            dv += (t[24 * L + i] * v + t[27 * L + i] * F) + (t[25 * L + i] * d + t[26 * L + i] * w)
-            dd += (t[28 * L + i] * v + t[31 * L + i] * F) + (t[29 * L + i] * d + t[30 * L + i] * w)
-            dw += (t[32 * L + i] * v + t[35 * L + i] * F) + (t[33 * L + i] * d + t[34 * L + i] * w)
-            dz += (t[36 * L + i] * v + t[39 * L + i] * F) + (t[37 * L + i] * d + t[38 * L + i] * w)
+            dx += (t.low[0, i] * v + t.low[3, i] * F) + (t.low[1, i] * d + t.low[2, i] * w)
+            dv += (t.low[4, i] * v + t.low[7, i] * F) + (t.low[5, i] * d + t.low[6, i] * w)
+            dd += (t.low[8, i] * v + t.low[11, i] * F) + (t.low[9, i] * d + t.low[10, i] * w)
+            dw += (t.low[12, i] * v + t.low[15, i] * F) + (t.low[13, i] * d + t.low[14, i] * w)
+            dz += (t.low[16, i] * v + t.low[19, i] * F) + (t.low[17, i] * d + t.low[18, i] * w)
         nx, nxl = accumulate(x, xl, dx)
         nv, nvl = accumulate(v, vl, dv)
         nd, ndl = accumulate(d, dl, dd)
         nw, nwl = accumulate(w, wl, dw)
         nz, nzl = accumulate(z, zl, dz)
-        p0 = t[_PV * L + i] * v + (t[_PD * L + i] * d + t[_PU * L + i] * U)
-        p1 = t[_PV * L + i] * nv + (t[_PD * L + i] * nd + t[_PU * L + i] * U)
-        low, high = t[_MIN * L + i], t[_MAX * L + i]
+        p0 = t.pv[i] * v + (t.pd[i] * d + t.pu[i] * U)
+        p1 = t.pv[i] * nv + (t.pd[i] * nd + t.pu[i] * U)
+        low, high = t.lowest[i], t.highest[i]
         passed = (p0 >= low) & (p0 <= high) & (p1 >= low) & (p1 <= high)
         failed += 0 if passed else 1
-        t[_PASSED * L + i] = 1.0 if passed else 0.0
-        new[i], new[L + i], new[2 * L + i], new[3 * L + i], new[4 * L + i] = nx, nv, nd, nw, nz
-        new[5 * L + i], new[6 * L + i], new[7 * L + i] = nxl, nvl, ndl
-        new[8 * L + i], new[9 * L + i] = nwl, nzl
+        t.passed[i] = 1.0 if passed else 0.0
+        new.x[i], new.v[i], new.d[i], new.w[i], new.z[i] = nx, nv, nd, nw, nz
+        new.xl[i], new.vl[i], new.dl[i], new.wl[i], new.zl[i] = nxl, nvl, ndl, nwl, nzl
     return failed
 
 
 @compiled()
 def _advance(
-    y: Vector, new: Vector, t: Vector, u: Vector, k: int, stop: int, fine: bool
+    y: Vector, new: Vector, table: Vector, u: Vector, k: int, stop: int, fine: bool
 ) -> tuple[int, bool, bool]:
     """Propagate all lanes from sample k until one of them may have an event, or to ``stop``.
 
@@ -121,24 +139,23 @@ def _advance(
     are in ``y``, for the lanes without an event).
     """
     while k < stop:
-        if _lockstep(y, new, t, u, k, fine) > 0:
+        if _lockstep(y, new, table, u, k, fine) > 0:
             return k, False, False
         k += 1
         if k == stop:
             return k, True, True
-        if _lockstep(new, y, t, u, k, fine) > 0:
+        if _lockstep(new, y, table, u, k, fine) > 0:
             return k, False, True
         k += 1
     return k, True, False
 
 
 @compiled()
-def _state(y: Vector, i: int) -> State:
+def _state(state: Vector, i: int) -> State:
     """Return lane i's state."""
-    L = LANES
+    y = _lanes(state)
     return (
-        y[i], y[i + L], y[i + 2 * L], y[i + 3 * L], y[i + 4 * L],
-        y[i + 5 * L], y[i + 6 * L], y[i + 7 * L], y[i + 8 * L], y[i + 9 * L],
+        y.x[i], y.v[i], y.d[i], y.w[i], y.z[i], y.xl[i], y.vl[i], y.dl[i], y.wl[i], y.zl[i]
     )  # fmt: skip
 
 
@@ -152,7 +169,7 @@ def arm_batch(
     shared = efforts.shape[0] == 1
     largest = 0.0
     y, new = _aligned(10 * LANES), _aligned(10 * LANES)  # ten rows of state
-    t = _aligned(_ROWS * LANES)
+    table = _aligned(_TABLE_SIZE)
     u = _aligned(BATCH_BLOCK * LANES).reshape((BATCH_BLOCK, LANES))
     work = np.empty(WORK_SIZE)
     no_time, no_mode = np.empty(0), np.empty(0, np.int8)
@@ -169,7 +186,7 @@ def arm_batch(
             modes[i] = int(states[b, 10])
             m = arm_fields(models[b if models.shape[0] > 1 else 0])
             fine = fine or m.fine != 0.0
-            _enter(t, i, m, modes[i])
+            _enter(table, i, m, modes[i])
         due = every
         row = 0
         for k0 in range(0, n, BATCH_BLOCK):
@@ -189,20 +206,21 @@ def arm_batch(
                     for j in range(size):
                         u[j, i] = effort[j]
                 u_max[i] = largest + abs(m.offset)
-                R[i] = energy_root(m, y[LANES + i], y[2 * LANES + i], y[3 * LANES + i])
+                s = _lanes(y)
+                R[i] = energy_root(m, s.v[i], s.d[i], s.w[i])
                 R[i] += size * m.growth * u_max[i]
-                _bound(t, i, m, modes[i], R[i], u_max[i])
+                _bound(table, i, m, modes[i], R[i], u_max[i])
             j = 0
             while j < size:
                 stop = min(size, j + due) if every > 0 else size
-                reached, passed, swapped = _advance(y, new, t, u, j, stop, fine)
+                reached, passed, swapped = _advance(y, new, table, u, j, stop, fine)
                 if swapped:
                     y, new = new, y
                 due -= reached - j
                 j = reached
                 if not passed:
                     for i in range(LANES):
-                        if t[_PASSED * LANES + i] == 0.0:
+                        if _table(table).passed[i] == 0.0:
                             b = start + min(i, lanes - 1)
                             m = arm_fields(models[b if models.shape[0] > 1 else 0])
                             state, mode, _, flags = arm_events(
@@ -215,17 +233,16 @@ def arm_batch(
                                 new[r * LANES + i] = value
                             if mode != modes[i]:
                                 modes[i] = mode
-                                _enter(t, i, m, mode)
-                                _bound(t, i, m, mode, R[i], u_max[i])
+                                _enter(table, i, m, mode)
+                                _bound(table, i, m, mode, R[i], u_max[i])
                     y, new = new, y
                     due -= 1
                     j += 1
                 if every > 0 and due == 0:
+                    s = _lanes(y)
                     for i in range(lanes):
-                        out[start + i, row, 0] = y[i]
-                        out[start + i, row, 1] = y[LANES + i]
-                        out[start + i, row, 2] = y[4 * LANES + i]
-                        out[start + i, row, 3] = y[3 * LANES + i]
+                        out[start + i, row, 0], out[start + i, row, 1] = s.x[i], s.v[i]
+                        out[start + i, row, 2], out[start + i, row, 3] = s.z[i], s.w[i]
                     row += 1
                     due = every
         for i in range(lanes):

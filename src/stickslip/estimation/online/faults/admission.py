@@ -50,8 +50,6 @@ _EFFORT_AT_REST = 1e6  # the same before: the effort so far may have been too sm
 _KNOWN_INERTIA = 4.0  # standard deviations
 
 _SLOTS = LONGEST_DELAY + 2
-_EFFORT_AT, _UNKNOWN_AT, _MOTION_AT = 0, 1, 2  # within a sample of the ring
-_SLOT = 6
 
 _ERRORS = np.dtype(
     [
@@ -72,6 +70,16 @@ _MASS = np.dtype(
         ("latest", "f8"),  # position of the latest sample, accepted or not
         ("position_errors", _ERRORS),
         ("velocity_errors", _ERRORS),
+    ]
+)
+_SAMPLE = np.dtype(
+    [
+        ("effort", "f8"),
+        ("unknown", "i8"),  # whether the effort is
+        ("x", "f8"),
+        ("v", "f8"),
+        ("x2", "f8"),
+        ("v2", "f8"),
     ]
 )
 ADMISSION_DTYPE = np.dtype(
@@ -98,8 +106,7 @@ ADMISSION_DTYPE = np.dtype(
         ("moved", "i8"),  # whether it has moved
         ("driven", _MASS),
         ("load", _MASS),
-        # Effort, whether it is unknown, position, velocity, load position and load velocity
-        ("ring", "f8", (_SLOTS, _SLOT)),
+        ("ring", _SAMPLE, (_SLOTS,)),  # of samples
     ]
 )
 """Memory of the admission."""
@@ -325,20 +332,18 @@ def admit(
         n = s.head
         s.head += 1
         slot = s.ring[n % _SLOTS]
-        slot[_EFFORT_AT], slot[_UNKNOWN_AT] = u, 1.0 if unknown else 0.0
-        slot[_MOTION_AT], slot[_MOTION_AT + 1] = x, v
-        slot[_MOTION_AT + 2], slot[_MOTION_AT + 3] = x2, v2
+        slot.effort, slot.unknown = u, 1 if unknown else 0
+        slot.x, slot.v, slot.x2, slot.v2 = x, v, x2, v2
         if n < s.motion_lag:
             return False, u, True, x, v, x2, v2, False
         unknown = n < s.lag + 1
         if not unknown:
             new, old = s.ring[(n - s.lag) % _SLOTS], s.ring[(n - s.lag - 1) % _SLOTS]
             part = s.fraction
-            u = (1.0 - part) * new[_EFFORT_AT] + part * old[_EFFORT_AT]
-            unknown = new[_UNKNOWN_AT] + (old[_UNKNOWN_AT] if part > 0.0 else 0.0) > 0.0
+            u = (1.0 - part) * new.effort + part * old.effort
+            unknown = new.unknown > 0 or (part > 0.0 and old.unknown > 0)
         slot = s.ring[(n - s.motion_lag) % _SLOTS]
-        x, v = slot[_MOTION_AT], slot[_MOTION_AT + 1]
-        x2, v2 = slot[_MOTION_AT + 2], slot[_MOTION_AT + 3]
+        x, v, x2, v2 = slot.x, slot.v, slot.x2, slot.v2
     x, v, stepped = _admit_motion(s, s.driven, x, v, s.has_velocity > 0)
     if s.has_load:
         x2, v2, also = _admit_motion(s, s.load, x2, v2, s.has_load_velocity > 0)
