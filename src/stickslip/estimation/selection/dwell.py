@@ -137,20 +137,8 @@ def breakaways(
 ) -> list[Breakaway]:
     """Return the breakaways that the sampling resolves, in the order of the rests.
 
-    Parameters
-    ----------
-    rests
-        Of the logs.
-    inertia
-        Mass or inertia [kg or kg m^2].
-    tuning
-        What counts as a rest.
-    power
-        Of the time, with which the axis moves as friction falls [-]: 2 if it falls at once.
-
-    Returns
-    -------
-    Breakaways with a standard deviation above zero.
+    ``power`` is that of the time with which the axis moves as friction falls [-]: 2 if it falls at
+    once. Returned are those with a standard deviation above zero.
     """
     every: list[Breakaway] = []
     for rest in rests:
@@ -184,15 +172,7 @@ _ROUNDING = 1e-9  # of the largest step: smaller ones are rounding of numbers
 
 
 def rests_of(own: RestedLog, tuning: DwellTuning) -> Iterator[Rest]:
-    """Yield every rest between two slips of a log.
-
-    Parameters
-    ----------
-    own
-        The log.
-    tuning
-        Criteria of a rest.
-    """
+    """Yield every rest between two slips of a log."""
     for motion in own.motions.stretches:
         motion = replace(motion, effort=motion.effort - motion.model_effort)  # noqa: PLW2901
         edges = np.flatnonzero(np.diff(motion.direction != 0))
@@ -335,23 +315,9 @@ def with_dwell(
 ) -> tuple[FrictionEstimate, TermScore | None]:
     """Add the breakaway friction and its growth to an estimate, if the growth is significant.
 
-    Parameters
-    ----------
-    estimate, logs
-        Estimate of one log or of several, and these logs.
-    search
-        When a term is selected.
-    tuning
-        Of the breakaways.
-    inertia
-        Known mass or inertia [kg or kg m^2]; None for that of the estimate.
-    include
-        Whether the term is added without a test.
-
-    Returns
-    -------
-    The estimate, and the score of the term; None, with a note if the term was to be included, if
-    the logs have no breakaways to test it with.
+    A known ``inertia`` is used in place of the estimated one; ``include`` adds the term without a
+    test. Returns the estimate and the score of the term; None, with a note if the term was to be
+    included, if the logs have no breakaways to test it with.
     """
     if not all(each.identified for name, each in estimate.parameters.items() if _at_rest(name)):
         return _without_dwell(estimate, "a parameter is not identified", include=include), None

@@ -508,14 +508,7 @@ def judged(
 ) -> FrictionEstimate:
     """Return the estimate with the causes of a mismatch, the most serious first.
 
-    Parameters
-    ----------
-    estimate
-        As solved.
-    causes
-        One sentence each; none leaves the estimate as it is.
-    status
-        That the causes give.
+    No causes leave the estimate as it is.
     """
     if not causes:
         return estimate

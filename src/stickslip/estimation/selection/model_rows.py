@@ -87,19 +87,8 @@ class ModelRows:
     ) -> Regression:
         """Return the rows with what is known about their noise.
 
-        Parameters
-        ----------
-        log, motions
-            As prepared.
-        model
-            Of these rows.
-        shifts
-            By which the parameters may be off beyond their sampling error [SI]; None for none.
-        law_shifts
-            Differences to the parameters of other laws that explain the log as well [SI]; None if
-            there are none.
-        notes
-            For the user.
+        ``shifts`` are what the parameters may be off beyond their sampling error [SI],
+        ``law_shifts`` the differences to those of other laws that explain the log as well [SI].
         """
         return Regression(
             kind=log.log.kind,
@@ -124,12 +113,7 @@ class ModelRows:
 def motion_summary(log: PreparedLog, motions: SlipMotions, weight: Weight) -> MotionSummary:
     """Return what the motion of a log excites.
 
-    Parameters
-    ----------
-    log, motions
-        As prepared.
-    weight
-        Of the windows, over which velocities are smoothed.
+    Velocities are smoothed over windows of the weight.
     """
     speed_noise = motions.noise_of(weight.first())
     return summarise_motion(
@@ -143,17 +127,7 @@ def motion_summary(log: PreparedLog, motions: SlipMotions, weight: Weight) -> Mo
 def column_noise(
     names: Sequence[str], motions: SlipMotions, weight: Weight
 ) -> Float[np.ndarray, " p"]:
-    """Return the standard deviation of the sensor noise in each column [SI].
-
-    Parameters
-    ----------
-    names
-        Parameter of each column.
-    motions
-        Of the log.
-    weight
-        Of the windows.
-    """
+    """Return the standard deviation of the sensor noise in each column [SI]."""
     noise = np.zeros(len(names))
     for k, name in enumerate(names):
         if name in {"mass", "inertia"}:
@@ -174,15 +148,8 @@ def model_rows(model: Model, inertia_name: str, excess: float | None = None) -> 
     delay, v_s, the velocity of the friction of low speeds) gets a column of its own, the derivative
     at the estimate.
 
-    Parameters
-    ----------
-    model
-        As selected.
-    inertia_name
-        ``"mass"`` or ``"inertia"``.
-    excess
-        Static over Coulomb friction, f_s - f_c, or the friction of low speeds [N or N m]; None for
-        that of the fit.
+    ``excess`` is static over Coulomb friction, f_s - f_c, or the friction of low speeds [N or N m];
+    None for that of the fit.
     """
     rows = model.rows
     velocity, sign = rows.velocity, rows.direction
@@ -236,15 +203,8 @@ def with_shapes(found: ModelRows, model: Model, names: Sequence[str] | None = No
 
     Each gets a column, the derivative at the estimate.
 
-    Parameters
-    ----------
-    found
-        As `model_rows` returns them.
-    model
-        Of these rows.
-    names
-        Parameters to add if the model has them; None for those whose value is larger than three
-        standard deviations and that the rows separate from the others.
+    ``names`` are parameters to add if the model has them; None for those whose value is larger than
+    three standard deviations and that the rows separate from the others.
     """
     for term, shape in model.chosen:
         if shape.slope is None:
@@ -284,14 +244,7 @@ _LOW_SPEED_PARAMETERS = {
 def nuisance(names: Sequence[str], model: Model, include: Sequence[str]) -> frozenset[str]:
     """Return the parameters of selected terms that may be unidentified in a usable result.
 
-    Parameters
-    ----------
-    names
-        Of all parameters.
-    model
-        As selected.
-    include
-        Terms whose parameters are requested.
+    ``include`` are terms whose parameters are requested.
     """
     requested = {
         name

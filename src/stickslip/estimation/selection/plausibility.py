@@ -84,15 +84,7 @@ _CONVERTED = {
 
 
 def implausible_time(log: PreparedLog, tuning: PlausibilityTuning) -> str:
-    """Return why the time cannot be in seconds; empty if it can.
-
-    Parameters
-    ----------
-    log
-        As prepared.
-    tuning
-        What is plausible.
-    """
+    """Return why the time cannot be in seconds; empty if it can."""
     T = log.sampling_time
     if tuning.slowest_sampling <= T:
         return (
@@ -107,13 +99,6 @@ def implausible_units(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
 
     A stage that moves at 100 m/s moves at 100 mm/s. An encoder whose turn of 360 units has exactly
     2^n steps counts degrees.
-
-    Parameters
-    ----------
-    log, motions
-        As prepared.
-    tuning
-        What is plausible.
     """
     speed = motions.top_speed
     moving = motions.moving(lambda m: m.position)
@@ -151,13 +136,6 @@ def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
     """Return that a ripple repeats every 360 units of a rotary axis; empty if it does not.
 
     A force that repeats with the turn repeats every 2 pi rad, and every 360 of an angle in degrees.
-
-    Parameters
-    ----------
-    model
-        As selected.
-    kind
-        Of the axis.
     """
     periods = [shape.value for term, shape in model.chosen if term.name == "ripple"]
     if kind == "linear" or not any(abs(period / 360.0 - 1.0) < _TURN for period in periods):
@@ -171,14 +149,7 @@ def ripple_of_degrees(model: Model, kind: AxisKind) -> str:
 def wrong_delay(model: Model, given: float | None, tuning: PlausibilityTuning) -> str:
     """Return that a given delay of the effort disagrees with the log; empty if it does not.
 
-    Parameters
-    ----------
-    model
-        At the given delay.
-    given
-        Time by which the effort is said to act later than it is logged [s]; None for none.
-    tuning
-        What is plausible.
+    ``given`` is the time by which the effort is said to act later than it is logged [s].
     """
     if given is None or not testable(model):
         return ""
@@ -236,15 +207,7 @@ def _is_count(counts: float) -> bool:
 
 
 def too_slow_sampling(log: PreparedLog, motions: SlipMotions, tuning: PlausibilityTuning) -> str:
-    """Return that the samples are too far apart for the moves; empty if they are not.
-
-    Parameters
-    ----------
-    log, motions
-        As prepared.
-    tuning
-        What is plausible.
-    """
+    """Return that the samples are too far apart for the moves; empty if they are not."""
     lengths: list[int] = []
     for motion in motions.stretches:
         edges = np.flatnonzero(np.diff(np.concatenate(([0], motion.direction, [0]))))
@@ -263,15 +226,7 @@ def too_slow_sampling(log: PreparedLog, motions: SlipMotions, tuning: Plausibili
 
 
 def unsettled_delay(model: Model, tuning: SearchTuning) -> str:
-    """Return that the delay of the effort was not found within its bounds; empty if it was.
-
-    Parameters
-    ----------
-    model
-        As selected.
-    tuning
-        Of the search.
-    """
+    """Return that the delay of the effort was not found within its bounds; empty if it was."""
     if model.settled:
         return ""
     return (
@@ -328,15 +283,7 @@ def unexplained_effort(
 
 
 def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
-    """Return that the effort of a model of the machine is far off; empty if it is not.
-
-    Parameters
-    ----------
-    model
-        As selected.
-    tuning
-        What is plausible.
-    """
+    """Return that the effort of a model of the machine is far off; empty if it is not."""
     if MODEL_SCALE not in model.names:
         return ""
     error = float(model.coefficients(MODEL_SCALE)[0])
@@ -354,13 +301,8 @@ def wrong_model(model: Model, tuning: PlausibilityTuning) -> str:
 def unexplained(log: AxisLog, share: float) -> list[str]:
     """Return the cause of doubt if an estimate leaves too much of the effort of a log unexplained.
 
-    Parameters
-    ----------
-    log
-        The measurement.
-    share
-        Norm of the residual over that of the effort [-]. The white noise of the effort, which
-        filters reduce, is subtracted.
+    ``share`` is the norm of the residual over that of the effort [-]. The white noise of the
+    effort, which filters reduce, is subtracted.
     """
     size = max(float(np.sqrt(np.mean(log.effort**2))), _TINY)
     left = float(np.sqrt(max(share**2 - (noise_level(log.effort) / size) ** 2, 0.0)))
@@ -385,14 +327,7 @@ def within_presliding(
     Friction acts like a spring there: the log shows a spring and no Coulomb friction, or friction
     that still builds up at the ends of the travel.
 
-    Parameters
-    ----------
-    model, estimate
-        As fitted.
-    include
-        Terms that are included: an included spring is one of the axis.
-    motions
-        Of the log.
+    An included spring is one of the axis.
     """
     travel = float(np.ptp(motions.moving(lambda m: m.position))) if model.chosen else 0.0
     unit = "m" if estimate.kind == "linear" else "rad"
@@ -428,17 +363,7 @@ _LONGEST_SHAPE = 0.95  # of the longest distance in the search
 
 
 def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning) -> str:
-    """Return that a known inertia disagrees with the log; empty if it does not.
-
-    Parameters
-    ----------
-    model
-        With a known inertia.
-    kind, unit
-        ``"mass"`` or ``"inertia"``, and its unit.
-    tuning
-        What is plausible.
-    """
+    """Return that a known inertia disagrees with the log; empty if it does not."""
     if model.inertia is None or not testable(model):
         return ""
     basis = model.basis()
@@ -460,17 +385,7 @@ def wrong_inertia(model: Model, kind: str, unit: str, tuning: PlausibilityTuning
 
 
 def reversed_sign(model: Model, kind: str, tuning: PlausibilityTuning) -> str:
-    """Return that the log shows a negative inertia; empty if it does not.
-
-    Parameters
-    ----------
-    model
-        With an unknown inertia.
-    kind
-        ``"mass"`` or ``"inertia"``.
-    tuning
-        What is plausible.
-    """
+    """Return that the log shows a negative inertia; empty if it does not."""
     if model.inertia is not None or not testable(model):
         return ""
     values, stds = model_rows(model, kind).fitted()

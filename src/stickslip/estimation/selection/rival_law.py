@@ -110,14 +110,7 @@ def rival_laws(
     49(3), 781-793). Its standard error is that of correlated residuals. The weight of a law that
     contains the selected one is 1, and its inverse standard error the t value of the added terms.
 
-    Parameters
-    ----------
-    model
-        As selected.
-    terms
-        Candidates of the log; empty for the 2/3 power of the speed alone.
-    tuning
-        Of the rivals; None for the default one.
+    ``terms`` are the candidates of the log; empty for the 2/3 power of the speed alone.
     """
     terms = terms or (two_thirds_term(),)
     tuning = RivalTuning() if tuning is None else tuning
@@ -201,19 +194,8 @@ def rival_note(model: Model, rivals: Sequence[Rival], unit: str, tuning: RivalTu
     The laws differ most below the driven speeds, so that Coulomb friction, the value at rest,
     depends on which of them is meant.
 
-    Parameters
-    ----------
-    model, rivals
-        As selected, and as `rival_laws` returns them.
-    unit
-        Of the effort.
-    tuning
-        What is worth a note.
-
-    Returns
-    -------
-    On gravity, or on the rival whose Coulomb friction differs most; empty if the log distinguishes
-    the laws, or they agree about Coulomb friction.
+    It is on gravity, or on the rival whose Coulomb friction differs most; empty if the log
+    distinguishes the laws, or they agree about Coulomb friction.
     """
     own = model.friction()[0]
     if any(rival.load and rival.counts for rival in rivals):
@@ -243,15 +225,6 @@ def rival_shifts(
     law lacks is zero there; static friction is then its Coulomb friction, and a velocity
     is that of the selected law.
 
-    Parameters
-    ----------
-    rows
-        Of the selected model.
-    rivals, others
-        As `rival_laws` returns them, and their rows.
-
-    Returns
-    -------
     None if the log distinguishes the laws, or no other law decreases the residual.
     """
     own = dict(zip(rows.names, rows.values().tolist(), strict=True))

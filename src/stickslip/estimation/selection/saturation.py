@@ -32,19 +32,7 @@ class SaturationTuning:
 def without_saturation(
     motions: SlipMotions, limit: float, log: AxisLog, tuning: SaturationTuning
 ) -> tuple[SlipMotions, str]:
-    """Return the motions without the samples whose effort did not reach the axis, and a note.
-
-    Parameters
-    ----------
-    motions
-        Of the log.
-    limit
-        [N or N m].
-    log
-        For the unit of its effort.
-    tuning
-        What counts as saturated.
-    """
+    """Return the motions without the samples whose effort did not reach the axis, and a note."""
     over = [np.abs(m.effort) > tuning.highest_followed * limit for m in motions.stretches]
     stretches = tuple(
         replace(m, usable=m.usable & ~out) for m, out in zip(motions.stretches, over, strict=True)
@@ -62,16 +50,7 @@ def saturates(model: Model, motions: SlipMotions, limit: float, tuning: Saturati
     The model is that of the samples within the limit. The excess of an effort over a limit explains
     part of any effort, so that its coefficient alone proves nothing.
 
-    Parameters
-    ----------
-    model
-        Fitted to the windows in which the effort is within the limit.
-    motions
-        All of the motion.
-    limit
-        [N or N m].
-    tuning
-        What proves it.
+    The model is fitted to the windows in which the effort is within the limit.
     """
     every = replace(model, rows=window_rows(motions.stretches, model.rows.weight, model.rows.delay))
     if model.rows.size < tuning.fewest_followed * every.rows.size:

@@ -123,15 +123,6 @@ def half_width(motions: SlipMotions, sampling_time: float, tuning: SearchTuning)
     by its share of what the acceleration holds beyond the other columns and the position. Where it
     is also what the forces fail to balance by, wider windows have smaller errors, as long as they
     cover the moves.
-
-    Parameters
-    ----------
-    motions
-        Of the log.
-    sampling_time
-        [s].
-    tuning
-        Of the search.
     """
     half = max(tuning.fewest_samples, round(tuning.shortest_window / sampling_time))
     quiet = 0.0  # time that the narrowest windows without attenuation cover
@@ -175,14 +166,7 @@ def noisy_elasticity(rows: WindowRows, motions: SlipMotions) -> bool:
 def _encoder_bound(model: Model, noise: float, tuning: SearchTuning) -> bool:
     """Return whether noise of the positions makes most of the residual of the plain model.
 
-    Parameters
-    ----------
-    model
-        Without terms.
-    noise
-        Of an acceleration [m/s^2 or rad/s^2].
-    tuning
-        The share that is most of it.
+    ``model`` has no terms; ``noise`` is that of an acceleration [m/s^2 or rad/s^2].
     """
     base, target = model.base(), model.target()
     values = least_squares(base, target)
@@ -195,16 +179,7 @@ def search(
 ) -> Model:
     """Add terms one by one, the best first, as long as they are significant and predict better.
 
-    Parameters
-    ----------
-    model
-        To start from.
-    terms
-        To choose from.
-    tuning
-        Of the search.
-    ripple
-        Whether to look for forces that repeat along the travel.
+    ``ripple``: whether to look for forces that repeat along the travel.
     """
     found: list[TermScore] = []
     while len(model.chosen) < tuning.most_terms:
@@ -244,16 +219,7 @@ def with_terms(
 ) -> Model:
     """Return the model with given terms, each in the shape that fits best.
 
-    Parameters
-    ----------
-    model
-        To start from.
-    terms
-        Terms that the motion could show.
-    names
-        Of the terms to add, in this order; those that the motion cannot show are left out.
-    tuning
-        Of the search.
+    Of the names, those that the motion cannot show are left out.
     """
     for name in names:
         basis = model.basis()
@@ -339,12 +305,7 @@ def _tried_delay(model: Model, delayed: Model) -> _Trial | None:
     The coefficient of the effort's slope there is the change of the delay. None if the slope
     depends on the other columns.
 
-    Parameters
-    ----------
-    model
-        Without the term.
-    delayed
-        With it, at the delay that fits best.
+    ``model`` has no such term; ``delayed`` has it at the delay that fits best.
     """
     term, shape = delayed.chosen[-1]
     own = delayed.term_columns(term, shape)

@@ -102,14 +102,7 @@ def significance(
     Columns that act in one log each are tested log by log; the smallest p-value counts, times the
     number of logs (Bonferroni).
 
-    Parameters
-    ----------
-    basis
-        Of the model so far.
-    partial
-        The columns tested.
-    further
-        The same columns, if some may act in one log only.
+    ``further`` are the same columns, if some may act in one log only.
     """
     blocks = [] if further is None or basis.log is None else _blocks(further, basis.log)
     if len(blocks) > 1:
@@ -148,12 +141,7 @@ def held_out_errors(
 ) -> Float[np.ndarray, " groups"]:
     """Return the sum of squared errors on each group of rows of the fit to all the others.
 
-    Parameters
-    ----------
-    columns, target
-        Of the fit [SI].
-    group
-        Number of the group of each row, from 0 and without decrease [-].
+    ``group`` is the number of the group of each row, from 0 and without decrease.
     """
     products, values, _ = _left_out(columns, target, group)
     own, cross = products[:, :-1, :-1], products[:, :-1, -1:]
@@ -175,11 +163,6 @@ def jackknife(
     equal information only: with the Gramians A of all rows and A_k of a group,
     ``E (b_(k) - b)^2 = s^2 [(A - A_k)^-1 - A^-1]``. Groups without which the columns are dependent
     do not count.
-
-    Parameters
-    ----------
-    columns, target, group
-        As in `held_out_errors`.
     """
     products, values, norms = _left_out(columns, target, group)
     gram = products[:, :-1, :-1]

@@ -26,18 +26,7 @@ def selection_of(
 ) -> ModelSelection:
     """Return the selection with its summary.
 
-    Parameters
-    ----------
-    model
-        As selected.
-    motions
-        As prepared.
-    known_delay
-        Of the effort [s]; None if it was not given.
-    kind
-        What the logged effort was taken for.
-    further
-        Score of a term that is fitted after the model.
+    ``further`` is the score of a term that is fitted after the model.
     """
     scores = (*model.scores, *(() if further is None else (further,)))
     chosen = [score for score in scores if score.selected]

@@ -115,15 +115,7 @@ def _plain(name: str, text: str, *, bounds: tuple[float, float] = ANY, **columns
 
 
 def candidate_terms(motions: SlipMotions, kind: AxisKind) -> tuple[Term, ...]:
-    """Return the terms that the motion of a log could show.
-
-    Parameters
-    ----------
-    motions
-        Of the log.
-    kind
-        ``"linear"`` or ``"rotary"``.
-    """
+    """Return the terms that the motion of a log could show."""
     slow, largest = motions.slow, motions.largest_speed
     position = motions.moving(lambda m: m.position)
     efforts = np.abs(motions.moving(lambda m: m.effort))
@@ -243,14 +235,8 @@ def two_thirds_term() -> Term:
 def ripple_term(periods: Sequence[float], tests: int, origin: float) -> Term:
     """Return the term of a force that repeats along the travel.
 
-    Parameters
-    ----------
-    periods
-        Its likeliest periods [m or rad].
-    tests
-        Number of periods that these are the likeliest of.
-    origin
-        Position at which the sine is zero [m or rad].
+    ``tests`` is the number of periods that these are the likeliest of, ``origin`` the position at
+    which the sine is zero [m or rad].
     """
     values = np.array(periods)
 

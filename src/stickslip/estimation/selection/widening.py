@@ -71,14 +71,7 @@ def between_windows(
     transients. An elastic drive still adds a share of the fourth derivative of the position,
     the first term in which its apparent inertia depends on frequency.
 
-    Parameters
-    ----------
-    model, rows, estimate
-        As fitted.
-    rows_of
-        Returns the rows of a model.
-    tuning
-        Of the intervals.
+    ``rows_of`` returns the rows of a model.
     """
     shifts = np.zeros(len(rows.names))
     for k, factor in enumerate(tuning.wide_windows):
@@ -109,13 +102,6 @@ def between_moves(
     """Return the jackknife differences between moves; none if they are what chance explains.
 
     A term that the model lacks acts differently in different moves.
-
-    Parameters
-    ----------
-    model, rows, estimate
-        As fitted.
-    tuning
-        Of the intervals.
     """
     folds = model.rows.folds
     if folds.size == 0:
@@ -146,13 +132,6 @@ def of_unknown_delay(
     Where the slope of the effort is next to a combination of the other columns, sigma is taken
     several times as large: d then depends on what the model lacks. A selected delay is then as
     uncertain as it is large.
-
-    Parameters
-    ----------
-    model, rows
-        As fitted.
-    tuning
-        Of the intervals.
     """
     if not testable(model):
         return None
@@ -193,16 +172,7 @@ def of_other_terms(
     A significant term that was not selected, as its columns are next to a combination of the
     others, counts whatever its change. Viscous friction changes down to zero at most.
 
-    Parameters
-    ----------
-    model, rows
-        As fitted.
-    terms
-        Those that were tried.
-    selected_p_value
-        Below which a term is significant [-].
-    tuning
-        Of the intervals.
+    ``terms`` are those that were tried, significant below ``selected_p_value``.
     """
     least_ratios = {
         score.term: tuning.smallest_ratio if score.p_value > selected_p_value else _EXACT

@@ -24,12 +24,7 @@ __all__ = ["energy_stretches", "force_rows", "velocity_law"]
 def force_rows(estimate: FrictionEstimate, model: Model, regression: Regression) -> ForceRows:
     """Return the effort of each window less inertia, delay and forces of position.
 
-    Parameters
-    ----------
-    estimate
-        With all parameters of the law identified.
-    model, regression
-        Behind it.
+    All parameters of the law must be identified.
     """
     values = _values(estimate)
     other = [k for k, name in enumerate(regression.names) if not is_velocity_term(name)]
@@ -73,12 +68,7 @@ def velocity_law(estimate: FrictionEstimate) -> VelocityLaw:
 def energy_stretches(estimate: FrictionEstimate, model: Model) -> list[EnergyStretch]:
     """Return the energies of each stretch without gaps.
 
-    Parameters
-    ----------
-    estimate
-        With all parameters identified.
-    model
-        Behind it.
+    All parameters must be identified.
     """
     values = _values(estimate)
     inertia = values.get("mass", values.get("inertia", model.inertia or 0.0))

@@ -100,15 +100,7 @@ def prediction_error(
     `SelectedModelEstimator` fits the log over, without clipped and repaired samples. None if no
     window is whole.
 
-    Parameters
-    ----------
-    estimate, log, inertia
-        As in `predict_effort`.
-
-    Raises
-    ------
-    InputError
-        As `predict_effort`.
+    Arguments and errors are those of `predict_effort`.
     """
     values = _values(estimate, log, inertia)
     selection = estimate.selection or _NOTHING_SELECTED
@@ -134,12 +126,7 @@ def effort_at_rest(
 ) -> float:
     """Return the effort at which the model starts to move from rest [N or N m].
 
-    Parameters
-    ----------
-    estimate
-        Of a rigid axis, with all parameters identified that act at rest.
-    time, position, direction
-        Of the start [s], [m or rad], 1 or -1 [-].
+    The axis is rigid, and all parameters that act at rest are identified; ``direction`` is 1 or -1.
     """
     values = {name: p.value for name, p in estimate.parameters.items() if p.value is not None}
     motion = SlipMotion(
