@@ -1,5 +1,6 @@
 """The house rules that a machine can check: documented units, file sizes, a light import."""
 
+import ast
 import dataclasses
 import functools
 import importlib
@@ -21,6 +22,9 @@ import stickslip
 ROOT = Path(__file__).parents[1]
 LARGEST_FILE = 800  # files are split by meaning; one thought may be long
 MOST_MODULES = 12
+MOST_PARAMETERS = 7
+FRONTS = ("cli", "tasks")  # their functions take what a person asks for
+FRONT_FUNCTIONS = ("simulate_closed_loop",)
 QUICK_EXAMPLES = ("02_stop_short.py", "03_estimate_on_line.py")
 HARDWARE_EXAMPLES = (  # tests/control/test_hardware_examples.py runs them
     "07_a_drive_over_udp.py",
@@ -140,6 +144,27 @@ def test_no_folder_holds_too_many_modules() -> None:
         > MOST_MODULES
     }
     assert not full, f"split these folders by meaning (over {MOST_MODULES} modules): {full}"
+
+
+def test_no_function_has_too_many_parameters() -> None:
+    package = ROOT / "src" / "stickslip"
+    many = {
+        f"{path.relative_to(package)}: {node.name}": count
+        for path in package.rglob("*.py")
+        if path.relative_to(package).parts[0] not in FRONTS
+        for node in ast.walk(ast.parse(path.read_text()))
+        if isinstance(node, ast.FunctionDef) and node.name not in FRONT_FUNCTIONS
+        if (count := _parameters(node)) > MOST_PARAMETERS
+    }
+    assert not many, f"gather parameters in records (over {MOST_PARAMETERS}): {many}"
+
+
+def _parameters(function: ast.FunctionDef) -> int:
+    """Return the number of parameters without ``self`` and ``cls``."""
+    given = function.args
+    named = [each.arg for each in (*given.posonlyargs, *given.args, *given.kwonlyargs)]
+    own = [name for name in named if name not in ("self", "cls")]
+    return len(own) + sum(each is not None for each in (given.vararg, given.kwarg))
 
 
 def test_only_the_tests_of_studies_import_studies() -> None:
