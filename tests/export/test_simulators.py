@@ -305,6 +305,40 @@ def test_drake_takes_the_damping(written, tmp_path):
     assert plant.GetJointByName("elbow").default_damping() == VISCOUS
 
 
+def test_drake_decelerates_by_viscous_friction(written, tmp_path):
+    pytest.importorskip("pydrake", reason="drake is not installed")
+    from pydrake.multibody.parsing import Parser
+    from pydrake.multibody.plant import AddMultibodyPlantSceneGraph
+    from pydrake.systems.analysis import Simulator
+    from pydrake.systems.framework import DiagramBuilder
+
+    path = tmp_path / "arm.urdf"
+    inertial = (
+        '<inertial><mass value="1"/><inertia ixx="0.05" iyy="0.05" izz="0.05" ixy="0" ixz="0" '
+        'iyz="0"/></inertial>'
+    )
+    path.write_text(
+        f'<robot name="arm"><link name="base"/><link name="link">{inertial}</link>'
+        '<joint name="elbow" type="continuous"><parent link="base"/><child link="link"/>'
+        '<axis xyz="0 0 1"/></joint></robot>'
+    )
+    builder = DiagramBuilder()
+    plant, _ = AddMultibodyPlantSceneGraph(builder, 0.0001)
+    Parser(plant).AddModels(str(path))
+    plant.WeldFrames(plant.world_frame(), plant.GetFrameByName("base"))
+    written("drake", [])["apply_friction"](plant)
+    plant.Finalize()
+    simulator = Simulator(builder.Build())
+    context = plant.GetMyMutableContextFromRoot(simulator.get_mutable_context())
+    plant.SetVelocities(context, [2.0])
+    simulator.AdvanceTo(0.2)
+    speed = plant.GetVelocities(context)[0]
+    law = CoulombViscousFriction.symmetric(coulomb_friction=0.0, viscous_friction=VISCOUS)
+    axis = SingleMass(mass=0.05, friction=law, kind="rotary")
+    motion = simulate(axis, np.zeros(200), sampling_time=0.001, initial_state=(0.0, 2.0))
+    assert 2.0 - speed == pytest.approx(2.0 - motion.velocity[200], rel=0.01)
+
+
 def test_isaac_lab_events_scale(written):
     estimate = document()
     estimate["parameters"]["viscous_friction"]["ci95"] = [0.15, 0.26]

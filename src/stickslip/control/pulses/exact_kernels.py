@@ -265,7 +265,10 @@ def _estimate(s: Any, own: Any, at: Vector) -> None:
     then gives the mass.
     """
     side, f, t = _last_pulse(s, own)
-    k = min(math.ceil((t / own.period + s.delay) / s.stride), s.position_count - 1)
+    at_end, k = (t / own.period + s.delay) / s.stride, 0
+    for each in range(s.position_count - 1):  # the first position at the end of the effort or later
+        if each < at_end:
+            k = each + 1
     u, d = abs(f), abs(s.last.achieved)
     under_effort = abs(s.positions[k] - (s.rest - s.last.achieved))
     F = u * min(max(under_effort / d, 1.0 - _STRONGEST), _STRONGEST)
@@ -330,7 +333,7 @@ def _fit(s: Any, own: Any) -> None:
     ratio = s.last.predicted / s.last.achieved
     near = 1.0 / _MISSED < ratio < _MISSED
     longer = _NEAR_LONGER if near else _MISSED
-    own.allowed = math.inf if misfit <= _UNEXPLAINED else longer * math.ceil(t / own.period - 0.5)
+    own.allowed = math.inf if misfit <= _UNEXPLAINED else longer * np.ceil(t / own.period - 0.5)
     if misfit <= _UNEXPLAINED or not own.taught:
         own.walk = max(own.walk * (0.1 + 0.9 * min(surprise, _SURPRISE)), _SLOWEST_WALK)
     own.values[:], own.covariance[:] = value, Q

@@ -283,9 +283,8 @@ def emit(s: Any) -> float:
     effort = s.pulse.levels[i, 0]
     s.left -= 1.0
     if s.left <= 0.0:
-        s.level = i + 1
         if i + 1 < s.pulse.level_count:
-            s.left = s.pulse.levels[i + 1, 1]
+            s.level, s.left = i + 1, s.pulse.levels[i + 1, 1]
         else:
             wait_for_rest(s)
     return effort

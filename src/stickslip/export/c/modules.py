@@ -246,7 +246,7 @@ def kalman_module(memory: int) -> Module:
         layout=layout,
         first=(
             *(f"own.{each}" for each in ("values", "force_variance", "stage", "gate_scale")),
-            *("own.adapted", "own.good", "own.good_covariance"),
+            *("own.adapted", "own.replayed", "own.good", "own.good_covariance"),
             *(f"own.careful.{each}" for each in (*filters, "walk")),
             *(f"own.sharp.{each}" for each in filters),
             *("own.batches.length", "own.sharp_batches.length"),

@@ -280,7 +280,7 @@ def _admit_motion(s: Any, m: Any, x: float, v: float, measured: bool) -> tuple[f
                 s.motion_glitches += 1 if cx.count > 0 else 0
                 has_x = False
             else:
-                if _learn_step(s, cx, 2.0 * error / (gap * gap)):
+                if _learn_step(s, cx, 2.0 * error / (float(gap) * gap)):
                     s.motion_glitches -= LASTING
                 stepped = True
         elif gap == 1 and not stepped:

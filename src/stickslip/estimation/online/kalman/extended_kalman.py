@@ -185,6 +185,7 @@ class ExtendedKalmanFilter(OnlineMethod):
         s = at.fields(vector)
         s.period = T
         s.mass, s.parameters, s.gate_scale = self.inertia, len(self._names), 1.0
+        s.replayed = 1  # the sharp filter begins at the first sample
         force = self.force_noise
         if force is None:
             force = _FIRST_FORCE * (self.rest_force or spreads["coulomb_friction"] or 0.0)

@@ -270,8 +270,9 @@ def ekf_step(vector: State, u: float, x: float, v: float, x2: float, v2: float) 
         _forget_motion(s)
     if s.known == 0 and (np.isnan(x) or (measured and np.isnan(v))):
         return whole
-    k = MEMORY + 3 * int(s.stored)
-    if s.stage <= REPLAYING and k + 3 <= vector.size and not (unknown or np.isnan(x) or stepped):
+    followed = not (unknown or np.isnan(x) or stepped)
+    if s.stage <= REPLAYING and s.stored < (vector.size - MEMORY) // 3 and followed:
+        k = MEMORY + 3 * int(s.stored)
         vector[k], vector[k + 1], vector[k + 2] = u, x, v
         s.stored += 1
     elif s.stage == LEARNING and (unknown or np.isnan(x)):

@@ -221,15 +221,16 @@ def _correction(own: Any, tap: int, begin: int, end: int) -> float:
     even0, even1, odd0, odd1 = 0.0, 0.0, 0.0, 0.0
     for j in range(begin, end - 1, 2):
         even, odd = own.ring[j].innovation, own.ring[j + 1].innovation
-        even0 += own.taps[tap, 0] * even[0]
-        even1 += own.taps[tap, 1] * even[1]
-        odd0 += own.taps[tap + 1, 0] * odd[0]
-        odd1 += own.taps[tap + 1, 1] * odd[1]
-        tap += 2
+        k = tap + j - begin
+        even0 += own.taps[k, 0] * even[0]
+        even1 += own.taps[k, 1] * even[1]
+        odd0 += own.taps[k + 1, 0] * odd[0]
+        odd1 += own.taps[k + 1, 1] * odd[1]
     if (end - begin) % 2 == 1:
         even = own.ring[end - 1].innovation
-        even0 += own.taps[tap, 0] * even[0]
-        even1 += own.taps[tap, 1] * even[1]
+        k = tap + end - 1 - begin
+        even0 += own.taps[k, 0] * even[0]
+        even1 += own.taps[k, 1] * even[1]
     return (even0 + odd0) + (even1 + odd1)
 
 
