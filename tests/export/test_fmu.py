@@ -1,10 +1,12 @@
 """Functional mock-up units: validated and simulated by FMPy, and compared with Python."""
 
 import io
+import os
 import platform
 import re
 import shutil
 import subprocess
+import sys
 import zipfile
 from importlib.util import find_spec
 from pathlib import Path
@@ -425,3 +427,77 @@ def test_the_binary_of_this_platform_is_simulated(
         expected = getattr(truth, name)
         error = np.max(np.abs(found[name] - expected))
         assert error <= EQUAL * np.max(np.abs(expected))
+
+
+WINE = shutil.which("wine64") or shutil.which("wine")
+OUTPUTS = {
+    "fmu": ("position", "velocity"),
+    "fmu-arm": ("position", "velocity", "load_position", "load_velocity"),
+    "fmu-observer": ("coulomb_friction", "viscous_friction"),
+}
+
+
+@pytest.fixture(scope="module")
+def windows_host(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return a program for Windows that steps a unit."""
+    if WINE is None or find_spec("ziglang") is None:
+        pytest.skip("wine or ziglang is not installed")
+    program = tmp_path_factory.mktemp("host") / "host.exe"
+    command = [sys.executable, "-m", "ziglang", "cc", "-target", "x86_64-windows-gnu", "-O1"]
+    source = Path(__file__).with_name("fmu_host.c")
+    subprocess.run([*command, f"-I{HEADERS}", str(source), "-o", str(program)], check=True)
+    return program
+
+
+@needs_compiler
+@pytest.mark.slow
+@pytest.mark.parametrize("target", TARGETS)
+def test_the_windows_binary_computes_as_that_of_linux(
+    target: str,
+    version: str,
+    windows_host: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    """Run by wine, beside the unit that the compiler of this machine builds."""
+    with monkeypatch.context() as elsewhere:
+        elsewhere.setattr(platform, "system", lambda: "Windows")
+        content = unit(target, version, "host")
+    folders = [tmp_path / "windows", tmp_path / "linux"]
+    with zipfile.ZipFile(io.BytesIO(content)) as archive:
+        archive.extractall(folders[0])
+    (library,) = folders[0].glob("binaries/*/*.dll")
+    linux = Instance(unit(target, version), folders[1]).begin()
+    times = np.arange(3000) * T
+    effort = 1.3 * np.sin(3.0 * times) + 0.4 * np.sin(19.0 * times)
+    names: tuple[str, ...] = ("effort",)
+    given = effort[:, None]
+    if target == "fmu-observer":
+        names = ("effort", "position")
+        motion = simulate(PLANTS["fmu"][0], effort, sampling_time=T)
+        given = np.column_stack([effort, motion.position[: effort.size]])
+    expected = np.empty((times.size, len(OUTPUTS[target])))
+    for k, values in enumerate(given.tolist()):
+        linux.set(**dict(zip(names, values, strict=True)))
+        linux.step(float(times[k]), T)
+        expected[k] = linux.get(*OUTPUTS[target])
+    numbers = [str(linux.numbers[name]) for name in (*names, *OUTPUTS[target])]
+    counts = [repr(T), str(len(names)), str(len(OUTPUTS[target]))]
+    done = subprocess.run(
+        [
+            *(str(WINE), str(windows_host), str(library), version, linux.description.guid),
+            *counts,
+            *numbers,
+        ],
+        input="\n".join(" ".join(f"{value:.17g}" for value in row) for row in given.tolist()),
+        capture_output=True,
+        text=True,
+        check=True,
+        env={**os.environ, "WINEPREFIX": str(windows_host.parent / "wine"), "WINEDEBUG": "-all"},
+    )
+    linux.end()
+    found = np.array([line.split() for line in done.stdout.splitlines()], dtype=float)
+    assert found.shape == expected.shape
+    assert np.nanmax(np.abs(expected[-1])) > 0.0
+    np.testing.assert_array_equal(np.isnan(found), np.isnan(expected))
+    assert np.nanmax(np.abs(found - expected) / np.nanmax(np.abs(expected), axis=0)) <= EQUAL

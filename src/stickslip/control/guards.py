@@ -66,19 +66,11 @@ _STALL_STEPS = 10.0  # largest errors of a position, at least
 
 
 class SensorErrors(NamedTuple):
-    """Errors of the samples of an axis's sensors.
+    """Errors of the samples of an axis's sensors."""
 
-    Attributes
-    ----------
-    noise, velocity_noise
-        Standard deviations of a sample [m or rad, m/s or rad/s].
-    encoder_step
-        [m or rad].
-    """
-
-    noise: float = 0.0
-    velocity_noise: float = 0.0
-    encoder_step: float = 0.0
+    noise: float = 0.0  #: Standard deviation of a position [m or rad].
+    velocity_noise: float = 0.0  #: Standard deviation of a velocity [m/s or rad/s].
+    encoder_step: float = 0.0  #: [m or rad].
 
 
 @dataclass(frozen=True, kw_only=True)
