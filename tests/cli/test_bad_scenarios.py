@@ -243,7 +243,7 @@ BAD_ESTIMATES = [
         {"parameters": PARAMETERS | {"mass": {"value": None, "unit": "kg"}}},
         ["[guess]", "parameters.mass", "not identified", "beside"],
     ),
-    ({"parameters": {}}, ["is missing", "[guess]"]),
+    ({"parameters": {}}, ["mass is missing", "[guess]"]),
     ({"parameters": 3}, ["estimate.json, parameters"]),
     (
         {"parameters": PARAMETERS | {"mass": {"value": 1.0, "unit": "g"}}},

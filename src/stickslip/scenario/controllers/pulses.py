@@ -162,7 +162,7 @@ class _Adaptive(_Pulses):
             gains = {name: learned.values[each] for each, name in self.first_gains.items()}
             return self.controller(**gains, **own, **settings).resumed(learned)
         _check_guess(self, first)
-        coulomb = first.value("coulomb_friction")
+        mass, coulomb = first.mass(), first.value("coulomb_friction")
         static = first.known("static_friction").get("static_friction", coulomb)
         if static < coulomb:
             raise InputError(
@@ -174,7 +174,7 @@ class _Adaptive(_Pulses):
             )
         names = "pulse_effort", "sampling_time", "target", "tolerance", "rest"
         needed = {name: settings.pop(name) for name in names}
-        begun = self.controller.from_friction(mass=first.mass(), coulomb_friction=coulomb, **needed)
+        begun = self.controller.from_friction(mass=mass, coulomb_friction=coulomb, **needed)
         return replace(begun, **own, **settings)
 
 
