@@ -10,7 +10,7 @@ import math
 from typing import Any
 
 from stickslip.compiled import compiled
-from stickslip.control.precise.learning import HOLDING, PAST, delay_of, lag_of
+from stickslip.control.precise.learning import BRAKING, HOLDING, PAST, delay_of, lag_of
 
 _SAMPLES = 3  # the shortest braking
 _SHARE = 0.6  # of the effort limit: braking is planned with so much
@@ -61,10 +61,16 @@ def pushed(p: Any, m: float, F: float) -> bool:
 
 
 @compiled()
+def start_braking(p: Any) -> None:
+    """Brake from this sample on."""
+    p.moving, p.brake_left, p.brake_wait = BRAKING, 0, 0
+
+
+@compiled()
 def start_holding(p: Any) -> None:
     """Act against a push from this sample on."""
     p.moving, p.push, p.speed, p.brake = HOLDING, 0.0, 0.0, 0.0
-    p.brake_left, p.brake_wait = math.ceil(_LONGEST / p.period), 0
+    p.brake_left, p.quiet = math.ceil(_LONGEST / p.period), 0
     p.brakings += 1
 
 
@@ -78,8 +84,8 @@ def hold(p: Any, m: float, F: float) -> float:
     p.push += _FOLLOWED * (m * (v - p.speed) / p.period - p.brake - p.push)
     p.speed = v
     p.brake_left -= 1
-    p.brake_wait = 0 if _runs(p, m, F, v) else p.brake_wait + 1
-    if p.brake_left <= 0 or p.brake_wait >= PAST:
+    p.quiet = 0 if _runs(p, m, F, v) else p.quiet + 1
+    if p.brake_left <= 0 or p.quiet >= PAST:
         p.moving = 0
         return 0.0
     u = -_GAIN * m * v / p.period - p.push

@@ -65,7 +65,7 @@ OWN_DTYPE = np.dtype(
         ("left", "i8"),  # samples of the last part of the move; 0 before
         ("ending", "i8"),  # 1 after it: the axis is stopped, should it still move
         ("waited", "i8"),  # samples since then
-        ("quiet", "i8"),  # those without effort, in a row
+        ("quiet", "i8"),  # those without effort, in a row; in a push, those without speed
         ("level", "f8"),  # of its accelerations: mean and slope
         ("slope", "f8"),
         ("x", "f8"),  # state in the sample, in the direction of the move, as estimated
@@ -80,7 +80,7 @@ OWN_DTYPE = np.dtype(
         ("push", "f8"),  # force that acts beside the effort, as estimated
         ("speed", "f8"),  # velocity over the last samples
         ("brake", "f8"),  # effort of the present one
-        ("brake_left", "i8"),  # samples of it
+        ("brake_left", "i8"),  # samples of it, or most samples of a push
         ("brake_wait", "i8"),  # samples until it is seen what it has done
         ("area", "f8"),  # X
         ("commands", "f8", (HISTORY,)),  # the latest is the first

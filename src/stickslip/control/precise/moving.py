@@ -22,8 +22,8 @@ import math
 from typing import Any
 
 from stickslip.compiled import compiled
+from stickslip.control.precise.braking import start_braking
 from stickslip.control.precise.learning import (
-    BRAKING,
     HISTORY,
     LONGEST_DELAY,
     MOVE,
@@ -250,7 +250,7 @@ def _decide(p: Any) -> float:
     T, e = p.period, p.way - x
     m, F, c = model(p)
     if p.samples > p.longest or (p.open == 0 and p.wild > WILD):
-        p.moving, p.brake_left, p.brake_wait = BRAKING, 0, 0
+        start_braking(p)
         return 0.0
     if p.left > 0:
         n = p.left

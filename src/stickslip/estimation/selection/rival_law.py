@@ -115,35 +115,40 @@ def rival_laws(
     terms = terms or (two_thirds_term(),)
     tuning = RivalTuning() if tuning is None else tuning
     kept = tuple(pair for pair in model.chosen if pair[0].name not in BENDS)
-    found: list[Rival] = []
+    found: list[Rival | None] = []
     for (viscous, names), words in _LAWS.items():
         if not _is_rival(model, viscous, names):
             continue
         start = replace(model, viscous=viscous, chosen=kept)
-        rival = _with_bends(start, [term for term in terms if term.name in names], tuning)
-        if rival is None or len(rival.chosen) != len(kept) + len(names):
-            continue
-        weighed = _weighed(model, rival)
-        if weighed is not None:
-            larger = rival.columns().shape[1] > model.columns().shape[1]
-            weight, std = weighed
-            found.append(Rival(model=rival, law=words, weight=weight, std=std, larger=larger))
-    load = _gravity_for_spring(model, terms, tuning)
-    return [*found, load] if load is not None else found
-
-
-def _gravity_for_spring(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Rival | None:
-    """Return the model with gravity in place of its spring; None without either."""
+        bends = [term for term in terms if term.name in names]
+        if len(bends) == len(names):
+            found.append(_rival(model, start, bends, words, tuning))
     gravity = [term for term in terms if term.name == "gravity"]
-    if "spring" not in model.names or "gravity" in model.names or not gravity:
-        return None
-    kept = tuple(pair for pair in model.chosen if pair[0].name != "spring")
-    rival = _with_bends(replace(model, chosen=kept), gravity, tuning)
-    weighed = None if rival is None else _weighed(model, rival)
-    if rival is None or weighed is None:
+    if gravity and "spring" in model.names and "gravity" not in model.names:
+        start = replace(
+            model, chosen=tuple(each for each in model.chosen if each[0].name != "spring")
+        )
+        found.append(_rival(model, start, gravity, "gravity", tuning, load=True))
+    return [rival for rival in found if rival is not None]
+
+
+def _rival(
+    model: Model,
+    start: Model,
+    terms: Sequence[Term],
+    words: str,
+    tuning: RivalTuning,
+    *,
+    load: bool = False,
+) -> Rival | None:
+    """Return a model with further terms as a rival; None without a fit, or if both fit the same."""
+    other = _with_terms(start, terms, tuning)
+    weighed = None if other is None else _weighed(model, other)
+    if other is None or weighed is None:
         return None
     weight, std = weighed
-    return Rival(model=rival, law="gravity", weight=weight, std=std, larger=True, load=True)
+    larger = other.columns().shape[1] > model.columns().shape[1]
+    return Rival(model=other, law=words, weight=weight, std=std, larger=larger, load=load)
 
 
 def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
@@ -156,9 +161,9 @@ def _is_rival(model: Model, viscous: bool, names: tuple[str, ...]) -> bool:
     return viscous != model.viscous or set(names) != bends
 
 
-def _with_bends(model: Model, bends: Sequence[Term], tuning: RivalTuning) -> Model | None:
+def _with_terms(model: Model, terms: Sequence[Term], tuning: RivalTuning) -> Model | None:
     """Return the model with terms in their best shapes; None if one has a wrong sign or no fit."""
-    for term in bends:
+    for term in terms:
         fits = best_shape(model, term, model.basis())
         if fits is None:
             return None
