@@ -33,41 +33,44 @@ ENCODER = 1e-6  # m
 LIMIT = 60.0  # N
 TOLERANCE = 2e-4  # m: a desktop computer is late by milliseconds, which make pulses longer
 MASS, COULOMB, VISCOUS = 5.0, 20.0, 80.0  # kg, N, N s/m, known to the drive alone
+WATCHDOG = 0.1  # s, of the drive
 EFFORT, READ, END = b"E", b"R", b"Q"
+FRAME = struct.Struct("<cdd")  # what it is, the time of sending, a value
 
 
 def drive(ready: Connection) -> None:
-    """Simulate the axis in real time, and answer."""
+    """Simulate the axis in real time, and answer.
+
+    A frame carries the time of its sending, and the axis is simulated up to then: a drive answers
+    at once, but a desktop computer may not let this process run for milliseconds.
+    """
     law = CoulombViscousFriction.symmetric(coulomb_friction=COULOMB, viscous_friction=VISCOUS)
     axis = SingleMass(mass=MASS, friction=law)
-    state, effort = (0.0, 0.0), 0.0
-    simulate(axis, np.zeros(1), sampling_time=0.001)  # loads the kernels
+
+    def moved(state: tuple[float, float], effort: float, duration: float) -> tuple[float, float]:
+        if duration <= 0.0:
+            return state
+        held = np.array([effort])
+        motion = simulate(axis, held, sampling_time=duration, initial_state=state)
+        return float(motion.position[-1]), float(motion.velocity[-1])
+
+    state, effort = moved((0.0, 0.0), 0.0, T), 0.0  # loads the kernels
     with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as bus:
         bus.bind(("127.0.0.1", 0))
-        bus.settimeout(0.01)
         ready.send(bus.getsockname()[1])
-        now = heard = time.perf_counter()
+        now = time.perf_counter()
         while True:
-            try:
-                frame, sender = bus.recvfrom(64)
-                heard = time.perf_counter()
-            except TimeoutError:
-                frame, sender = b"", None
-            steps = int((time.perf_counter() - now) / 0.001)
-            if steps:
-                motion = simulate(
-                    axis, np.full(steps, effort), sampling_time=0.001, initial_state=state
-                )
-                state = (float(motion.position[-1]), float(motion.velocity[-1]))
-                now += steps * 0.001
-            if time.perf_counter() - heard > 0.1:
-                effort = 0.0
-            if frame[:1] == EFFORT:
-                (effort,) = struct.unpack("<d", frame[1:])
-            elif frame[:1] == READ and sender is not None:
+            frame, sender = bus.recvfrom(64)
+            kind, sent, value = FRAME.unpack(frame)
+            state = moved(state, effort, min(sent - now, WATCHDOG))
+            state = moved(state, 0.0, sent - now - WATCHDOG)
+            now = max(now, sent)
+            if kind == EFFORT:
+                effort = value
+            elif kind == READ:
                 position = ENCODER * round(state[0] / ENCODER)
-                bus.sendto(frame[1:] + struct.pack("<d", position), sender)
-            elif frame[:1] == END:
+                bus.sendto(FRAME.pack(READ, sent, position), sender)
+            elif kind == END:
                 return
 
 
@@ -77,33 +80,34 @@ class UdpAxis:
     def __init__(self, port: int) -> None:
         self._bus = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         self._bus.connect(("127.0.0.1", port))
-        self._count = 0
+
+    def _send(self, kind: bytes, value: float = 0.0) -> float:
+        now = time.perf_counter()
+        self._bus.send(FRAME.pack(kind, now, value))
+        return now
 
     def read(self) -> SensorSample:
         """Ask for the position; NaN if no answer comes within half a sampling time."""
-        self._count += 1
-        key = struct.pack("<q", self._count)
-        self._bus.send(READ + key)
-        end = time.perf_counter() + 0.5 * T
+        asked = self._send(READ)
         position = nan
-        while (left := end - time.perf_counter()) > 0.0:
+        while (left := asked + 0.5 * T - time.perf_counter()) > 0.0:
             self._bus.settimeout(left)
             try:
-                frame = self._bus.recv(64)
+                _, question, answer = FRAME.unpack(self._bus.recv(64))
             except TimeoutError:
                 break
-            if frame[:8] == key:  # and not a late answer to an earlier question
-                (position,) = struct.unpack("<d", frame[8:])
+            if question == asked:  # and not a late answer to an earlier question
+                position = answer
                 break
         return SensorSample(nan, position, nan, nan, nan)
 
     def write(self, effort: float) -> None:
         """Send an effort, without waiting."""
-        self._bus.send(EFFORT + struct.pack("<d", effort))
+        self._send(EFFORT, effort)
 
     def close(self) -> None:
         """End the drive."""
-        self._bus.send(END)
+        self._send(END)
         self._bus.close()
 
 
