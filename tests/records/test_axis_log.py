@@ -117,6 +117,7 @@ MASKED = np.ma.masked_array([1.0, 2.0, 3.0], mask=[False, True, False])
         ([[1.0], [2.0, 3.0], [4.0]], "not_real_numbers"),
         ("text", "not_real_numbers"),
         (np.ones((3, 1)), "not_a_vector"),
+        (None, "not_a_vector"),
     ],
 )
 def test_a_channel_holds_real_numbers(effort, code):
@@ -125,6 +126,13 @@ def test_a_channel_holds_real_numbers(effort, code):
                 measured_position=np.arange(3.0))  # fmt: skip
     assert caught.value.code == code
     assert "effort" in str(caught.value)
+
+
+@pytest.mark.usefixtures("without_shape_checks")
+@pytest.mark.parametrize("channel", ["time", "effort", "measured_position"])
+def test_a_required_channel_is_missing(channel):
+    with refuses("not_a_vector", name=channel):
+        make_log(**{channel: None})
 
 
 @pytest.mark.usefixtures("without_shape_checks")

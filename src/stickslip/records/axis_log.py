@@ -117,8 +117,10 @@ class AxisLog(Record):
             k = int(backward[0])
             raise InputError("time_not_increasing", sample=k + 1, time=time[k], next=time[k + 1])
         for name in _CHANNELS:
-            values = getattr(self, name)
-            if values is not None and (size := self._store(name, values).size) != time.size:
+            values, optional = getattr(self, name), self.__dataclass_fields__[name].default is None
+            if values is None and optional:
+                continue
+            if (size := self._store(name, values).size) != time.size:
                 raise InputError(
                     "unequal_lengths", name=name, samples=size, other="time", needed=time.size
                 )
