@@ -34,7 +34,30 @@ _TX40 = ("thanhndv212/figaroh-examples", "c0b5c7f0fda10078be55104f9ee76ac106b7a5
 _UR10E = ("shamilmamedov/dynamic_calibration", "11af40e7deb758ec080a175fed8fcdd6c99aca29")
 _PANDA = ("marcocognetti/FrankaEmikaPandaDynModel", "24d85ce4e648e2e894c832bfeee9b16711eb1a1a")
 _PANDA_URDF = ("justagist/franka_panda_description", "62335618e7f141755524836c738efe9c01396440")
+_GEN3 = ("roahmlab/RAPTOR", "979a42d6135c51d8c4556a698b865f18cb0bbaaf")
 _RECORDED = "matlab/data/Exciting_Traj/Trajectory_1/rbt_log/exciting_traj_"
+_RUNS = "Examples/Kinova/SystemIdentification/IterativeSystemIdentification/full_params_data/"
+_RUNS_SHA256 = {
+    "t": (
+        "c34d31a3606d8bdfad53bc6a33c29c05c855462a7220868d2402d4cbc0f599d6",
+        "fb4509ca623f67cb4458f9c36ea7bf164bf7031dbe00a70311acf3d8a9545903",
+        "25593141e7f3ac57d608e02eb06381033784a52e30f798a8b15cc6ea4c122e74",
+        "d42745846bfdfacf289441124e0392d1f3629f917ac42e986f2c6c69ada90093",
+    ),
+    "q": (
+        "8ff1c151ca81b6f67eb4d8f971af786fba281d23959f2ec64477afaf2f57888c",
+        "e306f87d613b23b16f9339b026378b2fb73dcc80c7d0fc1f75d48dcc1a82a2b8",
+        "25bc73105d1d9b1c17b854ab3323899ce5e8bc1b168937c1e424dc4b10a7d2c6",
+        "33bce8f903fb085fde98dc4e25dd4e4b987c16839e637bd17aae1d7c8b55516e",
+    ),
+    "tau": (
+        "3c274f1851c80ea98ff33168807384081a0a8abb2358f28c9c18ae859907e372",
+        "431b897d9bf94b58f30c8d6b69c2ce7c6beb00cbb448e2bd209bfba757be3388",
+        "e8105fee25dad19f72bb30cc6958b2d2397e11d13f245d2574cdf371e670ef37",
+        "378b87d3cc0d04859806b9b06ee9a15ddb8079f8b233e68f6579db17f40cc0d3",
+    ),
+}
+_BETWEEN_RUNS = 2.0  # s, of the log that they make together
 _SCHEMA = Path(__file__).parents[1] / "examples" / "tx40.toml"
 
 FILES: Mapping[str, ExtraFile] = {
@@ -81,6 +104,17 @@ FILES: Mapping[str, ExtraFile] = {
             _PANDA,
             f"{_RECORDED}torques.txt",
             "11fda32785bb29ce444e14e0f45f4893aab7142dc6ee29576d828ab154852f9c",
+        ),
+        (
+            "gen3.urdf",
+            _GEN3,
+            "Robots/kinova-gen3/kinova.urdf",
+            "7be86d56bd722efb71f489d913f4f771a8f848cf910600e1cf2c2faec17b8296",
+        ),
+        *(
+            (f"gen3_{name}_{run}.csv", _GEN3, f"{_RUNS}{name}_downsampled_{run}.csv", digest)
+            for name, digests in _RUNS_SHA256.items()
+            for run, digest in enumerate(digests, 1)
         ),
     )
 }
@@ -202,6 +236,29 @@ def method_rows(extra: Path) -> Iterator[str]:
         yield f"| UR10e {k + 1} | {' | '.join(cells)} | {speed[k]:.2f} rad/s: {more:+.1f} % |"
 
 
+def _gen3(extra: Path) -> Iterator[Published]:
+    """Yield the joints over four runs; friction of ``friction_parameters_solution_6.csv``.
+
+    Zhang, Zhou and Vasudevan (2025), "Provably-safe, online system identification": least squares
+    with the masses of the model, a constant inertia of each drive and no offset.
+    """
+    coulomb = (0.078406, 0.35552, 0.39523, 0.45348, 0.093010, 0.11691, 0.19954)
+    viscous = (11.3153, 13.0805, 10.8422, 11.5937, 9.8041, 10.6230, 9.6101)
+    columns: dict[str, list[Float[np.ndarray, "..."]]] = {"t": [], "q": [], "tau": []}
+    end = -_BETWEEN_RUNS
+    for run in range(1, 5):
+        read = {
+            name: np.loadtxt(_checked(extra, f"gen3_{name}_{run}.csv")) for name in _RUNS_SHA256
+        }
+        read["t"] += end + _BETWEEN_RUNS - read["t"][0]
+        end = read["t"][-1]
+        for name, values in read.items():
+            columns[name].append(np.unwrap(values, axis=0) if name == "q" else values)
+    every = [np.concatenate(parts) for parts in columns.values()]
+    logs = axes_of_robot(_logs(*every), _checked(extra, "gen3.urdf"))
+    yield from _published("Gen3", logs, coulomb, viscous)
+
+
 def _panda(extra: Path) -> Iterator[Published]:
     """Yield the joints; their sigmoid friction (Gaz and others 2019) as line over the speeds."""
     size = (0.54615, 0.87224, 0.64068, 1.2794, 0.83904, 0.30301, 0.56489)
@@ -286,7 +343,12 @@ def main() -> None:
     parser.add_argument("--extra", type=Path, required=True, help="folder with the other files")
     given = parser.parse_args()
     titles = "joint;status;Coulomb, reference;found;;viscous, reference;found;;by default"
-    every = (*_tx40(given.data, given.extra), *_ur10e(given.extra), *_panda(given.extra))
+    every = (
+        *_tx40(given.data, given.extra),
+        *_gen3(given.extra),
+        *_ur10e(given.extra),
+        *_panda(given.extra),
+    )
     print(_table(titles, (row(each) for each in every)))  # noqa: T201
     kinds = ("published", "all samples", "sliding")
     quantities = [f"{kind}, {each}" for kind in ("Coulomb", "viscous") for each in kinds]
