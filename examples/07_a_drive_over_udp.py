@@ -125,7 +125,12 @@ def commission(axis: UdpAxis) -> None:
     t = T * np.arange(600)
     effort = 38.0 * np.sin(4.0 * t) + 16.0 * np.sin(11.0 * t + 1.0)
     limits = LoopSettings(
-        sampling_time=T, duration=6.0, effort=LIMIT, travel=(-1.0, 1.0), max_lost=100
+        sampling_time=T,
+        duration=6.0,
+        effort=LIMIT,
+        travel=(-1.0, 1.0),
+        max_lost=100,
+        watchdog=0.5,  # s: the drive has one of its own
     )
     done = run(axis, Playback(effort=effort, sampling_time=T), limits)
     show("Excited", done)
@@ -171,6 +176,7 @@ def commission(axis: UdpAxis) -> None:
         effort=LIMIT,
         travel=(start - 0.05, target + 0.05),
         max_lost=100,
+        watchdog=0.5,
         settled=0.3,
     )
     done = run(axis, controller, limits)

@@ -5,6 +5,7 @@ Run it: python examples/08_mujoco_in_real_time.py  (needs the package mujoco)
 The simulation goes on with the clock, whatever the loop does: a late sample is late here too.
 """
 
+import threading
 import time
 from math import nan
 from typing import Any, cast
@@ -33,15 +34,19 @@ AXIS = f"""
 
 
 class MuJoCoAxis:
-    """A slide with friction that moves with the clock."""
+    """A slide with friction that moves with the clock.
+
+    The watchdog of the loop writes from a thread of its own: a lock keeps MuJoCo to one at a time.
+    """
 
     def __init__(self) -> None:
         self._model = mujoco.MjModel.from_xml_string(AXIS)
         self._data = mujoco.MjData(self._model)
+        self._lock = threading.Lock()
         self._start = time.perf_counter()
 
     def _go_on(self) -> None:
-        """Simulate up to now, under the effort so far."""
+        """Simulate up to now, under the effort so far; the lock is held."""
         left = time.perf_counter() - self._start - self._data.time
         steps = int(left / STEP)
         if steps > 0:
@@ -49,13 +54,16 @@ class MuJoCoAxis:
 
     def read(self) -> SensorSample:
         """Return position and velocity."""
-        self._go_on()
-        return SensorSample(nan, float(self._data.qpos[0]), float(self._data.qvel[0]), nan, nan)
+        with self._lock:
+            self._go_on()
+            position, velocity = float(self._data.qpos[0]), float(self._data.qvel[0])
+        return SensorSample(nan, position, velocity, nan, nan)
 
     def write(self, effort: float) -> None:
         """Apply an effort from now on [N]."""
-        self._go_on()
-        self._data.qfrc_applied[0] = effort
+        with self._lock:
+            self._go_on()
+            self._data.qfrc_applied[0] = effort
 
 
 def main() -> float:
@@ -70,7 +78,12 @@ def main() -> float:
         effort_limit=40.0,
     )
     limits = LoopSettings(
-        sampling_time=T, duration=4.0, effort=40.0, travel=(-0.02, 0.1), max_lost=100
+        sampling_time=T,
+        duration=4.0,
+        effort=40.0,
+        travel=(-0.02, 0.1),
+        max_lost=100,
+        watchdog=1.0,  # s: a desktop computer is late by tens of milliseconds
     )
     done = run(MuJoCoAxis(), servo, limits)
     error = done.recording.samples[-1].measured_position - TARGET
